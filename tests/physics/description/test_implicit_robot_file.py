@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from graphengine.devices.entity import Move
 from graphengine.format.errors import CheckError, UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loaded_world import LoadedWorld
+from tests.physics.dynamics.things import bounds
 from tests.physics.harness import CART, Project, steps
 
 BOX = """<robot name="crate">
@@ -35,9 +35,8 @@ def test_a_description_stands_in_a_scene_as_it_is(project: Project, text: str, k
     simulation = loaded.simulation
     assert {entity.name: entity.kind for entity in simulation.entities.all()} == {"bot": "robot", "thing": kind}
     assert simulation.entities.state("thing").position == pytest.approx((3, 0, 1))
-    bounds = simulation.entities.bounds("thing")
-    assert bounds is not None
-    assert np.add(bounds.low, bounds.high)[0] / 2 == pytest.approx(3.0, abs=0.05)
+    low, _, _, high, _, _ = bounds(simulation, "thing")
+    assert (low + high) / 2 == pytest.approx(3.0, abs=0.05)
     steps(simulation, 24)
     fallen = simulation.entities.state("thing").position[2] < 0.99
     assert fallen == (kind != "static")
@@ -129,9 +128,7 @@ def test_a_mujoco_model_of_one_body_stands_in_a_scene(project: Project, from_fil
     assert simulation.entities.state("can").linear_velocity[2] == pytest.approx(-0.981)
     loaded.remove("can")
     assert simulation.entities.state("other").linear_velocity[2] == pytest.approx(-0.981)
-    bounds = simulation.entities.bounds("other", own=True)
-    assert bounds is not None
-    assert (bounds.low[2], bounds.high[2]) == pytest.approx((-0.1, 0.3), abs=1e-3)
+    assert bounds(simulation, "other", own=True)[2::3] == pytest.approx((-0.1, 0.3), abs=1e-3)
 
 
 @pytest.mark.parametrize(

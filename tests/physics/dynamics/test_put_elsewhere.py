@@ -10,9 +10,16 @@ from graphengine.devices.entity import Move
 from graphengine.format.errors import PhysicsError, UsageError
 from graphengine.physics.sensors.imu import InertialUnit
 from graphengine.physics.sensors.lidar import RayLidar
+from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
 from tests.physics.dynamics.things import BALL, DOOR, IMU, SHELF, SPACE, add, run, world
 from tests.physics.harness import ROBOT, Project
+
+
+def ticks(simulation: Simulation, count: int) -> None:
+    for tick in range(1, count + 1):
+        run(simulation, 1 / 60)
+        simulation.begin_tick(tick)
 
 
 def test_a_robot_is_put_elsewhere_with_its_joints_as_they_are(project: Project) -> None:
@@ -54,9 +61,7 @@ def test_to_be_put_elsewhere_is_no_motion_to_an_inertial_unit(project: Project) 
     simulation = loaded.simulation
     unit = simulation.device(InertialUnit, loaded.stage.find("/bot/base_link/unit"))
     simulation.entities.place("bot", Move((9, 9, 9), (0, 0, 1, 0), (5, 0, 0)))
-    for tick in range(1, 7):
-        run(simulation, 1 / 60)
-        simulation.begin_tick(tick)
+    ticks(simulation, 6)
     assert unit.sample().linear_acceleration == pytest.approx((0, 0, 0), abs=1e-9)
 
 
@@ -68,9 +73,7 @@ def test_nor_is_it_to_that_of_an_arm_which_is_bolted_to_the_world(project: Proje
     simulation.entities.place("bot", Move((9, 9, 9), (1, 0, 0, 0)))
     assert simulation.entities.state("bot").position == (9, 9, 9)
     assert simulation.frame(loaded.stage.find("/bot/base_link/unit")).pose()[0] == pytest.approx((9, 9, 8.7))
-    for tick in range(1, 7):
-        run(simulation, 1 / 60)
-        simulation.begin_tick(tick)
+    ticks(simulation, 6)
     assert unit.sample().gravity == pytest.approx((0, 0, -9.81))
 
 
@@ -129,23 +132,24 @@ def test_a_shelf_stays_where_it_was_put_when_robots_come_and_go_and_reset_puts_i
     assert simulation.entities.state("shelf").position == (1, 2, 3)
 
 
+def hold_ball(simulation: Simulation) -> None:
+    ball = simulation.placement(simulation.stage.find("/World/ball"))
+    assert ball is not None
+    ball.place((0, 5, 2), (0, 0, 0, 1))
+
+
 def test_a_body_that_is_held_is_let_go_when_it_is_put_elsewhere(project: Project) -> None:
     loaded = world(project, BALL)
-    held = loaded.simulation.placement(loaded.stage.find("/World/ball"))
-    assert held is not None
-    held.place((0, 5, 2), (0, 0, 0, 1))
+    hold_ball(loaded.simulation)
     loaded.simulation.entities.place("ball", Move((0, 7, 2)))
     run(loaded.simulation, 0.1)
     assert loaded.simulation.entities.state("ball").linear_velocity[2] == pytest.approx(-0.981)
 
 
 def test_a_body_that_is_held_stays_so_when_a_shelf_is_moved(project: Project) -> None:
-    loaded = world(project, BALL, SHELF)
-    simulation = loaded.simulation
+    simulation = world(project, BALL, SHELF).simulation
     loose = simulation.model.dof_armature.copy()
-    held = simulation.placement(loaded.stage.find("/World/ball"))
-    assert held is not None
-    held.place((0, 5, 2), (0, 0, 0, 1))
+    hold_ball(simulation)
     firm = simulation.model.dof_armature.copy()
     simulation.entities.place("shelf", Move((7, 7, 7)))
     run(simulation, 0.1)
@@ -174,8 +178,7 @@ def test_a_shelf_that_physics_does_not_want_there_stays_where_it_was(
 
 
 def test_reset_puts_everything_back_bit_by_bit(project: Project) -> None:
-    loaded = world(project, BALL, SHELF)
-    simulation = loaded.simulation
+    simulation = world(project, BALL, SHELF).simulation
 
     def course() -> bytes:
         run(simulation, 0.3)

@@ -20,6 +20,13 @@ def world(project: Project, *bodies: str, options: str = "") -> LoadedWorld:
     return project.load()
 
 
+def bounds(simulation: Simulation, name: str, *, own: bool = False) -> tuple[float, ...]:
+    """The lower and the upper corner of an entity's box."""
+    box = simulation.entities.bounds(name, own=own)
+    assert box is not None
+    return (*box.low, *box.high)
+
+
 def run(simulation: Simulation, seconds: float) -> None:
     steps(simulation, round(seconds / simulation.model.opt.timestep))
 

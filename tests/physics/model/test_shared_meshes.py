@@ -16,7 +16,7 @@ from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.sensors.camera import PinholeCamera
 from graphengine.physics.sensors.lidar import RayLidar
 from tests.physics.harness import CART, Project, steps
-from tests.physics.pictures.harness import needs_opengl
+from tests.physics.pictures.harness import needs_opengl, segmented
 
 PLACES = {"first": (0.0, 0.0), "second": (0.0, 1.0), "third": (1.0, 0.5)}
 SENSORS = """sensors:
@@ -78,11 +78,9 @@ def test_a_shared_mesh_looks_as_one_of_its_own(project: Project) -> None:
     for own in (False, True):
         world = robots(project, own)
         camera = world.simulation.device(PinholeCamera, world.stage.find("/first/base_link/eye/Camera"))
-        picture = camera.picture(segmentation=True)
-        assert picture.segmentation is not None
-        arm = next(number for number, path in camera.labels.items() if path == "/third/Geometry/base_link/arm")
-        assert (picture.segmentation == arm).sum() > 100
-        pictures.append((picture.rgb.tobytes(), picture.depth.tobytes(), picture.segmentation.tobytes()))
+        picture, arm = segmented(camera, "/third/Geometry/base_link/arm")
+        assert arm.sum() > 100
+        pictures.append((picture.rgb.tobytes(), picture.depth.tobytes(), np.array(picture.segmentation).tobytes()))
     assert pictures[0] == pictures[1]
 
 
