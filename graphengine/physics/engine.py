@@ -62,15 +62,10 @@ def sort_geoms(model: mujoco.MjModel) -> None:
 
     Rays see colliders; of a body without any they see the visuals. Cameras see what they saw before: groups 0 to 2.
     """
-    solid = collides(model)
-    solid_bodies = set(model.geom_bodyid[solid].tolist())
-    for geom in range(model.ngeom):
-        rays = bool(solid[geom]) or int(model.geom_bodyid[geom]) not in solid_bodies
-        pictures = model.geom_group[geom] <= 2
-        if rays:
-            model.geom_group[geom] = RAYS_AND_PICTURES if pictures else RAYS
-        else:
-            model.geom_group[geom] = PICTURES if pictures else NEITHER
+    solid, pictures = collides(model), model.geom_group <= 2
+    rays = solid | ~np.isin(model.geom_bodyid, model.geom_bodyid[solid])
+    seen = [rays & pictures, rays, pictures]
+    model.geom_group[:] = np.select(seen, [RAYS_AND_PICTURES, RAYS, PICTURES], NEITHER)
 
 
 def round_weights(model: mujoco.MjModel) -> None:

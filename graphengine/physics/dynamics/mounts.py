@@ -7,8 +7,7 @@ begun, so a body is moved in a copy of the model, and the simulation goes on wit
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
-from types import MappingProxyType
+from typing import Self
 
 import numpy as np
 
@@ -22,18 +21,19 @@ class Mounts(Stateful):
 
     kept = ("_moved",)
 
-    def __init__(self, moved: Mapping[str, tuple[Floats, Floats]] = MappingProxyType({})) -> None:
-        self._moved = dict(moved)
+    def __init__(self) -> None:
+        self._moved: dict[str, tuple[Floats, Floats]] = {}
         """By name of the body: where it was built, and where it is; position, then the quaternion (w, x, y, z)."""
 
     def __bool__(self) -> bool:
         return bool(self._moved)
 
-    def moved(self, model: mujoco.MjModel, body: int, pose: Pose) -> tuple[Mounts, mujoco.MjModel]:
+    def moved(self, model: mujoco.MjModel, body: int, pose: Pose) -> tuple[Self, mujoco.MjModel]:
         """These with a topmost body elsewhere, and a copy of the model in which it is."""
         name, (position, (x, y, z, w)) = model.body(body).name, pose
         built, _ = self._moved.get(name, (np.concatenate((model.body_pos[body], model.body_quat[body])), None))
-        mounts, found = Mounts({**self._moved, name: (built, np.array((*position, w, x, y, z)))}), copy.copy(model)
+        mounts, found = copy.copy(self), copy.copy(model)
+        mounts._moved = {**self._moved, name: (built, np.array((*position, w, x, y, z)))}
         mounts.carry_over(found)
         return mounts, found
 

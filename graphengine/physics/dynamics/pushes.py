@@ -43,8 +43,8 @@ class Pushes(Stateful):
     def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Go on in another model; bodies that it does not have are not pushed any more."""
         self._model, self._data = model, data
-        known = {model.body(index).name for index in range(model.nbody)} if self._pushes else set()
-        self._pushes = [push for push in self._pushes if push.body in known]
+        body = mujoco.mjtObj.mjOBJ_BODY
+        self._pushes = [push for push in self._pushes if mujoco.mj_name2id(model, body, push.body) >= 0]
         self.apply()
 
     def __bool__(self) -> bool:
