@@ -6,29 +6,19 @@ import pytest
 
 from graphengine.physics.engine import mujoco
 from tests.physics.conftest import Ship
-from tests.physics.harness import CART, FLOOR, ROBOT, SCENE, SHIPPED, Project, steps, try_load
+from tests.physics.harness import CART, ROBOT, SCENE, SHIPPED, Project, steps, try_load
 
 
 def test_a_file_that_extends_another_merges_mappings_and_replaces_the_rest(project: Project) -> None:
-    project.write("base/bot.urdf", CART).write(
-        "base/base.yaml",
-        "robot: base\nurdf: bot.urdf\ndoc: base\n"
-        "joints: {arm_joint: {usd_drive: {damping: 1}, armature: 0.5}}\n"
-        "frames: {tip: {parent: arm, position: [0, 0, 1]}}\n"
-        "graphs: {one: {use: one.yaml}}\n",
-    ).write(
-        "bot.yaml",
-        "robot: bot\nextends: base/base.yaml\njoints: {arm_joint: {drive: {damping: 2}}}\n"
-        "frames: {tip: {position: [0, 0, 2]}}\n",
-    )
+    base = "joints: {arm_joint: {usd_drive: {damping: 1}, armature: 0.5}}\n"
+    base += "frames: {tip: {parent: arm, position: [0, 0, 1]}}\ngraphs: {one: {use: one.yaml}}\n"
+    own = "robot: bot\nextends: base/base.yaml\njoints: {arm_joint: {drive: {damping: 2}}}\n"
+    project.write("base/bot.urdf", CART).write("base/base.yaml", f"robot: base\nurdf: bot.urdf\ndoc: base\n{base}")
     # a frame's parent is a required key: what is required of the whole is not required of each part
-    assert "missing key 'parent'" in project.error()
-    project.write(
-        "bot.yaml",
-        "robot: bot\nextends: base/base.yaml\njoints: {arm_joint: {drive: {damping: 2}}}\n"
-        "frames: {tip: {parent: plate}}\ngraphs: {two: {use: two.yaml}}\n",
-    )
-    world = project.load()
+    assert "missing key 'parent'" in project.write("bot.yaml", own + "frames: {tip: {position: [0, 0, 2]}}\n").error()
+    world = project.write(
+        "bot.yaml", f"{own}frames: {{tip: {{parent: plate}}}}\ngraphs: {{two: {{use: two.yaml}}}}\n"
+    ).load()
     robot = world.robots["bot"]
     assert robot.spec.robot == "bot"
     assert robot.spec.doc == "base"
@@ -101,10 +91,8 @@ def test_wheels_are_ellipsoids_where_the_file_says_so(ship: Ship) -> None:
 
 
 def test_the_worlds_timestep_and_integrator_are_overruled_and_told(project: Project) -> None:
-    option = '<mujoco>\n  <option timestep="0.002"\n    integrator="RK4"/>'
-    project.write("world.xml", FLOOR.replace("<mujoco>", option)).write(
-        "scene.yaml", SCENE + "physics: {tick_rate: 50, substeps: 2}\n"
-    )
+    project.world(before='\n  <option timestep="0.002"\n    integrator="RK4"/>')
+    project.write("scene.yaml", SCENE + "physics: {tick_rate: 50, substeps: 2}\n")
     loaded, findings = project.load_with_findings()
     assert loaded.simulation.model.opt.timestep == 0.01
     lint, note = findings.items
@@ -145,10 +133,8 @@ def test_links_of_one_robot_do_not_collide_and_those_of_two_do(project: Project)
 
 
 CROSSING = """<robot name="crossing">
-  <link name="base_link">{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision></link>
-  <link name="plinth">{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision></link>
-  <link name="upper">{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision></link>
-  <link name="lower">{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision></link>
+  <link name="base_link">{box}</link><link name="plinth">{box}</link>
+  <link name="upper">{box}</link><link name="lower">{box}</link>
   <joint name="one" type="fixed"><parent link="base_link"/><child link="plinth"/></joint>
   <joint name="two" type="continuous"><parent link="plinth"/><child link="upper"/><axis xyz="0 0 1"/></joint>
   <joint name="three" type="continuous"><parent link="upper"/><child link="lower"/><axis xyz="0 0 1"/></joint>
@@ -162,7 +148,8 @@ def test_links_of_one_robot_collide_if_its_file_says_so_but_not_with_those_that_
 ) -> None:
     # four boxes in one place, of which the first two are one rigid body
     inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
-    project.write("bot.urdf", CROSSING.format(inertial=inertial))
+    box = f'{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision>'
+    project.write("bot.urdf", CROSSING.format(box=box))
     project.write("scene.yaml", SCENE.replace("0, 0, 0.1]", "0, 0, 2]"))
     crossing = {("base_link", "lower"), ("lower", "plinth")}
     for key, expected in (("", set()), ("self_collision: true\n", crossing)):
@@ -175,8 +162,7 @@ def test_links_of_one_robot_collide_if_its_file_says_so_but_not_with_those_that_
 
 
 def test_what_drives_are_made_of_cannot_be_disabled_by_a_world(project: Project) -> None:
-    option = '<mujoco><option><flag spring="disable" damper="disable" actuation="disable"/></option>'
-    project.write("world.xml", FLOOR.replace("<mujoco>", option))
+    project.world(before='<option><flag spring="disable" damper="disable" actuation="disable"/></option>')
     project.robot("joints: {arm_joint: {drive: {stiffness: 100, damping: 10}}}")
     world, findings = project.load_with_findings()
     assert [note.message.partition(" ")[0] for note in findings.items] == ["spring", "damper", "actuation"]

@@ -373,27 +373,21 @@ def test_once_rays_are_chosen_nothing_is_left_to_compile() -> None:
     assert [len(each.signatures) for each in kernels] == before
 
 
-@needs_numba
-def test_a_shape_that_ours_do_not_know_leaves_the_scene_to_mujocos() -> None:
-    world = world_of(
-        f"""<mujoco><asset>{MESHES}</asset><worldbody><geom type="sdf" mesh="gem"/></worldbody></mujoco>"""
-    )
-    assert select_rays("auto", *world).name == "mujoco"
-    with pytest.raises(UsageError, match="do not meet geoms of type sdf"):
-        select_rays("fast", *world)
+SDF = f'<asset>{MESHES}</asset><worldbody><geom type="sdf" mesh="gem"/></worldbody>'
+LAND = f"""<asset><hfield name="land" nrow="{math.isqrt(500_000) + 1}" ncol="{math.isqrt(500_000) + 1}" size="9 9 1 1"/></asset>
+  <worldbody><geom type="hfield" hfield="land"/></worldbody>"""
 
 
 @needs_numba
-def test_too_many_triangles_leave_the_scene_to_mujocos() -> None:
-    from graphengine.physics.sensors.fast.rays import MAX_TRIANGLES
-
-    side = math.isqrt(MAX_TRIANGLES // 2) + 1
-    world = world_of(
-        f"""<mujoco><asset><hfield name="land" nrow="{side}" ncol="{side}" size="9 9 1 1"/></asset>
-        <worldbody><geom type="hfield" hfield="land"/></worldbody></mujoco>"""
-    )
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [(SDF, "do not meet geoms of type sdf"), (LAND, "more than 1000000 triangles")],
+    ids=["a shape that they do not know", "too many triangles"],
+)
+def test_what_ours_cannot_meet_leaves_the_scene_to_mujocos(content: str, told: str) -> None:
+    world = world_of(f"<mujoco>{content}</mujoco>")
     assert select_rays("auto", *world).name == "mujoco"
-    with pytest.raises(UsageError, match="more than 1000000 triangles"):
+    with pytest.raises(UsageError, match=told):
         select_rays("fast", *world)
 
 
