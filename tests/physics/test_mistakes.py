@@ -16,8 +16,7 @@ def test_files_that_are_not_there_are_told_with_the_nearest(project: Project) ->
     assert "scene.yaml:4:14: error S101: no file 'bott.yaml'" in project.error()
     project.write("scene.yaml", SCENE).write("bot.yaml", "robot: bot\nurdf: cart.urdf\n")
     assert "bot.yaml:2:7: error S101: no file 'cart.urdf'" in project.error()
-    project.write("bot.yaml", "robot: bot\n")
-    assert "bot.yaml:1:1: error G107: missing key 'urdf'" in project.error()
+    assert "bot.yaml:1:1: error G107: missing key 'urdf'" in project.write("bot.yaml", "robot: bot\n").error()
     project.write("bot.yaml", "robot: bot\nextends: cart.yaml\n")
     assert "bot.yaml:2:10: error S101: no file 'cart.yaml'" in project.error()
 
@@ -65,8 +64,7 @@ def test_what_mujoco_warns_of_is_told_and_does_not_end_a_run_as_if_it_had_diverg
 
 
 def test_a_world_that_is_too_large_is_not_read(project: Project) -> None:
-    project.write("world.xml", "<mujoco>" + " " * 16_000_001 + "</mujoco>")
-    assert "is larger than 16 MB" in project.error()
+    assert "is larger than 16 MB" in project.write("world.xml", "<mujoco>" + " " * 16_000_001 + "</mujoco>").error()
 
 
 @pytest.mark.parametrize(
@@ -92,8 +90,7 @@ def test_a_world_names_no_file_outside_its_folder(project: Project, element: str
         (outside / name).write_text("<mujoco/>", encoding="utf-8")
     (project.folder / "link.stl").symlink_to(outside / "secret.stl")
     text = element.replace("..", f"../{outside.name}").format(outside=outside)
-    project.write("inner.xml", f'<mujoco><include file="../{outside.name}/secret.xml"/></mujoco>')
-    project.world(before=text)
+    project.write("inner.xml", f'<mujoco><include file="../{outside.name}/secret.xml"/></mujoco>').world(before=text)
     error = project.error()
     assert "error S102" in error
     assert "lies outside the folder of the file you gave" in error
@@ -102,8 +99,7 @@ def test_a_world_names_no_file_outside_its_folder(project: Project, element: str
 
 @pytest.mark.parametrize("mesh", ["../x.stl", "/etc/passwd", "file:///etc/passwd", "package://../../etc/passwd"])
 def test_a_description_names_no_file_outside_its_folder(project: Project, mesh: str) -> None:
-    project.write("bot.urdf", CART.replace('<box size=".4 .3 .1"/>', f'<mesh filename="{mesh}"/>'))
-    error = project.error()
+    error = project.write("bot.urdf", CART.replace('<box size=".4 .3 .1"/>', f'<mesh filename="{mesh}"/>')).error()
     assert "bot.urdf:4:42: error S10" in error
     assert "lies outside" in error or "no file" in error
 

@@ -69,8 +69,7 @@ def test_the_order_of_half_steps_is_that_of_mj_step_bit_by_bit(ship: Ship) -> No
 
 
 def test_the_tick_period_is_exact(project: Project) -> None:
-    project.write("scene.yaml", SCENE + "physics: {tick_rate: 59.94, substeps: 3}\n")
-    simulation = project.load().simulation
+    simulation = project.write("scene.yaml", SCENE + "physics: {tick_rate: 59.94, substeps: 3}\n").load().simulation
     assert Fraction(*simulation.tick_period) == 1 / Fraction("59.94")
     assert simulation.substeps == 3
     assert simulation.model.opt.timestep == pytest.approx(1 / (59.94 * 3), rel=1e-15)
@@ -119,8 +118,7 @@ def test_handles_outlive_a_model_that_is_compiled_anew(project: Project) -> None
 
 def test_a_joint_whose_limits_leave_out_zero_begins_at_the_nearer_one(project: Project) -> None:
     cart = (project.folder / "bot.urdf").read_text()
-    project.write("bot.urdf", cart.replace('lower="-1" upper="1"', 'lower="0.4" upper="1"'))
-    world = project.load()
+    world = project.write("bot.urdf", cart.replace('lower="-1" upper="1"', 'lower="0.4" upper="1"')).load()
     arm = world.simulation.articulation(world.stage.find("/bot"))
     assert arm.positions().tolist() == [0.4]
     world.add("other", RobotUse(use="bot.yaml", position=(2.0, 0.0, 0.1)))
@@ -149,8 +147,7 @@ def test_robots_never_sleep_though_things_in_both_halls_do(project: Project, wor
     touch = "sensors: {touch: {type: contact, profile: contact, parent: base_link}}\n"
     project.write("idle.yaml", "robot: bot\nurdf: bot.urdf\n" + touch)
     robots = "  dd100: {use: robots/dd100.yaml, position: [-5, 10, 0.025]}\n  idle: {use: idle.yaml, position: [-3, 6, 0.05]}\n"
-    project.write("scene.yaml", f"scene: t\nworld: worlds/{world}.xml\nsettle: true\nrobots:\n{robots}")
-    loaded = project.load()
+    loaded = project.write("scene.yaml", f"scene: t\nworld: worlds/{world}.xml\nsettle: true\nrobots:\n{robots}").load()
     simulation, stage = loaded.simulation, loaded.stage
     touching = simulation.device(BodyContactSensor, stage.find("/idle/base_link/touch"))
     steps(simulation, 720)

@@ -65,8 +65,7 @@ def test_a_joint_whose_limits_leave_no_range_moves_freely_and_that_is_told(proje
 
 @pytest.mark.parametrize("fixed", [True, False])
 def test_a_base_is_bolted_to_the_world_where_the_robot_file_says_so(project: Project, fixed: bool) -> None:
-    project.write("bot.yaml", ROBOT + ("fixed_base: true\n" if fixed else ""))
-    world = project.load()
+    world = project.write("bot.yaml", ROBOT + ("fixed_base: true\n" if fixed else "")).load()
     assert world.simulation.model.nv == (1 if fixed else 7)
     steps(world.simulation, 60)
     height = world.simulation.body(world.stage.find("/bot/base_link")).pose()[0][2]
@@ -75,8 +74,7 @@ def test_a_base_is_bolted_to_the_world_where_the_robot_file_says_so(project: Pro
 
 def test_a_robot_whose_root_is_called_world_is_bolted_to_it(project: Project) -> None:
     bolt = joint("bolt", "fixed", "world", "base_link", '<origin xyz="0 0 2"/>')
-    project.write("bot.urdf", CART.replace("</robot>", f'<link name="world"/>{bolt}</robot>'))
-    project.robot("base_link: world")
+    project.write("bot.urdf", CART.replace("</robot>", f'<link name="world"/>{bolt}</robot>')).robot("base_link: world")
     world = project.load()
     assert world.simulation.model.nv == 1
     assert world.stage.find("/bot").facts["base_link"] == "/bot/Geometry/world"
@@ -89,8 +87,7 @@ def test_a_robot_whose_root_is_called_world_is_bolted_to_it(project: Project) ->
 def test_a_world_link_with_colliders_is_part_of_the_world(project: Project) -> None:
     table = '<link name="world"><collision><geometry><box size="1 1 1"/></geometry></collision></link>'
     bolt = joint("bolt", "fixed", "world", "base_link", '<origin xyz="0 0 2"/>')
-    project.write("bot.urdf", CART.replace("</robot>", f"{table}{bolt}</robot>"))
-    project.robot("base_link: world")
+    project.write("bot.urdf", CART.replace("</robot>", f"{table}{bolt}</robot>")).robot("base_link: world")
     model = project.load().simulation.model
     boxes = [i for i in range(model.ngeom) if model.geom_type[i] == mujoco.mjtGeom.mjGEOM_BOX]
     assert [int(model.geom_bodyid[i]) for i in boxes] == [0, model.body("bot/base_link").id]
@@ -112,8 +109,7 @@ def test_a_floating_joint_below_an_empty_root_is_the_robots_own_freedom(project:
 
 def test_a_floating_joint_elsewhere_is_told(project: Project) -> None:
     solid = LINK.format("odom", 1) + joint("odom_joint", "floating", "odom", "base_link")
-    project.write("bot.urdf", CART.replace("</robot>", f"{solid}</robot>"))
-    error = project.error()
+    error = project.write("bot.urdf", CART.replace("</robot>", f"{solid}</robot>")).error()
     assert "joint 'odom_joint': type 'floating' cannot be simulated here" in error
     assert "only the joint between an empty root link and the rest of the robot can be floating" in error
 
@@ -130,7 +126,6 @@ def test_links_and_joints_keep_their_names_and_nothing_fuses(project: Project) -
 def test_a_massless_root_becomes_a_free_body(project: Project) -> None:
     foot = joint("foot", "fixed", "base_footprint", "base_link", '<origin xyz="0 0 0.05"/>')
     project.write("bot.urdf", CART.replace("</robot>", f'<link name="base_footprint"/>{foot}</robot>'))
-    project.robot("base_link: base_footprint")
-    model = project.load().simulation.model
+    model = project.robot("base_link: base_footprint").load().simulation.model
     assert model.body("bot/base_footprint").jntnum[0] == 1
     assert model.body_subtreemass[model.body("bot/base_footprint").id] == pytest.approx(6)

@@ -56,8 +56,7 @@ def test_a_name_override_is_the_frames_name(project: Project) -> None:
 
 
 def test_a_link_whose_name_usd_does_not_allow_keeps_it_as_its_frames_name(project: Project) -> None:
-    project.write("bot.urdf", CART.replace('"arm"', '"arm-1"').replace('"plate"', '"1.plate"'))
-    stage = project.load().stage
+    stage = project.write("bot.urdf", CART.replace('"arm"', '"arm-1"').replace('"plate"', '"1.plate"')).load().stage
     assert stage.find("/bot/base_link/arm_1").frame_name == "arm-1"
     assert stage.find("/bot/base_link/arm_1/_1_plate").frame_name == "1.plate"
 
@@ -73,8 +72,7 @@ def test_a_joint_may_be_called_anything(project: Project, name: str) -> None:
 
 
 def test_a_joint_can_be_put_elsewhere(project: Project) -> None:
-    project.robot("joints: {arm_joint: {position: [0, 0, 0.5]}}")
-    world = project.load()
+    world = project.robot("joints: {arm_joint: {position: [0, 0, 0.5]}}").load()
     assert world.simulation.body(world.stage.find("/bot/base_link/arm")).pose()[0] == pytest.approx((0, 0, 0.6))
 
 
@@ -119,8 +117,7 @@ def test_the_tutorials_robot_tells_what_its_settings_mean() -> None:
 
 def test_what_others_keep_in_a_description_stays_in_its_text(project: Project) -> None:
     plugin = "<gazebo><plugin name='a &amp; b'>\n  x &lt; 1\n<mode>slow</mode></plugin></gazebo>"
-    project.write("bot.urdf", CART.replace("</robot>", f"{plugin}</robot>"))
-    text = project.load().robots["bot"].urdf_text
+    text = project.write("bot.urdf", CART.replace("</robot>", f"{plugin}</robot>")).load().robots["bot"].urdf_text
     assert '<gazebo>\n<plugin name="a &amp; b">x &lt; 1\n<mode>slow</mode>\n</plugin>\n</gazebo>' in text
 
 
@@ -149,8 +146,7 @@ def test_links_of_one_robot_collide_if_its_file_says_so_but_not_with_those_that_
     # four boxes in one place, of which the first two are one rigid body
     inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
     box = f'{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision>'
-    project.write("bot.urdf", CROSSING.format(box=box))
-    project.write("scene.yaml", SCENE.replace("0, 0, 0.1]", "0, 0, 2]"))
+    project.write("bot.urdf", CROSSING.format(box=box)).write("scene.yaml", SCENE.replace("0, 0, 0.1]", "0, 0, 2]"))
     crossing = {("base_link", "lower"), ("lower", "plinth")}
     for key, expected in (("", set()), ("self_collision: true\n", crossing)):
         simulation = project.write("bot.yaml", ROBOT + base + key).load().simulation
@@ -163,8 +159,7 @@ def test_links_of_one_robot_collide_if_its_file_says_so_but_not_with_those_that_
 
 def test_what_drives_are_made_of_cannot_be_disabled_by_a_world(project: Project) -> None:
     project.world(before='<option><flag spring="disable" damper="disable" actuation="disable"/></option>')
-    project.robot("joints: {arm_joint: {drive: {stiffness: 100, damping: 10}}}")
-    world, findings = project.load_with_findings()
+    world, findings = project.robot("joints: {arm_joint: {drive: {stiffness: 100, damping: 10}}}").load_with_findings()
     assert [note.message.partition(" ")[0] for note in findings.items] == ["spring", "damper", "actuation"]
     joints = world.simulation.articulation(world.stage.find("/bot"))
     joints.select().command(positions=[0.5])
@@ -192,8 +187,7 @@ def test_what_drives_are_made_of_cannot_be_disabled_by_a_world(project: Project)
     ],
 )
 def test_settings_that_no_joint_has_are_errors_at_their_place(project: Project, joint: str, told: str) -> None:
-    project.robot(f"joints: {{arm_joint: {{{joint}}}}}")
-    assert told in project.error()
+    assert told in project.robot(f"joints: {{arm_joint: {{{joint}}}}}").error()
     assert project.error().startswith("bot.yaml:3:")
 
 
@@ -201,8 +195,7 @@ def test_a_drive_of_its_own_replaces_what_the_description_says_of_effort_and_add
     project: Project,
 ) -> None:
     project.write("bot.urdf", CART.replace("<limit", '<dynamics damping="0.25" friction="0.5"/><limit'))
-    project.robot("joints: {arm_joint: {drive: {damping: 2, stiffness: 3, max_force: 7}}}")
-    world = project.load()
+    world = project.robot("joints: {arm_joint: {drive: {damping: 2, stiffness: 3, max_force: 7}}}").load()
     model = world.simulation.model
     joint = model.joint("bot/arm_joint")
     assert (joint.damping[0], joint.stiffness[0], joint.frictionloss[0]) == (2.25, 3.0, 0.5)

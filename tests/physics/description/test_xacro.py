@@ -81,8 +81,7 @@ def test_the_files_that_were_read_are_noted(cart: Project) -> None:
 
 
 def test_a_mistake_in_what_a_macro_made_is_told_in_the_line_that_was_written(cart: Project) -> None:
-    cart.write("wheel.xacro", WHEEL.replace('parent link="base_link"', 'parent link="base"'))
-    first, second = cart.errors()
+    first, second = cart.write("wheel.xacro", WHEEL.replace('parent link="base_link"', 'parent link="base"')).errors()
     assert "wheel.xacro:8:21: error S103: joint 'left_wheel_joint': no parent link 'base'" in first
     assert "did you mean 'base_link'?" in first
     assert "joint 'right_wheel_joint'" in second
@@ -119,15 +118,13 @@ def test_a_mistake_in_xacro_is_told_where_it_stands(project: Project, inside: st
 
 
 def test_a_mistake_in_a_macro_tells_who_called_it(cart: Project) -> None:
-    cart.write("size.yaml", "trak: 0.5\n")
-    error = cart.error()
+    error = cart.write("size.yaml", "trak: 0.5\n").error()
     assert "wheel.xacro:9:7: error S103: xacro: there is no 'track' in it" in error
     assert "bot.urdf.xacro:9:3: called here" in error
 
 
 def test_an_argument_that_the_file_does_not_take_is_told(cart: Project) -> None:
-    cart.write("bot.yaml", "robot: bot\nurdf: bot.urdf.xacro\nxacro_arguments: {radus: 0.2}\n")
-    error = cart.error()
+    error = cart.write("bot.yaml", "robot: bot\nurdf: bot.urdf.xacro\nxacro_arguments: {radus: 0.2}\n").error()
     assert "bot.yaml:3:19: error G111: " in error
     assert "has no argument 'radus'" in error
     assert "did you mean 'radius'?" in error

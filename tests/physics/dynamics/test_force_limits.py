@@ -180,8 +180,7 @@ def test_the_force_that_accelerates_a_robot_is_its_wheels_maximum(project: Proje
 
 
 def test_maximum_forces_are_told_with_what_they_come_to(project: Project) -> None:
-    project.robot("joints: {arm_joint: {drive: {damping: 1, max_force: 3}}}")
-    findings = project.load_with_findings()[1]
+    findings = project.robot("joints: {arm_joint: {drive: {damping: 1, max_force: 3}}}").load_with_findings()[1]
     # the arm: 0.01 kg m2 about its middle, which is at the joint
     (note,) = findings.items
     assert note.message == "joint 'arm_joint': max_force 3 N m accelerates its 0.01 kg m2 by at most 300 rad/s2"
@@ -201,8 +200,7 @@ def test_the_effort_of_a_description_is_a_maximum_unless_the_drive_has_one(
 
 
 def test_an_effort_of_zero_limits_nothing_and_one_of_the_description_is_no_news(project: Project) -> None:
-    project.robot("joints: {arm_joint: {drive: {damping: 1000}}}")
-    world, findings = project.load_with_findings()
+    world, findings = project.robot("joints: {arm_joint: {drive: {damping: 1000}}}").load_with_findings()
     assert (world.simulation.limits.joints, findings.items) == (["bot/arm_joint"], [])
     assert project.write("bot.urdf", CART.replace('effort="40"', 'effort="0"')).load().simulation.limits.joints == []
 

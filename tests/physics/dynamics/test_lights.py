@@ -87,8 +87,7 @@ def test_lights_have_the_types_of_usd() -> None:
 
 def test_a_light_that_was_changed_stays_so_when_robots_come_and_go_until_a_reset(project: Project) -> None:
     dim = '<body name="lamp"><light name="bulb" diffuse=".5 .5 .5"/><geom size=".1" pos="9 9 9"/></body>'
-    project.world(dim)
-    loaded = project.load()
+    loaded = project.world(dim).load()
     simulation = loaded.simulation
     bulb = simulation.stage.find("/World/lamp/bulb")
     simulation.set_light(bulb, (2.0, (0.5, 0.25, 0.0)))

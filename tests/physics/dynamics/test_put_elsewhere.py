@@ -23,9 +23,8 @@ def ticks(simulation: Simulation, count: int) -> None:
 
 
 def test_a_robot_is_put_elsewhere_with_its_joints_as_they_are(project: Project) -> None:
-    loaded = world(project)
-    simulation = loaded.simulation
-    joints = simulation.articulation(loaded.stage.find("/bot"))
+    simulation = world(project).simulation
+    joints = simulation.articulation(simulation.stage.find("/bot"))
     simulation.data.qpos[7] = 0.5
     turned = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
     simulation.entities.place("bot", Move((3, 4, 0.5), turned, (1, 0, 0), (0, 0, 2)))
@@ -33,7 +32,7 @@ def test_a_robot_is_put_elsewhere_with_its_joints_as_they_are(project: Project) 
     assert (*state.position, *state.orientation) == pytest.approx((3, 4, 0.5, *turned))
     assert (*state.linear_velocity, *state.angular_velocity) == pytest.approx((1, 0, 0, 0, 0, 2))
     assert joints.positions().tolist() == [0.5]
-    plate = simulation.frame(loaded.stage.find("/bot/base_link/arm/plate")).pose()[0]
+    plate = simulation.frame(simulation.stage.find("/bot/base_link/arm/plate")).pose()[0]
     assert plate == pytest.approx((3 + 0.0, 4 + 0.1 + 0.3 * math.sin(0.5), 0.6 + 0.3 * math.cos(0.5)))
 
 
@@ -57,9 +56,8 @@ def test_what_is_put_elsewhere_rests_there_unless_told_otherwise(project: Projec
 
 def test_to_be_put_elsewhere_is_no_motion_to_an_inertial_unit(project: Project) -> None:
     project.write("bot.yaml", ROBOT + IMU)
-    loaded = world(project, options=SPACE)
-    simulation = loaded.simulation
-    unit = simulation.device(InertialUnit, loaded.stage.find("/bot/base_link/unit"))
+    simulation = world(project, options=SPACE).simulation
+    unit = simulation.device(InertialUnit, simulation.stage.find("/bot/base_link/unit"))
     simulation.entities.place("bot", Move((9, 9, 9), (0, 0, 1, 0), (5, 0, 0)))
     ticks(simulation, 6)
     assert unit.sample().linear_acceleration == pytest.approx((0, 0, 0), abs=1e-9)
@@ -67,12 +65,11 @@ def test_to_be_put_elsewhere_is_no_motion_to_an_inertial_unit(project: Project) 
 
 def test_nor_is_it_to_that_of_an_arm_which_is_bolted_to_the_world(project: Project) -> None:
     project.write("bot.yaml", ROBOT + "fixed_base: true\n" + IMU)
-    loaded = world(project)
-    simulation = loaded.simulation
-    unit = simulation.device(InertialUnit, loaded.stage.find("/bot/base_link/unit"))
+    simulation = world(project).simulation
+    unit = simulation.device(InertialUnit, simulation.stage.find("/bot/base_link/unit"))
     simulation.entities.place("bot", Move((9, 9, 9), (1, 0, 0, 0)))
     assert simulation.entities.state("bot").position == (9, 9, 9)
-    assert simulation.frame(loaded.stage.find("/bot/base_link/unit")).pose()[0] == pytest.approx((9, 9, 8.7))
+    assert simulation.frame(simulation.stage.find("/bot/base_link/unit")).pose()[0] == pytest.approx((9, 9, 8.7))
     ticks(simulation, 6)
     assert unit.sample().gravity == pytest.approx((0, 0, -9.81))
 
@@ -106,10 +103,9 @@ def test_what_lies_on_a_thing_that_is_taken_away_falls_even_from_sleep(project: 
 @pytest.mark.parametrize("fast", [True, False])
 def test_a_lidar_sees_a_shelf_where_it_was_put(project: Project, fast: bool) -> None:
     project.robot("sensors: {eye: {type: lidar, profile: lidar_360, parent: base_link}}")
-    loaded = world(project, '<body name="shelf" pos="3 0 0"><geom type="box" size=".5 1 1"/></body>')
-    simulation = loaded.simulation
+    simulation = world(project, '<body name="shelf" pos="3 0 0"><geom type="box" size=".5 1 1"/></body>').simulation
     simulation._rays_choice = "fast" if fast else "mujoco"
-    eye = simulation.device(RayLidar, loaded.stage.find("/bot/base_link/eye/Lidar"))
+    eye = simulation.device(RayLidar, simulation.stage.find("/bot/base_link/eye/Lidar"))
     simulation.begin_tick(1)
     assert eye.scan().ranges[180] == pytest.approx(2.5, abs=1e-3)
     simulation.entities.place("shelf", Move((5, 0, 0)))

@@ -141,8 +141,7 @@ def test_what_would_fall_off_is_an_error_unless_it_is_welded(project: Project, k
     error = project.error()
     assert f"bot.yaml:3:31: error S106: joint 'arm_joint' cannot be disabled: it {verb} 'arm' (1 kg)" in error
     assert "arm_joint: {enabled: false, weld: true} below joints: keeps it in place" in error
-    project.robot("keep_only_joints: [plate_joint]")
-    assert "bot.yaml:3:19" in project.error()
+    assert "bot.yaml:3:19" in project.robot("keep_only_joints: [plate_joint]").error()
     project.robot("keep_only_joints: [plate_joint]\njoints: {arm_joint: {weld: true}}")
     world, findings = project.load_with_findings()
     assert world.simulation.model.nv == 6
@@ -166,8 +165,7 @@ def test_a_joint_that_others_mimic_cannot_be_welded_without_them(project: Projec
         f'<link name="finger">{BOX}</link><joint name="finger_joint" type="continuous"><parent link="arm"/>'
         '<child link="finger"/><axis xyz="0 1 0"/><mimic joint="arm_joint"/></joint></robot>',
     )
-    project.write("bot.urdf", finger)
-    project.robot("joints: {arm_joint: {enabled: false, weld: true}}")
+    project.write("bot.urdf", finger).robot("joints: {arm_joint: {enabled: false, weld: true}}")
     assert "joint 'arm_joint' cannot be welded: others mimic it" in project.error()
     both = "arm_joint: {enabled: false, weld: true}, finger_joint: {enabled: false, weld: true}"
     project.robot(f"joints: {{{both}}}")

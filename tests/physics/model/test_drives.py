@@ -45,8 +45,7 @@ def test_max_acceleration_is_the_slope_of_the_velocity_set_point(project: Projec
 
 
 def test_a_spring_and_damper_hold_a_position_and_nan_leaves_a_joint_alone(project: Project) -> None:
-    project.robot("joints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}")
-    simulation, joints = project.load_joints()
+    simulation, joints = project.robot("joints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}").load_joints()
     selection = joints.select(("arm_joint",))
     selection.command(positions=[0.5])
     selection.command(positions=[math.nan], velocities=None)
@@ -56,8 +55,7 @@ def test_a_spring_and_damper_hold_a_position_and_nan_leaves_a_joint_alone(projec
 
 def test_efforts_are_what_moves_a_joint(project: Project) -> None:
     """A torque of 0.5 N m on the arm, and what the drive gives back to stand still."""
-    project.robot("joints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}")
-    simulation, joints = project.load_joints()
+    simulation, joints = project.robot("joints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}").load_joints()
     joints.select().command(efforts=[0.5])
     steps(simulation, 720)
     assert joints.efforts()[0] == pytest.approx(0.0, abs=1e-3)
@@ -66,8 +64,7 @@ def test_efforts_are_what_moves_a_joint(project: Project) -> None:
 
 @pytest.mark.parametrize("gains", ["{}", "{target_velocity: 3}", "{max_force: 5}"])
 def test_a_drive_that_can_do_nothing_is_told_and_harms_nothing(project: Project, gains: str) -> None:
-    project.robot(f"joints: {{arm_joint: {{drive: {gains}}}}}")
-    world, findings = project.load_with_findings()
+    world, findings = project.robot(f"joints: {{arm_joint: {{drive: {gains}}}}}").load_with_findings()
     (note,) = findings.items
     assert note.message == "joint 'arm_joint': a drive without damping and stiffness does nothing"
     joints = world.simulation.articulation(world.stage.find("/bot"))
@@ -97,8 +94,7 @@ def test_an_arm_droops_by_its_torque_over_its_stiffness(
 def test_a_lift_sags_by_its_weight_over_its_stiffness_and_counts_metres_in_usd(project: Project) -> None:
     project.write("bot.urdf", ARM.format(type="prismatic", axis="0 0 1"))
     for kind in ("drive", "usd_drive"):
-        project.write("bot.yaml", ARM_ROBOT.format(1000.0, 100.0).replace("drive", kind))
-        world = project.load()
+        world = project.write("bot.yaml", ARM_ROBOT.format(1000.0, 100.0).replace("drive", kind)).load()
         joints = world.simulation.articulation(world.stage.find("/bot"))
         joints.select().command(positions=[0.5])
         steps(world.simulation, 1200)

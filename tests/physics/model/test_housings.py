@@ -86,9 +86,8 @@ sensors:
 def crash(project: Project, appearance: str) -> tuple[Simulation, NDArray[np.float64]]:
     """A dd100 that drives into a wall, and its state all the way."""
     project.write("world.xml", FLOOR.replace("</worldbody>", WALL)).write("bot.yaml", DD100)
-    world = project.write("sensors/mine.yaml", LIDAR + appearance).load()
-    simulation = world.simulation
-    simulation.articulation(world.stage.find("/bot")).select().command(velocities=[20.0, 19.0])
+    simulation = project.write("sensors/mine.yaml", LIDAR + appearance).load().simulation
+    simulation.articulation(simulation.stage.find("/bot")).select().command(velocities=[20.0, 19.0])
     states = []
     for _ in range(600):
         simulation.step()

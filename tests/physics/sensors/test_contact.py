@@ -130,9 +130,7 @@ def test_after_a_reset_nothing_is_felt_until_it_is_the_same_again() -> None:
 
 
 def test_a_sensor_of_a_robot_file_feels_its_link(project: Project) -> None:
-    project.robot("sensors:\n  bumper: {type: contact, parent: base_link}")
-    world = project.load()
-    simulation = world.simulation
-    sensor = simulation.device(BodyContactSensor, world.stage.find("/bot/base_link/bumper"))
+    simulation = project.robot("sensors:\n  bumper: {type: contact, parent: base_link}").load().simulation
+    sensor = simulation.device(BodyContactSensor, simulation.stage.find("/bot/base_link/bumper"))
     assert not sensor.reading().in_contact
     assert tick(sensor, 120) == pytest.approx(6 * G, rel=0.02)

@@ -219,9 +219,8 @@ def test_before_the_first_step_it_feels_gravity_alone() -> None:
 
 
 def test_the_unit_of_a_camera_on_a_robot_that_stands_feels_gravity_in_its_own_frame(ship: Ship) -> None:
-    loaded = ship("dd100_flat.yaml")
-    simulation = loaded.simulation
-    prim = loaded.stage.find("/dd100/base_link/chassis_link/sim_camera/RSD455/Imu_Sensor")
+    simulation = ship("dd100_flat.yaml").simulation
+    prim = simulation.stage.find("/dd100/base_link/chassis_link/sim_camera/RSD455/Imu_Sensor")
     imu = simulation.device(InertialUnit, prim)
     tick(imu, 2)
     sample = imu.sample()

@@ -238,8 +238,7 @@ def test_the_points_of_a_turned_and_tilted_lidar_lie_on_the_surface_of_a_box(
     pose = "position: [0.1, -0.05, 0.4], orientation: {rpy_deg: [20, 15, 130]}"
     eye = f"{{type: lidar, profile: {profile}, noise_std: 0.0, parent: arm, {pose}}}"
     project.write("world.xml", BESIDE).robot(f"sensors: {{eye: {eye}}}")
-    project.write("scene.yaml", SCENE.replace("0.1]", "0.1], orientation: {rpy_deg: [5, -10, 25]}"))
-    world = project.load()
+    world = project.write("scene.yaml", SCENE.replace("0.1]", "0.1], orientation: {rpy_deg: [5, -10, 25]}")).load()
     simulation = Simulation(world.simulation.model, world.stage, Fraction(60), 4, rays=rays)
     simulation.begin_tick(1)
     prim = world.stage.find("/bot/base_link/arm/eye/Lidar")
