@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 from graphengine.devices.rotation import Quaternion
@@ -106,6 +107,14 @@ def load(path: Path, seed: int = 0) -> LoadedWorld:
 def steps(simulation: SimulationCore, count: int) -> None:
     for _ in range(count):
         simulation.step()
+
+
+def ticks(simulation: SimulationCore, count: int = 1, each: Callable[[], object] = lambda: None) -> None:
+    """Run whole ticks, and do something at the end of each."""
+    for _ in range(count):
+        steps(simulation, simulation.substeps)
+        simulation.begin_tick(simulation.tick + 1)
+        each()
 
 
 def yaw_of(orientation: Quaternion) -> float:

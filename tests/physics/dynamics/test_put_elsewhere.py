@@ -13,13 +13,7 @@ from graphengine.physics.sensors.lidar import RayLidar
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
 from tests.physics.dynamics.things import BALL, DOOR, IMU, SHELF, SPACE, add, run, world
-from tests.physics.harness import ROBOT, Project
-
-
-def ticks(simulation: Simulation, count: int) -> None:
-    for tick in range(1, count + 1):
-        run(simulation, 1 / 60)
-        simulation.begin_tick(tick)
+from tests.physics.harness import ROBOT, Project, ticks
 
 
 def test_a_robot_is_put_elsewhere_with_its_joints_as_they_are(project: Project) -> None:

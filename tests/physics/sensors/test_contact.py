@@ -14,7 +14,7 @@ from graphengine.devices.stage import Stage
 from graphengine.physics.engine import mujoco
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.simulation import Simulation
-from tests.physics.harness import Project, steps
+from tests.physics.harness import Project, ticks
 
 G = 9.81
 FACTS: dict[str, Any] = {"threshold": 0.0, "limit": 1e5, "radius": 0.0}
@@ -38,12 +38,9 @@ def sensing(
     return simulation.device(BodyContactSensor, stage.find("/it/Sensor"))
 
 
-def tick(sensor: BodyContactSensor, ticks: int = 1) -> float:
+def tick(sensor: BodyContactSensor, count: int = 1) -> float:
     """Run; the force after the last tick."""
-    simulation = sensor._simulation
-    for _ in range(ticks):
-        steps(simulation, simulation.substeps)
-        simulation.begin_tick(simulation.tick + 1)
+    ticks(sensor._simulation, count)
     return sensor.reading().force
 
 

@@ -19,7 +19,7 @@ from graphengine.physics.engine import mujoco
 from graphengine.physics.sensors.imu import InertialUnit
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
-from tests.physics.harness import steps
+from tests.physics.harness import ticks
 
 G = 9.81
 FREE = '<body name="it" pos="0 0 {height}"><freejoint/><geom type="{shape}" size=".1 .2 .3" mass="2"/></body>'
@@ -66,12 +66,8 @@ def moving(imu: InertialUnit, *velocity: float) -> InertialUnit:
     return imu
 
 
-def tick(imu: InertialUnit, ticks: int = 1, each: Callable[[], object] = lambda: None) -> None:
-    simulation = imu._simulation
-    for _ in range(ticks):
-        steps(simulation, simulation.substeps)
-        simulation.begin_tick(simulation.tick + 1)
-        each()
+def tick(imu: InertialUnit, count: int = 1, each: Callable[[], object] = lambda: None) -> None:
+    ticks(imu._simulation, count, each)
 
 
 def accelerometer(sample: ImuSample) -> list[float]:
