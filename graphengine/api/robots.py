@@ -8,7 +8,7 @@ from typing import Any, overload
 
 from graphengine.api.runner import Runner, acting, reading
 from graphengine.api.topics import M, MessageType, Publication, Subscription, open_subscription
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import GraphError, UnknownEntityError
 from graphengine.format.wording import listing, unknown

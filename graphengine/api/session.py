@@ -18,7 +18,7 @@ from graphengine.api.robots import Robot, Robots
 from graphengine.api.runner import Runner, acting, reading
 from graphengine.api.topics import M, MessageType, Publication, Subscription, call_service, open_subscription
 from graphengine.api.values import Values, plain, read_only
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import did_you_mean, listing
 

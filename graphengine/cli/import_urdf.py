@@ -28,8 +28,7 @@ from graphengine.format.wording import listing
 from graphengine.ros.domain import Domain
 
 if TYPE_CHECKING:
-    from graphengine.physics.description.robot_file_writer import Wheel
-    from graphengine.physics.description.urdf import Urdf
+    from graphengine.physics.description.urdf import Urdf, Wheel
     from graphengine.physics.model.importing import Imported, Origin
 
 WAIT = 10.0
@@ -190,10 +189,11 @@ def _report(imported: Imported, findings: Findings) -> None:
     """Print a report on the imported robot."""
     from collections import Counter
 
-    from graphengine.physics.description.robot_file_writer import left_behind, track, wheels
+    from graphengine.physics.description.robot_file_writer import left_behind
+    from graphengine.physics.description.urdf import track
 
     robot, urdf = imported.robot, imported.robot.urdf
-    rolling = wheels(urdf)
+    rolling = urdf.wheels(urdf.moving())
     base = "free" if imported.free else "fixed to the world"
     if imported.free and not rolling:
         base += "; --fixed-base bolts it to the world"
@@ -232,7 +232,7 @@ def _example(imported: Imported) -> str:
 def _drive(urdf: Urdf, rolling: Sequence[Wheel]) -> str:
     """An example graph for a robot with two parallel wheels that turn forward about its y axis; else an empty string."""
     from graphengine.devices.rotation import rotate
-    from graphengine.physics.description.robot_file_writer import track
+    from graphengine.physics.description.urdf import track
 
     poses = [urdf.pose_in_root(urdf.joints[wheel.joint].child) for wheel in rolling]
     axles = [rotate(pose[1], urdf.joints[wheel.joint].axis) for pose, wheel in zip(poses, rolling, strict=True)]

@@ -15,7 +15,7 @@ from graphengine.format.errors import PrimError, UsageError
 from graphengine.format.files import find_file, near
 
 if TYPE_CHECKING:
-    from graphengine.physics.loading import LoadedWorld
+    from graphengine.physics.loaded_world import LoadedWorld
     from graphengine.physics.occupancy.occupancy_map import MapRequest, OccupancyMap
 
 HEIGHTS = (0.2, 0.62)

@@ -7,12 +7,18 @@ from typing import Any, Protocol, TypeVar
 
 from graphengine.devices.entity import Box, Entity, EntityState, Move, Overlap
 from graphengine.devices.motion import Articulation, Body, Frame, Placement
-from graphengine.devices.sensor import Friction, Light, Vector3
+from graphengine.devices.rotation import Vector3
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import JointError
 from graphengine.format.wording import did_you_mean, listing
 
 D = TypeVar("D")
+
+Friction = tuple[float, float]
+"""Static and dynamic friction."""
+
+Light = tuple[float, Vector3]
+"""Intensity as a multiple of its initial value, and colour (red, green, blue)."""
 
 
 class Entities(Protocol):

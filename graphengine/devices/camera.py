@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from graphengine.devices.device import Stub, TickSensor, device
-from graphengine.devices.sensor import Quaternion
+from graphengine.devices.rotation import Quaternion
 from graphengine.devices.stage import Prim
 
 LARGEST_PICTURE = 8192

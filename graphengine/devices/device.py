@@ -12,8 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
-from graphengine.devices.sensor import Quaternion
-from graphengine.devices.stage import IDENTITY, Prim
+from graphengine.devices.rotation import IDENTITY, Quaternion
+from graphengine.devices.stage import Prim
 from graphengine.format.kinds import DEVICES
 from graphengine.format.stateful import Shared
 

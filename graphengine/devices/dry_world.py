@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from graphengine.devices import rotation
-from graphengine.devices.backend import select_joints
+from graphengine.devices.backend import Friction, Light, select_joints
 from graphengine.devices.device import device_of
 from graphengine.devices.entity import Entity
-from graphengine.devices.sensor import Friction, Light, Quaternion, Vector3
-from graphengine.devices.stage import IDENTITY, ORIGIN, Prim, Stage
+from graphengine.devices.rotation import IDENTITY, ORIGIN, Quaternion, Vector3
+from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import UnknownEntityError
 from graphengine.format.stateful import Shared, Stateful
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3
 
 EntityKind = Literal["robot", "object", "static"]
 """A `robot` has joints or sensors, an `object` can move, a `static` entity is fixed."""

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from graphengine.devices.device import SampledSensor, Stub, device
-from graphengine.devices.sensor import Quaternion, Vector3
-from graphengine.devices.stage import IDENTITY
+from graphengine.devices.rotation import IDENTITY, Quaternion, Vector3
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3
 
 
 class Frame(Protocol):

@@ -1,4 +1,4 @@
-"""Poses from files and the stage; `graphengine.devices.rotation` has arithmetic on poses."""
+"""Conversion of poses from files and from MuJoCo; `graphengine.devices.rotation` has arithmetic on poses."""
 
 from __future__ import annotations
 
@@ -7,13 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.rotation import Pose, compose, from_rpy
-from graphengine.devices.sensor import Quaternion, Vector3
-from graphengine.devices.stage import IDENTITY, ORIGIN, Prim
+from graphengine.devices.rotation import ORIGIN, Pose, Quaternion, Vector3, from_rpy
 from graphengine.format.spec import Orientation
-
-NOWHERE: Pose = (ORIGIN, IDENTITY)
-"""The identity pose."""
 
 
 def from_orientation(orientation: Orientation) -> Quaternion:
@@ -36,13 +31,3 @@ def pose_of(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> P
     """A pose from MuJoCo, whose quaternions are (w, x, y, z)."""
     w, x, y, z = quaternion.tolist()
     return vector(position), (x, y, z, w)
-
-
-def carrier(prim: Prim) -> tuple[str | None, Pose]:
-    """Name of the physics body that carries a prim (None: the world), and the prim's pose in the body's frame."""
-    pose = NOWHERE
-    for ancestor in prim.ancestors():
-        if ancestor.body is not None:
-            return ancestor.body, pose
-        pose = compose((ancestor.position, ancestor.orientation), pose)
-    return None, pose

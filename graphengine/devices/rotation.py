@@ -1,12 +1,20 @@
-"""Rotations as unit quaternions (x, y, z, w) of plain floats, which are faster than numpy for single rotations."""
+"""Vectors, rotations and poses of plain floats, which are faster than numpy for single ones.
+
+Rotations are unit quaternions (x, y, z, w).
+"""
 
 from __future__ import annotations
 
 import math
 
-from graphengine.devices.sensor import Quaternion, Vector3
-
+Vector3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
 Pose = tuple[Vector3, Quaternion]
+
+ORIGIN: Vector3 = (0.0, 0.0, 0.0)
+IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
+NOWHERE: Pose = (ORIGIN, IDENTITY)
+"""The identity pose."""
 
 
 def conjugate(q: Quaternion) -> Quaternion:

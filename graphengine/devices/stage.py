@@ -21,7 +21,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import IDENTITY, NOWHERE, ORIGIN, Pose, Quaternion, Vector3, compose
 from graphengine.format.errors import AmbiguousPrimError, PrimError
 from graphengine.format.stateful import Shared
 from graphengine.format.wording import did_you_mean, listing
@@ -31,8 +31,6 @@ PrimKind = str
 
 PHYSICS_SCENE = "/physicsScene"
 """Path of the prim with the physics settings, as in Isaac Sim; scenes have their gravity there."""
-IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
-ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 
 
 @dataclass(slots=True, eq=False)
@@ -68,6 +66,15 @@ class Prim(Shared):
     def frame_name(self) -> str:
         """Name in TF: `isaac:nameOverride`, or else the last element of the path."""
         return self.name_override or self.name
+
+    def carrier(self) -> tuple[str | None, Pose]:
+        """Name of the physics body that carries the prim (None: the world), and the prim's pose in the body's frame."""
+        pose = NOWHERE
+        for prim in self.ancestors():
+            if prim.body is not None:
+                return prim.body, pose
+            pose = compose((prim.position, prim.orientation), pose)
+        return None, pose
 
     def ancestors(self) -> Iterator[Prim]:
         """The prim itself, then its parents up to the root."""
@@ -149,8 +156,6 @@ class Stage:
             AmbiguousPrimError: several prims could be meant.
         """
         wanted = normalize(path)
-        if wanted in self._by_path:
-            return self._by_path[wanted]
         found = self._meant(wanted) or self._laid_flat(wanted)
         if len(found) == 1:
             return found[0]
@@ -161,7 +166,9 @@ class Stage:
         raise self._missing(path, wanted)
 
     def _meant(self, wanted: str) -> list[Prim]:
-        """Prims at this path after `Geometry` is inserted where it was left out."""
+        """The prim at this path, or else those at it after `Geometry` is inserted where it was left out."""
+        if wanted in self._by_path:
+            return [self._by_path[wanted]]
         return [p for p in self._by_short_path.get(_without_geometry(wanted), []) if _is_short_for(wanted, p.path)]
 
     def _laid_flat(self, wanted: str) -> list[Prim]:
@@ -171,9 +178,7 @@ class Stage:
             rest, robot = [robot.name, *rest], robot.parent
         rest = rest[1:] if rest[:1] == ["Geometry"] else rest
         paths = ["/".join([link.path, *rest[1:]]) for link in _links(robot, rest[0])] if rest else []
-        return [
-            prim for path in paths for prim in ([self._by_path[path]] if path in self._by_path else self._meant(path))
-        ]
+        return [prim for path in paths for prim in self._meant(path)]
 
     def is_literal(self, path: str, prim: Prim) -> bool:
         """Whether a path to a prim leaves out no links; `Geometry` may be missing."""
@@ -213,7 +218,7 @@ class Stage:
 
     def __contains__(self, path: str) -> bool:
         wanted = normalize(path)
-        return wanted in self._by_path or len(self._meant(wanted) or self._laid_flat(wanted)) == 1
+        return len(self._meant(wanted) or self._laid_flat(wanted)) == 1
 
     def prims(self, kind: PrimKind | None = None) -> Iterator[Prim]:
         """All prims, or all of one kind, depth first in order of definition."""

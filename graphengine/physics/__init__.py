@@ -10,5 +10,5 @@ Each of these imports from those above it only:
 - `pictures`: what cameras see of it.
 - `sensors`: what robots sense with.
 - `core`: the model and its state, which handles and sensors see too. `simulation`: all of that as a `backend.World`.
-- `loading` makes a simulation of a scene file, `population` puts robots into it and takes them out, `occupancy` draws its map.
+- `loading` makes a `loaded_world` of a scene file, to which robots are added, and `occupancy` draws its map.
 """

@@ -10,12 +10,10 @@ from typing import Any, Self
 
 import numpy as np
 
+from graphengine.devices.backend import Friction, Light
 from graphengine.devices.rotation import Pose
-from graphengine.devices.sensor import Friction, Light, Vector3
-from graphengine.devices.stage import Prim, PrimKind, Stage, at_or_below
-from graphengine.format.errors import PrimError
+from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.stateful import Stateful
-from graphengine.format.wording import listing
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.forces import Forces
 from graphengine.physics.dynamics.handle_table import Handle, HandleTable
@@ -27,7 +25,7 @@ from graphengine.physics.dynamics.set_points import SetPoints
 from graphengine.physics.dynamics.settling import settle as settle_bodies
 from graphengine.physics.dynamics.solver_errors import diverged, gave_up, out_of_range
 from graphengine.physics.dynamics.transfer import Transfer
-from graphengine.physics.engine import data_at_start, mujoco, round_weights, sort_geoms, wake
+from graphengine.physics.engine import Floats, data_at_start, mujoco, round_weights, sort_geoms, wake
 from graphengine.physics.model.drives import Drive
 from graphengine.physics.sensors.ray_caster_choice import select_rays
 from graphengine.physics.sensors.rays import Rays, RaysChoice
@@ -55,7 +53,7 @@ class SavedState:
     counts: Any
     data: mujoco.MjData
     mounts: Any
-    gravity: Vector3
+    gravity: Floats
     frictions: dict[str, Friction]
     lights: dict[str, Light]
     parts: list[Any]
@@ -114,7 +112,7 @@ class SimulationCore(Stateful):
         """Number of commands that were clamped, by kind, joint and limit."""
         self._rays_choice = rays
         self._rays: Rays | None = None
-        self._handles = HandleTable()
+        self._handles = HandleTable(self)
         self._mounts = Mounts()
         self._frictions = Frictions(stage)
         self._lights = Lights(stage)
@@ -335,7 +333,7 @@ class SimulationCore(Stateful):
             super().save(),
             copy.copy(self.data),
             self._mounts.save(),
-            self.gravity,
+            self.model.opt.gravity.copy(),
             dict(self._frictions.written),
             dict(self._lights.written),
             [part.save() for part in self._parts()],
@@ -361,17 +359,13 @@ class SimulationCore(Stateful):
         for part, state in zip(self._parts(), saved.parts, strict=True):
             part.restore(state)
         self._handles.restore(saved.handles)
-        self.held = [self._placed(path) for path in saved.held]
+        self.held = [self._handles.find(PlacedBody, self.stage.find(path)) for path in saved.held]
         for body in self.held:
             body.bind()
         self.forces.forget()
 
     def _parts(self) -> tuple[Stateful, ...]:
         return self.set_points, self.limits, self.pushes
-
-    def _placed(self, path: str) -> PlacedBody:
-        prim = self.stage.find(path)
-        return self._handles.find(PlacedBody, prim.path, lambda: PlacedBody(self, prim))
 
     def close(self) -> None:
         """Forget the handles."""
@@ -393,52 +387,7 @@ class SimulationCore(Stateful):
         """Name of the rays that lidars cast; empty while nobody has asked for a lidar."""
         return self._rays.name if self._rays is not None else ""
 
-    @property
-    def gravity(self) -> Vector3:
-        """Acceleration of free fall in the world frame, m/s2."""
-        x, y, z = self.model.opt.gravity.tolist()
-        return x, y, z
-
-    def set_gravity(self, gravity: Vector3) -> None:
-        """Let bodies fall otherwise from the next step on; the second half of it has been begun, and is begun again."""
-        if gravity == self.gravity:  # a graph may write it each tick, and then nothing would ever sleep
-            return
-        self.model.opt.gravity = gravity
-        wake(self.model, self.data)
-        self.refresh()
-
-    def friction(self, prim: Prim) -> Friction:
-        """Static and dynamic friction of a material prim."""
-        self._expect(prim, "material")
-        return self._frictions.of(prim)
-
-    def set_friction(self, prim: Prim, friction: Friction) -> None:
-        """Let colliders of a material slide otherwise from the next step on, whose contacts are found anew."""
-        self._expect(prim, "material")
-        if friction == self._frictions.of(prim):
-            return
-        self._frictions.write(self.model, prim, friction)
-        wake(self.model, self.data)
-        self.refresh()
-
-    def light(self, prim: Prim) -> Light:
-        """Intensity and colour of a light prim."""
-        self._expect(prim, "light")
-        return self._lights.of(prim)
-
-    def set_light(self, prim: Prim, light: Light) -> None:
-        """Let a light shine otherwise in the pictures to come."""
-        self._expect(prim, "light")
-        self._lights.write(self.model, prim, light)
-
     def forget(self, prim_path: str) -> None:
         """Let go of the handles of a prim and of all below it."""
         self.held = [body for body in self.held if not at_or_below(body.prim_path, prim_path)]
         self._handles.forget(prim_path)
-
-    def _expect(self, prim: Prim, kind: PrimKind) -> None:
-        if prim.kind != kind:
-            near = [other.path for other in prim.descendants() if other.kind == kind] or [
-                other.path for other in self.stage.prims(kind)
-            ]
-            raise PrimError(f"{prim.path} is a {prim.kind}, not a {kind}", prim.path, listing(near, f"each {kind}"))

@@ -11,6 +11,7 @@ import re
 import warnings
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graphengine.format.errors import PhysicsError, UsageError
 
@@ -26,6 +27,10 @@ if tuple(map(int, re.findall(r"\d+", mujoco.__version__)[:3])) < OLDEST:
     reason = "4.0.1 is the first whose solver is right where many contacts meet"
     remedy = "pip uninstall mujoco mujoco-core, then pip install 'mujoco-core>=4.0.1,<4.1'"
     raise UsageError(f"MuJoCo {mujoco.__version__} is installed; {reason}\n  {remedy}")
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Bools = NDArray[np.bool_]
 
 REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.UnexpectedError)
 """What MuJoCo raises of a model that it cannot read, build or find memory for."""
@@ -46,20 +51,21 @@ OWN = 5
 """Geom group that a robot's geoms are in while its own sensors cast rays."""
 
 
+def collides(model: mujoco.MjModel) -> Bools:
+    """For each geom whether it collides with anything."""
+    solid: Bools = (model.geom_contype | model.geom_conaffinity) != 0
+    return solid
+
+
 def sort_geoms(model: mujoco.MjModel) -> None:
     """Give each geom one of the groups above, so that a ray meets everything once.
 
     Rays see colliders; of a body without any they see the visuals. Cameras see what they saw before: groups 0 to 2.
     """
-    collides = (model.geom_contype | model.geom_conaffinity) != 0
-    solid_bodies = set(model.geom_bodyid[collides].tolist())
-    for geom in range(model.ngeom):
-        rays = bool(collides[geom]) or int(model.geom_bodyid[geom]) not in solid_bodies
-        pictures = model.geom_group[geom] <= 2
-        if rays:
-            model.geom_group[geom] = RAYS_AND_PICTURES if pictures else RAYS
-        else:
-            model.geom_group[geom] = PICTURES if pictures else NEITHER
+    solid, pictures = collides(model), model.geom_group <= 2
+    rays = solid | ~np.isin(model.geom_bodyid, model.geom_bodyid[solid])
+    seen = [rays & pictures, rays, pictures]
+    model.geom_group[:] = np.select(seen, [RAYS_AND_PICTURES, RAYS, PICTURES], NEITHER)
 
 
 def round_weights(model: mujoco.MjModel) -> None:

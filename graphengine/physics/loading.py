@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from graphengine.devices.poses import NOWHERE
+from graphengine.devices.rotation import NOWHERE
 from graphengine.devices.stage import PHYSICS_SCENE, Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PhysicsError
@@ -16,6 +15,7 @@ from graphengine.format.spec_reader import Loaded
 from graphengine.physics.description.robot_file import read_robot
 from graphengine.physics.dynamics.force_limits import tell_limits
 from graphengine.physics.files.references import Library
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.model.fleet_expansion import RobotPlacement, placements
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_prims import add_robot
@@ -28,35 +28,6 @@ from graphengine.physics.simulation import Simulation
 _FREE_PATH = "a robot's prim stands alone: nothing is there or below it, and nothing but scopes above it"
 SLOWEST = 0.1
 """Ticks a second below which a step is too long for any physics."""
-
-
-@dataclass(frozen=True, slots=True)
-class LoadedWorld:
-    """A scene that compiled.
-
-    Attributes:
-        simulation: physics and sensors, a `backend.World`.
-        robots: by name, in order of the scene file.
-        scenery: what the model was compiled from; other sets of robots compile from it too.
-    """
-
-    simulation: Simulation
-    robots: dict[str, RobotInstance]
-    scenery: Scenery
-
-    @property
-    def stage(self) -> Stage:
-        """Prims of robots and of the world; graphs are not among them."""
-        return self.simulation.stage
-
-    def copy(self, files: Files, seed: int) -> LoadedWorld:
-        """An independent world that begins as this one, which has not been stepped.
-
-        Args:
-            files: where the references of robots that are added may lead.
-            seed: of the sensors' noise.
-        """
-        return LoadedWorld(self.simulation.copy(seed), dict(self.robots), self.scenery.copy(files))
 
 
 def load_robot_file(path: Path, files: Files, findings: Findings) -> RobotInstance | None:

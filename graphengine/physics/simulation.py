@@ -6,22 +6,27 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any, TypeVar
 
+from graphengine.devices.backend import Friction, Light
 from graphengine.devices.device import device_of
+from graphengine.devices.poses import vector
+from graphengine.devices.rotation import Vector3
 from graphengine.devices.stage import Prim
 from graphengine.physics.core import SimulationCore
-from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.dynamics.held_bodies import PlacedBody, find_mover
 from graphengine.physics.dynamics.motion_handles import CarriedPrim, Joints
 from graphengine.physics.dynamics.mujoco_entities import MujocoEntities
+from graphengine.physics.engine import wake
 from graphengine.physics.pictures.render_thread import RenderThread
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 
 D = TypeVar("D")
-H = TypeVar("H", bound=Handle)
 
 
 class Simulation(SimulationCore):
-    """Physics and sensors of a scene: what nodes hold of it, by prim; arguments and errors are those of its core."""
+    """Physics and sensors of a scene: the handles and the settings of prims. Callers check the kinds of the prims.
+
+    Arguments and errors are those of the core.
+    """
 
     @cached_property
     def studio(self) -> RenderThread:
@@ -35,7 +40,7 @@ class Simulation(SimulationCore):
     @cached_property
     def entities(self) -> MujocoEntities:
         """Its robots and objects as wholes."""
-        return MujocoEntities(self, self.body)
+        return MujocoEntities(self)
 
     def save(self) -> Any:
         """A copy of the present state; pictures that are being drawn are waited for."""
@@ -54,9 +59,42 @@ class Simulation(SimulationCore):
 
     def body(self, prim: Prim) -> CarriedPrim:
         """The rigid body at, or carrying, a prim, which also has the pose of the prim."""
-        return self._handle(CarriedPrim, prim)
+        return self._handles.find(CarriedPrim, prim)
 
     frame = body
+
+    @property
+    def gravity(self) -> Vector3:
+        """Acceleration of free fall in the world frame, m/s2."""
+        return vector(self.model.opt.gravity)
+
+    def set_gravity(self, gravity: Vector3) -> None:
+        """Let bodies fall otherwise from the next step on; the second half of it has been begun, and is begun again."""
+        if gravity == self.gravity:  # a graph may write it each tick, and then nothing would ever sleep
+            return
+        self.model.opt.gravity = gravity
+        wake(self.model, self.data)
+        self.refresh()
+
+    def friction(self, prim: Prim) -> Friction:
+        """Static and dynamic friction of a material prim."""
+        return self._frictions.of(prim)
+
+    def set_friction(self, prim: Prim, friction: Friction) -> None:
+        """Let colliders of a material slide otherwise from the next step on, whose contacts are found anew."""
+        if friction == self._frictions.of(prim):
+            return
+        self._frictions.write(self.model, prim, friction)
+        wake(self.model, self.data)
+        self.refresh()
+
+    def light(self, prim: Prim) -> Light:
+        """Intensity and colour of a light prim."""
+        return self._lights.of(prim)
+
+    def set_light(self, prim: Prim, light: Light) -> None:
+        """Let a light shine otherwise in the pictures to come."""
+        self._lights.write(self.model, prim, light)
 
     def mass(self, prim: Prim) -> float:
         """Mass of the body that a prim has of its own, kg."""
@@ -65,19 +103,13 @@ class Simulation(SimulationCore):
 
     def placement(self, prim: Prim) -> PlacedBody | None:
         """What puts a prim's body somewhere and holds it there; None where nothing can move it, or only with another body."""
-        return self._handle(PlacedBody, prim) if find_mover(self.model, self.stage, prim) is not None else None
+        return self._handles.find(PlacedBody, prim) if find_mover(self.model, self.stage, prim) is not None else None
 
     def articulation(self, robot: Prim) -> Joints:
         """The joints of a robot prim."""
-        self._expect(robot, "robot")
-        return self._handle(Joints, robot)
+        return self._handles.find(Joints, robot)
 
     def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
         """The device at a prim of its kind; always the same for the same options."""
-        kind = device_of(interface).kind
-        self._expect(prim, kind)
-        found: D = self._handle(IMPLEMENTATIONS.all[kind].handle, prim, **options)
+        found: D = self._handles.find(IMPLEMENTATIONS.all[device_of(interface).kind].handle, prim, **options)
         return found
-
-    def _handle(self, make: type[H], prim: Prim, **options: Any) -> H:
-        return self._handles.find(make, make.key(prim, **options), lambda: make(self, prim, **options))

@@ -38,7 +38,7 @@ from graphengine.scene.loaded_scene import LoadedScene, Options
 from graphengine.scene.scene_roster import SceneRoster
 
 if TYPE_CHECKING:
-    from graphengine.physics.loading import LoadedWorld
+    from graphengine.physics.loaded_world import LoadedWorld
 
 
 def load(path: Path, options: Options | None = None) -> LoadedScene:

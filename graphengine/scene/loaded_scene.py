@@ -16,7 +16,7 @@ from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import EndpointClaim
 
 if TYPE_CHECKING:
-    from graphengine.physics.loading import LoadedWorld
+    from graphengine.physics.loaded_world import LoadedWorld
     from graphengine.physics.sensors.rays import RaysChoice
 
 

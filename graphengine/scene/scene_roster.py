@@ -23,7 +23,7 @@ from graphengine.scene.graph_loading import resolve_uses, robot_uses
 from graphengine.scene.loaded_scene import LoadedScene
 
 if TYPE_CHECKING:
-    from graphengine.physics.loading import LoadedWorld
+    from graphengine.physics.loaded_world import LoadedWorld
     from graphengine.physics.model.robot import RobotInstance
 
 
@@ -38,11 +38,8 @@ class SceneRoster(Roster):
     """
 
     def __init__(self, scene: LoadedScene, world: LoadedWorld, files: Files, ticker: Ticker) -> None:
-        from graphengine.physics.robot_spawner import Population  # not before a scene has brought MuJoCo in
-
         self._scene, self._files = scene, files
-        self._robots, self._specified = world.robots, world.scenery.scene
-        self._population = Population(world)
+        self._world, self._robots = world, world.robots
         self._ticker, self._services = ticker, ticker.services
 
     @property
@@ -53,7 +50,7 @@ class SceneRoster(Roster):
 
     def add(self, name: str, use: RobotUse) -> None:
         """Put a robot into the scene, and run its graphs after the others."""
-        self._population.add(name, use, Findings())
+        self._world.add(name, use)
         self._begin(name)
 
     def _begin(self, name: str) -> None:
@@ -72,7 +69,7 @@ class SceneRoster(Roster):
         overrides = Override.parse_all(scene.options.overrides)
         graphs = share_plans(resolve_uses(uses, files, scene.registry, findings, overrides), findings)
         findings.raise_errors()
-        write_namespaces(self._specified, services.stage, graphs, findings, within=robot.prim_path)
+        write_namespaces(self._world.scenery.scene, services.stage, graphs, findings, within=robot.prim_path)
         check.check_graphs(
             graphs,
             services.world,
@@ -119,7 +116,7 @@ class SceneRoster(Roster):
         for name in reversed(list(self._robots)[same:]):
             self._dismiss(name, self._own(name))
         for robot, spawned in saved[same:]:
-            self._population.put(robot.placement, Findings())
+            self._world.put(robot.placement)
             self._services.stage.find(robot.prim_path).facts["spawned"] = spawned
             self._begin(robot.name)
 
@@ -127,4 +124,4 @@ class SceneRoster(Roster):
         """Remove a robot, with its graphs and with what the session keeps for it."""
         self._ticker.remove(own)
         self._services.forget(self._robots[name].prim_path)
-        self._population.remove(name)
+        self._world.remove(name)

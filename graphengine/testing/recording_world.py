@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 from graphengine.devices.device import device_of
 from graphengine.devices.dry_world import ArticulationStub, BodyStub, DryEntities, DryWorld
 from graphengine.devices.entity import Move
-from graphengine.devices.sensor import Quaternion, Vector3
-from graphengine.devices.stage import IDENTITY, ORIGIN, Stage
+from graphengine.devices.rotation import IDENTITY, ORIGIN, Quaternion, Vector3
+from graphengine.devices.stage import Stage
 
 D = TypeVar("D")
 

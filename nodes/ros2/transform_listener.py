@@ -7,8 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from graphengine.devices.motion import Frame, Placement
-from graphengine.devices.rotation import compose
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3, compose
 from graphengine.messages.endpoints import Subscription
 from graphengine.node import Bound, Context, ContextError, ExecOut, Fire, In, String, Tokens
 from graphengine.nodes.ros2.publisher import TopicNode

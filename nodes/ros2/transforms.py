@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, ClassVar
 
 from graphengine.devices.motion import FrameLink
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
 from graphengine.node import Bound, Context, ContextError, In, RobotDescription, State

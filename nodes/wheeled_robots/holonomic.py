@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices import rotation
-from graphengine.devices.sensor import Vector3
+from graphengine.devices.rotation import Vector3
 from graphengine.node import BadValueError, Double3, Double3s, Double4s, Doubles, ExecIn, In, Node, Out, State
 from graphengine.nodes.checked import check_outcome
 from graphengine.nodes.wheeled_robots.limits import limited

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.node import BadValueError, ExecIn, ExecOut, In, Node, Quaterniond, Vector3d
 
 Heading = tuple[float, float, float]

@@ -15,7 +15,8 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files, find_given
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import read
-from graphengine.physics.loading import LoadedWorld, load_world
+from graphengine.physics.loaded_world import LoadedWorld
+from graphengine.physics.loading import load_world
 from tests.cli.harness import Graphrun
 from tests.physics.occupancy.map_server import ReadMap, read_map
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from graphengine.devices.backend import World
 from graphengine.devices.lidar import LidarStub
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.format.files import shipped
 from graphengine.messages import messages
 from graphengine.node import Node

@@ -14,7 +14,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from graphengine.devices import rotation
 from graphengine.devices.camera import CameraStub
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.format.errors import ContextError, PrimError
 from graphengine.messages import messages
 from graphengine.nodes.ros2.camera import ROS2CameraHelper

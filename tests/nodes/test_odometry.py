@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine.devices.dry_world import BodyStub
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.format.errors import PrimError
 from graphengine.nodes.core.odometry import IsaacComputeOdometry
 from graphengine.nodes.ros2.state import ROS2PublishOdometry

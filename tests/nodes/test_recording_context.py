@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from graphengine.devices.dry_world import BodyStub
 from graphengine.devices.lidar import Lidar, LidarStub
 from graphengine.devices.motion import Articulation, Body, Frame, JointSelection
-from graphengine.devices.sensor import Vector3
+from graphengine.devices.rotation import Vector3
 from graphengine.format.errors import ContextError, PrimError, TransportError
 from graphengine.node import Context
 from graphengine.node.variable import Variable

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from graphengine.devices.dry_world import BodyStub
-from graphengine.devices.rotation import compose
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3, compose
 from graphengine.format.errors import ContextError, PrimError
 from graphengine.messages import messages
 from graphengine.nodes.core.transforms import IsaacReadWorldPose

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.format.errors import ContextError, PrimError
 from graphengine.nodes.core.transforms import IsaacComputeTransformTree, IsaacReadWorldPose
 from graphengine.nodes.ros2.transforms import RobotStatePublisher, ROS2PublishRawTransformTree, ROS2PublishTransformTree

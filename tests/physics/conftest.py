@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.loaded_world import LoadedWorld
 from tests.physics.harness import SHIPPED, Project, load
 
 Ship = Callable[[str], LoadedWorld]

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
-from graphengine.devices.sensor import Quaternion
+from graphengine.devices.rotation import Quaternion
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import read
-from graphengine.physics.loading import LoadedWorld, load_world
+from graphengine.physics.core import SimulationCore
+from graphengine.physics.dynamics.motion_handles import Joints
+from graphengine.physics.loaded_world import LoadedWorld
+from graphengine.physics.loading import load_world
+from graphengine.physics.simulation import Simulation
 
 SHIPPED = Path(__file__).resolve().parents[2] / "scenes"
 
@@ -51,11 +56,30 @@ class Project:
         path.write_text(text, encoding="utf-8")
         return self
 
+    def robot(self, keys: str) -> Project:
+        """Write the robot file with more keys."""
+        return self.write("bot.yaml", f"{ROBOT}{keys}\n")
+
+    def world(self, *things: str, before: str = "") -> Project:
+        """Write the world, a floor with things on it; `before` stands before the `worldbody`."""
+        floor = FLOOR.replace("<worldbody>", f"{before}<worldbody>", 1)
+        return self.write("world.xml", floor.replace("</worldbody>", f"{''.join(things)}</worldbody>"))
+
     def try_load(self, seed: int = 0) -> tuple[LoadedWorld | None, Findings]:
         return try_load(self.folder / "scene.yaml", seed)
 
     def load(self, seed: int = 0) -> LoadedWorld:
         return load(self.folder / "scene.yaml", seed)
+
+    def load_joints(self) -> tuple[Simulation, Joints]:
+        """The simulation, and the joints of its robot."""
+        simulation = self.load().simulation
+        return simulation, simulation.articulation(simulation.stage.find("/bot"))
+
+    def load_with_findings(self) -> tuple[LoadedWorld, Findings]:
+        loaded, findings = self.try_load()
+        assert loaded is not None, "\n".join(finding.render() for finding in findings.errors)
+        return loaded, findings
 
     def errors(self) -> list[str]:
         """Code, place and message of each error, without the folder."""
@@ -78,6 +102,19 @@ def load(path: Path, seed: int = 0) -> LoadedWorld:
     loaded, findings = try_load(path, seed)
     assert loaded is not None, "\n".join(finding.render() for finding in findings.errors)
     return loaded
+
+
+def steps(simulation: SimulationCore, count: int) -> None:
+    for _ in range(count):
+        simulation.step()
+
+
+def ticks(simulation: SimulationCore, count: int = 1, each: Callable[[], object] = lambda: None) -> None:
+    """Run whole ticks, and do something at the end of each."""
+    for _ in range(count):
+        steps(simulation, simulation.substeps)
+        simulation.begin_tick(simulation.tick + 1)
+        each()
 
 
 def yaw_of(orientation: Quaternion) -> float:

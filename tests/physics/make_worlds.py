@@ -55,12 +55,7 @@ COLOURS = {
 }
 LOADS = ("carton", "carton_light", "wrap", "carton_dark", "carton", "carton_light", "crate")
 
-CONCRETE = {
-    "builtin": "flat",
-    "rgb1": "0.58 0.59 0.60",
-    "mark": "edge",
-    "markrgb": "0.46 0.47 0.48",
-}
+CONCRETE = {"builtin": "flat", "rgb1": "0.58 0.59 0.60", "mark": "edge", "markrgb": "0.46 0.47 0.48"}
 GRID = {
     "builtin": "checker",
     "rgb1": "0.36 0.39 0.43",

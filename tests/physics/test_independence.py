@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.loaded_world import LoadedWorld
 from tests.physics.harness import CART, FLOOR, Project
 
 BODIES = (
@@ -72,8 +72,7 @@ def test_an_arm_that_pushes_against_its_stop_does_so_in_a_crowd_as_alone(scene: 
     first = "  main: {use: arm.yaml, position: [0, 0, 0.06]}\n"
     seen = []
     for others in ("", CROWD):
-        scene.write("scene.yaml", f"scene: t\nworld: world.xml\nsettle: true\nrobots:\n{others}{first}")
-        world = scene.load()
+        world = scene.write("scene.yaml", f"scene: t\nworld: world.xml\nsettle: true\nrobots:\n{others}{first}").load()
         efforts = []
         for step in range(960):
             if step % 4 == 0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.physics.harness import CART, FLOOR, ROBOT, SCENE, Project
+from tests.physics.harness import CART, SCENE, Project, steps
 
 
 def test_files_that_are_not_there_are_told_with_the_nearest(project: Project) -> None:
@@ -16,8 +16,7 @@ def test_files_that_are_not_there_are_told_with_the_nearest(project: Project) ->
     assert "scene.yaml:4:14: error S101: no file 'bott.yaml'" in project.error()
     project.write("scene.yaml", SCENE).write("bot.yaml", "robot: bot\nurdf: cart.urdf\n")
     assert "bot.yaml:2:7: error S101: no file 'cart.urdf'" in project.error()
-    project.write("bot.yaml", "robot: bot\n")
-    assert "bot.yaml:1:1: error G107: missing key 'urdf'" in project.error()
+    assert "bot.yaml:1:1: error G107: missing key 'urdf'" in project.write("bot.yaml", "robot: bot\n").error()
     project.write("bot.yaml", "robot: bot\nextends: cart.yaml\n")
     assert "bot.yaml:2:10: error S101: no file 'cart.yaml'" in project.error()
 
@@ -28,6 +27,11 @@ def test_every_mistake_of_a_scene_is_told_in_one_run(project: Project) -> None:
     assert codes == ["S102", "S105"]
 
 
+CUBE = '<mujoco>\n\n  <worldbody><geom type="cube"/></worldbody></mujoco>'
+FLAT = '<mujoco>\n <worldbody>\n  <body><geom name="g" type="box" size="1 1"/></body></worldbody></mujoco>'
+ENTITIES = '<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>\n<mujoco model="&b;"/>'
+
+
 @pytest.mark.parametrize(
     ("world", "told"),
     [
@@ -35,18 +39,9 @@ def test_every_mistake_of_a_scene_is_told_in_one_run(project: Project) -> None:
         ("<mujoco>\n  <worldbody></mujoco>", "world.xml:2:16: error S102: XML syntax: mismatched tag"),
         ("<robot/>", "world.xml:1:1: error S102: a world begins with <mujoco>, not <robot>"),
         ('<mujoco>\n  <option timestp="1"/></mujoco>', "world.xml:2:3: error S102: MuJoCo: Schema violation"),
-        (
-            '<mujoco>\n\n  <worldbody><geom type="cube"/></worldbody></mujoco>',
-            "world.xml:3:14: error S102: MuJoCo: invalid",
-        ),
-        (
-            '<mujoco>\n <worldbody>\n  <body><geom name="g" type="box" size="1 1"/></body></worldbody></mujoco>',
-            "world.xml:3:9: error S106: MuJoCo: size 2 must be positive in geom",
-        ),
-        (
-            '<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>\n<mujoco model="&b;"/>',
-            "world.xml:1:13: error S102: a document type is not allowed",
-        ),
+        (CUBE, "world.xml:3:14: error S102: MuJoCo: invalid"),
+        (FLAT, "world.xml:3:9: error S106: MuJoCo: size 2 must be positive in geom"),
+        (ENTITIES, "world.xml:1:13: error S102: a document type is not allowed"),
         ("<mujoco>" + "<worldbody>" * 300, "error S102: nested more than 200 levels deep"),
         ("<mujoco>" + f"<a/>{'t' * 80}" * 100_000, "error S102: XML syntax: no element found"),
         ('<?xml version="1.0" encoding="klingon"?><mujoco/>', "error S102: XML syntax: unknown encoding"),
@@ -56,28 +51,20 @@ def test_a_world_that_cannot_be_loaded(project: Project, world: str, told: str) 
     assert told in project.write("world.xml", world).error()
 
 
-def test_what_mujoco_warns_of_is_told(project: Project) -> None:
+def test_what_mujoco_warns_of_is_told_and_does_not_end_a_run_as_if_it_had_diverged(project: Project) -> None:
     hinges = '<joint axis="0 0 1"/><joint axis="0 0 1"/>'
     body = f'<body name="door">{hinges}<geom type="box" size="1 1 1"/></body>'
-    findings = project.write("world.xml", f"<mujoco><worldbody>{body}</worldbody></mujoco>").try_load()[1]
+    world, findings = project.write("world.xml", f"<mujoco><worldbody>{body}</worldbody></mujoco>").load_with_findings()
     (lint,) = (finding for finding in findings.warnings if finding.code == "W205")
     assert (lint.code, lint.help) == ("W205", ("degree of freedom 0 belongs to 'door'",))
     assert lint.message.startswith("MuJoCo: Inertia matrix is too close to singular")
     assert "Time" not in lint.message
-
-
-def test_what_mujoco_warned_of_does_not_end_a_run_as_if_it_had_diverged(project: Project) -> None:
-    hinges = '<joint axis="0 0 1"/><joint axis="0 0 1"/>'
-    body = f'<body name="door">{hinges}<geom type="box" size="1 1 1"/></body>'
-    simulation = project.write("world.xml", f"<mujoco><worldbody>{body}</worldbody></mujoco>").load().simulation
-    for _ in range(10):
-        simulation.step()
-    assert np.isfinite(simulation.data.qpos).all()
+    steps(world.simulation, 10)
+    assert np.isfinite(world.simulation.data.qpos).all()
 
 
 def test_a_world_that_is_too_large_is_not_read(project: Project) -> None:
-    project.write("world.xml", "<mujoco>" + " " * 16_000_001 + "</mujoco>")
-    assert "is larger than 16 MB" in project.error()
+    assert "is larger than 16 MB" in project.write("world.xml", "<mujoco>" + " " * 16_000_001 + "</mujoco>").error()
 
 
 @pytest.mark.parametrize(
@@ -103,8 +90,7 @@ def test_a_world_names_no_file_outside_its_folder(project: Project, element: str
         (outside / name).write_text("<mujoco/>", encoding="utf-8")
     (project.folder / "link.stl").symlink_to(outside / "secret.stl")
     text = element.replace("..", f"../{outside.name}").format(outside=outside)
-    project.write("inner.xml", f'<mujoco><include file="../{outside.name}/secret.xml"/></mujoco>')
-    project.write("world.xml", FLOOR.replace("<worldbody>", f"{text}<worldbody>", 1))
+    project.write("inner.xml", f'<mujoco><include file="../{outside.name}/secret.xml"/></mujoco>').world(before=text)
     error = project.error()
     assert "error S102" in error
     assert "lies outside the folder of the file you gave" in error
@@ -113,72 +99,54 @@ def test_a_world_names_no_file_outside_its_folder(project: Project, element: str
 
 @pytest.mark.parametrize("mesh", ["../x.stl", "/etc/passwd", "file:///etc/passwd", "package://../../etc/passwd"])
 def test_a_description_names_no_file_outside_its_folder(project: Project, mesh: str) -> None:
-    project.write("bot.urdf", CART.replace('<box size=".4 .3 .1"/>', f'<mesh filename="{mesh}"/>'))
-    error = project.error()
+    error = project.write("bot.urdf", CART.replace('<box size=".4 .3 .1"/>', f'<mesh filename="{mesh}"/>')).error()
     assert "bot.urdf:4:42: error S10" in error
     assert "lies outside" in error or "no file" in error
 
 
 def test_a_file_included_twice_or_by_itself_is_told(project: Project) -> None:
-    project.write("world.xml", FLOOR.replace("<worldbody>", '<include file="a.xml"/><worldbody>'))
-    project.write("a.xml", '<mujoco><include file="world.xml"/></mujoco>')
+    project.world(before='<include file="a.xml"/>').write("a.xml", '<mujoco><include file="world.xml"/></mujoco>')
     assert "a.xml:1:24: error S102: 'world.xml' is included twice" in project.error()
+
+
+PLATE, PARENT = '<link name="plate"/>', '<parent link="arm"/>'
+BALL, SIZE, MASS = '<sphere radius=".05"/>', 'size=".4 .3 .1"', '<mass value="5"/>'
 
 
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
         ("<robot", "<mujoco", "bot.urdf:1:1: error S103: a robot description begins with <robot>, not <mujoco>"),
-        ('<link name="plate"/>', "<link/>", "bot.urdf:10:3: error S103: a link without a name"),
-        ('<link name="plate"/>', '<link name="arm"/>', "bot.urdf:10:15: error S105: two links named 'arm'"),
-        ('<parent link="arm"/>', '<parent link="amr"/>', "error S103: joint 'plate_joint': no parent link 'amr'"),
-        ('<parent link="arm"/>', '<parent link="amr"/>', "did you mean 'arm'?"),
-        ('<parent link="arm"/>', '<parent link="plate"/>', "error S103: the links do not form one tree"),
+        (PLATE, "<link/>", "bot.urdf:10:3: error S103: a link without a name"),
+        (PLATE, '<link name="arm"/>', "bot.urdf:10:15: error S105: two links named 'arm'"),
+        (PARENT, '<parent link="amr"/>', "error S103: joint 'plate_joint': no parent link 'amr'"),
+        (PARENT, '<parent link="amr"/>', "did you mean 'arm'?"),
+        (PARENT, '<parent link="plate"/>', "error S103: the links do not form one tree"),
         ('<parent link="base_link"/>', '<parent link="plate"/>', "error S103: the links do not form one tree"),
         ('type="fixed"', 'type="floating"', "joint 'plate_joint': type 'floating' cannot be simulated"),
         ('type="revolute"', 'type="revolut"', "did you mean 'revolute'?"),
         ('type="fixed"', 'type="planar"', "write two prismatic joints and a continuous one"),
-        ('<mass value="5"/>', '<mass value="heavy"/>', "bot.urdf:3:28: error S103: mass 'heavy' is not a number of kg"),
-        ('<mass value="5"/>', '<mass value="-5"/>', "bot.urdf:3:28: error S103: mass '-5' is not a number of kg"),
+        (MASS, '<mass value="heavy"/>', "bot.urdf:3:28: error S103: mass 'heavy' is not a number of kg"),
+        (MASS, '<mass value="-5"/>', "bot.urdf:3:28: error S103: mass '-5' is not a number of kg"),
         ('xyz=".1 0 .1"', 'xyz=".1 0"', "joint 'arm_joint': origin xyz is three numbers, not '.1 0'"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', "axis xyz is three numbers, not all of them zero, not '0 0 0'"),
         ("<limit", '<mimic joint="plate_joint"/><limit', "'arm_joint' mimics 'plate_joint', which is no moving joint"),
         ("<limit", '<mimic joint="arm_jont"/><limit', "did you mean 'arm_joint'?"),
         ("<limit", '<mimic joint="arm_joint"/><limit', "bot.urdf:13:19: error S103: joint 'arm_joint' mimics itself"),
         ('<child link="plate"/>', '<child link="arm"/>', "link 'arm' has two parents"),
-        (
-            'size=".4 .3 .1"',
-            'size=".4 .3"',
-            "bot.urdf:4:37: error S103: link 'base_link': box size is three numbers, not '.4 .3'",
-        ),
-        ('size=".4 .3 .1"', "", "bot.urdf:4:26: error S103: MuJoCo: required attribute missing: 'size'"),
+        (SIZE, 'size=".4 .3"', "bot.urdf:4:37: error S103: link 'base_link': box size is three numbers, not '.4 .3'"),
+        (SIZE, "", "bot.urdf:4:26: error S103: MuJoCo: required attribute missing: 'size'"),
         ('radius=".05"', 'radius="nan"', "bot.urdf:8:64: error S103: link 'arm': sphere radius is a number, not 'nan'"),
         ('xyz="0 0 .2"', 'xyz="0 0 inf"', "link 'arm': origin xyz is three numbers, not '0 0 inf'"),
         ('effort="40"', 'effort="1e999"', "joint 'arm_joint': limit effort is a number, not '1e999'"),
         ('lower="-1"', 'lower=""', "joint 'arm_joint': limit lower is a number, not ''"),
         ("<limit", '<dynamics damping="-1"/><limit', "dynamics damping is a number, not below zero, not '-1'"),
-        (
-            '<link name="plate"/>',
-            '<link name="plate"><visual/></link>',
-            "link 'plate': a visual without a shape in its",
-        ),
+        (PLATE, '<link name="plate"><visual/></link>', "link 'plate': a visual without a shape in its"),
         ("<sphere", "<spehre", "did you mean 'sphere'?"),
-        (
-            '<sphere radius=".05"/>',
-            '<mesh filename="http://a.b/c.stl"/>',
-            "meshes are named by their path, or with package",
-        ),
-        ('<sphere radius=".05"/>', '<mesh filename="package://"/>', "error S101: no file 'package://'"),
-        (
-            '<sphere radius=".05"/>',
-            '<mesh filename="file:///%00.stl"/>',
-            "error S103: cannot look up 'file:///%00.stl'",
-        ),
-        (
-            '<sphere radius=".05"/>',
-            '<mesh filename="missing.stl"/>',
-            "bot.urdf:8:64: error S101: no file 'missing.stl'",
-        ),
+        (BALL, '<mesh filename="http://a.b/c.stl"/>', "meshes are named by their path, or with package"),
+        (BALL, '<mesh filename="package://"/>', "error S101: no file 'package://'"),
+        (BALL, '<mesh filename="file:///%00.stl"/>', "error S103: cannot look up 'file:///%00.stl'"),
+        (BALL, '<mesh filename="missing.stl"/>', "bot.urdf:8:64: error S101: no file 'missing.stl'"),
         (
             'ixx=".01"',
             'ixx="1 2"',
@@ -192,8 +160,7 @@ def test_a_description_that_cannot_be_loaded(project: Project, old: str, new: st
     if new == "<mujoco":
         description = description.replace("</robot>", "</mujoco>")
     project.write("bot.urdf", description)
-    errors = project.errors()
-    assert told in "\n".join(errors)
+    assert told in "\n".join(project.errors())
 
 
 @pytest.mark.parametrize(
@@ -235,54 +202,47 @@ def test_a_description_that_cannot_be_loaded(project: Project, old: str, new: st
     ],
 )
 def test_a_robot_file_that_does_not_fit_its_description(project: Project, keys: str, told: str) -> None:
-    project.write("bot.yaml", ROBOT + keys + "\n")
-    assert told in "\n".join(project.errors())
+    assert told in "\n".join(project.robot(keys).errors())
 
 
-def test_a_tick_that_is_too_long_for_physics_is_told(project: Project) -> None:
-    project.write("scene.yaml", SCENE + "physics: {tick_rate: 1e-320}\n")
-    assert "scene.yaml:5:22: error G109: tick_rate: physics needs at least 0.1 ticks a second" in project.error()
+SINGULAR = (
+    '<body pos="3 3 3"><joint/><geom size="1e308" mass="1"/></body>'
+    '<body pos="1 3 9"><freejoint/><geom type="ellipsoid" size="1 1 1"/></body>'
+)
+SETTLING, FALLING = SCENE + "settle: true\n", '<option gravity="0 0 -1e30"/>'
 
 
-def test_a_robot_cannot_take_the_worlds_place(project: Project) -> None:
-    project.write("scene.yaml", SCENE.replace("bot:", "World:"))
-    assert "scene.yaml:4:3: error S105: a robot cannot be named 'World'" in project.error()
-
-
-def test_a_scene_that_diverges_while_it_settles_is_told(project: Project) -> None:
-    project.write("scene.yaml", SCENE + "settle: true\n")
-    project.write("world.xml", FLOOR.replace("<worldbody>", '<option gravity="0 0 -1e30"/><worldbody>'))
-    assert "scene.yaml:5:1: error S106: the simulation diverged at t = " in project.error()
-
-
-def test_a_scene_that_mujoco_gives_up_on_is_told(project: Project) -> None:
-    ball = '<body pos="3 3 3"><joint/><geom size="1e308" mass="1"/></body>'
-    ball += '<body pos="1 3 9"><freejoint/><geom type="ellipsoid" size="1 1 1"/></body>'
-    project.write("world.xml", FLOOR.replace("</worldbody>", f"{ball}</worldbody>"))
-    assert "scene.yaml:2:1: error S106: at t = 0.0000 s MuJoCo gave up: " in project.error()
+@pytest.mark.parametrize(
+    ("scene", "option", "bodies", "told"),
+    [
+        (
+            SCENE + "physics: {tick_rate: 1e-320}\n",
+            "",
+            "",
+            "5:22: error G109: tick_rate: physics needs at least 0.1 ticks a second",
+        ),
+        (SCENE.replace("bot:", "World:"), "", "", "4:3: error S105: a robot cannot be named 'World'"),
+        (SETTLING, FALLING, "", "5:1: error S106: the simulation diverged at t = "),
+        (SCENE, "", SINGULAR, "2:1: error S106: at t = 0.0000 s MuJoCo gave up: "),
+    ],
+    ids=["too slow", "named as the world", "diverges while it settles", "MuJoCo gives up"],
+)
+def test_a_scene_that_cannot_be(project: Project, scene: str, option: str, bodies: str, told: str) -> None:
+    assert f"scene.yaml:{told}" in project.write("scene.yaml", scene).world(bodies, before=option).error()
 
 
 def test_includes_meshes_and_models_of_a_world_are_found(project: Project) -> None:
     """A tetrahedron, by `meshdir`, from an included file in a folder of its own and from an attached model."""
     tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    shelf = '<asset><mesh file="tetra.obj"/></asset><include file="body.xml"/>'
+    body = '<worldbody><body name="one"><geom type="mesh" mesh="tetra"/></body></worldbody>'
+    part = '<worldbody><body name="b"><geom type="mesh" mesh="m"/></body></worldbody>'
     project.write("meshes/tetra.obj", tetrahedron)
-    project.write(
-        "parts/shelf.xml", '<mujoco><asset><mesh file="tetra.obj"/></asset><include file="body.xml"/></mujoco>'
-    )
-    project.write(
-        "parts/body.xml",
-        '<mujoco><worldbody><body name="one"><geom type="mesh" mesh="tetra"/></body></worldbody></mujoco>',
-    )
-    project.write(
-        "sub.xml",
-        '<mujoco><asset><mesh name="m" file="meshes/tetra.obj"/></asset><worldbody><body name="b">'
-        '<geom type="mesh" mesh="m"/></body></worldbody></mujoco>',
-    )
-    project.write(
-        "world.xml",
-        '<mujoco><compiler meshdir="meshes"/><include file="parts/shelf.xml"/>'
-        '<asset><model name="sub" file="sub.xml"/></asset>'
-        '<worldbody><geom type="plane" size="0 0 1"/><attach model="sub" body="b" prefix="two_"/></worldbody></mujoco>',
+    project.write("parts/shelf.xml", f"<mujoco>{shelf}</mujoco>").write("parts/body.xml", f"<mujoco>{body}</mujoco>")
+    project.write("sub.xml", f'<mujoco><asset><mesh name="m" file="meshes/tetra.obj"/></asset>{part}</mujoco>')
+    project.world(
+        '<attach model="sub" body="b" prefix="two_"/>',
+        before='<compiler meshdir="meshes"/><include file="parts/shelf.xml"/><asset><model name="sub" file="sub.xml"/></asset>',
     )
     world = project.load()
     assert sorted(world.stage.find("/World").children) == ["one", "two_b"]

@@ -10,20 +10,16 @@ import numpy as np
 import pytest
 
 from graphengine.devices.stage import Prim
-from graphengine.format.diagnostics import Findings
-from graphengine.format.spec_reader import read
-from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.model.profiles import SensorProfile
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.occupancy.flood_fill import reached
 from graphengine.physics.occupancy.occupancy_map import FREE, OCCUPIED, MapRequest, OccupancyMap, Point, make_map
 from tests.physics.conftest import Ship
-from tests.physics.harness import SHIPPED, Project, try_load
+from tests.physics.harness import SHIPPED, Project, steps, try_load
 from tests.physics.make_worlds import write_worlds
 
 SCENES = sorted(
     str(path.relative_to(SHIPPED)) for path in SHIPPED.rglob("*.yaml") if "\nscene:" in path.read_text(encoding="utf-8")
 )
-PROFILES = sorted(path.stem for path in (SHIPPED / "sensors").glob("*.yaml"))
 CHASSIS = "/dd100/Geometry/base_link/chassis_link"
 
 
@@ -52,14 +48,6 @@ def test_the_worlds_are_what_their_program_writes(tmp_path: Path) -> None:
     assert written == sorted(path.name for path in (SHIPPED / "worlds").glob("*.xml"))
     for name in written:
         assert (tmp_path / name).read_bytes() == (SHIPPED / "worlds" / name).read_bytes()
-
-
-@pytest.mark.parametrize("name", PROFILES)
-def test_a_sensor_profile_is_named_as_its_file(name: str) -> None:
-    findings = Findings()
-    profile = read(SensorProfile, SHIPPED / "sensors" / f"{name}.yaml", findings)
-    assert profile is not None
-    assert profile.spec.sensor == name
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -233,8 +221,7 @@ def test_loose_things_lie_on_the_floor_and_sleep(ship: Ship, name: str) -> None:
     things = loose_things(world)
     assert {"box", "cone", "barrel"} == {prim.name.partition("_")[0] for prim in things}
     before = data.qpos.copy()
-    for _ in range(240):
-        world.simulation.step()
+    steps(world.simulation, 240)
     for prim in things:
         body = model.body(prim.body)
         assert 2.0 <= body.mass[0] <= 10.0
@@ -260,8 +247,7 @@ def test_the_dd100_pushes_what_is_loose(project: Project, world: str, thing: str
         ("front_left_wheel_joint", "front_right_wheel_joint")
     )
     wheels.command(velocities=[0.5 / 0.049] * 2)
-    for _ in range(4 * 240):
-        loaded.simulation.step()
+    steps(loaded.simulation, 4 * 240)
     (east, north, up), _ = body.pose()
     assert north - y > 0.5
     assert abs(east - x) < 0.3

@@ -9,8 +9,7 @@ from typing import Any
 from graphengine.control.simulation_interfaces import filters
 from graphengine.control.simulation_interfaces.results import FAILED, RefusedError
 from graphengine.devices.entity import Entity, EntityKind, EntityState
-from graphengine.devices.rotation import Pose, compose
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Pose, Quaternion, Vector3, compose
 from graphengine.format.errors import UnknownEntityError
 from graphengine.format.spec import Orientation
 from graphengine.messages import messages

@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeVar, cast
 from graphengine.devices.camera import LARGEST_PICTURE, Camera
 from graphengine.devices.device import Device, device_of
 from graphengine.devices.motion import Articulation, Body, Frame, FrameLink, Placement
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.devices.stage import Prim, PrimKind
 from graphengine.format.errors import ContextError, PrimError
 from graphengine.format.kinds import DEVICES

@@ -12,8 +12,8 @@ import itertools
 from collections.abc import Callable, Sequence
 
 from graphengine.devices.motion import Frame, FrameLink
-from graphengine.devices.rotation import Pose, compose, relative
-from graphengine.devices.stage import IDENTITY, ORIGIN, Prim, Stage
+from graphengine.devices.rotation import IDENTITY, ORIGIN, Pose, compose, relative
+from graphengine.devices.stage import Prim, Stage
 
 
 def expand(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ _ALTERNATIVES = (("drive", "usd_drive"), ("rpy_deg", "quaternion_xyzw"))
 """Keys that stand for the same thing: writing one replaces the other of an extended file."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class RobotFile:
     """A robot file, merged with the files that it extends.
 
@@ -24,11 +26,8 @@ class RobotFile:
         chain: the file itself, then the file it extends, and so on.
     """
 
-    __slots__ = ("chain", "spec")
-
-    def __init__(self, spec: RobotSpec, chain: tuple[Loaded[RobotSpec], ...]) -> None:
-        self.spec = spec
-        self.chain = chain
+    spec: RobotSpec
+    chain: tuple[Loaded[RobotSpec], ...]
 
     def document(self, *location: str | int) -> Document:
         """The document that a value at a location comes from; the file's own if none has it."""

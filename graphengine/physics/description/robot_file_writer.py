@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
-from graphengine.devices.rotation import rotate
 from graphengine.format.wording import printable
 from graphengine.format.yaml_text import scalar
 from graphengine.physics.description.urdf import WORLD, Urdf, UrdfJoint, UrdfLink, shape_of
@@ -16,34 +14,6 @@ WHEEL_DAMPING = 50.0
 """Of the velocity drive that a wheel gets, N m s/rad: it keeps within 0.02 % of its target."""
 
 _WIDTH = 120
-
-
-@dataclass(frozen=True, slots=True)
-class Wheel:
-    """A wheel: its radius, m, and its centre along the axle, m."""
-
-    joint: str
-    radius: float
-    along: float
-
-
-def wheels(urdf: Urdf) -> list[Wheel]:
-    """The wheels of a robot, in joint order; `along` is measured along the first axle."""
-    found: list[Wheel] = []
-    axle = None
-    for joint in urdf.moving():
-        rolls = urdf.wheel(joint)
-        if rolls is None:
-            continue
-        axle = axle or rotate(urdf.pose_in_root(joint.child)[1], joint.axis)
-        found.append(Wheel(joint.name, rolls[0], sum(a * b for a, b in zip(rolls[1], axle, strict=True))))
-    return found
-
-
-def track(found: Sequence[Wheel]) -> float | None:
-    """Distance (m) of the outermost wheels along the axle; None if all stand behind each other."""
-    distance = max(w.along for w in found) - min(w.along for w in found) if found else 0.0
-    return distance if distance > 1e-6 else None
 
 
 def left_behind(urdf: Urdf) -> list[str]:
@@ -123,7 +93,7 @@ def _shape(collider: Element) -> str:
 
 def _joints(urdf: Urdf) -> Iterator[str]:
     moving = urdf.moving()
-    rolling = {wheel.joint: wheel for wheel in wheels(urdf)}
+    rolling = {wheel.joint: wheel for wheel in urdf.wheels(moving)}
     if moving:
         yield "joints:"
     for joint in moving:

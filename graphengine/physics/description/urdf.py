@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
-from graphengine.devices.poses import NOWHERE
-from graphengine.devices.rotation import Pose, compose, from_rpy, rotate
-from graphengine.devices.sensor import Vector3
+from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, from_rpy, rotate
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element, numbers
 
@@ -93,6 +91,15 @@ class UrdfJoint:
         origin.attributes["xyz"] = " ".join(map(repr, position))
 
 
+@dataclass(frozen=True, slots=True)
+class Wheel:
+    """A wheel: its radius, m, and its centre along the axle, m."""
+
+    joint: str
+    radius: float
+    along: float
+
+
 @dataclass(slots=True, eq=False)
 class Urdf:
     """A robot description whose links form one tree.
@@ -139,7 +146,19 @@ class Urdf:
             carrier = self.links[carrier.parent].carrier
         return pose
 
-    def wheel(self, joint: UrdfJoint) -> tuple[float, Vector3] | None:
+    def wheels(self, joints: Iterable[UrdfJoint]) -> list[Wheel]:
+        """The wheels on some joints, in the same order; `along` is measured along the axle of the first."""
+        found: list[Wheel] = []
+        axle = None
+        for joint in joints:
+            wheel = self._wheel(joint)
+            if wheel is None:
+                continue
+            axle = axle or rotate(self.pose_in_root(joint.child)[1], joint.axis)
+            found.append(Wheel(joint.name, wheel[0], sum(a * b for a, b in zip(wheel[1], axle, strict=True))))
+        return found
+
+    def _wheel(self, joint: UrdfJoint) -> tuple[float, Vector3] | None:
         """Radius (m) and centre in the root link of a wheel: a sphere, or a cylinder about the joint's axis."""
         if joint.type != "continuous":
             return None
@@ -152,6 +171,12 @@ class Urdf:
             if shape.tag == "sphere" or (shape.tag == "cylinder" and abs(cosine) > 0.99):
                 return radius[0], compose(self.pose_in_root(joint.child), pose)[0]
         return None
+
+
+def track(wheels: Sequence[Wheel]) -> float | None:
+    """Distance (m) of the outermost wheels along the axle; None if all stand behind each other."""
+    distance = max(w.along for w in wheels) - min(w.along for w in wheels) if wheels else 0.0
+    return distance if distance > 1e-6 else None
 
 
 def shape_of(element: Element) -> Element | None:

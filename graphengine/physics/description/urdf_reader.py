@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from graphengine.devices.sensor import Vector3
+from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.description.urdf import MOVING, Mimic, Urdf, UrdfJoint, UrdfLink, origin_of, shape_of

@@ -21,15 +21,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.format.diagnostics import Findings
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import mujoco
-from graphengine.physics.model.drives import Drive, position_servo, servos, velocity_servo
+from graphengine.physics.engine import Floats, mujoco
+from graphengine.physics.model.drives import Drive, servo_ids
 from graphengine.physics.model.robot import RobotInstance
-
-Floats = NDArray[np.float64]
 
 _NOTHING = 1e-9
 """Share of a maximum force below which a force tells nothing about how freely a joint moves."""
@@ -56,8 +53,7 @@ class ForceLimits(Stateful):
         ids = np.array([model.joint(name).id for name in self.joints], np.intp)
         table = [(drive.stiffness, drive.damping, drive.max_force, drive.carries) for _, drive in limited]
         self._stiffness, self._damping, self._most, carries = np.array(table, float).reshape(-1, 4).T
-        self._position_servos = servos(model, map(position_servo, self.joints), self._stiffness)
-        self._velocity_servos = servos(model, map(velocity_servo, self.joints), self._damping)
+        self._position_servos, self._velocity_servos = servo_ids(model, limited)
         self._coordinates, self._dofs = model.jnt_qposadr[ids], model.jnt_dofadr[ids]
         self._data, self._step = data, model.opt.timestep
         masses = model.body_subtreemass[model.body_rootid[model.jnt_bodyid[ids]]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from graphengine.devices.stage import Prim, at_or_below
@@ -21,12 +21,8 @@ class Handle(Stateful):
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self._simulation = simulation
         self._prim = prim
+        self.prim_path = prim.path
         self.bind()
-
-    @property
-    def prim_path(self) -> str:
-        """Path of the prim."""
-        return self._prim.path
 
     @classmethod
     def key(cls, prim: Prim, **options: Any) -> str:
@@ -54,21 +50,23 @@ H = TypeVar("H", bound=Handle)
 
 
 class HandleTable:
-    """Handles by kind and place, a prim's path and what else tells it from others.
+    """The handles of a simulation by kind and key.
 
     Attributes:
         watching: those that want to see every physics step.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, simulation: SimulationCore) -> None:
+        self._simulation = simulation
         self.watching: list[Handle] = []
         self._handles: dict[tuple[type[Handle], str], Handle] = {}
 
-    def find(self, kind: type[H], place: str, make: Callable[[], H]) -> H:
-        """The handle at a place, made when it is first asked for."""
-        handle = self._handles.get((kind, place))
+    def find(self, kind: type[H], prim: Prim, **options: Any) -> H:
+        """The handle of a prim with some options, made when it is first asked for."""
+        key = kind.key(prim, **options)
+        handle = self._handles.get((kind, key))
         if not isinstance(handle, kind):
-            handle = self._handles[kind, place] = make()
+            handle = self._handles[kind, key] = kind(self._simulation, prim, **options)
             self._changed()
         return handle
 

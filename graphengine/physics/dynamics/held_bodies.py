@@ -12,20 +12,18 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from graphengine.devices.poses import NOWHERE, carrier, pose_of, vector
-from graphengine.devices.rotation import Pose, compose, conjugate, multiply, relative, rotate
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices import rotation
+from graphengine.devices.poses import pose_of, vector
+from graphengine.devices.rotation import NOWHERE, Pose, Quaternion, Vector3
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import PhysicsError
 from graphengine.physics.dynamics.handle_table import Handle
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Floats, Indices, mujoco
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
 
-Floats = NDArray[np.float64]
 
 _FREE, _SLIDE = mujoco.mjtJoint.mjJNT_FREE.value, mujoco.mjtJoint.mjJNT_SLIDE.value
 _PLACEABLE = (_FREE, _SLIDE, mujoco.mjtJoint.mjJNT_HINGE.value)
@@ -41,13 +39,13 @@ def find_mover(model: mujoco.MjModel, stage: Stage, prim: Prim) -> tuple[int, Po
     It hangs on one joint, which is no ball. It is the prim's own, or for what stands for a robot the one that this is fixed to:
     each of the other links that are fixed to it would take the whole robot along.
     """
-    name, pose = carrier(prim)
+    name, pose = prim.carrier()
     leads = stage.stands_for_robot(prim) is not None
     if name is None or not (leads or prim.body is not None):
         return None
     body = int(model.body(name).id)
     while leads and body and not model.body_jntnum[body]:
-        pose = compose(pose_of(model.body_pos[body], model.body_quat[body]), pose)
+        pose = rotation.compose(pose_of(model.body_pos[body], model.body_quat[body]), pose)
         body = int(model.body_parentid[body])
     joints = model.jnt_type[model.body_jntadr[body] :][: model.body_jntnum[body]].tolist()
     return (body, pose) if len(joints) == 1 and joints[0] in _PLACEABLE else None
@@ -88,7 +86,9 @@ class PlacedBody(Handle):
         Raises:
             PhysicsError: a number beyond those that MuJoCo counts with; nothing has changed.
         """
-        coordinates = self._towards(*compose((position, orientation), relative(self._offset, NOWHERE)))
+        coordinates = self._towards(
+            *rotation.compose((position, orientation), rotation.relative(self._offset, NOWHERE))
+        )
         if not np.abs(coordinates).max() <= mujoco.mjMAXVAL:
             legal = f"legal is up to {mujoco.mjMAXVAL:g} m"
             raise PhysicsError(f"{self.prim_path} cannot be put at {position}, {orientation}; {legal}")
@@ -121,7 +121,7 @@ class PlacedBody(Handle):
         for array, where, factor, more in self._weights():
             array[where] = array[where] * factor + more
 
-    def _weights(self) -> list[tuple[Floats, slice | NDArray[np.intp], float, float]]:
+    def _weights(self) -> list[tuple[Floats, slice | Indices, float, float]]:
         """What MuJoCo knows of how easily the body is moved, and how that changes: by a factor and a summand.
 
         First the joint's inertia, then what contacts are softened by: with 0 the contact of a body that is held in the ground
@@ -142,12 +142,12 @@ class PlacedBody(Handle):
         if model.jnt_type[joint] == _FREE:
             return np.array((*position, w, x, y, z))
         parent = int(model.body_parentid[body])
-        offset, turn = relative(pose_of(data.xpos[parent], data.xquat[parent]), (position, orientation))
+        offset, turn = rotation.relative(pose_of(data.xpos[parent], data.xquat[parent]), (position, orientation))
         axis, (_, rest) = vector(model.jnt_axis[joint]), pose_of(model.body_pos[body], model.body_quat[body])
         if model.jnt_type[joint] == _SLIDE:
-            way = float(np.dot(np.subtract(offset, model.body_pos[body]), rotate(rest, axis)))
+            way = float(np.dot(np.subtract(offset, model.body_pos[body]), rotation.rotate(rest, axis)))
         else:
-            *part, w = multiply(conjugate(rest), turn)
+            *part, w = rotation.multiply(rotation.conjugate(rest), turn)
             angle = 2.0 * math.atan2(float(np.dot(part, axis)), w)
             present = float(self._position[0] - model.qpos0[model.jnt_qposadr[joint]])
             way = present + math.remainder(angle - present, math.tau)  # a wheel goes the short way

@@ -13,10 +13,10 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from graphengine.devices.sensor import Friction, Light
+from graphengine.devices.backend import Friction, Light
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.spec import MaterialSpec
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import collides, mujoco
 from graphengine.physics.model.materials import against_floor
 from graphengine.physics.model.world_prims import world_lights
 
@@ -84,9 +84,8 @@ class Frictions(Written[Friction]):
         material = MaterialSpec(static_friction=static, dynamic_friction=dynamic, combine=prim.facts["combine"])
         for body, wheel in prim.facts["bodies"].items():
             contact = against_floor(material, prim.facts["floor"], wheel=wheel)
-            for geom in np.flatnonzero(model.geom_bodyid == model.body(body).id):
-                if model.geom_contype[geom] or model.geom_conaffinity[geom]:
-                    contact.tell(model.geom(geom))
+            for geom in np.flatnonzero((model.geom_bodyid == model.body(body).id) & collides(model)):
+                contact.tell(model.geom(geom))
 
 
 class Lights(Written[Light]):

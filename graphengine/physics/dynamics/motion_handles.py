@@ -10,23 +10,19 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.devices.backend import select_joints
-from graphengine.devices.poses import NOWHERE, carrier
-from graphengine.devices.rotation import multiply, rotate
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import NOWHERE, Quaternion, Vector3, multiply, rotate
+from graphengine.devices.stage import Prim
 from graphengine.format.errors import BadValueError
 from graphengine.format.stateful import Shared
 from graphengine.physics.dynamics.command_limits import Kind, command_limits
 from graphengine.physics.dynamics.handle_table import Handle
-from graphengine.physics.engine import mujoco
-from graphengine.physics.model.drives import Drive, position_servo, servos, velocity_servo
+from graphengine.physics.engine import Floats, Indices, mujoco
+from graphengine.physics.model.drives import Drive, servo_ids
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
-
-Floats = NDArray[np.float64]
 
 
 class CarriedPrim(Handle):
@@ -35,7 +31,7 @@ class CarriedPrim(Handle):
     def bind(self) -> None:
         """Find the body, and where the prim is in it."""
         model, data = self._simulation.model, self._simulation.data
-        name, pose = carrier(self._prim)
+        name, pose = self._prim.carrier()
         self.body = body = model.body(name).id if name is not None else 0
         self._offset = pose if pose != NOWHERE else None
         self._position, self._rotation = data.xpos[body], data.xquat[body]
@@ -71,21 +67,12 @@ class CarriedPrim(Handle):
 class Joints(Handle):
     """The moving joints of a robot prim."""
 
-    @property
-    def joint_names(self) -> tuple[str, ...]:
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        self.joint_names: tuple[str, ...] = prim.facts["joints"]
         """Names in the articulation's order, without the robot's prefix."""
-        names: tuple[str, ...] = self._prim.facts["joints"]
-        return names
-
-    def path(self, joint: int) -> str:
-        """The name of a joint in messages: its robot's path and its own name."""
-        return f"{self.prim_path}/{self.joint_names[joint]}"
-
-    @property
-    def prismatic(self) -> tuple[bool, ...]:
+        self.prismatic: tuple[bool, ...] = prim.facts["prismatic"]
         """For each joint, whether it slides."""
-        sliding: tuple[bool, ...] = self._prim.facts["prismatic"]
-        return sliding
+        super().__init__(simulation, prim)
 
     def bind(self) -> None:
         """Find the joints and the servos that drive them."""
@@ -106,8 +93,7 @@ class Joints(Handle):
         self._stiffness, self._damping = np.array([(d.stiffness, d.damping) for d in own], float).reshape(-1, 2).T
         self.limits = command_limits(model, robot, ids.tolist())
         self._has_springs = bool(self._stiffness.any())
-        self.position_servos = servos(model, map(position_servo, joints), self._stiffness)
-        self.velocity_servos = servos(model, map(velocity_servo, joints), self._damping)
+        self.position_servos, self.velocity_servos = servo_ids(model, zip(joints, own, strict=True))
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> SelectedJoints:
         """Joints by name, else by index, else all.
@@ -184,7 +170,7 @@ class SelectedJoints(Shared):
         """
         points, joints = self._simulation.set_points, self._joints
         found: list[tuple[Floats, int, float]] = []
-        commands: Sequence[tuple[Kind, Sequence[float] | None, NDArray[np.intp], Floats]] = (
+        commands: Sequence[tuple[Kind, Sequence[float] | None, Indices, Floats]] = (
             ("position", positions, joints.position_servos, points.targets),
             ("velocity", velocities, joints.velocity_servos, points.targets),
             ("effort", efforts, joints.dofs, points.efforts),
@@ -208,6 +194,7 @@ class SelectedJoints(Shared):
         if lowest <= value <= highest or not self._simulation.clamps_commands:
             return value
         counts = self._simulation.clamped_commands
-        what = f"{kind} of {self._joints.path(joint)} beyond {lowest:g} to {highest:g}"
+        name = f"{self._joints.prim_path}/{self._joints.joint_names[joint]}"
+        what = f"{kind} of {name} beyond {lowest:g} to {highest:g}"
         counts[what] = counts.get(what, 0) + 1
         return min(max(value, lowest), highest)

@@ -7,18 +7,13 @@ begun, so a body is moved in a copy of the model, and the simulation goes on wit
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
-from types import MappingProxyType
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.devices.rotation import Pose
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import mujoco
-
-Place = NDArray[np.float64]
-"""Position, then the quaternion with its real part first."""
+from graphengine.physics.engine import Floats, mujoco
 
 
 class Mounts(Stateful):
@@ -26,18 +21,19 @@ class Mounts(Stateful):
 
     kept = ("_moved",)
 
-    def __init__(self, moved: Mapping[str, tuple[Place, Place]] = MappingProxyType({})) -> None:
-        self._moved = dict(moved)
-        """By name of the body: where it was built, and where it is."""
+    def __init__(self) -> None:
+        self._moved: dict[str, tuple[Floats, Floats]] = {}
+        """By name of the body: where it was built, and where it is; position, then the quaternion (w, x, y, z)."""
 
     def __bool__(self) -> bool:
         return bool(self._moved)
 
-    def moved(self, model: mujoco.MjModel, body: int, pose: Pose) -> tuple[Mounts, mujoco.MjModel]:
+    def moved(self, model: mujoco.MjModel, body: int, pose: Pose) -> tuple[Self, mujoco.MjModel]:
         """These with a topmost body elsewhere, and a copy of the model in which it is."""
         name, (position, (x, y, z, w)) = model.body(body).name, pose
-        built, _ = self._moved.get(name, (_place(model, body), None))
-        mounts, found = Mounts({**self._moved, name: (built, np.array((*position, w, x, y, z)))}), copy.copy(model)
+        built, _ = self._moved.get(name, (np.concatenate((model.body_pos[body], model.body_quat[body])), None))
+        mounts, found = copy.copy(self), copy.copy(model)
+        mounts._moved = {**self._moved, name: (built, np.array((*position, w, x, y, z)))}
         mounts.carry_over(found)
         return mounts, found
 
@@ -59,7 +55,3 @@ class Mounts(Stateful):
         self.carry_over(found)
         self._moved.clear()
         return found
-
-
-def _place(model: mujoco.MjModel, body: int) -> Place:
-    return np.concatenate((model.body_pos[body], model.body_quat[body]))

@@ -6,15 +6,14 @@ An entity is a topmost body with all that hangs on it; that of a robot whose roo
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graphengine.devices.entity import Box, Entity, EntityKind, EntityState, Move, Overlap
 from graphengine.devices.poses import pose_of, vector
-from graphengine.devices.rotation import Pose, compose, relative, unrotate
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Pose, Quaternion, Vector3, compose, relative, unrotate
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import PhysicsError, UnknownEntityError, UsageError
 from graphengine.format.wording import did_you_mean, listing
@@ -23,8 +22,7 @@ from graphengine.physics.engine import mujoco
 from graphengine.physics.model.extents import extents
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
-    from graphengine.physics.dynamics.motion_handles import CarriedPrim
+    from graphengine.physics.simulation import Simulation
 
 MOST = 1e6
 """Of every number that comes from outside, in SI units: a thousand kilometres, a hundred tons' weight."""
@@ -36,12 +34,10 @@ class MujocoEntities:
 
     Args:
         simulation: its present model and state are asked for each time.
-        body: finds the handle of a prim.
     """
 
-    def __init__(self, simulation: SimulationCore, body: Callable[[Prim], CarriedPrim]) -> None:
+    def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
-        self._body = body
 
     def all(self) -> list[Entity]:
         """Robots in the order of the stage, then the world's own bodies."""
@@ -92,7 +88,7 @@ class MujocoEntities:
     def state(self, name: str) -> EntityState:
         """Where an entity is, and how it moves."""
         simulation, prim = self._simulation, self._find(name)
-        handle = self._body(prim)
+        handle = simulation.body(prim)
         acceleration = np.zeros(6)
         model, data = simulation.model, simulation.forces.now()
         mujoco.mj_objectAcceleration(model, data, mujoco.mjtObj.mjOBJ_XBODY, handle.body, acceleration, 0)
@@ -105,7 +101,7 @@ class MujocoEntities:
         model, data, prim = self._simulation.model, self._simulation.data, self._find(name)
         geoms = np.flatnonzero(np.isin(model.body_rootid[model.geom_bodyid], self.roots(prim)))
         if own:
-            body = self._body(prim).body
+            body = self._simulation.body(prim).body
             found = extents(model, data, geoms, data.xpos[body], data.xmat[body].reshape(3, 3))
         else:
             found = extents(model, data, geoms)
@@ -136,7 +132,7 @@ class MujocoEntities:
         """Put an entity elsewhere; see `backend.Entities`."""
         prim = self._find(name)
         linear, angular = move.linear or REST, move.angular or REST
-        now = self._body(prim).pose()
+        now = self._simulation.body(prim).pose()
         velocity = (*linear, *angular)
         for what, values in (("position", move.position), ("orientation", move.orientation), ("velocity", velocity)):
             _check(name, what, values or ())

@@ -9,13 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from graphengine.devices.sensor import Vector3
+from graphengine.devices.rotation import Vector3
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import mujoco
-
-Floats = NDArray[np.float64]
+from graphengine.physics.engine import Floats, mujoco
 
 
 @dataclass(slots=True)
@@ -46,8 +43,8 @@ class Pushes(Stateful):
     def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Go on in another model; bodies that it does not have are not pushed any more."""
         self._model, self._data = model, data
-        known = {model.body(index).name for index in range(model.nbody)} if self._pushes else set()
-        self._pushes = [push for push in self._pushes if push.body in known]
+        body = mujoco.mjtObj.mjOBJ_BODY
+        self._pushes = [push for push in self._pushes if mujoco.mj_name2id(model, body, push.body) >= 0]
         self.apply()
 
     def __bool__(self) -> bool:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import numpy as np
 
 from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import mujoco
-from graphengine.physics.model.drives import Drive, velocity_servo
+from graphengine.physics.model.drives import Drive, servo_ids
 
 
 class SetPoints(Stateful):
@@ -28,13 +28,12 @@ class SetPoints(Stateful):
     kept = ("efforts", "pending", "targets")
     __slots__ = ("_applied", "_changes", "_control", "_starts", "efforts", "pending", "targets")
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drives: Iterable[tuple[str, Drive]]) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drives: Sequence[tuple[str, Drive]]) -> None:
         self._control, self._applied = data.ctrl, data.qfrc_applied
         self._changes = np.full(model.nu, np.inf)
         self._starts: dict[int, float] = {}
-        for name, drive in drives:
-            if drive.damping > 0:
-                servo = model.actuator(velocity_servo(name)).id
+        for (_, drive), servo in zip(drives, servo_ids(model, drives)[1].tolist(), strict=True):
+            if servo >= 0:
                 self._changes[servo] = drive.max_acceleration * model.opt.timestep
                 self._starts[servo] = drive.target_velocity
         self.targets, self.efforts = np.zeros(model.nu), np.zeros(model.nv)

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.physics.dynamics.set_points import SetPoints
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Indices, mujoco
 
 _SIZES = {mujoco.mjtJoint.mjJNT_FREE: (7, 6), mujoco.mjtJoint.mjJNT_BALL: (4, 3)}
 """Coordinates and degrees of freedom of joints that have more than one."""
 
-_Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
+_Pairs = tuple[Indices, Indices]
 
 
 class Transfer:
@@ -29,8 +28,8 @@ class Transfer:
         velocities: list[tuple[int, int]] = []
         for one, other in _joints(old, new):
             coordinates, freedoms = _SIZES.get(mujoco.mjtJoint(old.jnt_type[one]), (1, 1))
-            positions += _run(old.jnt_qposadr[one], new.jnt_qposadr[other], coordinates)
-            velocities += _run(old.jnt_dofadr[one], new.jnt_dofadr[other], freedoms)
+            positions += [(old.jnt_qposadr[one] + step, new.jnt_qposadr[other] + step) for step in range(coordinates)]
+            velocities += [(old.jnt_dofadr[one] + step, new.jnt_dofadr[other] + step) for step in range(freedoms)]
         actuators = [(index, _find(new, "ACTUATOR", old.actuator(index).name)) for index in range(old.nu)]
         self._positions, self._velocities = _indices(positions), _indices(velocities)
         self._actuators = _indices([pair for pair in actuators if pair[1] >= 0])
@@ -64,10 +63,6 @@ def _joints(old: mujoco.MjModel, new: mujoco.MjModel) -> Iterator[tuple[int, int
 def _find(model: mujoco.MjModel, kind: str, name: str) -> int:
     """Number of what is called so, -1 if there is none."""
     return int(mujoco.mj_name2id(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), name))
-
-
-def _run(old: int, new: int, count: int) -> list[tuple[int, int]]:
-    return [(old + step, new + step) for step in range(count)]
 
 
 def _indices(pairs: Sequence[tuple[int, int]]) -> _Pairs:

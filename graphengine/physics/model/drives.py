@@ -14,10 +14,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.format.spec import JointSpec
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Indices, mujoco
 
 DEGREES = 180 / math.pi
 """Degrees in a radian: USD stores angular drives per degree, which PhysX multiplies by this."""
@@ -66,17 +65,12 @@ def in_si(drive: Drive) -> str:
     return ", ".join(f"{name} {value:g} {unit}" for name, (value, unit) in parts.items() if value) or "no force"
 
 
-def position_servo(joint: str) -> str:
-    """Name of the actuator that pushes a joint to its target position."""
-    return f"{joint}.position"
+def servos(joint: str, drive: Drive) -> tuple[tuple[str, float], tuple[str, float]]:
+    """Name and gain of the actuators that push a joint to its target position and to its target velocity."""
+    return (f"{joint}.position", drive.stiffness), (f"{joint}.velocity", drive.damping)
 
 
-def velocity_servo(joint: str) -> str:
-    """Name of the actuator that pushes a joint to its target velocity."""
-    return f"{joint}.velocity"
-
-
-def servos(model: mujoco.MjModel, names: Iterable[str], gains: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Ids of actuators, -1 where a gain is zero and there is none."""
-    found = [model.actuator(name).id if gain > 0 else -1 for name, gain in zip(names, gains, strict=True)]
-    return np.array(found, np.intp)
+def servo_ids(model: mujoco.MjModel, drives: Iterable[tuple[str, Drive]]) -> Indices:
+    """Ids of the position and of the velocity servos of joints, shape (2, joints); -1 where a gain is zero: there is none."""
+    found = [[model.actuator(servo).id if gain > 0 else -1 for servo, gain in servos(*drive)] for drive in drives]
+    return np.array(found, np.intp).reshape(-1, 2).T.copy()

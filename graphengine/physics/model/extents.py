@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from graphengine.physics.engine import mujoco
-
-Floats = NDArray[np.float64]
+from graphengine.physics.engine import Floats, mujoco
+from graphengine.physics.model.surfaces import mesh_vertices
 
 _GEOM = mujoco.mjtGeom
 _ORIGIN, _AXES = np.zeros(3), np.eye(3)
@@ -39,9 +37,7 @@ def extents(
 def _reach(model: mujoco.MjModel, geom: int, centre: Floats, rotation: Floats) -> tuple[Floats, Floats] | None:
     kind, size = model.geom_type[geom], model.geom_size[geom]
     if kind == _GEOM.mjGEOM_MESH:
-        mesh = model.geom_dataid[geom]
-        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-        points = model.mesh_vert[first : first + count] @ rotation.T
+        points = mesh_vertices(model, int(model.geom_dataid[geom])) @ rotation.T
         return centre + points.min(axis=0), centre + points.max(axis=0)
     along = np.abs(rotation)
     if kind == _GEOM.mjGEOM_PLANE:

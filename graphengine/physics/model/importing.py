@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from graphengine.devices.poses import NOWHERE
+from graphengine.devices.rotation import NOWHERE
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import shipped
@@ -18,7 +18,7 @@ from graphengine.physics.description.implicit_robot_file import robot_file
 from graphengine.physics.description.robot_file_writer import compose
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
-from graphengine.physics.engine import REFUSALS, compiled, mujoco
+from graphengine.physics.engine import REFUSALS, collides, compiled, mujoco
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
@@ -129,7 +129,7 @@ def _lowest(model: mujoco.MjModel) -> float | None:
     """Height of the lowest point that collides above the root link, which stands upright in the world's origin."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    found = extents(model, data, np.flatnonzero(model.geom_contype | model.geom_conaffinity))
+    found = extents(model, data, np.flatnonzero(collides(model)))
     return float(found[0][2]) if found is not None else None
 
 

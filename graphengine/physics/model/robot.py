@@ -6,15 +6,14 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from graphengine.devices.rotation import rotate
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.description.source import read_description
-from graphengine.physics.description.urdf import Urdf, UrdfJoint, shape_of
+from graphengine.physics.description.urdf import Urdf, UrdfJoint, shape_of, track
 from graphengine.physics.files.xml import write
 from graphengine.physics.model.drives import Drive, drive_of, in_si
 from graphengine.physics.model.fleet_expansion import RobotPlacement
@@ -78,17 +77,13 @@ class RobotInstance:
     @property
     def wheel_radii(self) -> dict[str, float]:
         """Radius (m) of the wheel on each moving joint that carries one."""
-        return {joint.name: wheel[0] for joint in self.moving if (wheel := self.urdf.wheel(joint))}
+        return {wheel.joint: wheel.radius for wheel in self.urdf.wheels(self.moving)}
 
     @property
     def wheel_distance(self) -> float | None:
-        """Distance (m) along the axle between the centres of the two driven wheels; None unless there are two."""
-        driven = [joint for joint in self.moving if joint.name in self.drives and self.urdf.wheel(joint)]
-        if len(driven) != 2:
-            return None
-        axle = rotate(self.urdf.pose_in_root(driven[0].child)[1], driven[0].axis)
-        one, other = (wheel[1] for joint in driven if (wheel := self.urdf.wheel(joint)))
-        return abs(sum((a - b) * c for a, b, c in zip(one, other, axle, strict=True)))
+        """Distance (m) along the axle between the centres of the two driven wheels; None unless there are two, apart."""
+        driven = self.urdf.wheels(joint for joint in self.moving if joint.name in self.drives)
+        return track(driven) if len(driven) == 2 else None
 
 
 def load_robot(
@@ -165,9 +160,9 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
         drives[name] = drive
         if spec.usd_drive is not None and joint.type != "prismatic":
             findings.add("N103", f"joint {name!r}: USD counts degrees, in SI it is {in_si(drive)}", span)
-    wheels = {name: wheel[0] for name in drives if (wheel := urdf.wheel(urdf.joints[name]))}
-    for name, radius in wheels.items():
-        drives[name] = replace(drives[name], carries=radius**2 / len(wheels))
+    wheels = urdf.wheels(urdf.joints[name] for name in drives)
+    for wheel in wheels:
+        drives[wheel.joint] = replace(drives[wheel.joint], carries=wheel.radius**2 / len(wheels))
     return drives
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Collection
 
-from graphengine.devices.poses import NOWHERE
-from graphengine.devices.rotation import Pose, relative
+from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.description.for_mujoco import for_mujoco
 from graphengine.physics.description.mjcf import parse
@@ -14,7 +13,7 @@ from graphengine.physics.description.urdf import WORLD, Mimic, Urdf
 from graphengine.physics.engine import PICTURES, RAYS, RAYS_AND_PICTURES, mujoco
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
-from graphengine.physics.model.drives import Drive, position_servo, velocity_servo
+from graphengine.physics.model.drives import Drive, servos
 from graphengine.physics.model.materials import against_floor, sentences
 from graphengine.physics.model.robot import RobotInstance
 
@@ -96,7 +95,7 @@ def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
 
 def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:
     """Make a joint the spring and damper of its drive, which actuators push; `ForceLimits` keeps their force within limits."""
-    for servo, gain in ((position_servo(joint), drive.stiffness), (velocity_servo(joint), drive.damping)):
+    for servo, gain in servos(joint, drive):
         if gain > 0:
             spec.add_actuator(name=servo, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT).gainprm[0] = gain
     driven = spec.joint(joint)

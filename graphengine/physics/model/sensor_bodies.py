@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from graphengine.devices.poses import carrier
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.engine import RAYS_AND_PICTURES, mujoco
@@ -32,7 +31,7 @@ def add_housings(model: mujoco.MjSpec, robot: RobotInstance) -> None:
         if not path or profile is None or not profile.appearance:
             continue
         mount = stage.find(path)
-        body, (position, (x, y, z, w)) = carrier(mount)
+        body, (position, (x, y, z, w)) = mount.carrier()
         if body is None:
             continue
         housing = model.body(body.removeprefix(f"{robot.name}/")).add_body(

@@ -14,11 +14,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.intp]
-Bools = NDArray[np.bool_]
+from graphengine.physics.engine import Bools, Floats, Indices
 
 Window = tuple[float, float]
 """Lowest and highest z, m."""
@@ -73,26 +70,26 @@ class Grid:
         """X and y of a cell's centre."""
         return self.west + (column + 0.5) * self.cell, self.south + (row + 0.5) * self.cell
 
-    def bands(self, rows: Integers, margin: float = MARGIN) -> tuple[Floats, Floats]:
+    def bands(self, rows: Indices, margin: float = MARGIN) -> tuple[Floats, Floats]:
         """Least and greatest y of rows, drawn in."""
         edges: Floats = self.south + np.stack([rows, rows + 1]) * self.cell
         return edges[0] + margin, edges[1] - margin
 
-    def rows_of(self, low: Floats, high: Floats, margin: float = MARGIN) -> tuple[Integers, Integers]:
+    def rows_of(self, low: Floats, high: Floats, margin: float = MARGIN) -> tuple[Indices, Indices]:
         """First and last row that each range of y meets; first > last where there is none."""
         return _met(low - self.south + margin, high - self.south - margin, self.cell, self.rows)
 
-    def columns_of(self, low: Floats, high: Floats, margin: float = MARGIN) -> tuple[Integers, Integers]:
+    def columns_of(self, low: Floats, high: Floats, margin: float = MARGIN) -> tuple[Indices, Indices]:
         """First and last column that each range of x meets; first > last where there is none."""
         return _met(low - self.west + margin, high - self.west - margin, self.cell, self.columns)
 
 
-def _met(low: Floats, high: Floats, cell: float, count: int) -> tuple[Integers, Integers]:
+def _met(low: Floats, high: Floats, cell: float, count: int) -> tuple[Indices, Indices]:
     first, last = np.ceil(low / cell) - 1, np.floor(high / cell)
     return np.clip(first, 0, count).astype(np.intp), np.clip(last, -1, count - 1).astype(np.intp)
 
 
-def expand(first: Integers, last: Integers) -> tuple[Integers, Integers]:
+def expand(first: Indices, last: Indices) -> tuple[Indices, Indices]:
     """All integers of ranges `first..last`, and for each the number of its range."""
     counts = np.maximum(last - first + 1, 0)
     owner = np.repeat(np.arange(len(counts)), counts)
@@ -107,7 +104,7 @@ class Canvas:
         self.grid = grid
         self._steps = np.zeros((grid.rows, grid.columns + 1), np.int32)
 
-    def fill(self, rows: Integers, low: Floats, high: Floats, margin: float = MARGIN) -> None:
+    def fill(self, rows: Indices, low: Floats, high: Floats, margin: float = MARGIN) -> None:
         """Occupy, in each of the rows, the cells that a range of x meets; infinite ends are the grid's own."""
         first, last = self.grid.columns_of(low, high, margin)
         met = first <= last

@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.format.errors import UsageError
-from graphengine.physics.engine import mujoco
-from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.engine import Bools, Indices, collides, mujoco
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.occupancy.flood_fill import reached
-from graphengine.physics.occupancy.grid import Bools, Canvas, Grid, Integers, Window
-from graphengine.physics.occupancy.shapes import seen_or_solid, shapes
+from graphengine.physics.occupancy.grid import Canvas, Grid, Window
+from graphengine.physics.occupancy.shapes import shapes
+from graphengine.physics.sensors.rays import visible_geoms
 
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 """As in nav_msgs/OccupancyGrid."""
@@ -127,7 +128,7 @@ def _check_size(grid: Grid) -> None:
         )
 
 
-def _obstacles(world: LoadedWorld, request: MapRequest) -> Integers:
+def _obstacles(world: LoadedWorld, request: MapRequest) -> Indices:
     """Ids of the geoms that are obstacles."""
     model = world.simulation.model
     names = [model.body(body).name for body in range(model.nbody)]
@@ -142,24 +143,26 @@ def _obstacles(world: LoadedWorld, request: MapRequest) -> Integers:
 
 
 def _there(model: mujoco.MjModel) -> Bools:
-    seen, solid = seen_or_solid(model)
-    return seen | solid
+    """Which geoms rays see or contacts feel."""
+    there = collides(model)
+    there[visible_geoms(model)] = True
+    return there
 
 
-def _geoms(world: LoadedWorld, path: str) -> Integers:
+def _geoms(world: LoadedWorld, path: str) -> Indices:
     """Ids of the geoms at and below a prim."""
     model, prim = world.simulation.model, world.stage.find(path)
     named = {model.body(body).name: body for body in range(1, model.nbody)}
     bodies = [named[part.body] for part in prim.descendants() if part.body in named]
     if prim.path in ("/", "/World"):  # the geoms of MuJoCo's `worldbody`, which has no prim of its own, lie there
         bodies.append(0)
-    geoms: Integers = np.flatnonzero(_there(model) & np.isin(model.geom_bodyid, bodies))
+    geoms: Indices = np.flatnonzero(_there(model) & np.isin(model.geom_bodyid, bodies))
     if not len(geoms):
         raise UsageError(f"{prim.path} has no geometry that an obstacle could have")
     return geoms
 
 
-def _bounds(world: LoadedWorld, select: Sequence[str], obstacles: Integers) -> Rectangle:
+def _bounds(world: LoadedWorld, select: Sequence[str], obstacles: Indices) -> Rectangle:
     """The rectangle around the selected prims, else around all obstacles; infinite planes are ignored."""
     chosen = np.unique(np.concatenate([_geoms(world, path) for path in select])) if select else obstacles
     rectangles = [shape.bounds() for shape in shapes(world.simulation.model, world.simulation.data, chosen)]

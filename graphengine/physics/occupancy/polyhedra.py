@@ -13,7 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from graphengine.physics.occupancy.grid import MARGIN, Canvas, Floats, Grid, Integers, Window, expand
+from graphengine.physics.engine import Floats, Indices
+from graphengine.physics.occupancy.grid import MARGIN, Canvas, Grid, Window, expand
 
 _BLOCK = 1 << 20
 """Pairs of a segment and a row that are worked on at a time, which bounds memory."""
@@ -30,7 +31,7 @@ class Triangles:
     """
 
     corners: Floats
-    owner: Integers
+    owner: Indices
     margin: float = MARGIN
 
     @staticmethod
@@ -71,7 +72,7 @@ class Triangles:
             np.maximum.at(high, place, ends.max(axis=1))
         canvas.fill(rows, low, high, margin)
 
-    def _outline(self, low: float, high: float) -> tuple[Floats, Integers]:
+    def _outline(self, low: float, high: float) -> tuple[Floats, Indices]:
         """Segments (m, 2, 2) in the plan that bound what a slab leaves of the bodies, and their owners."""
         heights = self.corners[..., 2]
         near = (heights.min(axis=1) <= high) & (heights.max(axis=1) >= low)
@@ -92,9 +93,7 @@ class Triangles:
         return np.concatenate(parts)[..., :2], np.concatenate(owners)
 
 
-def _cut(
-    segments: Floats, first: Integers, last: Integers, grid: Grid, margin: float
-) -> tuple[Integers, Floats, Integers]:
+def _cut(segments: Floats, first: Indices, last: Indices, grid: Grid, margin: float) -> tuple[Indices, Floats, Indices]:
     """Segments cut to those of the given rows that they meet: row, the x of both ends, and which segment it is."""
     ys = segments[..., 1]
     lowest, highest = grid.rows_of(ys.min(axis=1), ys.max(axis=1), -margin)  # one too many does no harm
@@ -118,11 +117,10 @@ def _within(start: Floats, end: Floats, low: Floats | float, high: Floats | floa
 def _between(segments: Floats, start: Floats, end: Floats) -> Floats:
     """Parts of segments, from and to a fraction of their length."""
     fractions = np.stack([start, end], axis=1)[..., None]
-    cut: Floats = segments[:, :1] * (1 - fractions) + segments[:, 1:] * fractions
-    return cut
+    return segments[:, :1] * (1 - fractions) + segments[:, 1:] * fractions
 
 
-def _blocks(counts: Integers) -> Iterator[slice]:
+def _blocks(counts: Indices) -> Iterator[slice]:
     """Slices with about _BLOCK counts each."""
     total = np.cumsum(counts)
     whole = int(total[-1]) if len(total) else 0

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graphengine.physics.occupancy.grid import MARGIN, Bools, Canvas, Floats, Integers, Window, expand
+from graphengine.physics.engine import Bools, Floats, Indices
+from graphengine.physics.occupancy.grid import MARGIN, Canvas, Window, expand
 
 Ellipses = tuple[Floats, Floats]
 """Centres (n, 3) and matrices (n, 3, 3) of ellipsoids, flat ones among them."""
@@ -37,11 +38,11 @@ class _Quadrics(ABC):
         """Extents of the bodies from their centres along x, y and z: (n, 3), m."""
 
     @abstractmethod
-    def places(self, which: Integers, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Floats]:
+    def places(self, which: Indices, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Floats]:
         """Points (n, 3), among them those of least and greatest x of each body cut by planes."""
 
     @abstractmethod
-    def holds(self, which: Integers, points: Floats) -> Bools:
+    def holds(self, which: Indices, points: Floats) -> Bools:
         """Whether bodies contain points, within the margin."""
 
     def bounds(self) -> tuple[Floats, Floats]:
@@ -81,14 +82,14 @@ class Ellipsoids(_Quadrics):
         extent: Floats = np.linalg.norm(self.axes, axis=2)
         return extent
 
-    def holds(self, which: Integers, points: Floats) -> Bools:
+    def holds(self, which: Indices, points: Floats) -> Bools:
         """In the frame of the half axes an ellipsoid is the unit ball."""
         radii = np.linalg.norm(self.axes, axis=1)
         unit = np.einsum("nij,ni->nj", (self.axes / radii[:, None] ** 2)[which], points - self.centres[which])
         within: Bools = np.linalg.norm(unit, axis=1) <= 1 + MARGIN / radii.min(axis=1)[which]
         return within
 
-    def places(self, which: Integers, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Floats]:
+    def places(self, which: Indices, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Floats]:
         """The ellipsoid's own farthest points, and those of its sections."""
         matrices = self.axes @ self.axes.transpose(0, 2, 1)
         whole = self.centres[which], matrices[which]
@@ -115,10 +116,9 @@ class Cylinders(_Quadrics):
     def reach(self) -> Floats:
         """Extents of the axis and of the discs at its ends."""
         slant = np.sqrt(np.maximum(1 - self.axes**2, 0.0))
-        extent: Floats = self.halves[:, None] * np.abs(self.axes) + self.radii[:, None] * slant
-        return extent
+        return self.halves[:, None] * np.abs(self.axes) + self.radii[:, None] * slant
 
-    def holds(self, which: Integers, points: Floats) -> Bools:
+    def holds(self, which: Indices, points: Floats) -> Bools:
         """Points between the discs that are near enough to the axis."""
         offsets, axes = points - self.centres[which], self.axes[which]
         along = np.einsum("ni,ni->n", offsets, axes)
@@ -126,7 +126,7 @@ class Cylinders(_Quadrics):
         within: Bools = (np.abs(along) <= self.halves[which] + MARGIN) & (away <= self.radii[which] + MARGIN)
         return within
 
-    def places(self, which: Integers, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Floats]:
+    def places(self, which: Indices, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Floats]:
         """Points of both discs, and of the ellipses in which the planes cut the side.
 
         Such an ellipse is a disc that was moved along the axis into the plane.
@@ -147,8 +147,7 @@ class Cylinders(_Quadrics):
 
 
 def _among(values: Floats, low: Floats, high: Floats) -> Bools:
-    among: Bools = (values >= low - MARGIN) & (values <= high + MARGIN)
-    return among
+    return (values >= low - MARGIN) & (values <= high + MARGIN)
 
 
 def _sections(ellipse: Ellipses, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Ellipses]:

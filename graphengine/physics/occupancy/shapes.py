@@ -14,11 +14,11 @@ from typing import Protocol
 
 import numpy as np
 
-from graphengine.physics.engine import mujoco
-from graphengine.physics.occupancy.grid import MARGIN, Bools, Canvas, Floats, Integers, Window
+from graphengine.physics.engine import Floats, Indices, collides, mujoco
+from graphengine.physics.model.surfaces import height_field_points, mesh_faces, mesh_vertices
+from graphengine.physics.occupancy.grid import MARGIN, Canvas, Window
 from graphengine.physics.occupancy.polyhedra import Triangles
 from graphengine.physics.occupancy.quadrics import Cylinders, Ellipsoids
-from graphengine.physics.sensors.rays import visible_geoms
 
 _CUBE = np.array(list(product((-1.0, 1.0), repeat=3)))
 _CUBE_FACES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
@@ -65,15 +65,7 @@ class HalfSpace:
         canvas.fill(rows, low, high)
 
 
-def seen_or_solid(model: mujoco.MjModel) -> tuple[Bools, Bools]:
-    """For each geom whether rays see it, and whether it collides."""
-    seen: Bools = np.zeros(model.ngeom, np.bool_)
-    seen[visible_geoms(model)] = True
-    solid: Bools = (model.geom_contype | model.geom_conaffinity) != 0
-    return seen, solid
-
-
-def shapes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Integers) -> Iterator[Shape]:
+def shapes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterator[Shape]:
     """The given geoms, in the world frame.
 
     Args:
@@ -82,7 +74,7 @@ def shapes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Integers) -> Itera
         geoms: numbers.
     """
     kinds, kind = mujoco.mjtGeom, model.geom_type[geoms]
-    solid = seen_or_solid(model)[1]
+    solid = collides(model)
     yield from _boxes(model, data, geoms[kind == kinds.mjGEOM_BOX])
     yield from _round(model, data, geoms)
     for geom in geoms[kind == kinds.mjGEOM_PLANE].tolist():
@@ -112,9 +104,9 @@ def _plane(model: mujoco.MjModel, data: mujoco.MjData, geom: int, solid: bool) -
 
 def _mesh(model: mujoco.MjModel, data: mujoco.MjData, geom: int, solid: bool) -> Iterator[Shape]:
     mesh = int(model.geom_dataid[geom])
-    vertices = _vertices(model, mesh)
+    vertices = mesh_vertices(model, mesh)
     corners, margin = _placed(data, geom, vertices), _margin(vertices)
-    yield Triangles.skin(corners[_faces(model, mesh)], margin)
+    yield Triangles.skin(corners[mesh_faces(model, mesh)], margin)
     if solid and model.mesh_graphadr[mesh] >= 0:
         hull = corners[_hull(model, mesh)]
         yield Triangles(hull, np.zeros(len(hull), np.intp), margin)
@@ -132,7 +124,7 @@ def _margin(points: Floats) -> float:
     return MARGIN + float(np.finfo(np.float32).eps * np.abs(points).max(initial=0.0))
 
 
-def _boxes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Integers) -> Iterator[Shape]:
+def _boxes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterator[Shape]:
     if not len(geoms):
         return
     rotations = data.geom_xmat[geoms].reshape(-1, 3, 3)
@@ -141,7 +133,7 @@ def _boxes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Integers) -> Itera
     yield Triangles(triangles, np.repeat(np.arange(len(geoms)), len(_CUBE_TRIANGLES)))
 
 
-def _round(model: mujoco.MjModel, data: mujoco.MjData, geoms: Integers) -> Iterator[Shape]:
+def _round(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterator[Shape]:
     """Spheres, ellipsoids and cylinders; a capsule is a cylinder and two spheres."""
     kinds, kind = mujoco.mjtGeom, model.geom_type[geoms]
     rotations = data.geom_xmat.reshape(-1, 3, 3)
@@ -165,36 +157,19 @@ def _round(model: mujoco.MjModel, data: mujoco.MjData, geoms: Integers) -> Itera
         yield Cylinders(data.geom_xpos[long], rotations[long, :, 2], *model.geom_size[long, :2].T)
 
 
-def _vertices(model: mujoco.MjModel, mesh: int) -> Floats:
-    start = model.mesh_vertadr[mesh]
-    vertices: Floats = model.mesh_vert[start : start + model.mesh_vertnum[mesh]].astype(float)
-    return vertices
-
-
-def _faces(model: mujoco.MjModel, mesh: int) -> Integers:
-    start = model.mesh_faceadr[mesh]
-    faces: Integers = model.mesh_face[start : start + model.mesh_facenum[mesh]]
-    return faces
-
-
-def _hull(model: mujoco.MjModel, mesh: int) -> Integers:
+def _hull(model: mujoco.MjModel, mesh: int) -> Indices:
     """Triangles of a mesh's convex hull: the last part of its graph (MuJoCo's XML reference, mesh_graph)."""
     graph = model.mesh_graph[model.mesh_graphadr[mesh] :]
     vertices, faces = graph[:2].tolist()
     start = 2 + 3 * vertices + 3 * faces
-    triangles: Integers = graph[start : start + 3 * faces].reshape(-1, 3)
+    triangles: Indices = graph[start : start + 3 * faces].reshape(-1, 3)
     return triangles
 
 
 def _strips(model: mujoco.MjModel, field: int) -> Iterator[Floats]:
     """The prisms that contacts make of a height field, two for each of its cells, (n, 6, 3), a row of cells at a time."""
-    rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
-    half_x, half_y, height, base = model.hfield_size[field].tolist()
-    start = model.hfield_adr[field]
-    heights = height * model.hfield_data[start : start + rows * columns].astype(float).reshape(rows, columns)
-    x, y = np.meshgrid(np.linspace(-half_x, half_x, columns), np.linspace(-half_y, half_y, rows))
-    points = np.stack([x, y, heights], axis=-1)
-    for south, north in pairwise(points):
+    base = float(model.hfield_size[field, 3])
+    for south, north in pairwise(height_field_points(model, field)):
         one = np.stack([south[:-1], south[1:], north[1:]], axis=1)
         other = np.stack([south[:-1], north[1:], north[:-1]], axis=1)
         top = np.concatenate([one, other])

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from graphengine.devices.camera import BOX_3D
 from graphengine.devices.rotation import Pose, multiply, rotate
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Floats, mujoco
 from graphengine.physics.model.extents import extents
 from graphengine.physics.pictures.frame_capture import SEEN
 
@@ -26,7 +26,7 @@ class BoundingBoxes:
     def __init__(self, model: mujoco.MjModel, numbers: NDArray[np.int32]) -> None:
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
-        seen, found = np.array(SEEN)[model.geom_group], dict[int, NDArray[np.float64]]()
+        seen, found = np.array(SEEN)[model.geom_group], dict[int, Floats]()
         for body in np.flatnonzero(numbers != numbers[model.body_parentid]).tolist():
             geoms = np.flatnonzero(seen & (model.geom_bodyid == body)).tolist()
             reach = extents(model, data, geoms, data.xpos[body], data.xmat[body].reshape(3, 3))

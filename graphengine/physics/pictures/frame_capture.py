@@ -13,9 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.rotation import Pose, rotate
-from graphengine.physics.engine import NEITHER, PICTURES, RAYS_AND_PICTURES, mujoco
-
-Floats = NDArray[np.float64]
+from graphengine.physics.engine import NEITHER, PICTURES, RAYS_AND_PICTURES, Bools, Floats, mujoco
 
 SKY = 0.7
 """MuJoCo draws the sky at this part of the far plane's distance, and it hides what is behind it."""
@@ -56,7 +54,7 @@ class Lens:
         diagonal = 2 * half_height * math.hypot(1.0, size[0] / size[1])
         return cls(size, half_height, near, 1.01 * max(farthest, diagonal) / SKY, parallel=True)
 
-    def misses(self, pose: Pose, centres: Floats, radii: Floats) -> NDArray[np.bool_]:
+    def misses(self, pose: Pose, centres: Floats, radii: Floats) -> Bools:
         """Which spheres are wholly outside the view of a pinhole camera at a pose.
 
         Args:
@@ -70,7 +68,7 @@ class Lens:
         # Outward normals of the planes through the camera that bound what is in sight; the last one has it before the camera.
         normals = np.array([up + high * back, high * back - up, right + wide * back, wide * back - right, back])
         normals /= np.linalg.norm(normals, axis=1)[:, None]
-        missed: NDArray[np.bool_] = ((centres - place) @ normals.T > radii[:, None]).any(axis=1)
+        missed: Bools = ((centres - place) @ normals.T > radii[:, None]).any(axis=1)
         return missed
 
     def aim(self, scene: mujoco.MjvScene, pose: Pose) -> None:

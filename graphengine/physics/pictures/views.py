@@ -9,13 +9,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.devices.poses import pose_of
-from graphengine.devices.rotation import Pose, rotate
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Pose, Quaternion, Vector3, rotate
 from graphengine.devices.stage import Prim
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Bools, Floats, mujoco
 from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.frame_capture import SEEN, Lens, Shot
 from graphengine.physics.pictures.rendering import Image, Renderer
@@ -23,7 +21,6 @@ from graphengine.physics.pictures.rendering import Image, Renderer
 if TYPE_CHECKING:
     from graphengine.physics.simulation import Simulation
 
-Floats = NDArray[np.float64]
 Size = tuple[int, int]
 
 NAMES = ("top", "perspective")
@@ -174,7 +171,7 @@ def _place(simulation: Simulation, robot: Prim) -> tuple[Floats, float]:
     return (low + high) / 2, float(np.linalg.norm(high - low)) / 2
 
 
-def _box(simulation: Simulation, chosen: NDArray[np.bool_], otherwise: Floats) -> tuple[Floats, Floats]:
+def _box(simulation: Simulation, chosen: Bools, otherwise: Floats) -> tuple[Floats, Floats]:
     """Lowest and highest corner of those of the chosen geoms that are drawn; around a point where there are none."""
     model, data = simulation.model, simulation.data
     geoms = np.flatnonzero(chosen & (_SEEN[model.geom_group] > 0))

@@ -85,12 +85,6 @@ class _Exposure:
         return self
 
 
-def native_size(prim: Prim) -> tuple[int, int]:
-    """Width and height of a camera prim's own pictures, pixels."""
-    size: tuple[int, int] = prim.facts.get("size", (640, 480))
-    return size
-
-
 @implements(Camera, CameraProfile)
 class PinholeCamera(Sampled):
     """The camera at a camera prim, whose facts are its profile.
@@ -104,15 +98,15 @@ class PinholeCamera(Sampled):
     kept = ("_delivery", "_pending", "_segmented", "_skipped")
 
     def __init__(self, simulation: Simulation, prim: Prim, size: tuple[int, int] | None = None) -> None:
-        facts, size = prim.facts, size or native_size(prim)
-        self.size = size
-        self.clip: tuple[float, float] = facts.get("clip", (0.01, 100.0))
-        self.intrinsics = pinhole(size, facts.get("fov_deg", (90.0, 90.0))[0])
-        delay = Fraction(repr(facts.get("latency", 0.1))) / Fraction(*simulation.tick_period)
+        facts = prim.facts
+        self.size: tuple[int, int] = size or facts["size"]
+        self.clip: tuple[float, float] = facts["clip"]
+        self.intrinsics = pinhole(self.size, facts["fov_deg"][0])
+        delay = Fraction(repr(facts["latency"])) / Fraction(*simulation.tick_period)
         self.latency = max(1, math.ceil(delay))
         self._noise: tuple[float, float] = facts.get("colour_noise", 0.0), facts.get("depth_noise", 0.0)
         near, far = self.clip
-        self._lens = Lens.pinhole(size, self.intrinsics[0], min(near, NEAREST), far)
+        self._lens = Lens.pinhole(self.size, self.intrinsics[0], min(near, NEAREST), far)
         self._pending: deque[_Exposure] = deque()
         self.reset()
         self._studio = simulation.studio
@@ -122,7 +116,7 @@ class PinholeCamera(Sampled):
     @classmethod
     def key(cls, prim: Prim, **options: Any) -> str:
         """One a prim and size."""
-        width, height = options.get("size") or native_size(prim)
+        width, height = options.get("size") or prim.facts["size"]
         return f"{prim.path}/{width}x{height}"
 
     def reset(self) -> None:
@@ -195,7 +189,7 @@ class PinholeCamera(Sampled):
     def _expose(self, segmentation: bool) -> Future[Picture]:
         studio, index = self._studio, self.index
         generator = self._sampling.random(index) if any(self._noise) else None
-        pose = self._mount.pose()
+        pose = self.pose()
         shot = studio.capture(pose, self._lens, segmentation=segmentation)
         boxes = studio.boxes(pose) if segmentation else None
         develop = partial(_develop, clip=self.clip, noise=self._noise, generator=generator, boxes=boxes)

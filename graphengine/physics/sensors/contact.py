@@ -9,21 +9,17 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from graphengine.devices.contact import ContactReading, ContactSensor
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
-from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.dynamics.motion_handles import CarriedPrim
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Floats, mujoco
 from graphengine.physics.sensors.implementations import Profile, check_less, implements
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
-
-Floats = NDArray[np.float64]
 
 
 class ContactProfile(Profile):
@@ -42,7 +38,7 @@ class ContactProfile(Profile):
 
 
 @implements(ContactSensor, ContactProfile)
-class BodyContactSensor(Handle):
+class BodyContactSensor(CarriedPrim):
     """The sensor at a contact prim, whose facts are its profile."""
 
     sees_steps = True
@@ -52,14 +48,13 @@ class BodyContactSensor(Handle):
         self._threshold: float = prim.facts["threshold"]
         self._limit: float = prim.facts["limit"]
         self._radius: float = prim.facts["radius"] or math.inf
-        self._mount = CarriedPrim(simulation, prim)
         self.reset()
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
         """Find the geoms of the body that carries the sensor."""
-        self._mount.bind()
-        self._own = self._simulation.model.geom_bodyid == self._mount.body
+        super().bind()
+        self._own = self._simulation.model.geom_bodyid == self.body
 
     def reset(self) -> None:
         """Feel nothing."""
@@ -81,7 +76,7 @@ class BodyContactSensor(Handle):
         first, second = self._own[data.contact.geom].T
         touching, frames = first != second, data.contact.frame
         if math.isfinite(self._radius):
-            touching &= np.linalg.norm(data.contact.pos - self._mount.pose()[0], axis=1) < self._radius
+            touching &= np.linalg.norm(data.contact.pos - self.pose()[0], axis=1) < self._radius
         for contact in np.flatnonzero(touching).tolist():
             mujoco.mj_contactForce(model, data, contact, wrench)
             # The rows of a contact's frame are its axes; the force is that on the second geom.

@@ -15,10 +15,8 @@ import numpy as np
 from pydantic import Field
 
 from graphengine.devices.imu import Imu, ImuSample
-from graphengine.devices.rotation import unrotate
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3, unrotate
 from graphengine.devices.stage import Prim
-from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.sensors.implementations import Deviation, Offsets, Profile, Rate, implements
 from graphengine.physics.sensors.sampling import Sampling
@@ -52,12 +50,13 @@ class _Samples:
     """The samples of graphs that run at every tick, or of those that run at every physics step.
 
     Args:
-        sampling: counts what follows.
+        sampling: counts ticks, or steps.
+        period: seconds from one count to the next, as numerator and denominator.
         steps: physics steps from one count to the next.
     """
 
-    def __init__(self, sampling: Sampling, steps: int) -> None:
-        self.sampling = sampling
+    def __init__(self, sampling: Sampling, period: tuple[int, int], steps: int) -> None:
+        self.sampling, self.period = sampling, period
         self._steps = steps
         self.reset()
 
@@ -78,7 +77,7 @@ class _Samples:
 
 
 @implements(Imu, ImuProfile)
-class InertialUnit(Handle):
+class InertialUnit(CarriedPrim):
     """The unit at an imu prim, whose facts are its profile.
 
     Graphs that run at every tick get a sample of whole ticks; those that run at every physics step may get more of them.
@@ -93,20 +92,19 @@ class InertialUnit(Handle):
         self.rate: float = facts["rate"]
         seconds, ticks = simulation.tick_period
         steps = simulation.substeps
-        self._tick, self._step = (seconds, ticks), (seconds, ticks * steps)
-        self._by_tick = _Samples(Sampling(self.rate, self._tick, simulation.seed, prim.path), steps)
-        self._by_step = _Samples(Sampling(self.rate, self._step, simulation.seed, prim.path), 1)
+        tick, step = (seconds, ticks), (seconds, ticks * steps)
+        self._by_tick = _Samples(Sampling(self.rate, tick, simulation.seed, prim.path), tick, steps)
+        self._by_step = _Samples(Sampling(self.rate, step, simulation.seed, prim.path), step, 1)
         self._noise = np.repeat((facts["acceleration_noise"], facts["angular_velocity_noise"]), 3)
         self._bias = np.array((*facts["acceleration_bias"], *facts["angular_velocity_bias"]), float)
         self._sample: ImuSample | None = None
         self._sampled: _Mean | None = None
-        self._mount = CarriedPrim(simulation, prim)
         super().__init__(simulation, prim)
-        self._velocity, self._orientation = self._mount.velocity()[0], self._mount.pose()[1]
+        self.see_displacement()
 
     def bind(self) -> None:
         """Find the body that carries the unit, and gravity, which may change."""
-        self._mount.bind()
+        super().bind()
         self._gravity = self._simulation.model.opt.gravity
 
     def reset(self) -> None:
@@ -116,11 +114,15 @@ class InertialUnit(Handle):
         self._sampled = None
         self.see_displacement()
 
+    def see_displacement(self) -> None:
+        """Begin the next step from where the unit was put."""
+        self._velocity, self._orientation = self.velocity()[0], self.pose()[1]
+
     def see_motion(self) -> None:
         """Take in a step: change of velocity, gravity and turn, each in the sensor's frame halfway through it."""
-        seconds, steps = self._step
-        velocity, turning = self._mount.velocity()
-        orientation, rate = self._mount.pose()[1], steps / seconds
+        seconds, steps = self._by_step.period
+        velocity, turning = self.velocity()
+        orientation, rate = self.pose()[1], steps / seconds
         (x, y, z), (u, v, w) = velocity, self._velocity
         before, after = self._orientation, orientation
         acceleration = _halfway(before, after, ((x - u) * rate, (y - v) * rate, (z - w) * rate))
@@ -129,10 +131,6 @@ class InertialUnit(Handle):
         self._velocity, self._orientation = velocity, orientation
         self._by_tick.add(self._simulation.steps, values, orientation)
         self._by_step.add(self._simulation.steps, values, orientation)
-
-    def see_displacement(self) -> None:
-        """Begin the next step from where the unit was put."""
-        self._velocity, self._orientation = self._mount.velocity()[0], self._mount.pose()[1]
 
     @property
     def due(self) -> bool:
@@ -143,10 +141,10 @@ class InertialUnit(Handle):
 
     def sample(self) -> ImuSample:
         """The newest sample, shared by all who ask in its tick or step."""
-        stepping = self._simulation.stepping
-        mean = (self._by_step if stepping else self._by_tick).newest or self._at_rest()
+        samples = self._by_step if self._simulation.stepping else self._by_tick
+        mean = samples.newest or self._at_rest()
         if self._sample is None or self._sampled is not mean:
-            seconds, counts = self._step if stepping else self._tick
+            seconds, counts = samples.period
             self._sample, self._sampled = self._measured(mean, mean.count * seconds / counts), mean
         return self._sample
 
@@ -157,7 +155,7 @@ class InertialUnit(Handle):
 
     def _at_rest(self) -> _Mean:
         """What there is to see before the first sample."""
-        turning, orientation = self._mount.velocity()[1], self._mount.pose()[1]
+        turning, orientation = self.velocity()[1], self.pose()[1]
         gravity = unrotate(orientation, self._upwards())
         return _Mean(0, -1, (0.0, 0.0, 0.0, *gravity, *unrotate(orientation, turning)), orientation)
 

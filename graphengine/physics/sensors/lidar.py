@@ -17,11 +17,12 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from graphengine.devices.lidar import Lidar, Scan, beam_directions
-from graphengine.devices.sensor import Quaternion
+from graphengine.devices.rotation import Quaternion
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Spec
+from graphengine.physics.engine import Floats
 from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, check_less, implements
-from graphengine.physics.sensors.rays import Floats, Integers, geom_colours
+from graphengine.physics.sensors.rays import Integers, geom_colours
 from graphengine.physics.sensors.sampling import S, TickSampled
 
 if TYPE_CHECKING:
@@ -148,12 +149,12 @@ class RaySensor(TickSampled[S]):
     def bind(self) -> None:
         """Find the sensor's own robot, which its rays pass through."""
         super().bind()
-        tree = int(self._simulation.model.body_rootid[self._mount.body])
+        tree = int(self._simulation.model.body_rootid[self.body])
         self._caster = self._simulation.rays.caster(self.directions, self.ranges[1], tree)
 
     def _meet(self) -> tuple[Floats, Integers]:
         """What each ray meets first: the distance, and the number of the geom; see `rays.Caster`."""
-        position, rotation = self._mount.pose()
+        position, rotation = self.pose()
         return self._caster.cast(np.array(position), _matrix(rotation))
 
     def _measured(self, distances: Floats, index: int) -> Floats:

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.physics.engine import OWN, mujoco
+from graphengine.physics.engine import OWN, Floats, mujoco
 from graphengine.physics.sensors.plane_culling import PlaneSlice
-from graphengine.physics.sensors.rays import GROUPS_SEEN, Floats, Integers, own_geoms, visible_geoms
+from graphengine.physics.sensors.rays import GROUPS_SEEN, Integers, own_geoms, visible_geoms
 
 
 class MultiRays:

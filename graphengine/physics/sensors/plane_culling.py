@@ -9,16 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Bools, Floats, mujoco
 
 MARGIN = 0.05
 """How far (m) from the plane geoms are kept: a robot that brakes dips its sensor."""
 
 _SHAPES = ("PLANE", "SPHERE", "CAPSULE", "ELLIPSOID", "CYLINDER", "BOX")
-
-Floats = NDArray[np.float64]
 
 
 class PlaneSlice:
@@ -96,8 +93,7 @@ def _boxes(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Floats, Floats]:
     return centres, halves
 
 
-def _beyond(centres: Floats, halves: Floats, origin: Floats, normal: Floats, margin: float) -> NDArray[np.bool_]:
+def _beyond(centres: Floats, halves: Floats, origin: Floats, normal: Floats, margin: float) -> Bools:
     """Whether boxes lie wholly on one side of a plane, and farther from it than a margin."""
     reach: Floats = np.abs(halves @ normal).sum(axis=-1)
-    beyond: NDArray[np.bool_] = np.abs((centres - origin) @ normal) > reach + margin
-    return beyond
+    return np.abs((centres - origin) @ normal) > reach + margin

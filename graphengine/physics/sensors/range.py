@@ -16,9 +16,9 @@ from pydantic import Field, model_validator
 from graphengine.devices.range import RangeReading, RangeSensor
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
+from graphengine.physics.engine import Floats
 from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, implements
 from graphengine.physics.sensors.lidar import RaySensor, check_distances
-from graphengine.physics.sensors.rays import Floats
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore

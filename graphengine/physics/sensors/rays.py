@@ -12,9 +12,8 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.physics.engine import RAYS, RAYS_AND_PICTURES, mujoco
+from graphengine.physics.engine import RAYS, RAYS_AND_PICTURES, Floats, Indices, mujoco
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.signedinteger]
 RaysChoice = Literal["auto", "mujoco", "fast"]
 
@@ -53,12 +52,12 @@ class Rays(Protocol):
         """
 
 
-def own_geoms(model: mujoco.MjModel, tree: int) -> NDArray[np.intp]:
+def own_geoms(model: mujoco.MjModel, tree: int) -> Indices:
     """Geoms of the bodies below a root body; none for the world's own."""
     return np.flatnonzero(model.body_rootid[model.geom_bodyid] == tree) if tree else np.empty(0, np.intp)
 
 
-def visible_geoms(model: mujoco.MjModel) -> NDArray[np.intp]:
+def visible_geoms(model: mujoco.MjModel) -> Indices:
     """Geoms that some ray may meet."""
     return np.flatnonzero((GROUPS_SEEN[model.geom_group] > 0) & (geom_colours(model)[:, 3] > 0))
 

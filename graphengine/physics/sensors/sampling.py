@@ -14,7 +14,6 @@ import numpy as np
 
 from graphengine.devices.random_streams import key_of
 from graphengine.devices.stage import Prim
-from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.dynamics.motion_handles import CarriedPrim
 
 if TYPE_CHECKING:
@@ -51,18 +50,13 @@ class Sampling:
         return np.random.Generator(np.random.Philox(key=self._key, counter=sample << 128))
 
 
-class Sampled(Handle):
+class Sampled(CarriedPrim):
     """A sensor that has a new sample in some ticks; its prim's facts have the `rate`."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self.rate: float = prim.facts.get("rate", 30.0)
         self._sampling = Sampling(self.rate, simulation.tick_period, simulation.seed, prim.path)
-        self._mount = CarriedPrim(simulation, prim)
         super().__init__(simulation, prim)
-
-    def bind(self) -> None:
-        """Find the body that carries it."""
-        self._mount.bind()
 
     @property
     def due(self) -> bool:

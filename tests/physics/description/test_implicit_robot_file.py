@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from graphengine.devices.entity import Move
-from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import CheckError, UsageError
 from graphengine.format.spec import RobotUse
-from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.robot_spawner import Population
-from tests.physics.harness import CART, Project
+from graphengine.physics.loaded_world import LoadedWorld
+from tests.physics.dynamics.things import bounds
+from tests.physics.harness import CART, Project, steps
 
 BOX = """<robot name="crate">
   <link name="crate">
@@ -26,7 +24,7 @@ TABLE = BOX.replace('<robot name="crate">', '<robot name="table"><link name="wor
 
 
 def spawn(loaded: LoadedWorld, name: str, use: str) -> None:
-    Population(loaded).add(name, RobotUse(use=use, position=(3.0, 0.0, 1.0)), Findings())
+    loaded.add(name, RobotUse(use=use, position=(3.0, 0.0, 1.0)))
 
 
 @pytest.mark.parametrize(("text", "kind"), [(CART, "robot"), (BOX, "object"), (TABLE, "static")])
@@ -37,11 +35,9 @@ def test_a_description_stands_in_a_scene_as_it_is(project: Project, text: str, k
     simulation = loaded.simulation
     assert {entity.name: entity.kind for entity in simulation.entities.all()} == {"bot": "robot", "thing": kind}
     assert simulation.entities.state("thing").position == pytest.approx((3, 0, 1))
-    bounds = simulation.entities.bounds("thing")
-    assert bounds is not None
-    assert np.add(bounds.low, bounds.high)[0] / 2 == pytest.approx(3.0, abs=0.05)
-    for _ in range(24):
-        simulation.step()
+    low, _, _, high, _, _ = bounds(simulation, "thing")
+    assert (low + high) / 2 == pytest.approx(3.0, abs=0.05)
+    steps(simulation, 24)
     fallen = simulation.entities.state("thing").position[2] < 0.99
     assert fallen == (kind != "static")
 
@@ -93,7 +89,7 @@ def test_texts_of_things_that_are_gone_are_not_kept(project: Project) -> None:
     loaded = project.load()
     for mass in range(3, 6):
         spawn(loaded, "crate", BOX.replace('mass value="3"', f'mass value="{mass}"'))
-        Population(loaded).remove("crate")
+        loaded.remove("crate")
     spawn(loaded, "crate", BOX)
     assert len(loaded.scenery._kinds) == 2
 
@@ -128,14 +124,11 @@ def test_a_mujoco_model_of_one_body_stands_in_a_scene(project: Project, from_fil
     assert simulation.entities.state("can").position == pytest.approx((3, 0, 1))
     assert (simulation.model.opt.timestep, simulation.model.opt.gravity[2]) == (timestep, -9.81)
     simulation.entities.place("other", Move((0, 3, 1)))
-    for _ in range(24):
-        simulation.step()
+    steps(simulation, 24)
     assert simulation.entities.state("can").linear_velocity[2] == pytest.approx(-0.981)
-    Population(loaded).remove("can")
+    loaded.remove("can")
     assert simulation.entities.state("other").linear_velocity[2] == pytest.approx(-0.981)
-    bounds = simulation.entities.bounds("other", own=True)
-    assert bounds is not None
-    assert (bounds.low[2], bounds.high[2]) == pytest.approx((-0.1, 0.3), abs=1e-3)
+    assert bounds(simulation, "other", own=True)[2::3] == pytest.approx((-0.1, 0.3), abs=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -58,8 +58,7 @@ def test_a_body_without_inertia_is_a_ball_of_water() -> None:
 
 def load(project: Project, old: str, new: str) -> tuple[mujoco.MjModel, list[tuple[str, tuple[str, ...]]]]:
     assert old in CART
-    world, findings = project.write("bot.urdf", CART.replace(old, new, 1)).try_load()
-    assert world is not None, [finding.message for finding in findings.errors]
+    world, findings = project.write("bot.urdf", CART.replace(old, new, 1)).load_with_findings()
     return world.simulation.model, [(finding.message, finding.help) for finding in findings.items]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from graphengine.physics.engine import mujoco
-from tests.physics.harness import CART, ROBOT, Project
+from tests.physics.harness import CART, ROBOT, Project, steps
 
 INERTIA = '<inertia ixx=".01" iyy=".01" izz=".01" ixy="0" ixz="0" iyz="0"/>'
 LINK = f'<link name="{{}}"><inertial><mass value="{{}}"/>{INERTIA}</inertial></link>'
@@ -31,18 +31,16 @@ def mimicking(project: Project) -> Project:
     ]
     project.write("bot.urdf", robot("", *parts))
     drive = "joints: {lift_joint: {drive: {damping: 400, stiffness: 40000}}}"
-    return project.write("bot.yaml", f"robot: bot\nurdf: bot.urdf\nbase_link: base\nfixed_base: true\n{drive}\n")
+    return project.robot(f"base_link: base\nfixed_base: true\n{drive}")
 
 
 def test_a_joint_follows_the_one_that_it_mimics(project: Project) -> None:
-    world, findings = mimicking(project).try_load()
-    assert world is not None
+    world, findings = mimicking(project).load_with_findings()
     assert findings.items == []
     simulation = world.simulation
     joints = simulation.articulation(world.stage.find("/bot"))
     joints.select(["lift_joint"]).command(positions=[0.3])
-    for _ in range(120):
-        simulation.step()
+    steps(simulation, 120)
     lift, wrist, hook = joints.positions()
     assert lift == pytest.approx(0.3, abs=1e-2)
     assert wrist == pytest.approx(0.5 - 2 * lift, abs=1e-4)
@@ -59,8 +57,7 @@ def test_joints_that_mimic_each_other_in_a_ring_are_told(project: Project) -> No
 @pytest.mark.parametrize("limit", ["", '<limit effort="40" velocity="1"/>', '<limit lower="1" upper="-1"/>'])
 def test_a_joint_whose_limits_leave_no_range_moves_freely_and_that_is_told(project: Project, limit: str) -> None:
     project.write("bot.urdf", CART.replace('<limit lower="-1" upper="1" effort="40" velocity="1"/>', limit))
-    world, findings = project.try_load()
-    assert world is not None
+    world, findings = project.load_with_findings()
     assert not world.simulation.model.joint("bot/arm_joint").limited[0]
     (note,) = findings.items
     assert (note.message, note.help) == ("between equal limits, or none, a joint moves freely", ("joints: arm_joint",))
@@ -68,19 +65,16 @@ def test_a_joint_whose_limits_leave_no_range_moves_freely_and_that_is_told(proje
 
 @pytest.mark.parametrize("fixed", [True, False])
 def test_a_base_is_bolted_to_the_world_where_the_robot_file_says_so(project: Project, fixed: bool) -> None:
-    project.write("bot.yaml", ROBOT + ("fixed_base: true\n" if fixed else ""))
-    world = project.load()
+    world = project.write("bot.yaml", ROBOT + ("fixed_base: true\n" if fixed else "")).load()
     assert world.simulation.model.nv == (1 if fixed else 7)
-    for _ in range(60):
-        world.simulation.step()
+    steps(world.simulation, 60)
     height = world.simulation.body(world.stage.find("/bot/base_link")).pose()[0][2]
     assert (height == 0.1) == fixed
 
 
 def test_a_robot_whose_root_is_called_world_is_bolted_to_it(project: Project) -> None:
     bolt = joint("bolt", "fixed", "world", "base_link", '<origin xyz="0 0 2"/>')
-    project.write("bot.urdf", CART.replace("</robot>", f'<link name="world"/>{bolt}</robot>'))
-    project.write("bot.yaml", ROBOT + "base_link: world\n")
+    project.write("bot.urdf", CART.replace("</robot>", f'<link name="world"/>{bolt}</robot>')).robot("base_link: world")
     world = project.load()
     assert world.simulation.model.nv == 1
     assert world.stage.find("/bot").facts["base_link"] == "/bot/Geometry/world"
@@ -93,8 +87,7 @@ def test_a_robot_whose_root_is_called_world_is_bolted_to_it(project: Project) ->
 def test_a_world_link_with_colliders_is_part_of_the_world(project: Project) -> None:
     table = '<link name="world"><collision><geometry><box size="1 1 1"/></geometry></collision></link>'
     bolt = joint("bolt", "fixed", "world", "base_link", '<origin xyz="0 0 2"/>')
-    project.write("bot.urdf", CART.replace("</robot>", f"{table}{bolt}</robot>"))
-    project.write("bot.yaml", ROBOT + "base_link: world\n")
+    project.write("bot.urdf", CART.replace("</robot>", f"{table}{bolt}</robot>")).robot("base_link: world")
     model = project.load().simulation.model
     boxes = [i for i in range(model.ngeom) if model.geom_type[i] == mujoco.mjtGeom.mjGEOM_BOX]
     assert [int(model.geom_bodyid[i]) for i in boxes] == [0, model.body("bot/base_link").id]
@@ -107,8 +100,7 @@ def test_a_floating_joint_below_an_empty_root_is_the_robots_own_freedom(project:
         "bot.urdf",
         CART.replace("</robot>", f'<link name="odom"/>{joint("odom_joint", "floating", "odom", "base_link")}</robot>'),
     )
-    world, findings = project.try_load()
-    assert world is not None
+    world, findings = project.load_with_findings()
     assert world.robots["bot"].urdf.root == "base_link"
     assert world.simulation.model.nv == 7
     (note,) = findings.items
@@ -117,8 +109,7 @@ def test_a_floating_joint_below_an_empty_root_is_the_robots_own_freedom(project:
 
 def test_a_floating_joint_elsewhere_is_told(project: Project) -> None:
     solid = LINK.format("odom", 1) + joint("odom_joint", "floating", "odom", "base_link")
-    project.write("bot.urdf", CART.replace("</robot>", f"{solid}</robot>"))
-    error = project.error()
+    error = project.write("bot.urdf", CART.replace("</robot>", f"{solid}</robot>")).error()
     assert "joint 'odom_joint': type 'floating' cannot be simulated here" in error
     assert "only the joint between an empty root link and the rest of the robot can be floating" in error
 
@@ -135,7 +126,6 @@ def test_links_and_joints_keep_their_names_and_nothing_fuses(project: Project) -
 def test_a_massless_root_becomes_a_free_body(project: Project) -> None:
     foot = joint("foot", "fixed", "base_footprint", "base_link", '<origin xyz="0 0 0.05"/>')
     project.write("bot.urdf", CART.replace("</robot>", f'<link name="base_footprint"/>{foot}</robot>'))
-    project.write("bot.yaml", ROBOT + "base_link: base_footprint\n")
-    model = project.load().simulation.model
+    model = project.robot("base_link: base_footprint").load().simulation.model
     assert model.body("bot/base_footprint").jntnum[0] == 1
     assert model.body_subtreemass[model.body("bot/base_footprint").id] == pytest.approx(6)

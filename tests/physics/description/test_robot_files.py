@@ -6,29 +6,19 @@ import pytest
 
 from graphengine.physics.engine import mujoco
 from tests.physics.conftest import Ship
-from tests.physics.harness import CART, FLOOR, ROBOT, SCENE, SHIPPED, Project, try_load
+from tests.physics.harness import CART, ROBOT, SCENE, SHIPPED, Project, steps, try_load
 
 
 def test_a_file_that_extends_another_merges_mappings_and_replaces_the_rest(project: Project) -> None:
-    project.write("base/bot.urdf", CART).write(
-        "base/base.yaml",
-        "robot: base\nurdf: bot.urdf\ndoc: base\n"
-        "joints: {arm_joint: {usd_drive: {damping: 1}, armature: 0.5}}\n"
-        "frames: {tip: {parent: arm, position: [0, 0, 1]}}\n"
-        "graphs: {one: {use: one.yaml}}\n",
-    ).write(
-        "bot.yaml",
-        "robot: bot\nextends: base/base.yaml\njoints: {arm_joint: {drive: {damping: 2}}}\n"
-        "frames: {tip: {position: [0, 0, 2]}}\n",
-    )
+    base = "joints: {arm_joint: {usd_drive: {damping: 1}, armature: 0.5}}\n"
+    base += "frames: {tip: {parent: arm, position: [0, 0, 1]}}\ngraphs: {one: {use: one.yaml}}\n"
+    own = "robot: bot\nextends: base/base.yaml\njoints: {arm_joint: {drive: {damping: 2}}}\n"
+    project.write("base/bot.urdf", CART).write("base/base.yaml", f"robot: base\nurdf: bot.urdf\ndoc: base\n{base}")
     # a frame's parent is a required key: what is required of the whole is not required of each part
-    assert "missing key 'parent'" in project.error()
-    project.write(
-        "bot.yaml",
-        "robot: bot\nextends: base/base.yaml\njoints: {arm_joint: {drive: {damping: 2}}}\n"
-        "frames: {tip: {parent: plate}}\ngraphs: {two: {use: two.yaml}}\n",
-    )
-    world = project.load()
+    assert "missing key 'parent'" in project.write("bot.yaml", own + "frames: {tip: {position: [0, 0, 2]}}\n").error()
+    world = project.write(
+        "bot.yaml", f"{own}frames: {{tip: {{parent: plate}}}}\ngraphs: {{two: {{use: two.yaml}}}}\n"
+    ).load()
     robot = world.robots["bot"]
     assert robot.spec.robot == "bot"
     assert robot.spec.doc == "base"
@@ -46,7 +36,7 @@ def test_files_that_extend_each_other_are_told(project: Project) -> None:
 
 
 def test_the_scenes_namespace_replaces_the_one_on_the_base_link(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "namespaces: {base_link: one, arm: two}\n")
+    project.robot("namespaces: {base_link: one, arm: two}")
     assert project.load().stage.namespaces("/bot/base_link/arm/graph") == ["one", "two"]
     project.write("scene.yaml", SCENE.replace("0.1]}", "0.1], namespace: three}"))
     assert project.load().stage.namespaces("/bot/base_link/arm/graph") == ["three", "two"]
@@ -61,13 +51,12 @@ def test_one_robot_file_makes_several_robots(project: Project) -> None:
 
 
 def test_a_name_override_is_the_frames_name(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "name_overrides: {arm: the arm}\n")
+    project.robot("name_overrides: {arm: the arm}")
     assert project.load().stage.find("/bot/base_link/arm").frame_name == "the arm"
 
 
 def test_a_link_whose_name_usd_does_not_allow_keeps_it_as_its_frames_name(project: Project) -> None:
-    project.write("bot.urdf", CART.replace('"arm"', '"arm-1"').replace('"plate"', '"1.plate"'))
-    stage = project.load().stage
+    stage = project.write("bot.urdf", CART.replace('"arm"', '"arm-1"').replace('"plate"', '"1.plate"')).load().stage
     assert stage.find("/bot/base_link/arm_1").frame_name == "arm-1"
     assert stage.find("/bot/base_link/arm_1/_1_plate").frame_name == "1.plate"
 
@@ -75,18 +64,15 @@ def test_a_link_whose_name_usd_does_not_allow_keeps_it_as_its_frames_name(projec
 @pytest.mark.parametrize("name", ["root", "a.b", "1", "arm joint", "Ärm"])
 def test_a_joint_may_be_called_anything(project: Project, name: str) -> None:
     project.write("bot.urdf", CART.replace('"arm_joint"', f'"{name}"'))
-    project.write("bot.yaml", ROBOT + f'joints: {{"{name}": {{drive: {{stiffness: 100, damping: 10}}}}}}\n')
-    world = project.load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
+    project.robot(f'joints: {{"{name}": {{drive: {{stiffness: 100, damping: 10}}}}}}')
+    simulation, joints = project.load_joints()
     joints.select([name]).command(positions=[0.5])
-    for _ in range(240):
-        world.simulation.step()
+    steps(simulation, 240)
     assert joints.positions()[0] == pytest.approx(0.5, abs=1e-3)
 
 
 def test_a_joint_can_be_put_elsewhere(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {position: [0, 0, 0.5]}}\n")
-    world = project.load()
+    world = project.robot("joints: {arm_joint: {position: [0, 0, 0.5]}}").load()
     assert world.simulation.body(world.stage.find("/bot/base_link/arm")).pose()[0] == pytest.approx((0, 0, 0.6))
 
 
@@ -103,12 +89,9 @@ def test_wheels_are_ellipsoids_where_the_file_says_so(ship: Ship) -> None:
 
 
 def test_the_worlds_timestep_and_integrator_are_overruled_and_told(project: Project) -> None:
-    option = '<mujoco>\n  <option timestep="0.002"\n    integrator="RK4"/>'
-    project.write("world.xml", FLOOR.replace("<mujoco>", option)).write(
-        "scene.yaml", SCENE + "physics: {tick_rate: 50, substeps: 2}\n"
-    )
-    loaded, findings = project.try_load()
-    assert loaded is not None
+    project.world(before='\n  <option timestep="0.002"\n    integrator="RK4"/>')
+    project.write("scene.yaml", SCENE + "physics: {tick_rate: 50, substeps: 2}\n")
+    loaded, findings = project.load_with_findings()
     assert loaded.simulation.model.opt.timestep == 0.01
     lint, note = findings.items
     assert lint.code == "W204"
@@ -134,24 +117,21 @@ def test_the_tutorials_robot_tells_what_its_settings_mean() -> None:
 
 def test_what_others_keep_in_a_description_stays_in_its_text(project: Project) -> None:
     plugin = "<gazebo><plugin name='a &amp; b'>\n  x &lt; 1\n<mode>slow</mode></plugin></gazebo>"
-    project.write("bot.urdf", CART.replace("</robot>", f"{plugin}</robot>"))
-    text = project.load().robots["bot"].urdf_text
+    text = project.write("bot.urdf", CART.replace("</robot>", f"{plugin}</robot>")).load().robots["bot"].urdf_text
     assert '<gazebo>\n<plugin name="a &amp; b">x &lt; 1\n<mode>slow</mode>\n</plugin>\n</gazebo>' in text
 
 
 def test_links_of_one_robot_do_not_collide_and_those_of_two_do(project: Project) -> None:
     """The arm's ball, moved into the cart's box, stays in peace; the other cart in the same place does not."""
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {position: [0, 0, -0.2]}}\n")
+    project.robot("joints: {arm_joint: {position: [0, 0, -0.2]}}")
     assert project.load().simulation.data.ncon == 0
     project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [0.1, 0, 0.1]}\n")
     assert project.load().simulation.data.ncon > 0
 
 
 CROSSING = """<robot name="crossing">
-  <link name="base_link">{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision></link>
-  <link name="plinth">{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision></link>
-  <link name="upper">{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision></link>
-  <link name="lower">{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision></link>
+  <link name="base_link">{box}</link><link name="plinth">{box}</link>
+  <link name="upper">{box}</link><link name="lower">{box}</link>
   <joint name="one" type="fixed"><parent link="base_link"/><child link="plinth"/></joint>
   <joint name="two" type="continuous"><parent link="plinth"/><child link="upper"/><axis xyz="0 0 1"/></joint>
   <joint name="three" type="continuous"><parent link="upper"/><child link="lower"/><axis xyz="0 0 1"/></joint>
@@ -165,8 +145,8 @@ def test_links_of_one_robot_collide_if_its_file_says_so_but_not_with_those_that_
 ) -> None:
     # four boxes in one place, of which the first two are one rigid body
     inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
-    project.write("bot.urdf", CROSSING.format(inertial=inertial))
-    project.write("scene.yaml", SCENE.replace("0, 0, 0.1]", "0, 0, 2]"))
+    box = f'{inertial}<collision><geometry><box size=".1 .1 .1"/></geometry></collision>'
+    project.write("bot.urdf", CROSSING.format(box=box)).write("scene.yaml", SCENE.replace("0, 0, 0.1]", "0, 0, 2]"))
     crossing = {("base_link", "lower"), ("lower", "plinth")}
     for key, expected in (("", set()), ("self_collision: true\n", crossing)):
         simulation = project.write("bot.yaml", ROBOT + base + key).load().simulation
@@ -178,16 +158,12 @@ def test_links_of_one_robot_collide_if_its_file_says_so_but_not_with_those_that_
 
 
 def test_what_drives_are_made_of_cannot_be_disabled_by_a_world(project: Project) -> None:
-    option = '<mujoco><option><flag spring="disable" damper="disable" actuation="disable"/></option>'
-    project.write("world.xml", FLOOR.replace("<mujoco>", option))
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {stiffness: 100, damping: 10}}}\n")
-    world, findings = project.try_load()
-    assert world is not None
+    project.world(before='<option><flag spring="disable" damper="disable" actuation="disable"/></option>')
+    world, findings = project.robot("joints: {arm_joint: {drive: {stiffness: 100, damping: 10}}}").load_with_findings()
     assert [note.message.partition(" ")[0] for note in findings.items] == ["spring", "damper", "actuation"]
     joints = world.simulation.articulation(world.stage.find("/bot"))
     joints.select().command(positions=[0.5])
-    for _ in range(240):
-        world.simulation.step()
+    steps(world.simulation, 240)
     assert joints.positions()[0] == pytest.approx(0.5, abs=1e-3)
 
 
@@ -211,8 +187,7 @@ def test_what_drives_are_made_of_cannot_be_disabled_by_a_world(project: Project)
     ],
 )
 def test_settings_that_no_joint_has_are_errors_at_their_place(project: Project, joint: str, told: str) -> None:
-    project.write("bot.yaml", ROBOT + f"joints: {{arm_joint: {{{joint}}}}}\n")
-    assert told in project.error()
+    assert told in project.robot(f"joints: {{arm_joint: {{{joint}}}}}").error()
     assert project.error().startswith("bot.yaml:3:")
 
 
@@ -220,8 +195,7 @@ def test_a_drive_of_its_own_replaces_what_the_description_says_of_effort_and_add
     project: Project,
 ) -> None:
     project.write("bot.urdf", CART.replace("<limit", '<dynamics damping="0.25" friction="0.5"/><limit'))
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {damping: 2, stiffness: 3, max_force: 7}}}\n")
-    world = project.load()
+    world = project.robot("joints: {arm_joint: {drive: {damping: 2, stiffness: 3, max_force: 7}}}").load()
     model = world.simulation.model
     joint = model.joint("bot/arm_joint")
     assert (joint.damping[0], joint.stiffness[0], joint.frictionloss[0]) == (2.25, 3.0, 0.5)

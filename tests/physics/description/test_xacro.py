@@ -16,7 +16,7 @@ from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element
 from graphengine.sandbox import confinement
 from tests.physics.files.forging import forged
-from tests.physics.harness import ROBOT, Project
+from tests.physics.harness import Project
 
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="cart">\n'
 BODY = """  <link name="base_link">
@@ -81,15 +81,14 @@ def test_the_files_that_were_read_are_noted(cart: Project) -> None:
 
 
 def test_a_mistake_in_what_a_macro_made_is_told_in_the_line_that_was_written(cart: Project) -> None:
-    cart.write("wheel.xacro", WHEEL.replace('parent link="base_link"', 'parent link="base"'))
-    first, second = cart.errors()
+    first, second = cart.write("wheel.xacro", WHEEL.replace('parent link="base_link"', 'parent link="base"')).errors()
     assert "wheel.xacro:8:21: error S103: joint 'left_wheel_joint': no parent link 'base'" in first
     assert "did you mean 'base_link'?" in first
     assert "joint 'right_wheel_joint'" in second
 
 
 def test_a_file_that_needs_xacro_is_expanded_whatever_its_name(cart: Project) -> None:
-    cart.write("bot.urdf", CART).write("bot.yaml", ROBOT + "xacro_arguments: {radius: 0.3}\n")
+    cart.write("bot.urdf", CART).robot("xacro_arguments: {radius: 0.3}")
     assert cart.load().robots["bot"].wheel_radii["left_wheel_joint"] == 0.3
 
 
@@ -119,22 +118,20 @@ def test_a_mistake_in_xacro_is_told_where_it_stands(project: Project, inside: st
 
 
 def test_a_mistake_in_a_macro_tells_who_called_it(cart: Project) -> None:
-    cart.write("size.yaml", "trak: 0.5\n")
-    error = cart.error()
+    error = cart.write("size.yaml", "trak: 0.5\n").error()
     assert "wheel.xacro:9:7: error S103: xacro: there is no 'track' in it" in error
     assert "bot.urdf.xacro:9:3: called here" in error
 
 
 def test_an_argument_that_the_file_does_not_take_is_told(cart: Project) -> None:
-    cart.write("bot.yaml", "robot: bot\nurdf: bot.urdf.xacro\nxacro_arguments: {radus: 0.2}\n")
-    error = cart.error()
+    error = cart.write("bot.yaml", "robot: bot\nurdf: bot.urdf.xacro\nxacro_arguments: {radus: 0.2}\n").error()
     assert "bot.yaml:3:19: error G111: " in error
     assert "has no argument 'radus'" in error
     assert "did you mean 'radius'?" in error
 
 
 def test_arguments_for_a_file_without_xacro_are_told(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "xacro_arguments: {radius: 1}\n")
+    project.robot("xacro_arguments: {radius: 1}")
     assert "bot.yaml:3:1: error G109: xacro_arguments: no xacro syntax in 'bot.urdf'" in project.error()
 
 

@@ -8,16 +8,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from graphengine.devices.rotation import unrotate
-from graphengine.devices.sensor import Vector3
+from graphengine.devices.rotation import Vector3, unrotate
 from graphengine.format.errors import BadValueError, JointError, PhysicsError
-from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.dynamics.motion_handles import Joints
+from graphengine.physics.loaded_world import LoadedWorld
+from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
-from tests.physics.harness import Project
+from tests.physics.harness import Project, steps
 
+Flat = tuple[Simulation, Joints]
 WHEELS = ("front_left_wheel_joint", "front_right_wheel_joint")
 TRUE = (0.049, 0.4523232)  # m: radius and track of the dd100's wheels
 TUTORIAL = (0.1, 0.45)  # m: what the tutorial types into its controller
+
+
+@pytest.fixture
+def flat(ship: Ship) -> Flat:
+    """A dd100 on a flat floor, and its joints."""
+    simulation = ship("dd100_flat.yaml").simulation
+    return simulation, simulation.articulation(simulation.stage.find("/dd100"))
 
 
 def drive(world: LoadedWorld, linear: float, angular: float, geometry: tuple[float, float]) -> tuple[Vector3, Vector3]:
@@ -101,55 +110,48 @@ def test_the_tutorials_quick_test_moves_the_robot(project: Project) -> None:
         "scene.yaml",
         "scene: test\nworld: worlds/flat_grid.xml\nsettle: true\nrobots: {dd100: {use: bot.yaml}}\n",
     )
-    world, findings = project.try_load()
-    assert world is not None
+    world, findings = project.load_with_findings()
     notes = [finding.message for finding in findings.items if "USD" in finding.message]
     assert notes[0].endswith("in SI it is damping 572958 N m s/rad, target velocity 1.74533 rad/s")
     base = world.simulation.body(world.stage.find("/dd100/base_link/chassis_link"))
-    for _ in range(240):
-        world.simulation.step()
+    steps(world.simulation, 240)
     start = base.pose()[0]
-    for _ in range(960):
-        world.simulation.step()
+    steps(world.simulation, 960)
     moved = np.subtract(base.pose()[0], start) / 4.0
     assert moved == pytest.approx([math.radians(100) * 0.049, 0.0, 0.0], abs=0.0005)
     assert math.radians(100) * 0.049 == pytest.approx(0.0855, abs=5e-5)
 
 
-def test_a_driven_wheels_effort_is_the_torque_that_accelerates_the_robot(ship: Ship) -> None:
+def test_a_driven_wheels_effort_is_the_torque_that_accelerates_the_robot(flat: Flat) -> None:
     """10.32 kg at 1 m/s2 on two wheels of 0.049 m: 0.253 N m each, and 0.11 N m for the rotors and wheels."""
-    world = ship("dd100_flat.yaml")
-    joints = world.simulation.articulation(world.stage.find("/dd100"))
-    wheels = joints.select(WHEELS)
+    simulation, joints = flat
     for step in range(120):
-        wheels.command(velocities=[(step + 1) / 240 / 0.049] * 2)
-        world.simulation.step()
+        joints.select(WHEELS).command(velocities=[(step + 1) / 240 / 0.049] * 2)
+        simulation.step()
     rotating = (0.0003234 + 0.005) / 0.049  # kg m2 about the axle, a wheel and its rotor, per metre of rim
     assert joints.efforts() == pytest.approx([10.323 * 0.049 / 2 + rotating] * 2, rel=0.05)
 
 
-def test_commands_take_effect_with_the_next_step(ship: Ship) -> None:
-    world = ship("dd100_flat.yaml")
-    joints = world.simulation.articulation(world.stage.find("/dd100"))
+def test_commands_take_effect_with_the_next_step(flat: Flat) -> None:
+    simulation, joints = flat
     before = joints.efforts()
     joints.select(WHEELS).command(velocities=[5.0, 5.0])
     np.testing.assert_array_equal(joints.efforts(), before)
-    world.simulation.step()
+    simulation.step()
     assert (joints.efforts() > 1.0).all()
 
 
-def test_a_joint_that_is_not_there_is_told_with_the_nearest(ship: Ship) -> None:
-    world = ship("dd100_flat.yaml")
-    joints = world.simulation.articulation(world.stage.find("/dd100"))
+def test_a_joint_that_is_not_there_is_told_with_the_nearest(flat: Flat) -> None:
+    _, joints = flat
     with pytest.raises(JointError, match="did you mean 'front_left_wheel_joint'"):
         joints.select(["front_left_wheel"])
     with pytest.raises(JointError, match="legal: 0 to 1"):
         joints.select(indices=[2])
 
 
-def test_no_effort_is_left_once_commands_are_zeroed(ship: Ship) -> None:
-    simulation = ship("dd100_flat.yaml").simulation
-    simulation.articulation(simulation.stage.find("/dd100")).select(WHEELS).command(efforts=[0.1, 0.2])
+def test_no_effort_is_left_once_commands_are_zeroed(flat: Flat) -> None:
+    simulation, joints = flat
+    joints.select(WHEELS).command(efforts=[0.1, 0.2])
     simulation.step()
     assert simulation.data.qfrc_applied.any()
     simulation.zero_commands()
@@ -157,12 +159,12 @@ def test_no_effort_is_left_once_commands_are_zeroed(ship: Ship) -> None:
     assert not simulation.data.qfrc_applied.any()
 
 
-def test_a_state_that_is_not_finite_is_told_with_its_joint(ship: Ship) -> None:
-    world = ship("dd100_flat.yaml")
-    world.simulation.clamps_commands = False
-    world.simulation.articulation(world.stage.find("/dd100")).select(WHEELS).command(efforts=[1e10, 0.0])
+def test_a_state_that_is_not_finite_is_told_with_its_joint(flat: Flat) -> None:
+    simulation, joints = flat
+    simulation.clamps_commands = False
+    joints.select(WHEELS).command(efforts=[1e10, 0.0])
     with pytest.raises(PhysicsError, match=r"at t = 0.0042 s: the motion of joint 'dd100/front_left_wheel_joint'"):
-        world.simulation.step()
+        simulation.step()
     assert not Path("MUJOCO_LOG.TXT").exists()
 
 
@@ -174,10 +176,9 @@ def test_a_state_that_is_not_finite_is_told_with_its_joint(ship: Ship) -> None:
     ],
 )
 def test_a_command_beyond_what_a_joint_can_do_is_clamped_and_counted(
-    ship: Ship, kind: str, values: list[float], what: str
+    flat: Flat, kind: str, values: list[float], what: str
 ) -> None:
-    simulation = ship("dd100_flat.yaml").simulation
-    joints = simulation.articulation(simulation.stage.find("/dd100"))
+    simulation, joints = flat
     for _ in range(120):
         joints.select(WHEELS).command(**{kind: values})
         simulation.step()
@@ -187,10 +188,9 @@ def test_a_command_beyond_what_a_joint_can_do_is_clamped_and_counted(
 
 @pytest.mark.parametrize("value", [math.inf, -math.inf, 1e11])
 @pytest.mark.parametrize("kind", ["positions", "velocities", "efforts"])
-def test_a_command_beyond_all_bounds_is_refused_and_the_others_with_it(ship: Ship, kind: str, value: float) -> None:
-    simulation = ship("dd100_flat.yaml").simulation
-    wheels = simulation.articulation(simulation.stage.find("/dd100")).select(WHEELS)
+def test_a_command_beyond_all_bounds_is_refused_and_the_others_with_it(flat: Flat, kind: str, value: float) -> None:
+    simulation, joints = flat
     with pytest.raises(BadValueError, match=r"Command must be up to 1e\+10 for joint 'front_right_wheel_joint', it is"):
-        wheels.command(**{kind: [7.0, value]})
+        joints.select(WHEELS).command(**{kind: [7.0, value]})
     assert not simulation.set_points.targets.any()
     assert not simulation.set_points.efforts.any()

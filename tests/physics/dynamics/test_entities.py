@@ -9,7 +9,7 @@ import pytest
 
 from graphengine.devices.entity import Move
 from graphengine.format.errors import CheckError, UnknownEntityError
-from tests.physics.dynamics.things import BALL, DOOR, SHELF, SPACE, add, run, world
+from tests.physics.dynamics.things import BALL, DOOR, SHELF, SPACE, add, bounds, run, world
 from tests.physics.harness import Project
 
 
@@ -83,25 +83,19 @@ def test_bounds_enclose_a_shape_that_is_turned_by_45_degrees(
 ) -> None:
     mesh = '<asset><mesh name="wedge" vertex="0 0 0  1 0 0  0 1 0  0 0 1"/></asset>'
     body = f'<body name="thing" pos="9 9 9" euler="0 0 45"><geom {geom}/></body>'
-    bounds = world(project, body, options=mesh).simulation.entities.bounds("thing")
-    assert bounds is not None
-    assert np.subtract(bounds.high, bounds.low) / 2 == pytest.approx(half)
+    low, high = np.reshape(bounds(world(project, body, options=mesh).simulation, "thing"), (2, 3))
+    assert (high - low) / 2 == pytest.approx(half)
 
 
 def test_bounds_hold_all_that_hangs_on_an_entity_and_what_has_no_end_has_none(project: Project) -> None:
     inner = '<body name="a" pos="0 0 1"><geom size=".1"/><body pos="0 3 0"><geom size=".2"/></body></body>'
     simulation = world(project, inner, '<body name="wall"><geom type="plane" size="0 0 1"/></body>').simulation
-    bounds = simulation.entities.bounds("a")
-    assert bounds is not None
-    assert (*bounds.low, *bounds.high) == pytest.approx((-0.2, -0.1, 0.8, 0.2, 3.2, 1.2))
+    assert bounds(simulation, "a") == pytest.approx((-0.2, -0.1, 0.8, 0.2, 3.2, 1.2))
     assert simulation.entities.bounds("wall") is None
 
 
 def test_bounds_in_its_own_frame_are_those_of_a_thing_however_it_stands(project: Project) -> None:
-    simulation = world(
-        project, BALL.replace('<geom size=".1"', '<geom type="box" pos=".5 0 0" size="1 2 3"')
-    ).simulation
+    box = BALL.replace('<geom size=".1"', '<geom type="box" pos=".5 0 0" size="1 2 3"')
+    simulation = world(project, box).simulation
     simulation.entities.place("ball", Move((7, 8, 9), (0.1, 0.2, 0.3, 0.4)))
-    bounds = simulation.entities.bounds("ball", own=True)
-    assert bounds is not None
-    assert (*bounds.low, *bounds.high) == pytest.approx((-0.5, -2, -3, 1.5, 2, 3))
+    assert bounds(simulation, "ball", own=True) == pytest.approx((-0.5, -2, -3, 1.5, 2, 3))

@@ -9,14 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.engine import mujoco
-from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.model.drives import Drive, position_servo, velocity_servo
-from graphengine.physics.robot_spawner import Population
-from tests.physics.harness import CART, ROBOT, Project
+from graphengine.physics.loaded_world import LoadedWorld
+from graphengine.physics.model.drives import Drive, servos
+from tests.physics.harness import CART, Project
 
 STEP = 1 / 240
 MASS, RADIUS = 10.323, 0.049  # kg and m: the dd100 and its wheels
@@ -29,9 +27,7 @@ def rotor(
 ) -> tuple[mujoco.MjModel, mujoco.MjData, ForceLimits]:
     """One joint with a drive as `robot_model` makes it; a mass of 1 kg on a lever weighs on it, or stops hold it."""
     actuators = "".join(
-        f'<general name="{name}" joint="j" gainprm="{gain}"/>'
-        for name, gain in ((position_servo("j"), drive.stiffness), (velocity_servo("j"), drive.damping))
-        if gain
+        f'<general name="{name}" joint="j" gainprm="{gain}"/>' for name, gain in servos("j", drive) if gain
     )
     stops = 'limited="true" range="-.001 .001" solreflimit=".004 1" solimplimit=".99 .999 .001"' if held else ""
     model = mujoco.MjModel.from_xml_string(
@@ -129,7 +125,7 @@ def test_a_commanded_effort_is_not_limited_but_what_the_drive_does_against_it() 
 
 
 def test_a_joint_that_pushes_goes_on_as_before_when_a_robot_is_added(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {stiffness: 1000, damping: 100}}}\n")
+    project.robot("joints: {arm_joint: {drive: {stiffness: 1000, damping: 100}}}")
     seen = []
     for spawned in (False, True):
         world = project.load()
@@ -138,7 +134,7 @@ def test_a_joint_that_pushes_goes_on_as_before_when_a_robot_is_added(project: Pr
         efforts = []
         for count in range(60):
             if spawned and count == 20:
-                Population(world).add("other", RobotUse(use="bot.yaml", position=(3.0, 0.0, 0.1)), Findings())
+                world.add("other", RobotUse(use="bot.yaml", position=(3.0, 0.0, 0.1)))
             world.simulation.step()
             efforts.append(float(joints.efforts()[0]))
         seen.append(efforts)
@@ -184,14 +180,12 @@ def test_the_force_that_accelerates_a_robot_is_its_wheels_maximum(project: Proje
 
 
 def test_maximum_forces_are_told_with_what_they_come_to(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {damping: 1, max_force: 3}}}\n")
-    world, findings = project.try_load()
-    assert world is not None
+    findings = project.robot("joints: {arm_joint: {drive: {damping: 1, max_force: 3}}}").load_with_findings()[1]
     # the arm: 0.01 kg m2 about its middle, which is at the joint
     (note,) = findings.items
     assert note.message == "joint 'arm_joint': max_force 3 N m accelerates its 0.01 kg m2 by at most 300 rad/s2"
     usd = "{usd_drive: {damping: 0.001, max_force: 3}}"
-    _, findings = project.write("bot.yaml", ROBOT + f"joints: {{arm_joint: {usd}}}\n").try_load()
+    _, findings = project.robot(f"joints: {{arm_joint: {usd}}}").try_load()
     assert findings.items[-1].message == note.message  # a force is no angle
 
 
@@ -199,25 +193,21 @@ def test_maximum_forces_are_told_with_what_they_come_to(project: Project) -> Non
 def test_the_effort_of_a_description_is_a_maximum_unless_the_drive_has_one(
     project: Project, drive: str, most: float
 ) -> None:
-    world = project.write("bot.yaml", ROBOT + f"joints: {{arm_joint: {{drive: {{{drive}}}}}}}\n").load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
+    simulation, joints = project.robot(f"joints: {{arm_joint: {{drive: {{{drive}}}}}}}").load_joints()
     joints.select().command(velocities=[1e6])
-    world.simulation.step()
+    simulation.step()
     assert joints.efforts()[0] == pytest.approx(most, rel=0.01)
 
 
 def test_an_effort_of_zero_limits_nothing_and_one_of_the_description_is_no_news(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {damping: 1000}}}\n")
-    world, findings = project.try_load()
-    assert world is not None
+    world, findings = project.robot("joints: {arm_joint: {drive: {damping: 1000}}}").load_with_findings()
     assert (world.simulation.limits.joints, findings.items) == (["bot/arm_joint"], [])
     assert project.write("bot.urdf", CART.replace('effort="40"', 'effort="0"')).load().simulation.limits.joints == []
 
 
 def test_one_robot_file_used_twice_is_told_once(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {drive: {damping: 0.1, max_force: 3}}}\n")
+    project.robot("joints: {arm_joint: {drive: {damping: 0.1, max_force: 3}}}")
     scene = "scene: t\nworld: world.xml\nrobots: {bot: {use: bot.yaml, count: 3, spacing: [2, 2]}}\n"
-    world, findings = project.write("scene.yaml", scene).try_load()
-    assert world is not None
+    world, findings = project.write("scene.yaml", scene).load_with_findings()
     assert len(world.simulation.limits.joints) == 3
     assert len(findings.items) == 1

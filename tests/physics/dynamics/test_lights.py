@@ -8,18 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from graphengine.devices.rotation import rotate
-from graphengine.devices.sensor import Vector3
+from graphengine.devices.rotation import Vector3, rotate
 from graphengine.devices.stage import Prim, Stage
-from graphengine.format.diagnostics import Findings
-from graphengine.format.errors import PrimError
 from graphengine.format.spec import RobotUse
 from graphengine.node.prims.stage_prims import Prims
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.world_prims import add_world
-from graphengine.physics.robot_spawner import Population
 from graphengine.physics.simulation import Simulation
-from tests.physics.harness import FLOOR, Project
+from tests.physics.harness import Project
 from tests.physics.pictures.harness import EYE, FORWARD, camera_of, needs_opengl
 
 LIT = """
@@ -91,21 +87,14 @@ def test_lights_have_the_types_of_usd() -> None:
 
 def test_a_light_that_was_changed_stays_so_when_robots_come_and_go_until_a_reset(project: Project) -> None:
     dim = '<body name="lamp"><light name="bulb" diffuse=".5 .5 .5"/><geom size=".1" pos="9 9 9"/></body>'
-    project.write("world.xml", FLOOR.replace("</worldbody>", f"{dim}</worldbody>"))
-    loaded = project.load()
-    simulation, population = loaded.simulation, Population(loaded)
+    loaded = project.world(dim).load()
+    simulation = loaded.simulation
     bulb = simulation.stage.find("/World/lamp/bulb")
     simulation.set_light(bulb, (2.0, (0.5, 0.25, 0.0)))
-    population.add("other", RobotUse(use="bot.yaml", position=(0.0, 5.0, 0.2)), Findings())
+    loaded.add("other", RobotUse(use="bot.yaml", position=(0.0, 5.0, 0.2)))
     assert simulation.model.light("bulb").diffuse.tolist() == [1.0, 0.5, 0.0]
-    population.remove("other")
+    loaded.remove("other")
     assert simulation.model.light("bulb").diffuse.tolist() == [1.0, 0.5, 0.0]
     simulation.reset()
     assert simulation.model.light("bulb").diffuse.tolist() == [0.5, 0.5, 0.5]
     assert simulation.light(bulb) == (1.0, (0.5, 0.5, 0.5))
-
-
-def test_what_is_no_light_is_told() -> None:
-    simulation = lit()
-    with pytest.raises(PrimError, match="/World/lamp is a body, not a light"):
-        simulation.light(simulation.stage.find("/World/lamp"))

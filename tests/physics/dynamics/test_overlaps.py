@@ -6,7 +6,7 @@ import pytest
 
 from graphengine.devices.entity import Move
 from tests.physics.dynamics.things import add, run, world
-from tests.physics.harness import ROBOT, Project
+from tests.physics.harness import SCENE, Project
 
 BLOCK = '<body name="{}" pos="{} 0 .5"><freejoint/><geom type="box" size=".5 .5 .5" mass="10"/></body>'
 
@@ -46,7 +46,7 @@ def test_a_robot_that_comes_into_something_overlaps_with_it(project: Project) ->
 
 
 def test_an_arm_that_is_bolted_to_the_world_does_not_overlap_with_itself(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "fixed_base: true\n")
+    project.robot("fixed_base: true")
     loaded = world(project, BLOCK.format("block", 2))
     loaded.simulation.entities.place("bot", Move((1.4, 0, 0.5)))
     (found,) = loaded.simulation.entities.overlaps("bot")
@@ -81,8 +81,7 @@ def test_a_robot_touches_all_but_what_carries_it(
     project: Project, things: list[tuple[str, str]], height: float, touched: dict[str, tuple[str, float]]
 ) -> None:
     """The cart's box is 0.4 m long, 0.3 m wide and 0.1 m high; only its base is near anything."""
-    text = project.folder.joinpath("scene.yaml").read_text().replace("0.1]", f"{height}]")
-    project.write("scene.yaml", text)
+    project.write("scene.yaml", SCENE.replace("0.1]", f"{height}]"))
     simulation = world(project, *(FIXED.format(*thing) for thing in things)).simulation
     found = {name: (overlap.other, overlap.depth) for name, overlap in simulation.entities.touching().items()}
     assert {name: other for name, (other, _) in found.items()} == {n: other for n, (other, _) in touched.items()}
@@ -92,7 +91,6 @@ def test_a_robot_touches_all_but_what_carries_it(
 
 
 def test_robots_that_touch_each_other_both_do(project: Project) -> None:
-    scene = project.folder.joinpath("scene.yaml").read_text()
-    project.write("scene.yaml", f"{scene}  other: {{use: bot.yaml, position: [0.3, 0, 0.1]}}\n")
+    project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [0.3, 0, 0.1]}\n")
     found = project.load().simulation.entities.touching()
     assert {name: overlap.other for name, overlap in found.items()} == {"bot": "other", "other": "bot"}

@@ -4,26 +4,22 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.devices.rotation import compose, from_rpy, multiply
-from graphengine.devices.sensor import Quaternion, Vector3
+from graphengine.devices.rotation import Pose, compose, from_rpy, multiply
 from graphengine.devices.stage import Stage
-from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PhysicsError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.dynamics.held_bodies import PlacedBody
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.world_prims import add_world
-from graphengine.physics.robot_spawner import Population
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
-from tests.physics.harness import CART, Project, yaw_of
+from tests.physics.harness import CART, SCENE, Project, yaw_of
 
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
 WORLD = """<mujoco><compiler angle="radian"/><option timestep="{step}" integrator="discrete" cone="elliptic"/><worldbody>
@@ -46,14 +42,14 @@ def simulate() -> Simulation:
     return Simulation(model, stage, Fraction(60), 4)
 
 
-def placement(simulation: Simulation, name: str) -> PlacedBody:
-    found = simulation.placement(simulation.stage.find(f"/World/{name}"))
+def placement(simulation: Simulation, path: str) -> PlacedBody:
+    found = simulation.placement(simulation.stage.find(path))
     assert found is not None
     return found
 
 
-def pose(simulation: Simulation, name: str) -> tuple[Vector3, Quaternion]:
-    return simulation.frame(simulation.stage.find(f"/World/{name}")).pose()
+def pose(simulation: Simulation, path: str) -> Pose:
+    return simulation.frame(simulation.stage.find(path)).pose()
 
 
 def steps(simulation: Simulation, count: int) -> list[bytes]:
@@ -68,36 +64,36 @@ def steps(simulation: Simulation, count: int) -> list[bytes]:
 def test_a_body_is_where_it_was_put_at_once_and_stays_there_at_rest() -> None:
     simulation = simulate()
     there = ((1.0, 2.0, 3.0), from_rpy(0.1, 0.2, 0.3))
-    placement(simulation, "table").place(*there)
+    placement(simulation, "/World/table").place(*there)
     for _ in range(3):
-        assert pose(simulation, "table") == there
+        assert pose(simulation, "/World/table") == there
         assert simulation.body(simulation.stage.find("/World/table")).velocity() == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         simulation.step()
 
 
 def test_what_leans_on_it_does_not_sink_in_however_heavy_it_is() -> None:
     simulation = simulate()
-    placement(simulation, "table").place((0.0, 0.0, 1.0), IDENTITY)
+    placement(simulation, "/World/table").place((0.0, 0.0, 1.0), IDENTITY)
     steps(simulation, 480)
     # 1.3 m is where one lies on the other; MuJoCo's contacts give way by some tenths of a millimetre.
-    assert pose(simulation, "weight")[0] == pytest.approx((0.0, 0.0, 1.3), abs=5e-4)
+    assert pose(simulation, "/World/weight")[0] == pytest.approx((0.0, 0.0, 1.3), abs=5e-4)
 
 
 def test_what_stands_on_it_comes_along_when_it_is_put_elsewhere_bit_by_bit() -> None:
     simulation = simulate()
-    table = placement(simulation, "table")
+    table = placement(simulation, "/World/table")
     table.place((0.0, 0.0, 1.0), IDENTITY)
     steps(simulation, 60)
     for step in range(240):
         table.place((0.0, 0.0, 1.0 + step / 1000), IDENTITY)
         simulation.step()
-    assert pose(simulation, "weight")[0][2] == pytest.approx(1.54, abs=0.02)
+    assert pose(simulation, "/World/weight")[0][2] == pytest.approx(1.54, abs=0.02)
 
 
 def test_a_reset_lets_go_and_what_follows_is_as_if_nothing_had_been_held() -> None:
     fresh, held = simulate(), simulate()
     for name in ("table", "door", "lift"):
-        placement(held, name).place((2.0, 0.0, 2.0), IDENTITY)
+        placement(held, f"/World/{name}").place((2.0, 0.0, 2.0), IDENTITY)
     steps(held, 20)
     held.reset()
     assert steps(held, 60) == steps(fresh, 60)
@@ -106,12 +102,12 @@ def test_a_reset_lets_go_and_what_follows_is_as_if_nothing_had_been_held() -> No
 def test_one_that_was_held_before_can_be_held_again() -> None:
     simulation = simulate()
     for height in (1.0, 2.0):
-        placement(simulation, "table").place((0.0, 0.0, height), IDENTITY)
+        placement(simulation, "/World/table").place((0.0, 0.0, height), IDENTITY)
         steps(simulation, 10)
-        assert pose(simulation, "table")[0] == (0.0, 0.0, height)
+        assert pose(simulation, "/World/table")[0] == (0.0, 0.0, height)
         simulation.reset()
     simulation.step()
-    assert pose(simulation, "table")[0][2] < 1.0
+    assert pose(simulation, "/World/table")[0][2] < 1.0
 
 
 REST = from_rpy(0.0, 0.0, math.pi / 4)
@@ -120,21 +116,21 @@ REST = from_rpy(0.0, 0.0, math.pi / 4)
 @given(st.floats(-1.0, 1.0))
 def test_a_link_that_turns_takes_the_angle_of_the_pose_and_keeps_its_place(angle: float) -> None:
     simulation = simulate()
-    placement(simulation, "door").place((0.0, 0.0, 0.0), multiply(REST, from_rpy(0.0, 0.0, angle)))
-    position, orientation = pose(simulation, "door")
+    placement(simulation, "/World/door").place((0.0, 0.0, 0.0), multiply(REST, from_rpy(0.0, 0.0, angle)))
+    position, orientation = pose(simulation, "/World/door")
     assert position == pytest.approx((3.0, 0.0, 1.0))
     assert yaw_of(orientation) == pytest.approx(math.pi / 4 + angle)
 
 
 def test_a_link_goes_no_farther_than_its_joint_lets_it() -> None:
     simulation = simulate()
-    placement(simulation, "door").place((3.0, 0.0, 1.0), multiply(REST, from_rpy(0.0, 0.0, 1.5)))
-    assert yaw_of(pose(simulation, "door")[1]) == pytest.approx(math.pi / 4 + 1.0)
+    placement(simulation, "/World/door").place((3.0, 0.0, 1.0), multiply(REST, from_rpy(0.0, 0.0, 1.5)))
+    assert yaw_of(pose(simulation, "/World/door")[1]) == pytest.approx(math.pi / 4 + 1.0)
 
 
 def test_a_wheel_goes_the_short_way_round() -> None:
     simulation = simulate()
-    wheel = placement(simulation, "wheel")
+    wheel = placement(simulation, "/World/wheel")
     for turn in range(1, 13):
         wheel.place((5.0, 0.0, 1.0), from_rpy(0.0, turn * 2.0, 0.0))
     assert simulation.data.joint(3).qpos[0] == pytest.approx(24.0)
@@ -142,10 +138,10 @@ def test_a_wheel_goes_the_short_way_round() -> None:
 
 def test_a_link_that_slides_goes_along_its_axis() -> None:
     simulation = simulate()
-    placement(simulation, "lift").place((7.5, 0.0, 1.3), from_rpy(0.0, math.pi / 2, 0.0))
-    assert pose(simulation, "lift")[0] == pytest.approx((7.0, 0.0, 1.3))  # its x points down
+    placement(simulation, "/World/lift").place((7.5, 0.0, 1.3), from_rpy(0.0, math.pi / 2, 0.0))
+    assert pose(simulation, "/World/lift")[0] == pytest.approx((7.0, 0.0, 1.3))  # its x points down
     steps(simulation, 10)
-    assert pose(simulation, "lift")[0] == pytest.approx((7.0, 0.0, 1.3))
+    assert pose(simulation, "/World/lift")[0] == pytest.approx((7.0, 0.0, 1.3))
 
 
 @pytest.mark.parametrize("name", ["ball", "post"])
@@ -158,39 +154,32 @@ def test_what_nothing_moves_or_a_ball_joint_does_cannot_be_placed(name: str) -> 
 @pytest.mark.parametrize("far", [1e11, math.inf, math.nan])
 def test_a_place_that_mujoco_does_not_count_with_is_refused(far: float) -> None:
     simulation = simulate()
-    before = pose(simulation, "table")
+    before = pose(simulation, "/World/table")
     with pytest.raises(PhysicsError, match="/World/table cannot be put at"):
-        placement(simulation, "table").place((0.0, far, 0.0), IDENTITY)
-    assert pose(simulation, "table") == before
+        placement(simulation, "/World/table").place((0.0, far, 0.0), IDENTITY)
+    assert pose(simulation, "/World/table") == before
     simulation.step()
-    assert pose(simulation, "table") != before
+    assert pose(simulation, "/World/table") != before
 
 
 # Robots
 
 
-def test_a_robot_goes_with_its_base_and_its_links_keep_their_joints(tmp_path: Path) -> None:
-    loaded = Project(tmp_path).load()
-    simulation, stage = loaded.simulation, loaded.stage
-    base, plate = stage.find("/bot/base_link"), stage.find("/bot/base_link/arm/plate")
-    robot = simulation.placement(base)
-    assert robot is not None
+def test_a_robot_goes_with_its_base_and_its_links_keep_their_joints(project: Project) -> None:
+    simulation = project.load().simulation
+    plate = simulation.stage.find("/bot/base_link/arm/plate")
     there = ((4.0, 5.0, 1.0), from_rpy(0.0, 0.0, 1.0))
-    robot.place(*there)
-    assert simulation.frame(base).pose() == there
+    placement(simulation, "/bot/base_link").place(*there)
+    assert pose(simulation, "/bot/base_link") == there
     expected = compose(there, ((0.1, 0.0, 0.4), from_rpy(0.0, 0.0, math.pi / 2)))
-    found = simulation.frame(plate).pose()
-    assert np.concatenate(found) == pytest.approx(np.concatenate(expected))
+    assert np.concatenate(simulation.frame(plate).pose()) == pytest.approx(np.concatenate(expected))
     assert simulation.placement(plate) is None
 
 
 def test_a_robot_that_is_held_in_the_ground_does_not_shake(ship: Ship) -> None:
-    loaded = ship("dd100_warehouse.yaml")
-    simulation, prim = loaded.simulation, loaded.stage.find("/dd100")
-    (x, y, z), orientation = simulation.frame(prim).pose()
-    robot = simulation.placement(prim)
-    assert robot is not None
-    robot.place((x, y, z - 0.05), orientation)
+    simulation = ship("dd100_warehouse.yaml").simulation
+    (x, y, z), orientation = pose(simulation, "/dd100")
+    placement(simulation, "/dd100").place((x, y, z - 0.05), orientation)
     steps(simulation, 120)
     assert np.abs(simulation.data.qvel).max() < 0.01
 
@@ -208,44 +197,30 @@ def test_of_links_that_are_fixed_to_each_other_those_can_be_placed_that_stand_fo
     "prims", [("/bot", "/bot/base_link"), ("/bot/base_link/top", "/bot"), ("/bot", "/bot/base_link/top")]
 )
 def test_whatever_stands_for_a_robot_puts_all_of_it_where_that_prim_shall_be(
-    tmp_path: Path, prims: tuple[str, str]
+    project: Project, prims: tuple[str, str]
 ) -> None:
     top = '<link name="top"/><joint name="top_joint" type="fixed"><parent link="base_link"/><child link="top"/>'
-    project = Project(tmp_path).write(
-        "bot.urdf", CART.replace("</robot>", f'{top}<origin xyz="0 0 1"/></joint></robot>')
-    )
-    project.write("bot.yaml", "robot: bot\nurdf: bot.urdf\narticulation_root: top\n")
-    loaded = project.load()
-    simulation, stage = loaded.simulation, loaded.stage
+    project.write("bot.urdf", CART.replace("</robot>", f'{top}<origin xyz="0 0 1"/></joint></robot>'))
+    simulation = project.robot("articulation_root: top").load().simulation
     fresh = steps(simulation, 20)
     simulation.reset()
     for height, path in zip((3.0, 4.0), prims, strict=True):
-        prim = stage.find(path)
-        found, there = simulation.placement(prim), ((1.0, 2.0, height), from_rpy(0.0, 0.0, 1.0))
-        assert found is not None
-        found.place(*there)
+        there = ((1.0, 2.0, height), from_rpy(0.0, 0.0, 1.0))
+        placement(simulation, path).place(*there)
         steps(simulation, 5)
-        assert np.concatenate(simulation.frame(prim).pose()) == pytest.approx(np.concatenate(there))
+        assert np.concatenate(pose(simulation, path)) == pytest.approx(np.concatenate(there))
     assert len(simulation.held) == 1
     simulation.reset()
     assert steps(simulation, 20) == fresh
 
 
-def test_what_is_held_is_held_on_when_a_robot_comes_and_another_goes(tmp_path: Path) -> None:
-    project = Project(tmp_path)
-    project.write(
-        "scene.yaml", (tmp_path / "scene.yaml").read_text() + "  other: {use: bot.yaml, position: [9, 0, 0.1]}\n"
-    )
-    loaded = project.load()
-    simulation, population = loaded.simulation, Population(loaded)
-    prims = [loaded.stage.find(f"/{name}/base_link") for name in ("bot", "other")]
-    there = ((4.0, 5.0, 1.0), IDENTITY)
-    for prim in prims:
-        found = simulation.placement(prim)
-        assert found is not None
-        found.place(*there)
-    population.remove("other")
-    population.add("third", RobotUse(use="bot.yaml", position=(-4.0, 0.0, 0.1)), Findings())
+def test_what_is_held_is_held_on_when_a_robot_comes_and_another_goes(project: Project) -> None:
+    loaded = project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [9, 0, 0.1]}\n").load()
+    simulation, there = loaded.simulation, ((4.0, 5.0, 1.0), IDENTITY)
+    for name in ("bot", "other"):
+        placement(simulation, f"/{name}/base_link").place(*there)
+    loaded.remove("other")
+    loaded.add("third", RobotUse(use="bot.yaml", position=(-4.0, 0.0, 0.1)))
     steps(simulation, 60)
-    assert simulation.frame(prims[0]).pose() == there
+    assert pose(simulation, "/bot/base_link") == there
     assert [body.prim_path for body in simulation.held] == ["/bot/Geometry/base_link"]

@@ -10,10 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graphengine.devices.sensor import Vector3
+from graphengine.devices.rotation import Vector3
 from graphengine.devices.stage import Stage
 from graphengine.format.errors import UsageError
-from graphengine.physics.robot_spawner import Population
 from graphengine.physics.simulation import Simulation
 from tests.physics.dynamics.things import BALL, SHELF, SPACE, add, run, world
 from tests.physics.harness import Project
@@ -65,7 +64,7 @@ def test_a_push_goes_on_when_others_come_and_go_and_ends_with_its_entity(project
     simulation.entities.push("ball", (4, 0, 0), 0.5)
     simulation.entities.push("late", (4, 0, 0), 0.5)
     run(simulation, 0.25)
-    Population(loaded).remove("late")
+    loaded.remove("late")
     run(simulation, 0.5)
     assert simulation.entities.state("ball").linear_velocity == pytest.approx((1, 0, 0))
     assert not simulation.data.xfrc_applied.any()

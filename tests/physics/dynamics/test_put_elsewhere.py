@@ -8,18 +8,17 @@ import pytest
 
 from graphengine.devices.entity import Move
 from graphengine.format.errors import PhysicsError, UsageError
-from graphengine.physics.robot_spawner import Population
 from graphengine.physics.sensors.imu import InertialUnit
 from graphengine.physics.sensors.lidar import RayLidar
+from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
 from tests.physics.dynamics.things import BALL, DOOR, IMU, SHELF, SPACE, add, run, world
-from tests.physics.harness import ROBOT, Project
+from tests.physics.harness import ROBOT, Project, ticks
 
 
 def test_a_robot_is_put_elsewhere_with_its_joints_as_they_are(project: Project) -> None:
-    loaded = world(project)
-    simulation = loaded.simulation
-    joints = simulation.articulation(loaded.stage.find("/bot"))
+    simulation = world(project).simulation
+    joints = simulation.articulation(simulation.stage.find("/bot"))
     simulation.data.qpos[7] = 0.5
     turned = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
     simulation.entities.place("bot", Move((3, 4, 0.5), turned, (1, 0, 0), (0, 0, 2)))
@@ -27,7 +26,7 @@ def test_a_robot_is_put_elsewhere_with_its_joints_as_they_are(project: Project) 
     assert (*state.position, *state.orientation) == pytest.approx((3, 4, 0.5, *turned))
     assert (*state.linear_velocity, *state.angular_velocity) == pytest.approx((1, 0, 0, 0, 0, 2))
     assert joints.positions().tolist() == [0.5]
-    plate = simulation.frame(loaded.stage.find("/bot/base_link/arm/plate")).pose()[0]
+    plate = simulation.frame(simulation.stage.find("/bot/base_link/arm/plate")).pose()[0]
     assert plate == pytest.approx((3 + 0.0, 4 + 0.1 + 0.3 * math.sin(0.5), 0.6 + 0.3 * math.cos(0.5)))
 
 
@@ -51,27 +50,21 @@ def test_what_is_put_elsewhere_rests_there_unless_told_otherwise(project: Projec
 
 def test_to_be_put_elsewhere_is_no_motion_to_an_inertial_unit(project: Project) -> None:
     project.write("bot.yaml", ROBOT + IMU)
-    loaded = world(project, options=SPACE)
-    simulation = loaded.simulation
-    unit = simulation.device(InertialUnit, loaded.stage.find("/bot/base_link/unit"))
+    simulation = world(project, options=SPACE).simulation
+    unit = simulation.device(InertialUnit, simulation.stage.find("/bot/base_link/unit"))
     simulation.entities.place("bot", Move((9, 9, 9), (0, 0, 1, 0), (5, 0, 0)))
-    for tick in range(1, 7):
-        run(simulation, 1 / 60)
-        simulation.begin_tick(tick)
+    ticks(simulation, 6)
     assert unit.sample().linear_acceleration == pytest.approx((0, 0, 0), abs=1e-9)
 
 
 def test_nor_is_it_to_that_of_an_arm_which_is_bolted_to_the_world(project: Project) -> None:
     project.write("bot.yaml", ROBOT + "fixed_base: true\n" + IMU)
-    loaded = world(project)
-    simulation = loaded.simulation
-    unit = simulation.device(InertialUnit, loaded.stage.find("/bot/base_link/unit"))
+    simulation = world(project).simulation
+    unit = simulation.device(InertialUnit, simulation.stage.find("/bot/base_link/unit"))
     simulation.entities.place("bot", Move((9, 9, 9), (1, 0, 0, 0)))
     assert simulation.entities.state("bot").position == (9, 9, 9)
-    assert simulation.frame(loaded.stage.find("/bot/base_link/unit")).pose()[0] == pytest.approx((9, 9, 8.7))
-    for tick in range(1, 7):
-        run(simulation, 1 / 60)
-        simulation.begin_tick(tick)
+    assert simulation.frame(simulation.stage.find("/bot/base_link/unit")).pose()[0] == pytest.approx((9, 9, 8.7))
+    ticks(simulation, 6)
     assert unit.sample().gravity == pytest.approx((0, 0, -9.81))
 
 
@@ -103,11 +96,10 @@ def test_what_lies_on_a_thing_that_is_taken_away_falls_even_from_sleep(project: 
 
 @pytest.mark.parametrize("fast", [True, False])
 def test_a_lidar_sees_a_shelf_where_it_was_put(project: Project, fast: bool) -> None:
-    project.write("bot.yaml", ROBOT + "sensors: {eye: {type: lidar, profile: lidar_360, parent: base_link}}\n")
-    loaded = world(project, '<body name="shelf" pos="3 0 0"><geom type="box" size=".5 1 1"/></body>')
-    simulation = loaded.simulation
+    project.robot("sensors: {eye: {type: lidar, profile: lidar_360, parent: base_link}}")
+    simulation = world(project, '<body name="shelf" pos="3 0 0"><geom type="box" size=".5 1 1"/></body>').simulation
     simulation._rays_choice = "fast" if fast else "mujoco"
-    eye = simulation.device(RayLidar, loaded.stage.find("/bot/base_link/eye/Lidar"))
+    eye = simulation.device(RayLidar, simulation.stage.find("/bot/base_link/eye/Lidar"))
     simulation.begin_tick(1)
     assert eye.scan().ranges[180] == pytest.approx(2.5, abs=1e-3)
     simulation.entities.place("shelf", Move((5, 0, 0)))
@@ -121,7 +113,7 @@ def test_a_shelf_stays_where_it_was_put_when_robots_come_and_go_and_reset_puts_i
     simulation.entities.place("shelf", Move((7, 7, 7), (0, 0, 1, 0)))
     add(loaded, "late")
     assert simulation.entities.state("shelf").position == (7, 7, 7)
-    Population(loaded).remove("late")
+    loaded.remove("late")
     assert simulation.entities.state("shelf").position == (7, 7, 7)
     simulation.reset()
     state = simulation.entities.state("shelf")
@@ -130,23 +122,24 @@ def test_a_shelf_stays_where_it_was_put_when_robots_come_and_go_and_reset_puts_i
     assert simulation.entities.state("shelf").position == (1, 2, 3)
 
 
+def hold_ball(simulation: Simulation) -> None:
+    ball = simulation.placement(simulation.stage.find("/World/ball"))
+    assert ball is not None
+    ball.place((0, 5, 2), (0, 0, 0, 1))
+
+
 def test_a_body_that_is_held_is_let_go_when_it_is_put_elsewhere(project: Project) -> None:
     loaded = world(project, BALL)
-    held = loaded.simulation.placement(loaded.stage.find("/World/ball"))
-    assert held is not None
-    held.place((0, 5, 2), (0, 0, 0, 1))
+    hold_ball(loaded.simulation)
     loaded.simulation.entities.place("ball", Move((0, 7, 2)))
     run(loaded.simulation, 0.1)
     assert loaded.simulation.entities.state("ball").linear_velocity[2] == pytest.approx(-0.981)
 
 
 def test_a_body_that_is_held_stays_so_when_a_shelf_is_moved(project: Project) -> None:
-    loaded = world(project, BALL, SHELF)
-    simulation = loaded.simulation
+    simulation = world(project, BALL, SHELF).simulation
     loose = simulation.model.dof_armature.copy()
-    held = simulation.placement(loaded.stage.find("/World/ball"))
-    assert held is not None
-    held.place((0, 5, 2), (0, 0, 0, 1))
+    hold_ball(simulation)
     firm = simulation.model.dof_armature.copy()
     simulation.entities.place("shelf", Move((7, 7, 7)))
     run(simulation, 0.1)
@@ -175,8 +168,7 @@ def test_a_shelf_that_physics_does_not_want_there_stays_where_it_was(
 
 
 def test_reset_puts_everything_back_bit_by_bit(project: Project) -> None:
-    loaded = world(project, BALL, SHELF)
-    simulation = loaded.simulation
+    simulation = world(project, BALL, SHELF).simulation
 
     def course() -> bytes:
         run(simulation, 0.3)

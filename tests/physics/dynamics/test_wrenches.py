@@ -11,6 +11,7 @@ from graphengine.devices.stage import Stage
 from graphengine.physics.dynamics.motion_handles import Joints
 from graphengine.physics.engine import mujoco
 from graphengine.physics.simulation import Simulation
+from tests.physics.harness import steps
 
 G = 9.81
 
@@ -68,8 +69,7 @@ def test_what_leans_on_something_is_held_by_both() -> None:
         <geom type="box" size=".5 .02 .05" pos=".5 0 0" mass="4"/></body>
     """
     joints = robot(beam, "hinge")
-    for _ in range(2000):
-        joints._simulation.step()
+    steps(joints._simulation, 2000)
     (force,), (torque,) = joints.wrenches()
     assert force == pytest.approx([0.0, 0.0, 2 * G], abs=0.02)
     assert torque == pytest.approx([0.0, 0.0, 0.0], abs=1e-3)

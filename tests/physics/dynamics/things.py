@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
-from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.robot_spawner import Population
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.simulation import Simulation
-from tests.physics.harness import Project
+from tests.physics.harness import Project, steps
 
 BALL = '<body name="ball" pos="5 0 1"><freejoint/><geom size=".1" mass="2"/></body>'
 SHELF = '<body name="shelf" pos="1 2 3"><geom type="box" size=".1 .2 .3"/></body>'
@@ -22,10 +20,16 @@ def world(project: Project, *bodies: str, options: str = "") -> LoadedWorld:
     return project.load()
 
 
+def bounds(simulation: Simulation, name: str, *, own: bool = False) -> tuple[float, ...]:
+    """The lower and the upper corner of an entity's box."""
+    box = simulation.entities.bounds(name, own=own)
+    assert box is not None
+    return (*box.low, *box.high)
+
+
 def run(simulation: Simulation, seconds: float) -> None:
-    for _ in range(round(seconds / simulation.model.opt.timestep)):
-        simulation.step()
+    steps(simulation, round(seconds / simulation.model.opt.timestep))
 
 
 def add(loaded: LoadedWorld, name: str, x: float = -4.0) -> None:
-    Population(loaded).add(name, RobotUse(use="bot.yaml", position=(x, 0.0, 0.1)), Findings())
+    loaded.add(name, RobotUse(use="bot.yaml", position=(x, 0.0, 0.1)))

@@ -11,7 +11,7 @@ from graphengine.physics.files import conversion
 from graphengine.physics.files.conversion import Converted, Foreign, convert_all
 from graphengine.physics.files.meshes import MeshError
 from graphengine.sandbox.confinement import ProcessError, ask
-from tests.physics.files.test_meshes import collada, exported, gltf, instance, material
+from tests.physics.files.test_meshes import TWO, collada, exported, gltf, instance
 
 GOOD = collada(f"<node>{instance()}</node>")
 
@@ -28,11 +28,7 @@ def why(answer: list[Converted] | MeshError) -> str:
 
 
 def test_each_file_becomes_files_of_mujoco_in_its_colours_or_one() -> None:
-    two = collada(
-        f"<node>{instance('red', 'blue')}</node>",
-        materials=(material("red", "<color>1 0 0 1</color>"), material("blue", "<color>0 0 1 1</color>")),
-    )
-    files = [Foreign(two, ".dae", visual=True), Foreign(two, ".dae", visual=False), Foreign(b"", ".dae", visual=True)]
+    files = [Foreign(TWO, ".dae", visual=True), Foreign(TWO, ".dae", visual=False), Foreign(b"", ".dae", visual=True)]
     seen, collided, empty = convert_all([*files])
     assert isinstance(seen, list)
     assert isinstance(collided, list)

@@ -56,6 +56,11 @@ def instance(*bound: str) -> str:
     return f'<instance_geometry url="#g">{bound_materials}</instance_geometry>'
 
 
+RED, BLUE = material("red", "<color>1 0 0 1</color>"), material("blue", "<color>0 0 1 1</color>")
+BOTH = f"<node>{instance('red', 'blue')}</node>"
+TWO = collada(BOTH, materials=(RED, BLUE))
+
+
 def gltf(binary: bytes = b"", **parts: list[dict[str, Any]]) -> bytes:
     """A binary glTF file of one node with the first mesh."""
     document = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], **parts}
@@ -113,19 +118,18 @@ def test_a_geometry_stands_wherever_it_is_instanced() -> None:
 
 
 def test_parts_have_the_colours_of_their_materials() -> None:
-    red, blue = material("red", "<color>1 0 0 0.2</color>"), material("blue", "<color>0 0 1 1</color>")
-    parts = convert(collada(f"<node>{instance('red', 'blue')}</node>", materials=(red, blue)), ".dae")
+    pale = material("red", "<color>1 0 0 0.2</color>")
+    parts = convert(collada(BOTH, materials=(pale, BLUE)), ".dae")
     assert [(part.colour, part.vertices[:, 2].tolist()) for part in parts] == [
         ((1, 0, 0, 1), [0, 0, 0]),
         ((0, 0, 1, 1), [2, 2, 2]),
     ]
     same = material("blue", "<color>1 0 0 1</color>")
-    assert len(convert(collada(f"<node>{instance('red', 'blue')}</node>", materials=(red, same)), ".dae")) == 1
+    assert len(convert(collada(BOTH, materials=(RED, same)), ".dae")) == 1
 
 
 def test_a_geometry_whose_material_is_missing_is_there_all_the_same() -> None:
-    data = collada(f"<node>{instance('red', 'blue')}</node>", materials=(material("red", "<color>1 0 0 1</color>"),))
-    assert bounds(data) == [[0, 0, 0], [1, 1, 2]]
+    assert bounds(collada(BOTH, materials=(RED,))) == [[0, 0, 0], [1, 1, 2]]
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".glb", ".off", ".stl"])
@@ -218,16 +222,14 @@ def test_nodes_that_multiply_are_bounded(monkeypatch: pytest.MonkeyPatch) -> Non
 def draw(project: Project, visual: str) -> tuple[list[list[float]], list[str]]:
     """Colours of the arm's visuals, and what was told."""
     project.write("bot.urdf", CART.replace('<link name="plate"/>', f'<link name="plate">{visual}</link>'))
-    world, findings = project.try_load()
-    assert world is not None, [finding.message for finding in findings.errors]
+    world, findings = project.load_with_findings()
     model = world.simulation.model
     drawn = [i for i in range(model.ngeom) if model.body(int(model.geom_bodyid[i])).name == "bot/plate"]
     return model.geom_rgba[drawn].round(3).tolist(), [finding.message for finding in findings.items]
 
 
 def test_visuals_have_the_colours_of_their_file_unless_the_description_gives_one(project: Project) -> None:
-    red, blue = material("red", "<color>1 0 0 1</color>"), material("blue", "<color>0 0 1 1</color>")
-    (project.folder / "two.dae").write_bytes(collada(f"<node>{instance('red', 'blue')}</node>", materials=(red, blue)))
+    (project.folder / "two.dae").write_bytes(TWO)
     visual = f"<visual><geometry>{MESH.format('two.dae')}</geometry>{{}}</visual>"
     assert draw(project, visual.format("")) == ([[1, 0, 0, 1], [0, 0, 1, 1]], [])
     green = '<material name="paint"><color rgba="0 1 0 0.5"/></material>'
@@ -293,11 +295,9 @@ def test_a_shape_without_size_is_left_out_and_told(project: Project) -> None:
 def test_a_negative_scale_mirrors_a_mesh_with_its_mass_and_its_outside(scale: str) -> None:
     """The tetrahedron has volume 1; its centre of mass is the mean of its corners; rays from outside meet its outside."""
     factors = np.array([float(part) for part in scale.split()])
-    inertia = '<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>'
     description = f"""<robot name="r"><mujoco><compiler fusestatic="false"/></mujoco><link name="root"/>
       <link name="b"><collision><geometry><mesh filename="t.obj" scale="{scale}"/></geometry></collision></link>
       <joint name="j" type="fixed"><parent link="root"/><child link="b"/></joint></robot>"""
-    assert inertia not in description
     model = mujoco.MjSpec.from_string(description, assets={"t.obj": TETRAHEDRON.encode()}).compile()
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]]) * factors
     volume = abs(np.linalg.det(corners[1:])) / 6

@@ -82,8 +82,7 @@ def test_a_package_in_a_folder_of_another_name_without_a_manifest_is_taken_for_t
     project.write("downloaded/urdf/cart.urdf", robot_with("package://cart/meshes/body.obj"))
     project.write("bot.yaml", "robot: bot\nurdf: downloaded/urdf/cart.urdf\n")
     assert project.load().simulation.model.nmesh == 1
-    project.write("downloaded/package.xml", MANIFEST.format("wagon"))
-    assert "no package 'cart'" in project.error()
+    assert "no package 'cart'" in project.write("downloaded/package.xml", MANIFEST.format("wagon")).error()
 
 
 def test_package_paths_begin_at_the_file_that_gives_them(project: Project) -> None:
@@ -103,8 +102,7 @@ def test_files_at_absolute_paths_and_with_escaped_names(project: Project) -> Non
 
 def test_a_missing_mesh_says_where_it_looked(project: Project) -> None:
     package(project.folder / "cart", "cart")
-    project.write("bot.urdf", robot_with("package://cart/meshes/bdy.obj"))
-    error = project.error()
+    error = project.write("bot.urdf", robot_with("package://cart/meshes/bdy.obj")).error()
     assert "bot.urdf:4:42: error S101: no file 'package://cart/meshes/bdy.obj'" in error
     assert "did you mean 'body.obj'?" in error
     assert "looked in: cart/meshes" in error
@@ -112,9 +110,7 @@ def test_a_missing_mesh_says_where_it_looked(project: Project) -> None:
 
 def test_a_missing_package_says_where_it_looked_and_what_there_is(project: Project) -> None:
     package(project.folder / "src/cart", "cart")
-    project.write("bot.urdf", robot_with("package://crt/meshes/body.obj"))
-    project.write("bot.yaml", "robot: bot\nurdf: bot.urdf\npackage_paths: [src]\n")
-    error = project.error()
+    error = project.write("bot.urdf", robot_with("package://crt/meshes/body.obj")).robot("package_paths: [src]").error()
     assert "did you mean 'cart'?" in error
     assert "no package 'crt'; looked for it: around " in error
     assert "src" in error
@@ -130,8 +126,7 @@ def test_a_missing_package_says_where_it_looked_and_what_there_is(project: Proje
     ],
 )
 def test_package_paths_that_lead_nowhere_or_outside_are_told(project: Project, path: str, told: str) -> None:
-    project.write("bot.yaml", f"robot: bot\nurdf: bot.urdf\npackage_paths: [{path}]\n")
-    assert told in project.error()
+    assert told in project.robot(f"package_paths: [{path}]").error()
 
 
 def errors(project: Project, allowed: Sequence[Path] = (), installed: Sequence[Path] = ()) -> list[str]:

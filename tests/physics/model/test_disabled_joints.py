@@ -7,9 +7,9 @@ import math
 import pytest
 
 from graphengine.devices.rotation import Pose, relative
-from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.loaded_world import LoadedWorld
 from tests.physics.conftest import Ship
-from tests.physics.harness import CART, ROBOT, SCENE, Project
+from tests.physics.harness import CART, SCENE, Project, steps
 
 INERTIA = '<inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/>'
 BOX = (
@@ -68,8 +68,7 @@ def test_the_tutorials_step_passes_and_makes_chassis_link_what_moves(ship: Ship)
 def test_what_all_mass_hangs_on_moves_freely_and_is_the_articulation_root(raised: Project) -> None:
     before = raised.load()
     assert before.stage.find("/bot").facts["articulation_root"] == "/bot/Geometry/footprint"
-    world, findings = raised.write("bot.yaml", DISABLED).try_load()
-    assert world is not None
+    world, findings = raised.write("bot.yaml", DISABLED).load_with_findings()
     model = world.simulation.model
     assert model.body(model.joint("bot/root").bodyid[0]).name == "bot/chassis"
     facts = world.stage.find("/bot").facts
@@ -85,8 +84,7 @@ def test_what_all_mass_hangs_on_moves_freely_and_is_the_articulation_root(raised
 
 def test_the_deepest_of_several_such_joints_counts_and_a_named_root_stays(raised: Project) -> None:
     raised.write("bot.yaml", RAISED_ROBOT + "articulation_root: base_link\nkeep_only_joints: [probe_joint]\n")
-    world, findings = raised.try_load()
-    assert world is not None
+    world, findings = raised.load_with_findings()
     model = world.simulation.model
     assert model.body(model.joint("bot/root").bodyid[0]).name == "bot/chassis"
     assert world.stage.find("/bot").facts["articulation_root"] == "/bot/Geometry/footprint/base_link"
@@ -101,8 +99,7 @@ def test_all_frames_are_where_they_would_be_with_the_joint_enabled_and_stay_toge
     assert poses(disabled)[0][0] == pytest.approx((1, 2, 0.3))
     before = poses(disabled)
     for world in (enabled, disabled):
-        for _ in range(120):
-            world.simulation.step()
+        steps(world.simulation, 120)
     after = poses(disabled)
     assert math.dist(before[0][0], after[0][0]) > 0.1
     assert numbers(after) == pytest.approx(numbers(poses(enabled)), abs=0.01)
@@ -127,8 +124,7 @@ def test_what_a_fixed_base_holds_would_fall_off(raised: Project) -> None:
 def test_what_weighs_next_to_nothing_stays_and_is_told(raised: Project) -> None:
     # the probe has 0.2 % of the mass; with 2 % it would fall off
     raised.write("bot.yaml", RAISED_ROBOT + "joints: {probe_joint: {enabled: false}}\n")
-    world, findings = raised.try_load()
-    assert world is not None
+    world, findings = raised.load_with_findings()
     assert world.simulation.model.body("bot/chassis").subtreemass[0] == pytest.approx(5.01)
     (note,) = findings.items
     assert note.message.startswith("disabled joints stay welded, as one side of each has no collider")
@@ -140,16 +136,14 @@ def test_what_weighs_next_to_nothing_stays_and_is_told(raised: Project) -> None:
 @pytest.mark.parametrize("kind", ["revolute", "fixed"])
 def test_what_would_fall_off_is_an_error_unless_it_is_welded(project: Project, kind: str) -> None:
     project.write("bot.urdf", CART.replace('type="revolute"', f'type="{kind}"'))
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {enabled: false}}\n")
+    project.robot("joints: {arm_joint: {enabled: false}}")
     verb = "moves" if kind == "revolute" else "holds"
     error = project.error()
     assert f"bot.yaml:3:31: error S106: joint 'arm_joint' cannot be disabled: it {verb} 'arm' (1 kg)" in error
     assert "arm_joint: {enabled: false, weld: true} below joints: keeps it in place" in error
-    project.write("bot.yaml", ROBOT + "keep_only_joints: [plate_joint]\n")
-    assert "bot.yaml:3:19" in project.error()
-    project.write("bot.yaml", ROBOT + "keep_only_joints: [plate_joint]\njoints: {arm_joint: {weld: true}}\n")
-    world, findings = project.try_load()
-    assert world is not None
+    assert "bot.yaml:3:19" in project.robot("keep_only_joints: [plate_joint]").error()
+    project.robot("keep_only_joints: [plate_joint]\njoints: {arm_joint: {weld: true}}")
+    world, findings = project.load_with_findings()
     assert world.simulation.model.nv == 6
     robot = world.stage.find("/bot")
     assert robot.facts["joints"] == ()
@@ -161,7 +155,7 @@ def test_what_would_fall_off_is_an_error_unless_it_is_welded(project: Project, k
 
 def test_a_drive_on_a_welded_joint_has_nothing_to_do(project: Project) -> None:
     joint = "{enabled: false, weld: true, drive: {damping: 10, target_velocity: 5}, armature: 1}"
-    world = project.write("bot.yaml", ROBOT + f"joints: {{arm_joint: {joint}}}\n").load()
+    world = project.robot(f"joints: {{arm_joint: {joint}}}").load()
     assert world.simulation.model.nu == 0
 
 
@@ -171,22 +165,13 @@ def test_a_joint_that_others_mimic_cannot_be_welded_without_them(project: Projec
         f'<link name="finger">{BOX}</link><joint name="finger_joint" type="continuous"><parent link="arm"/>'
         '<child link="finger"/><axis xyz="0 1 0"/><mimic joint="arm_joint"/></joint></robot>',
     )
-    project.write("bot.urdf", finger)
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {enabled: false, weld: true}}\n")
+    project.write("bot.urdf", finger).robot("joints: {arm_joint: {enabled: false, weld: true}}")
     assert "joint 'arm_joint' cannot be welded: others mimic it" in project.error()
     both = "arm_joint: {enabled: false, weld: true}, finger_joint: {enabled: false, weld: true}"
-    project.write("bot.yaml", ROBOT + f"joints: {{{both}}}\n")
+    project.robot(f"joints: {{{both}}}")
     assert project.load().simulation.model.neq == 0
 
 
 def test_weld_on_a_joint_that_is_enabled_is_an_error(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "joints: {arm_joint: {weld: true}}\n")
+    project.robot("joints: {arm_joint: {weld: true}}")
     assert "error G109: joint 'arm_joint' is not disabled: weld is for what a disabled joint holds" in project.error()
-
-
-def test_joints_that_are_not_there_are_told_with_the_nearest(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "keep_only_joints: [arm_jont]\njoints: {plate_jont: {enabled: false}}\n")
-    one, other = project.errors()
-    assert "the robot has no joint 'plate_jont'" in one
-    assert "did you mean 'plate_joint'" in one
-    assert "the robot has no joint 'arm_jont'" in other

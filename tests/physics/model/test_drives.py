@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from tests.physics.harness import CART, SCENE, Project
+from tests.physics.harness import CART, SCENE, Project, steps
 
 ARM = """<robot name="arm">
   <link name="base_link"><inertial><mass value="5"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -16,79 +16,55 @@ ARM = """<robot name="arm">
     <limit lower="-3" upper="1" effort="0" velocity="1"/></joint>
 </robot>
 """
+ENDLESS = CART.replace('type="revolute"', 'type="continuous"')
 ARM_ROBOT = (
     "robot: bot\nurdf: bot.urdf\nfixed_base: true\njoints: {{shoulder: {{drive: {{stiffness: {}, damping: {}}}}}}}\n"
 )
 
 
 def test_target_velocity_in_usd_is_degrees_a_second(project: Project) -> None:
-    description = CART.replace('type="revolute"', 'type="continuous"')
-    project.write("bot.urdf", description)
-    project.write(
-        "bot.yaml",
-        "robot: bot\nurdf: bot.urdf\njoints: {arm_joint: {usd_drive: {damping: 100, target_velocity: 100}}}\n",
-    )
-    world = project.load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
-    for _ in range(60):
-        world.simulation.step()
+    project.write("bot.urdf", ENDLESS).robot("joints: {arm_joint: {usd_drive: {damping: 100, target_velocity: 100}}}")
+    simulation, joints = project.load_joints()
+    steps(simulation, 60)
     assert joints.velocities()[0] == pytest.approx(math.radians(100), rel=1e-3)
-    world.simulation.zero_commands()
-    for _ in range(60):
-        world.simulation.step()
+    simulation.zero_commands()
+    steps(simulation, 60)
     assert joints.velocities()[0] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_max_acceleration_is_the_slope_of_the_velocity_set_point(project: Project) -> None:
-    description = CART.replace('type="revolute"', 'type="continuous"')
-    project.write("bot.urdf", description).write(
-        "bot.yaml", "robot: bot\nurdf: bot.urdf\njoints: {arm_joint: {drive: {damping: 1000, max_acceleration: 2}}}\n"
-    )
-    world = project.load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
+    project.write("bot.urdf", ENDLESS).robot("joints: {arm_joint: {drive: {damping: 1000, max_acceleration: 2}}}")
+    simulation, joints = project.load_joints()
     joints.select().command(velocities=[1.0])
     seen = []
     for _ in range(240):
-        world.simulation.step()
+        simulation.step()
         seen.append(joints.velocities()[0])
     assert seen[59] == pytest.approx(0.5, rel=0.02)  # after a quarter of a second
     assert seen[239] == pytest.approx(1.0, rel=0.002)
 
 
 def test_a_spring_and_damper_hold_a_position_and_nan_leaves_a_joint_alone(project: Project) -> None:
-    project.write(
-        "bot.yaml", "robot: bot\nurdf: bot.urdf\njoints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}\n"
-    )
-    world = project.load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
+    simulation, joints = project.robot("joints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}").load_joints()
     selection = joints.select(("arm_joint",))
     selection.command(positions=[0.5])
     selection.command(positions=[math.nan], velocities=None)
-    for _ in range(480):
-        world.simulation.step()
+    steps(simulation, 480)
     assert joints.positions()[0] == pytest.approx(0.5, abs=0.001)  # the arm's mass is at its joint
 
 
 def test_efforts_are_what_moves_a_joint(project: Project) -> None:
     """A torque of 0.5 N m on the arm, and what the drive gives back to stand still."""
-    project.write(
-        "bot.yaml",
-        "robot: bot\nurdf: bot.urdf\njoints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}\n",
-    )
-    world = project.load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
+    simulation, joints = project.robot("joints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}").load_joints()
     joints.select().command(efforts=[0.5])
-    for _ in range(720):
-        world.simulation.step()
+    steps(simulation, 720)
     assert joints.efforts()[0] == pytest.approx(0.0, abs=1e-3)
     assert joints.positions()[0] == pytest.approx(0.5 / 500, rel=0.01)
 
 
 @pytest.mark.parametrize("gains", ["{}", "{target_velocity: 3}", "{max_force: 5}"])
 def test_a_drive_that_can_do_nothing_is_told_and_harms_nothing(project: Project, gains: str) -> None:
-    project.write("bot.yaml", f"robot: bot\nurdf: bot.urdf\njoints: {{arm_joint: {{drive: {gains}}}}}\n")
-    world, findings = project.try_load()
-    assert world is not None
+    world, findings = project.robot(f"joints: {{arm_joint: {{drive: {gains}}}}}").load_with_findings()
     (note,) = findings.items
     assert note.message == "joint 'arm_joint': a drive without damping and stiffness does nothing"
     joints = world.simulation.articulation(world.stage.find("/bot"))
@@ -106,11 +82,9 @@ def test_an_arm_droops_by_its_torque_over_its_stiffness(
     project: Project, stiffness: float, damping: float, target: float
 ) -> None:
     project.write("bot.urdf", ARM.format(type="revolute", axis="0 1 0"))
-    world = project.write("bot.yaml", ARM_ROBOT.format(stiffness, damping)).load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
+    simulation, joints = project.write("bot.yaml", ARM_ROBOT.format(stiffness, damping)).load_joints()
     joints.select().command(positions=[target])
-    for _ in range(1200):
-        world.simulation.step()
+    steps(simulation, 1200)
     angle = joints.positions()[0]
     torque = 2 * 9.81 * 0.5 * math.cos(angle)
     assert angle - target == pytest.approx(torque / stiffness, rel=1e-3)
@@ -120,12 +94,10 @@ def test_an_arm_droops_by_its_torque_over_its_stiffness(
 def test_a_lift_sags_by_its_weight_over_its_stiffness_and_counts_metres_in_usd(project: Project) -> None:
     project.write("bot.urdf", ARM.format(type="prismatic", axis="0 0 1"))
     for kind in ("drive", "usd_drive"):
-        project.write("bot.yaml", ARM_ROBOT.format(1000.0, 100.0).replace("drive", kind))
-        world = project.load()
+        world = project.write("bot.yaml", ARM_ROBOT.format(1000.0, 100.0).replace("drive", kind)).load()
         joints = world.simulation.articulation(world.stage.find("/bot"))
         joints.select().command(positions=[0.5])
-        for _ in range(1200):
-            world.simulation.step()
+        steps(world.simulation, 1200)
         assert joints.positions()[0] == pytest.approx(0.5 - 2 * 9.81 / 1000)
 
 
@@ -136,8 +108,7 @@ def test_a_target_velocity_beside_a_stiffness_shifts_the_position(project: Proje
         "bot.yaml", ARM_ROBOT.format(200.0, 20.0).replace("damping: 20.0", "damping: 20.0, target_velocity: 0.5")
     )
     world = project.load()
-    for _ in range(1200):
-        world.simulation.step()
+    steps(world.simulation, 1200)
     joints = world.simulation.articulation(world.stage.find("/bot"))
     assert joints.positions()[0] == pytest.approx(20.0 * 0.5 / 200.0)
 
@@ -150,10 +121,8 @@ def test_a_drive_does_not_push_a_joint_through_its_limit(
     project.write("bot.urdf", ARM.format(type="revolute", axis="0 0 1"))
     project.write("bot.yaml", ARM_ROBOT.format(stiffness, damping))
     project.write("scene.yaml", SCENE + f"physics: {{tick_rate: 60, substeps: {substeps}}}\n")
-    world = project.load()
-    joints = world.simulation.articulation(world.stage.find("/bot"))
+    simulation, joints = project.load_joints()
     joints.select().command(positions=[2.0], velocities=[0.0 if stiffness else 1.0])
-    for _ in range(360 * substeps):
-        world.simulation.step()
+    steps(simulation, 360 * substeps)
     assert joints.positions()[0] == pytest.approx(1.0, abs=1.1e-3)
     assert joints.velocities()[0] == pytest.approx(0.0, abs=1e-6)

@@ -14,11 +14,11 @@ SCENE = "scene: test\nworld: world.xml\nrobots:\n"
 
 
 def fleet(project: Project, entry: str) -> Project:
-    return project.write("scene.yaml", SCENE + entry)
+    return project.write("scene.yaml", f"{SCENE}  bot: {entry}\n")
 
 
 def test_a_count_stands_in_rows(project: Project) -> None:
-    fleet(project, "  bot: {use: bot.yaml, count: 5, per_row: 2, spacing: [2, 3], position: [1, 1, 0.1]}\n")
+    fleet(project, "{use: bot.yaml, count: 5, per_row: 2, spacing: [2, 3], position: [1, 1, 0.1]}")
     robots = project.load().robots
     positions = [robot.placement.pose[0] for robot in robots.values()]
     assert list(robots) == ["bot_0000", "bot_0001", "bot_0002", "bot_0003", "bot_0004"]
@@ -26,8 +26,7 @@ def test_a_count_stands_in_rows(project: Project) -> None:
 
 
 def test_physics_has_each_robot_where_it_was_put(project: Project) -> None:
-    fleet(project, "  bot: {use: bot.yaml, count: 3, spacing: [2, 2], position: [0, 0, 0.5]}\n")
-    loaded = project.load()
+    loaded = fleet(project, "{use: bot.yaml, count: 3, spacing: [2, 2], position: [0, 0, 0.5]}").load()
     for index in range(3):
         position, _ = loaded.simulation.body(loaded.stage.find(f"/bot_{index:04}/base_link")).pose()
         assert position == pytest.approx((2.0 * index, 0.0, 0.5))
@@ -36,7 +35,7 @@ def test_physics_has_each_robot_where_it_was_put(project: Project) -> None:
 def test_places_are_relative_to_the_pose_of_the_fleet(project: Project) -> None:
     place_there = "{position: [2, 0, 0], orientation: {rpy_deg: [0, 0, 90]}}"
     entry = f"position: [1, 0, 0], orientation: {{rpy_deg: [0, 0, 90]}}, places: [{{}}, {place_there}]"
-    fleet(project, f"  bot: {{use: bot.yaml, {entry}}}\n")
+    fleet(project, f"{{use: bot.yaml, {entry}}}")
     first, second = (robot.placement.pose for robot in project.load().robots.values())
     assert first[0] == pytest.approx((1, 0, 0))
     assert second[0] == pytest.approx((1, 2, 0))
@@ -44,7 +43,7 @@ def test_places_are_relative_to_the_pose_of_the_fleet(project: Project) -> None:
 
 
 def test_robots_of_a_fleet_are_namespaces_of_their_names(project: Project) -> None:
-    fleet(project, "  bot: {use: bot.yaml, count: 2, spacing: [2, 2]}\n  lone: {use: bot.yaml, position: [0, 9, 0]}\n")
+    fleet(project, "{use: bot.yaml, count: 2, spacing: [2, 2]}\n  lone: {use: bot.yaml, position: [0, 9, 0]}")
     stage = project.load().stage
     assert stage.namespaces("/bot_0001/base_link/graph") == ["bot_0001"]
     assert stage.namespaces("/lone/base_link/graph") == []
@@ -55,20 +54,19 @@ def test_robots_of_a_fleet_are_namespaces_of_their_names(project: Project) -> No
     [("{name}", "bot_0001"), ("team/{name}", "team/bot_0001"), ("r{index}", "r1"), ("r{index:04}", "r0001")],
 )
 def test_a_namespace_may_be_a_pattern(project: Project, pattern: str, namespace: str) -> None:
-    fleet(project, f'  bot: {{use: bot.yaml, count: 2, spacing: [2, 2], namespace: "{pattern}"}}\n')
+    fleet(project, f'{{use: bot.yaml, count: 2, spacing: [2, 2], namespace: "{pattern}"}}')
     assert project.load().stage.namespaces("/bot_0001/base_link") == [namespace]
 
 
 def test_a_namespace_of_a_single_robot_may_be_a_pattern_too(project: Project) -> None:
-    fleet(project, '  bot: {use: bot.yaml, namespace: "{name}"}\n')
+    fleet(project, '{use: bot.yaml, namespace: "{name}"}')
     assert project.load().stage.namespaces("/bot/base_link") == ["bot"]
 
 
 def test_what_is_resolved_about_a_robot_file_is_told_once(project: Project) -> None:
-    project.write("bot.yaml", "robot: bot\nurdf: bot.urdf\nmaterials:\n  Rubber: {bind: [base_link]}\n")
-    fleet(project, "  bot: {use: bot.yaml, count: 4, spacing: [2, 2]}\n")
-    _, findings = project.try_load()
-    assert sum("Rubber" in finding.message for finding in findings.items) == 1
+    project.robot("materials:\n  Rubber: {bind: [base_link]}")
+    fleet(project, "{use: bot.yaml, count: 4, spacing: [2, 2]}")
+    assert sum("Rubber" in finding.message for finding in project.try_load()[1].items) == 1
 
 
 @pytest.mark.parametrize(
@@ -87,7 +85,7 @@ def test_what_is_resolved_about_a_robot_file_is_told_once(project: Project) -> N
     ],
 )
 def test_a_fleet_that_cannot_be_is_an_error(project: Project, entry: str, code: str, words: str) -> None:
-    error = fleet(project, f"  bot: {entry}\n").error()
+    error = fleet(project, entry).error()
     assert f"error {code}" in error
     assert words in error
 

@@ -9,16 +9,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
-from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.model.sensor_bodies import housing_of
-from graphengine.physics.robot_spawner import Population
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.sensors.lidar import RayLidar
 from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.physics.simulation import Simulation
-from tests.physics.harness import FLOOR, ROBOT, SCENE, Project
+from tests.physics.harness import FLOOR, ROBOT, SCENE, Project, steps
 from tests.physics.sensors.casters import either_rays
 
 LIDAR = """sensor: mine
@@ -88,9 +86,8 @@ sensors:
 def crash(project: Project, appearance: str) -> tuple[Simulation, NDArray[np.float64]]:
     """A dd100 that drives into a wall, and its state all the way."""
     project.write("world.xml", FLOOR.replace("</worldbody>", WALL)).write("bot.yaml", DD100)
-    world = project.write("sensors/mine.yaml", LIDAR + appearance).load()
-    simulation = world.simulation
-    simulation.articulation(world.stage.find("/bot")).select().command(velocities=[20.0, 19.0])
+    simulation = project.write("sensors/mine.yaml", LIDAR + appearance).load().simulation
+    simulation.articulation(simulation.stage.find("/bot")).select().command(velocities=[20.0, 19.0])
     states = []
     for _ in range(600):
         simulation.step()
@@ -113,10 +110,9 @@ def test_who_comes_is_seen_until_it_goes(project: Project) -> None:
     guest = RobotUse.model_validate({"use": "bot.yaml", "position": [0.0, 3.0, 0.1]})
     left, lidar = 270, world.simulation.device(RayLidar, world.stage.find("/bot/base_link/eye/Lidar"))
     before = lidar.scan().ranges
-    population = Population(world)
-    population.add("guest", guest, Findings())
+    world.add("guest", guest)
     assert lidar.scan().ranges[left] == pytest.approx(3.0 - 0.1, abs=1e-6)
-    population.remove("guest")
+    world.remove("guest")
     assert np.array_equal(lidar.scan().ranges, before)
     assert math.isinf(before[left])
 
@@ -126,8 +122,7 @@ def test_a_sensor_that_is_mounted_on_another_hangs_on_the_link(project: Project)
     project.write("bot.yaml", f"{ROBOT}sensors:\n{EYE % ''}{bumper}").write("sensors/mine.yaml", LIDAR + APPEARANCE)
     simulation = project.load().simulation
     sensor = simulation.device(BodyContactSensor, simulation.stage.find("/bot/base_link/eye/bumper"))
-    for _ in range(400):
-        simulation.step()
+    steps(simulation, 400)
     assert sensor.reading().in_contact
 
 

@@ -12,7 +12,7 @@ from graphengine.format.spec import MaterialSpec
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.materials import against_floor, combine, sentences, stronger
 from graphengine.physics.simulation import Simulation
-from tests.physics.harness import FLOOR, ROBOT, Project
+from tests.physics.harness import FLOOR, Project
 
 RULES = ("average", "min", "multiply", "max")  # PhysX's order: the later one wins
 Frictions = st.floats(0, 2, allow_subnormal=False)
@@ -24,7 +24,7 @@ def collider(project: Project) -> mujoco._structs._MjModelGeomViews:
 
 
 def bound(project: Project, material: str) -> Project:
-    return project.write("bot.yaml", ROBOT + f"materials: {{Rubber: {{{material}, bind: [base_link]}}}}\n")
+    return project.robot(f"materials: {{Rubber: {{{material}, bind: [base_link]}}}}")
 
 
 @pytest.mark.parametrize(
@@ -137,15 +137,6 @@ def test_a_friction_that_is_written_is_mixed_as_one_that_was_built(
     assert told(simulation) == wanted != built
     simulation.reset()
     assert told(simulation) == built
-
-
-def test_a_link_has_one_material_and_a_collider_to_bind_it_to(project: Project) -> None:
-    project.write("bot.yaml", ROBOT + "materials: {A: {bind: [arm]}, B: {bind: [arm, plate, arn]}}\n")
-    errors = project.errors()
-    assert any("link 'arm' has two materials" in error for error in errors)
-    assert any("the robot has no link 'arn'" in error and "did you mean 'arm'" in error for error in errors)
-    project.write("bot.yaml", ROBOT + "materials: {B: {bind: [plate]}}\n")
-    assert "link 'plate' has no collider to bind a material to" in project.error()
 
 
 @pytest.mark.parametrize(

@@ -10,15 +10,13 @@ import pytest
 import trimesh
 from PIL import Image
 
-from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
 from graphengine.physics.engine import mujoco
-from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.robot_spawner import Population
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.sensors.camera import PinholeCamera
 from graphengine.physics.sensors.lidar import RayLidar
-from tests.physics.harness import CART, Project
-from tests.physics.pictures.harness import needs_opengl
+from tests.physics.harness import CART, Project, steps
+from tests.physics.pictures.harness import needs_opengl, segmented
 
 PLACES = {"first": (0.0, 0.0), "second": (0.0, 1.0), "third": (1.0, 0.5)}
 SENSORS = """sensors:
@@ -65,8 +63,7 @@ def test_a_shared_mesh_moves_and_is_seen_by_lidars_as_one_of_its_own_bit_by_bit(
     seen = []
     for world in (shared, own):
         simulation, stage = world.simulation, world.stage
-        for _ in range(120):
-            simulation.step()
+        steps(simulation, 120)
         scans = [simulation.device(RayLidar, stage.find(f"/{name}/base_link/scanner/Lidar")).scan() for name in PLACES]
         assert all(np.isfinite(scan.ranges).any() for scan in scans)
         assert simulation.data.ncon
@@ -81,11 +78,9 @@ def test_a_shared_mesh_looks_as_one_of_its_own(project: Project) -> None:
     for own in (False, True):
         world = robots(project, own)
         camera = world.simulation.device(PinholeCamera, world.stage.find("/first/base_link/eye/Camera"))
-        picture = camera.picture(segmentation=True)
-        assert picture.segmentation is not None
-        arm = next(number for number, path in camera.labels.items() if path == "/third/Geometry/base_link/arm")
-        assert (picture.segmentation == arm).sum() > 100
-        pictures.append((picture.rgb.tobytes(), picture.depth.tobytes(), picture.segmentation.tobytes()))
+        picture, arm = segmented(camera, "/third/Geometry/base_link/arm")
+        assert arm.sum() > 100
+        pictures.append((picture.rgb.tobytes(), picture.depth.tobytes(), np.array(picture.segmentation).tobytes()))
     assert pictures[0] == pictures[1]
 
 
@@ -93,11 +88,9 @@ def test_a_shared_mesh_looks_as_one_of_its_own(project: Project) -> None:
 def test_who_comes_shares_the_mesh_and_who_goes_leaves_it_to_the_others(project: Project, gone: str) -> None:
     worlds = robots(project, own=False), robots(project, own=True)
     for world, kind in zip(worlds, ("one", gone), strict=True):
-        findings = Findings()
-        Population(world).add("fourth", RobotUse(use=f"{kind}.yaml", position=(2.0, 2.0, 0.3)), findings)
-        Population(world).remove(gone)
-        for _ in range(60):
-            world.simulation.step()
+        world.add("fourth", RobotUse(use=f"{kind}.yaml", position=(2.0, 2.0, 0.3)))
+        world.remove(gone)
+        steps(world.simulation, 60)
     shared, own = (world.simulation for world in worlds)
     assert (shared.model.nmesh, own.model.nmesh) == (1, 3)
     assert bodies_and_joints(shared.model) == bodies_and_joints(own.model)

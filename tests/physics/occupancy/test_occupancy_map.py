@@ -124,7 +124,7 @@ def test_robots_and_what_can_move_are_obstacles_when_asked_for(project: Project)
 
 
 def test_a_robot_that_stands_fast_is_left_out_as_well(project: Project) -> None:
-    project.write("bot.yaml", "robot: bot\nurdf: bot.urdf\nfixed_base: true\n")
+    project.robot("fixed_base: true")
     window = (0.1, 0.3)
     assert state(mapped(project, window=window), 0.0, 0.0) == FREE
     assert state(mapped(project, window=window, include=["/bot"], seeds=[(0.0, 0.5)]), 0.0, 0.0) == OCCUPIED

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from graphengine.devices.camera import Picture
 from graphengine.devices.rotation import Pose, rotate
 from graphengine.devices.stage import Stage
 from graphengine.format.errors import RenderError
@@ -70,6 +71,14 @@ def simulation_of(
 
 def camera_of(simulation: Simulation, size: tuple[int, int] | None = None) -> PinholeCamera:
     return simulation.device(PinholeCamera, simulation.stage.find("/Camera"), size=size)
+
+
+def segmented(camera: PinholeCamera, path: str) -> tuple[Picture, NDArray[np.bool_]]:
+    """A picture of a camera, and where it shows a prim."""
+    picture = camera.picture(segmentation=True)
+    assert picture.segmentation is not None
+    numbers = {path: number for number, path in camera.labels.items()}
+    return picture, picture.segmentation == numbers[path]
 
 
 def directions(camera: PinholeCamera, pose: Pose = (EYE, FORWARD)) -> NDArray[np.float64]:

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from graphengine.devices.rotation import multiply, rotate
-from tests.physics.pictures.harness import camera_of, needs_opengl, simulation_of
+from tests.physics.pictures.harness import camera_of, needs_opengl, segmented, simulation_of
 
 Floats = NDArray[np.float64]
 
@@ -65,13 +65,12 @@ def test_boxes_are_in_the_optical_frame_of_the_camera() -> None:
 def test_a_box_is_where_the_pixels_of_its_prim_are() -> None:
     simulation = simulation_of(PARTS, size=(320, 240))
     camera = camera_of(simulation)
-    picture = camera.picture(segmentation=True)
-    assert picture.segmentation is not None
+    picture, crate = segmented(camera, "/World/crate")
     assert picture.boxes is not None
     fx, fy, cx, cy = camera.intrinsics
     boxes = picture.boxes
     (number,) = (number for number, path in camera.labels.items() if path == "/World/crate")
-    rows, columns = np.nonzero(picture.segmentation == number)
+    rows, columns = np.nonzero(crate)
     x, y, z = corners(boxes[boxes["semanticId"] == number][0]).T
     across, down = cx + fx * x / z, cy + fy * y / z
     found = [columns.min(), columns.max(), rows.min(), rows.max()]

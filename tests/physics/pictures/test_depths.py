@@ -15,7 +15,16 @@ from graphengine.physics.pictures.rendering import distances
 from graphengine.physics.sensors.camera import PinholeCamera
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project
-from tests.physics.pictures.harness import EYE, FORWARD, ROOM, camera_of, directions, needs_opengl, simulation_of
+from tests.physics.pictures.harness import (
+    EYE,
+    FORWARD,
+    ROOM,
+    camera_of,
+    directions,
+    needs_opengl,
+    segmented,
+    simulation_of,
+)
 
 TILTED = (EYE, multiply(from_rpy(0.05, 0.2, -0.1), FORWARD))
 
@@ -100,22 +109,13 @@ def test_the_sky_has_no_depth_even_in_the_corners_of_a_wide_picture() -> None:
 
 @needs_opengl
 def test_the_points_of_a_depth_image_lie_on_a_box_through_tf(project: Project) -> None:
-    world = (
-        '<body name="wall" pos="2 0 .5"><geom type="box" size=".1 2 .6" euler="0 0 25"/></body></worldbody></mujoco>'
-    )
-    project.write("world.xml", (project.folder / "world.xml").read_text().replace("</worldbody></mujoco>", world))
-    project.write(
-        "bot.yaml",
-        "robot: bot\nurdf: bot.urdf\nsensors:\n"
-        "  eye: {type: camera, parent: base_link, position: [.2, .1, .3], orientation: {rpy_deg: [3, 8, -5]}}\n",
-    )
-    loaded = project.load()
+    eye = "{type: camera, parent: base_link, position: [.2, .1, .3], orientation: {rpy_deg: [3, 8, -5]}}"
+    project.world('<body name="wall" pos="2 0 .5"><geom type="box" size=".1 2 .6" euler="0 0 25"/></body>')
+    loaded = project.robot(f"sensors: {{eye: {eye}}}").load()
     simulation, prim = loaded.simulation, loaded.stage.find("/bot/base_link/eye/Camera")
     camera = simulation.device(PinholeCamera, prim)
-    picture = camera.picture(segmentation=True)
-    assert picture.segmentation is not None
-    number = next(number for number, path in camera.labels.items() if path == "/World/wall")
-    v, u = np.nonzero(picture.segmentation == number)
+    picture, wall = segmented(camera, "/World/wall")
+    v, u = np.nonzero(wall)
     assert len(v) > 10_000
     fx, fy, cx, cy = camera.intrinsics
     z = picture.depth[v, u].astype(float)

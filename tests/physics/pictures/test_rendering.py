@@ -15,10 +15,11 @@ from graphengine.physics.pictures.rendering import Renderer
 from graphengine.physics.sensors.camera import PinholeCamera
 from graphengine.physics.sensors.lidar import RayLidar
 from tests.physics.harness import Project
-from tests.physics.pictures.harness import EYE, camera_of, needs_opengl, simulation_of
+from tests.physics.pictures.harness import EYE, camera_of, needs_opengl, segmented, simulation_of
+
+pytestmark = needs_opengl
 
 
-@needs_opengl
 @settings(max_examples=25, deadline=None)
 @given(st.floats(1.0, 6.0), st.floats(-0.8, 0.8), st.floats(-0.6, 0.6))
 def test_a_known_point_is_where_the_intrinsics_project_it(depth: float, right: float, down: float) -> None:
@@ -29,20 +30,17 @@ def test_a_known_point_is_where_the_intrinsics_project_it(depth: float, right: f
         size=(320, 240),
     )
     camera = camera_of(simulation)
-    picture = camera.picture(segmentation=True)
-    assert picture.segmentation is not None
+    _, mark = segmented(camera, "/World/mark")
     fx, fy, cx, cy = camera.intrinsics
-    number = next(number for number, path in camera.labels.items() if path == "/World/mark")
     # The corners of the cube's image are those of its faces; their middle is that of the silhouette.
     corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * radius
     u = cx + fx * (right * depth + corners[:, 0]) / (depth + corners[:, 2])
     v = cy + fy * (down * depth + corners[:, 1]) / (depth + corners[:, 2])
-    rows, columns = np.nonzero(picture.segmentation == number)
+    rows, columns = np.nonzero(mark)
     assert (columns.min() + columns.max()) / 2 == pytest.approx((u.min() + u.max()) / 2, abs=0.5)
     assert (rows.min() + rows.max()) / 2 == pytest.approx((v.min() + v.max()) / 2, abs=0.5)
 
 
-@needs_opengl
 def test_the_intrinsics_have_no_bias_of_half_a_pixel() -> None:
     spots = np.random.default_rng(1).uniform((2.0, -0.7, -0.5), (5.0, 0.7, 0.5), (40, 3))
     off = []
@@ -59,7 +57,6 @@ def test_the_intrinsics_have_no_bias_of_half_a_pixel() -> None:
     assert np.abs(np.mean(off, axis=0)).max() < 0.1  # where cx is half the width it is 0.5
 
 
-@needs_opengl
 def test_a_segmentation_counts_the_pixels_of_named_bodies() -> None:
     simulation = simulation_of(
         '<body name="near" pos="2.1 .8 1"><geom type="box" size=".1 .5 .3"/></body>'
@@ -68,15 +65,13 @@ def test_a_segmentation_counts_the_pixels_of_named_bodies() -> None:
         size=(320, 240),
     )
     camera = camera_of(simulation)
-    picture = camera.picture(segmentation=True)
+    picture, near = segmented(camera, "/World/near")
     assert picture.segmentation is not None
     focal, counts = camera.intrinsics[0], dict(zip(*np.unique(picture.segmentation, return_counts=True), strict=True))
     numbers = {path: number for number, path in camera.labels.items()}
     assert set(counts) == {numbers["/World"], numbers["/World/near"], numbers["/World/far"]}
     front = np.abs(picture.depth - 2.0) < 1e-3  # a side of it is seen, too
-    assert (front & (picture.segmentation == numbers["/World/near"])).sum() == pytest.approx(
-        (focal / 2) ** 2 * 0.6, abs=1.6 * focal / 2
-    )
+    assert (front & near).sum() == pytest.approx((focal / 2) ** 2 * 0.6, abs=1.6 * focal / 2)
     assert (np.abs(picture.depth - 4.0) < 1e-3).sum() == pytest.approx((focal / 4) ** 2, abs=2 * focal / 4)
     assert camera.picture().segmentation is None
 
@@ -86,7 +81,6 @@ JUMBLE = """</worldbody>
 <worldbody><geom type="plane" size="0 0 1"/>"""
 
 
-@needs_opengl
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_what_is_out_of_sight_is_left_out_and_the_picture_is_the_same(seed: int) -> None:
@@ -116,7 +110,6 @@ def test_what_is_out_of_sight_is_left_out_and_the_picture_is_the_same(seed: int)
     assert set(simulation.model.geom_group.tolist()) == {0}
 
 
-@needs_opengl
 def test_the_textures_of_the_floor_and_of_the_sky_are_drawn() -> None:
     textured = """</worldbody><asset>
       <texture name="sky" type="skybox" builtin="flat" rgb1="0 1 0" rgb2="0 1 0" width="32" height="32"/>
@@ -130,7 +123,6 @@ def test_the_textures_of_the_floor_and_of_the_sky_are_drawn() -> None:
     assert 0.3 < np.mean(blue > 4 * red) < 0.6
 
 
-@needs_opengl
 def test_pictures_show_visuals_and_not_the_colliders_behind_them() -> None:
     simulation = simulation_of(
         '<body name="robot" pos="2 0 1">'
@@ -142,7 +134,6 @@ def test_pictures_show_visuals_and_not_the_colliders_behind_them() -> None:
     assert not (rgb[..., 1] > 100).any()
 
 
-@needs_opengl
 def test_row_0_is_up_and_column_0_is_left() -> None:
     colours = simulation_of(
         '<geom type="box" size=".1 1 1" pos="3 1 2" rgba="1 0 0 1"/>'  # ahead on the left, above
@@ -155,31 +146,22 @@ def test_row_0_is_up_and_column_0_is_left() -> None:
     assert blue > red
 
 
-@needs_opengl
 def test_a_sensors_body_is_seen_by_others_and_not_by_rays(project: Project) -> None:
-    project.write(
-        "bot.yaml",
-        "robot: bot\nurdf: bot.urdf\nsensors:\n"
-        "  scanner: {type: lidar, profile: microscan3_light, parent: base_link, position: [0, 0, .3]}\n"
-        "  eye: {type: camera, parent: base_link, position: [-1, 0, .3]}\n",
-    )
+    scanner = "scanner: {type: lidar, profile: microscan3_light, parent: base_link, position: [0, 0, .3]}"
+    project.robot(f"sensors:\n  {scanner}\n  eye: {{type: camera, parent: base_link, position: [-1, 0, .3]}}")
     simulation = project.load().simulation
     camera = simulation.device(PinholeCamera, simulation.stage.find("/bot/base_link/eye/Camera"))
-    picture = camera.picture(segmentation=True)
-    assert picture.segmentation is not None
-    numbers = {path: number for number, path in camera.labels.items()}
-    seen = picture.segmentation == numbers["/bot/Geometry/base_link/scanner"]
+    picture, seen = segmented(camera, "/bot/Geometry/base_link/scanner")
     assert seen.sum() > 500
     assert np.median(picture.depth[seen]) == pytest.approx(0.945, abs=0.01)
     scan = simulation.device(RayLidar, simulation.stage.find("/bot/base_link/scanner/Lidar")).scan()
     assert np.isinf(scan.ranges).all()
 
 
-@needs_opengl
 def test_prims_keep_their_numbers_when_the_model_is_exchanged() -> None:
     simulation = simulation_of('<body name="first" pos="3 0 1"><geom type="sphere" size=".5"/></body>')
     camera = camera_of(simulation)
-    before = camera.picture(segmentation=True)
+    _, before = segmented(camera, "/World/first")
     labels = dict(camera.labels)
     simulation.stage.add("/World/zero", "body", body="zero")
     model = mujoco.MjModel.from_xml_string(
@@ -187,11 +169,8 @@ def test_prims_keep_their_numbers_when_the_model_is_exchanged() -> None:
         '<body name="first" pos="3 -1 1"><geom type="sphere" size=".5"/></body></worldbody></mujoco>'
     )
     simulation.rebind(model, mujoco.MjData(model))
-    after = camera.picture(segmentation=True)
+    picture, after = segmented(camera, "/World/first")
     assert labels.items() <= camera.labels.items()
-    assert before.segmentation is not None
-    assert after.segmentation is not None
-    number = next(number for number, path in labels.items() if path == "/World/first")
-    middle = np.nonzero(before.segmentation == number)[1].mean()
-    assert np.nonzero(after.segmentation == number)[1].mean() > middle + 5
-    assert len(np.unique(after.segmentation)) == 3
+    assert np.nonzero(after)[1].mean() > np.nonzero(before)[1].mean() + 5
+    assert picture.segmentation is not None
+    assert len(np.unique(picture.segmentation)) == 3

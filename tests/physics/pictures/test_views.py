@@ -6,30 +6,34 @@ from contextlib import closing
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from graphengine.physics.pictures import opengl, views
 from graphengine.physics.pictures.rendering import Renderer
-from tests.physics.harness import CART, ROBOT, SCENE, Project
+from graphengine.physics.simulation import Simulation
+from tests.physics.harness import CART, SCENE, Project
 from tests.physics.pictures.harness import needs_opengl, simulation_of
 
+pytestmark = needs_opengl
 
-@needs_opengl
-@pytest.mark.parametrize("wall", ["", '<geom type="box" size=".05 2 2" euler="0 0 35" pos=".7 .5 0"/>'])
-def test_a_view_at_an_angle_shows_the_robot_from_where_nothing_hides_it(project: Project, wall: str) -> None:
-    world = (project.folder / "world.xml").read_text().replace("</worldbody>", f"{wall}</worldbody>")
-    simulation = project.write("world.xml", world).load().simulation
-    view = views.find_view(simulation, "perspective", (160, 120))
-    image = views.draw(simulation, view, segmentation=True)
+
+def where_robot_is(simulation: Simulation, view: str) -> NDArray[np.bool_]:
+    """The pixels of a view that show the robot."""
+    image = views.draw(simulation, views.find_view(simulation, view, (160, 120)), segmentation=True)
     assert image.segmentation is not None
     robot = [number for number, path in simulation.studio.labels.items() if path.startswith("/bot")]
-    seen = np.isin(image.segmentation, robot)
+    return np.isin(image.segmentation, robot)
+
+
+@pytest.mark.parametrize("wall", ["", '<geom type="box" size=".05 2 2" euler="0 0 35" pos=".7 .5 0"/>'])
+def test_a_view_at_an_angle_shows_the_robot_from_where_nothing_hides_it(project: Project, wall: str) -> None:
+    seen = where_robot_is(project.world(wall).load().simulation, "perspective")
     rows, columns = np.nonzero(seen)
     assert 0.02 < seen.mean() < 0.3
     assert 40 < columns.mean() < 120
     assert 30 < rows.mean() < 110
 
 
-@needs_opengl
 @pytest.mark.parametrize("name", ["perspective", "top"])
 def test_a_robot_whose_root_link_is_the_world_is_in_the_picture(project: Project, name: str) -> None:
     bolted = CART.replace(
@@ -37,16 +41,12 @@ def test_a_robot_whose_root_link_is_the_world_is_in_the_picture(project: Project
         '<link name="plate"/><link name="world"/>'
         '<joint name="bolts" type="fixed"><parent link="world"/><child link="base_link"/></joint>',
     )
-    project.write("bot.urdf", bolted).write("bot.yaml", f"{ROBOT}base_link: world\n")
+    project.write("bot.urdf", bolted).robot("base_link: world")
     project.write("scene.yaml", SCENE.replace("[0, 0, 0.1]", "[30, 0, 0.1]"))
-    simulation = project.load().simulation
-    image = views.draw(simulation, views.find_view(simulation, name, (160, 120)), segmentation=True)
-    assert image.segmentation is not None
-    robot = [number for number, path in simulation.studio.labels.items() if path.startswith("/bot")]
-    assert np.isin(image.segmentation, robot).mean() > (0.02 if name == "perspective" else 0.0001)
+    seen = where_robot_is(project.load().simulation, name)
+    assert seen.mean() > (0.02 if name == "perspective" else 0.0001)
 
 
-@needs_opengl
 def test_a_view_from_above_fits_the_world() -> None:
     corners = [(-4.0, -9.0), (-4.0, 9.0), (4.0, -9.0), (4.0, 9.0)]
     posts = "".join(
@@ -66,7 +66,6 @@ def test_a_view_from_above_fits_the_world() -> None:
     assert views.names(simulation) == ["top", "perspective"]
 
 
-@needs_opengl
 def test_shadows_fall_where_a_light_is_kept_off() -> None:
     simulation = simulation_of(
         '<light type="directional" pos="0 0 30" dir="0 0 -1" castshadow="true" diffuse=".8 .8 .8"/>'

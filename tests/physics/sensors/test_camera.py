@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from graphengine.devices.camera import Picture
-from graphengine.format.errors import PrimError
 from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures.frame_capture import Shot
 from graphengine.physics.pictures.rendering import Image
@@ -29,6 +28,11 @@ BALL = '<body name="ball" pos="3 0 2"><freejoint/><geom type="sphere" size=".4" 
 FALLING = f'<geom type="plane" size="0 0 1" rgba=".4 .5 .6 1"/>{BALL}'
 WALL = '<geom type="box" size=".1 90 90" pos="{} 0 1" rgba=".5 .5 .5 1"/>'
 D455 = "/dd100/base_link/chassis_link/sim_camera/RSD455/Camera_OmniVision_OV9782_Color"
+
+
+def filming(parts: str, **facts: Any) -> tuple[Simulation, PinholeCamera]:
+    simulation = simulation_of(parts, **facts)
+    return simulation, camera_of(simulation)
 
 
 def play(simulation: Simulation, camera: PinholeCamera, ticks: int, first: int = 1) -> dict[int, Picture]:
@@ -54,8 +58,7 @@ def digest(pictures: dict[int, Picture]) -> dict[int, tuple[float, int, bytes, b
 def test_a_picture_is_delivered_exactly_its_latency_after_its_capture(
     tick_rate: int, rate: float, latency: float
 ) -> None:
-    simulation = simulation_of(FALLING, tick_rate=tick_rate, rate=rate, latency=latency)
-    camera = camera_of(simulation)
+    simulation, camera = filming(FALLING, tick_rate=tick_rate, rate=rate, latency=latency)
     delay = max(1, math.ceil(Fraction(str(latency)) * tick_rate))
     assert camera.latency == delay
     due = {}
@@ -72,8 +75,7 @@ def test_a_picture_is_delivered_exactly_its_latency_after_its_capture(
 
 
 def test_a_picture_shows_the_tick_that_captured_it_and_not_the_one_that_delivers_it() -> None:
-    simulation = simulation_of(BALL, latency=0.2)
-    camera = camera_of(simulation)
+    simulation, camera = filming(BALL, latency=0.2)
     heights: dict[int, float] = {}
     pictures: dict[int, Picture] = {}
     for tick in range(1, 31):
@@ -114,8 +116,7 @@ def test_all_readers_get_the_same_picture_and_it_is_drawn_once(monkeypatch: pyte
 
 
 def test_what_nobody_took_in_its_turn_is_gone() -> None:
-    simulation = simulation_of(FALLING)
-    camera = camera_of(simulation)
+    simulation, camera = filming(FALLING)
     simulation.begin_tick(2)
     camera.request()
     simulation.begin_tick(6)
@@ -125,8 +126,7 @@ def test_what_nobody_took_in_its_turn_is_gone() -> None:
 
 
 def test_segments_come_from_the_tick_on_in_which_the_first_reader_asks() -> None:
-    simulation = simulation_of(FALLING)
-    camera = camera_of(simulation)
+    simulation, camera = filming(FALLING)
     seen = {}
     for tick in range(1, 11):
         simulation.begin_tick(tick)
@@ -249,8 +249,7 @@ def test_noise_stays_within_what_is_reported() -> None:
 
 
 def test_a_picture_on_its_way_survives_an_exchange_of_the_model() -> None:
-    simulation = simulation_of(WALL.format(3.1), latency=0.05)
-    camera = camera_of(simulation)
+    simulation, camera = filming(WALL.format(3.1), latency=0.05)
     simulation.begin_tick(2)
     camera.request()
     model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{WALL.format(7.1)}</worldbody></mujoco>")
@@ -267,8 +266,7 @@ def test_a_picture_on_its_way_survives_an_exchange_of_the_model() -> None:
 
 
 def test_closing_ends_what_is_on_its_way() -> None:
-    simulation = simulation_of(FALLING, size=(640, 480), latency=5.0)
-    camera = camera_of(simulation)
+    simulation, camera = filming(FALLING, size=(640, 480), latency=5.0)
     for tick in range(1, 60):
         simulation.begin_tick(tick)
         camera.request()
@@ -302,18 +300,11 @@ def test_a_simulation_that_is_closed_or_forgotten_leaves_no_thread() -> None:
 
 def test_nothing_is_drawn_and_no_thread_begun_where_nobody_asks() -> None:
     before = drawing_threads()
-    simulation = simulation_of(FALLING)
-    camera = camera_of(simulation)
+    simulation, camera = filming(FALLING)
     for tick in range(1, 10):
         simulation.begin_tick(tick)
         assert camera.delivered() is None
     assert drawing_threads() == before
-
-
-def test_only_a_camera_prim_has_a_camera() -> None:
-    simulation = simulation_of(FALLING)
-    with pytest.raises(PrimError, match=r"/World/ball is a body, not a camera\neach camera: /Camera"):
-        simulation.device(PinholeCamera, simulation.stage.find("/World/ball"))
 
 
 def test_the_d455_sees_the_warehouse_in_front_of_the_robot(ship: Ship) -> None:

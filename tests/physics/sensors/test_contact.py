@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graphengine.devices.sensor import Vector3
-from graphengine.devices.stage import ORIGIN, Stage
+from graphengine.devices.rotation import ORIGIN, Vector3
+from graphengine.devices.stage import Stage
 from graphengine.physics.engine import mujoco
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.simulation import Simulation
-from tests.physics.harness import ROBOT, Project
+from tests.physics.harness import Project, ticks
 
 G = 9.81
 FACTS: dict[str, Any] = {"threshold": 0.0, "limit": 1e5, "radius": 0.0}
@@ -38,13 +38,9 @@ def sensing(
     return simulation.device(BodyContactSensor, stage.find("/it/Sensor"))
 
 
-def tick(sensor: BodyContactSensor, ticks: int = 1) -> float:
+def tick(sensor: BodyContactSensor, count: int = 1) -> float:
     """Run; the force after the last tick."""
-    simulation = sensor._simulation
-    for _ in range(ticks):
-        for _ in range(simulation.substeps):
-            simulation.step()
-        simulation.begin_tick(simulation.tick + 1)
+    ticks(sensor._simulation, count)
     return sensor.reading().force
 
 
@@ -61,7 +57,7 @@ def test_forces_from_above_and_below_are_summed_as_vectors(body: str, weight: fl
     assert tick(sensing(STACK, body), 120) == pytest.approx(weight, rel=1e-3)
 
 
-@settings(max_examples=15)
+@settings(max_examples=15, deadline=None)
 @given(height=st.floats(0.11, 0.6), substeps=st.integers(1, 8))
 def test_forces_add_up_to_the_momentum_of_an_impact(height: float, substeps: int) -> None:
     # What the floor gave a ball in a second is what it weighs in a second, and the change of its momentum.
@@ -131,9 +127,7 @@ def test_after_a_reset_nothing_is_felt_until_it_is_the_same_again() -> None:
 
 
 def test_a_sensor_of_a_robot_file_feels_its_link(project: Project) -> None:
-    project.write("bot.yaml", f"{ROBOT}sensors:\n  bumper: {{type: contact, parent: base_link}}\n")
-    world = project.load()
-    simulation = world.simulation
-    sensor = simulation.device(BodyContactSensor, world.stage.find("/bot/base_link/bumper"))
+    simulation = project.robot("sensors:\n  bumper: {type: contact, parent: base_link}").load().simulation
+    sensor = simulation.device(BodyContactSensor, simulation.stage.find("/bot/base_link/bumper"))
     assert not sensor.reading().in_contact
     assert tick(sensor, 120) == pytest.approx(6 * G, rel=0.02)

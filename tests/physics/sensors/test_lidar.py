@@ -10,10 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from graphengine.devices.lidar import Scan
 from graphengine.devices.rotation import compose, from_rpy, relative, rotate
 from graphengine.devices.stage import Stage
 from graphengine.physics.engine import mujoco
-from graphengine.physics.loading import LoadedWorld
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.sensors.lidar import RayLidar
 from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.physics.simulation import Simulation
@@ -34,15 +35,23 @@ def room(
     tick_rate: Fraction = Fraction(60),
     beams: int = 2751,
     rays: RaysChoice = "auto",
+    seed: int = 0,
+    path: str = "/Lidar",
     **facts: object,
-) -> Simulation:
+) -> RayLidar:
     """A lidar that hangs in a closed box of 12 m x 10 m x 5 m, tilted, at (1, -0.5, 0.4)."""
     stage = Stage()
     last = math.radians(137.5)
     known = {"rate": rate, "angles": (-last, last, 2 * last / (beams - 1)), "ranges": (0.05, 64.0)}
     pose = {"position": (1.0, -0.5, 0.4), "orientation": from_rpy(0.1, -0.2, 0.9)}
-    stage.add("/Lidar", "lidar", facts=known | facts, **pose)
-    return Simulation(mujoco.MjModel.from_xml_string(ROOM), stage, tick_rate, 1, rays=rays)
+    prim = stage.add(path, "lidar", facts=known | facts, **pose)
+    simulation = Simulation(mujoco.MjModel.from_xml_string(ROOM), stage, tick_rate, 1, rays=rays, seed=seed)
+    return simulation.device(RayLidar, prim)
+
+
+def scan_at(lidar: RayLidar, tick: int) -> Scan:
+    lidar._simulation.begin_tick(tick)
+    return lidar.scan()
 
 
 def walls_along(beams: np.ndarray) -> np.ndarray:
@@ -56,10 +65,8 @@ def walls_along(beams: np.ndarray) -> np.ndarray:
 
 @either_rays
 def test_every_beam_measures_the_distance_to_the_wall_it_meets(rays: RaysChoice) -> None:
-    simulation = room(rays=rays)
-    lidar = simulation.device(RayLidar, simulation.stage.find("/Lidar"))
-    simulation.begin_tick(1)
-    scan = lidar.scan()
+    lidar = room(rays=rays)
+    scan = scan_at(lidar, 1)
     assert len(scan.ranges) == 2751
     np.testing.assert_allclose(scan.ranges, walls_along(lidar.directions), atol=1e-6, rtol=0)
     assert scan.ranges.dtype == np.float32
@@ -71,10 +78,8 @@ def test_every_beam_measures_the_distance_to_the_wall_it_meets(rays: RaysChoice)
 @either_rays
 def test_beams_of_a_3d_lidar_come_ring_after_ring_and_measure_the_walls_too(rays: RaysChoice) -> None:
     elevations = tuple(map(math.radians, (-70.0, -15.0, 0.0, 2.5, 40.0)))
-    simulation = room(rays=rays, beams=100, elevations=elevations)
-    lidar = simulation.device(RayLidar, simulation.stage.find("/Lidar"))
-    simulation.begin_tick(1)
-    scan = lidar.scan()
+    lidar = room(rays=rays, beams=100, elevations=elevations)
+    scan = scan_at(lidar, 1)
     assert lidar.elevations.tolist() == list(elevations)
     assert lidar.directions.shape == (500, 3)
     first, _, increment = lidar.angles
@@ -87,12 +92,8 @@ def test_beams_of_a_3d_lidar_come_ring_after_ring_and_measure_the_walls_too(rays
 
 
 def test_what_is_too_near_or_too_far_is_no_return() -> None:
-    simulation, unbounded = room(ranges=(4.0, 6.0), noise_std=0.5), room()
-    lidar = simulation.device(RayLidar, simulation.stage.find("/Lidar"))
-    simulation.begin_tick(1)
-    scan = lidar.scan()
+    scan, true = scan_at(room(ranges=(4.0, 6.0), noise_std=0.5), 1), room().scan().ranges
     returned = np.isfinite(scan.ranges)
-    true = unbounded.device(RayLidar, unbounded.stage.find("/Lidar")).scan().ranges
     np.testing.assert_array_equal(returned, (true >= 4.0) & (true <= 6.0))
     assert min(scan.ranges[returned]) == 4.0  # noise stays within what the sensor reports
     assert max(scan.ranges[returned]) == 6.0
@@ -106,12 +107,11 @@ def test_what_is_too_near_or_too_far_is_no_return() -> None:
 def test_sample_n_is_cast_at_the_first_tick_at_or_after_its_time(
     rate: object, tick_rate: object, ticks: int, late: int
 ) -> None:
-    simulation = room(float(str(rate)), Fraction(str(tick_rate)), beams=3)
-    lidar = simulation.device(RayLidar, simulation.stage.find("/Lidar"))
+    lidar = room(float(str(rate)), Fraction(str(tick_rate)), beams=3)
     lidar_rate, period = Fraction(str(rate)), 1 / Fraction(str(tick_rate))
     for start in (1, late):
         for tick in range(start, start + ticks):
-            simulation.begin_tick(tick)
+            lidar._simulation.begin_tick(tick)
             newest = math.floor(tick * period * lidar_rate)  # of the samples n with n / rate <= t
             fresh = tick == 1 or math.floor((tick - 1) * period * lidar_rate) < newest
             assert lidar.due == fresh
@@ -122,52 +122,37 @@ def test_sample_n_is_cast_at_the_first_tick_at_or_after_its_time(
 
 
 def test_20_hz_at_60_ticks_is_the_first_tick_and_then_every_third() -> None:
-    simulation = room(20.0, beams=3)
-    lidar = simulation.device(RayLidar, simulation.stage.find("/Lidar"))
+    lidar = room(20.0, beams=3)
     due = []
     for tick in range(13):
-        simulation.begin_tick(tick)
+        lidar._simulation.begin_tick(tick)
         if lidar.due:
             due.append((tick, lidar.scan().index))
     assert due == [(1, 0), (3, 1), (6, 2), (9, 3), (12, 4)]
 
 
 def test_a_sample_is_cast_once_and_shared_and_a_new_one_is_a_new_array() -> None:
-    simulation = room(20.0)
-    prim = simulation.stage.find("/Lidar")
-    one, other = simulation.device(RayLidar, prim), simulation.device(RayLidar, prim)
-    simulation.begin_tick(3)
-    first = one.scan()
+    one = room(20.0)
+    assert isinstance(one._simulation, Simulation)
+    other = one._simulation.device(RayLidar, one._simulation.stage.find("/Lidar"))
+    first = scan_at(one, 3)
     assert other.scan() is first
-    simulation.begin_tick(4)
-    assert one.scan() is first
-    simulation.begin_tick(6)
-    assert one.scan().ranges is not first.ranges
+    assert scan_at(one, 4) is first
+    assert scan_at(one, 6).ranges is not first.ranges
 
 
 def test_who_asks_late_gets_this_ticks_view_and_nobody_else_does() -> None:
-    simulation = room(20.0)
-    lidar = simulation.device(RayLidar, simulation.stage.find("/Lidar"))
-    simulation.begin_tick(4)
-    late = lidar.scan()
+    lidar = room(20.0)
+    late = scan_at(lidar, 4)
     assert late.index == 1
     assert late.time == pytest.approx(4 / 60)
-    simulation.begin_tick(5)
-    assert lidar.scan().time == pytest.approx(5 / 60)
+    assert scan_at(lidar, 5).time == pytest.approx(5 / 60)
 
 
 def test_noise_depends_on_seed_prim_and_sample_and_on_nothing_else() -> None:
     def scans(seed: int, ticks: list[int], path: str = "/Lidar") -> dict[int, bytes]:
-        simulation = room(noise_std=0.01)
-        stage = Stage()
-        lidar = simulation.stage.find("/Lidar")
-        stage.add(path, "lidar", position=lidar.position, orientation=lidar.orientation, facts=lidar.facts)
-        noisy = Simulation(simulation.model, stage, Fraction(60), 1, seed=seed)
-        found = {}
-        for tick in ticks:
-            noisy.begin_tick(tick)
-            found[tick] = noisy.device(RayLidar, stage.find(path)).scan().ranges.tobytes()
-        return found
+        noisy = room(noise_std=0.01, seed=seed, path=path)
+        return {tick: scan_at(noisy, tick).ranges.tobytes() for tick in ticks}
 
     every = scans(7, [1, 3, 6, 9])
     assert scans(7, [9])[9] == every[9]  # whether the earlier ones were cast or not
@@ -177,34 +162,25 @@ def test_noise_depends_on_seed_prim_and_sample_and_on_nothing_else() -> None:
 
 
 def test_noise_has_the_standard_deviation_it_is_given() -> None:
-    simulation, exact = room(noise_std=0.02), room()
-    simulation.begin_tick(1)
-    exact.begin_tick(1)
-    error = (
-        simulation.device(RayLidar, simulation.stage.find("/Lidar")).scan().ranges
-        - exact.device(RayLidar, exact.stage.find("/Lidar")).scan().ranges
-    )
+    error = scan_at(room(noise_std=0.02), 1).ranges - scan_at(room(), 1).ranges
     assert error.std() == pytest.approx(0.02, rel=0.05)
     assert error.mean() == pytest.approx(0.0, abs=0.002)
 
 
 def test_distances_are_multiples_of_the_resolution_the_nearest_ones() -> None:
-    simulation, exact = room(resolution=0.25), room()
-    coarse = simulation.device(RayLidar, simulation.stage.find("/Lidar")).scan().ranges
-    fine = exact.device(RayLidar, exact.stage.find("/Lidar")).scan().ranges
+    coarse, fine = room(resolution=0.25).scan().ranges, room().scan().ranges
     assert np.all(coarse % 0.25 == 0)
     assert np.abs(coarse - fine).max() <= 0.125 + 1e-6
-    noisy = room(resolution=0.25, noise_std=0.1)
-    assert np.all(noisy.device(RayLidar, noisy.stage.find("/Lidar")).scan().ranges % 0.25 == 0)
+    assert np.all(room(resolution=0.25, noise_std=0.1).scan().ranges % 0.25 == 0)
+
+
+EYE = "sensors:\n  eye: {type: lidar, profile: lidar_360, parent: "
 
 
 def test_a_lidar_sees_other_robots_and_not_its_own(project: Project) -> None:
     """Two carts 2 m apart, a lidar inside each: it looks through its own box and meets the other's 0.2 m before its middle."""
-    project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [2, 0, 0.1]}\n").write(
-        "bot.yaml",
-        "robot: bot\nurdf: bot.urdf\nsensors:\n  eye: {type: lidar, profile: lidar_360, parent: base_link}\n",
-    )
-    world = project.load()
+    project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [2, 0, 0.1]}\n")
+    world = project.robot(EYE + "base_link}").load()
     ahead, behind = 180, 0
     ranges = look(world, "/bot/base_link/eye/Lidar")
     assert ranges[ahead] == pytest.approx(1.8, abs=1e-6)
@@ -216,37 +192,30 @@ def test_a_lidar_sees_other_robots_and_not_its_own(project: Project) -> None:
 
 def test_visuals_are_seen_only_where_a_body_has_no_collider(project: Project) -> None:
     visual = 'contype="0" conaffinity="0" type="box"'
-    project.write(
-        "world.xml",
-        f"""<mujoco><worldbody>
-          <geom type="plane" size="0 0 1"/>
-          <body pos="2 0 0"><geom type="box" size=".1 .1 1"/><geom {visual} size=".5 .5 1"/></body>
-          <body pos="-2 0 0"><geom {visual} size=".5 .5 1"/></body>
-        </worldbody></mujoco>""",
-    ).write("bot.yaml", "robot: bot\nurdf: bot.urdf\nsensors:\n  eye: {type: lidar, profile: lidar_360, parent: arm}\n")
-    ranges = look(project.load(), "/bot/base_link/arm/eye/Lidar")
+    project.world(
+        f'<body pos="2 0 0"><geom type="box" size=".1 .1 1"/><geom {visual} size=".5 .5 1"/></body>',
+        f'<body pos="-2 0 0"><geom {visual} size=".5 .5 1"/></body>',
+    )
+    ranges = look(project.robot(EYE + "arm}").load(), "/bot/base_link/arm/eye/Lidar")
     assert ranges[180] == pytest.approx(1.8, abs=1e-6)  # 2 m less the arm's 0.1 m and the collider's 0.1 m
     assert ranges[0] == pytest.approx(1.6, abs=1e-6)  # 2 m and 0.1 m less the visual's 0.5 m
 
 
 @either_rays
 def test_where_there_is_nothing_at_all_nothing_returns(rays: RaysChoice) -> None:
-    model, stage = mujoco.MjModel.from_xml_string("<mujoco/>"), room(beams=5).stage
+    model, stage = mujoco.MjModel.from_xml_string("<mujoco/>"), room(beams=5)._simulation.stage
     scan = Simulation(model, stage, Fraction(60), 1, rays=rays).device(RayLidar, stage.find("/Lidar")).scan()
     assert np.isinf(scan.ranges).all()
     assert scan.intensities.tolist() == [0.0] * 5
 
 
 def test_brighter_surfaces_return_more(project: Project) -> None:
-    project.write(
-        "world.xml",
-        """<mujoco><asset><material name="white" rgba="1 1 1 1"/></asset><worldbody>
-          <geom type="plane" size="0 0 1"/>
-          <geom type="box" size=".1 9 1" pos="2 0 0" material="white"/>
-          <geom type="box" size=".1 9 1" pos="-2 0 0" rgba="0 1 0 1"/>
-        </worldbody></mujoco>""",
-    ).write("bot.yaml", "robot: bot\nurdf: bot.urdf\nsensors:\n  eye: {type: lidar, profile: lidar_360, parent: arm}\n")
-    world = project.load()
+    project.world(
+        '<geom type="box" size=".1 9 1" pos="2 0 0" material="white"/>',
+        '<geom type="box" size=".1 9 1" pos="-2 0 0" rgba="0 1 0 1"/>',
+        before='<asset><material name="white" rgba="1 1 1 1"/></asset>',
+    )
+    world = project.robot(EYE + "arm}").load()
     world.simulation.begin_tick(1)
     scan = world.simulation.device(RayLidar, world.stage.find("/bot/base_link/arm/eye/Lidar")).scan()
     assert scan.intensities[180] == pytest.approx(255)
@@ -266,22 +235,10 @@ BESIDE = """<mujoco><compiler angle="radian" eulerseq="XYZ"/><worldbody>
 def test_the_points_of_a_turned_and_tilted_lidar_lie_on_the_surface_of_a_box(
     project: Project, profile: str, rays: RaysChoice
 ) -> None:
-    project.write("world.xml", BESIDE).write(
-        "bot.yaml",
-        f"""robot: bot
-urdf: bot.urdf
-sensors:
-  eye:
-    type: lidar
-    profile: {profile}
-    noise_std: 0.0
-    parent: arm
-    position: [0.1, -0.05, 0.4]
-    orientation: {{rpy_deg: [20, 15, 130]}}
-""",
-    )
-    project.write("scene.yaml", SCENE.replace("0.1]", "0.1], orientation: {rpy_deg: [5, -10, 25]}"))
-    world = project.load()
+    pose = "position: [0.1, -0.05, 0.4], orientation: {rpy_deg: [20, 15, 130]}"
+    eye = f"{{type: lidar, profile: {profile}, noise_std: 0.0, parent: arm, {pose}}}"
+    project.write("world.xml", BESIDE).robot(f"sensors: {{eye: {eye}}}")
+    world = project.write("scene.yaml", SCENE.replace("0.1]", "0.1], orientation: {rpy_deg: [5, -10, 25]}")).load()
     simulation = Simulation(world.simulation.model, world.stage, Fraction(60), 4, rays=rays)
     simulation.begin_tick(1)
     prim = world.stage.find("/bot/base_link/arm/eye/Lidar")

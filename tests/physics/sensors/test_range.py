@@ -149,8 +149,7 @@ def test_a_bad_profile_is_an_error_at_its_place(project: Project, entry: str, er
     name, _, value = entry.partition(": ")
     section = ", ".join(f"{key}: {number}" for key, number in (given | {name: value}).items())
     project.write("sensors/bad.yaml", f"format: 1\nsensor: bad\nrange: {{{section}}}\n")
-    project.write("bot.yaml", SONAR.replace("PROFILE", "bad"))
-    assert error in project.error()
+    assert error in project.write("bot.yaml", SONAR.replace("PROFILE", "bad")).error()
 
 
 def test_a_robot_file_can_give_a_range_sensor_its_noise(project: Project) -> None:

@@ -14,17 +14,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.engine import mujoco, sort_geoms
-from graphengine.physics.loading import LoadedWorld
-from graphengine.physics.robot_spawner import Population
+from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.sensors.ray_caster_choice import select_rays
 from graphengine.physics.sensors.rays import Caster, RaysChoice
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
-from tests.physics.harness import SHIPPED
+from tests.physics.harness import SHIPPED, steps
 from tests.physics.sensors.casters import either_rays, fan, needs_numba, one_by_one, sphere, turned
 
 FAR = 64.0
@@ -69,25 +67,20 @@ def assert_agree(world: World, origin: Floats, rays: Floats, found: Floats, expe
 @pytest.mark.parametrize("name", SCENES)
 def test_on_the_scenes_that_ship_both_rays_agree_while_robots_drive_come_and_go(ship: Ship, name: str) -> None:
     loaded, generator = ship(name), np.random.default_rng(11)
-    simulation, population = loaded.simulation, Population(loaded)
+    simulation = loaded.simulation
     guest = RobotUse.model_validate({"use": "robots/dd100.yaml", "position": [0.3, 0.1, 0.05]})
     both_agree(simulation, generator)
     for robot in simulation.stage.prims("robot"):
         wheels = simulation.articulation(robot).select()
         wheels.command(velocities=generator.uniform(-20, 20, len(wheels.names)).tolist())
-    run(simulation, 240)
+    steps(simulation, 240)
     both_agree(simulation, generator)
-    population.add("guest", guest, Findings())
-    run(simulation, 10)
+    loaded.add("guest", guest)
+    steps(simulation, 10)
     both_agree(simulation, generator)
-    population.remove("guest")
-    run(simulation, 10)
+    loaded.remove("guest")
+    steps(simulation, 10)
     both_agree(simulation, generator)
-
-
-def run(simulation: Simulation, steps: int) -> None:
-    for _ in range(steps):
-        simulation.step()
 
 
 def both_agree(simulation: Simulation, generator: np.random.Generator, poses: int = 8) -> None:
@@ -380,27 +373,21 @@ def test_once_rays_are_chosen_nothing_is_left_to_compile() -> None:
     assert [len(each.signatures) for each in kernels] == before
 
 
-@needs_numba
-def test_a_shape_that_ours_do_not_know_leaves_the_scene_to_mujocos() -> None:
-    world = world_of(
-        f"""<mujoco><asset>{MESHES}</asset><worldbody><geom type="sdf" mesh="gem"/></worldbody></mujoco>"""
-    )
-    assert select_rays("auto", *world).name == "mujoco"
-    with pytest.raises(UsageError, match="do not meet geoms of type sdf"):
-        select_rays("fast", *world)
+SDF = f'<asset>{MESHES}</asset><worldbody><geom type="sdf" mesh="gem"/></worldbody>'
+LAND = f"""<asset><hfield name="land" nrow="{math.isqrt(500_000) + 1}" ncol="{math.isqrt(500_000) + 1}" size="9 9 1 1"/></asset>
+  <worldbody><geom type="hfield" hfield="land"/></worldbody>"""
 
 
 @needs_numba
-def test_too_many_triangles_leave_the_scene_to_mujocos() -> None:
-    from graphengine.physics.sensors.fast.rays import MAX_TRIANGLES
-
-    side = math.isqrt(MAX_TRIANGLES // 2) + 1
-    world = world_of(
-        f"""<mujoco><asset><hfield name="land" nrow="{side}" ncol="{side}" size="9 9 1 1"/></asset>
-        <worldbody><geom type="hfield" hfield="land"/></worldbody></mujoco>"""
-    )
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [(SDF, "do not meet geoms of type sdf"), (LAND, "more than 1000000 triangles")],
+    ids=["a shape that they do not know", "too many triangles"],
+)
+def test_what_ours_cannot_meet_leaves_the_scene_to_mujocos(content: str, told: str) -> None:
+    world = world_of(f"<mujoco>{content}</mujoco>")
     assert select_rays("auto", *world).name == "mujoco"
-    with pytest.raises(UsageError, match="more than 1000000 triangles"):
+    with pytest.raises(UsageError, match=told):
         select_rays("fast", *world)
 
 

@@ -16,6 +16,7 @@ import math
 
 import numpy as np
 
+from graphengine.physics.engine import Floats, Indices
 from graphengine.physics.sensors.fast.compiled import kernel, part
 from graphengine.physics.sensors.fast.table import (
     BOX,
@@ -26,8 +27,6 @@ from graphengine.physics.sensors.fast.table import (
     MESH,
     PLANE,
     SPHERE,
-    Floats,
-    Indices,
     Records,
 )
 from graphengine.physics.sensors.fast.tree import Tree

@@ -13,10 +13,10 @@ import numba
 import numpy as np
 
 from graphengine.format.process_limits import has_address_space
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import Floats, Indices, mujoco
 from graphengine.physics.sensors.fast.compiled import kept_in
 from graphengine.physics.sensors.fast.kernel import cast
-from graphengine.physics.sensors.fast.table import GEOM, MESH, PLANE, Floats, Indices, enclose, follow
+from graphengine.physics.sensors.fast.table import GEOM, MESH, PLANE, enclose, follow
 from graphengine.physics.sensors.fast.tree import NODE, Tree, build
 from graphengine.physics.sensors.fast.triangles import count_triangles, triangle_trees
 from graphengine.physics.sensors.rays import Integers, visible_geoms

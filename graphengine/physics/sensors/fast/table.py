@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.physics.engine import Floats, Indices
 from graphengine.physics.sensors.fast.compiled import kernel
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Records = NDArray[Any]
 
 PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH = range(8)  # mjtGeom

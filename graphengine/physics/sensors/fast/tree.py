@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.physics.engine import Floats, Indices
 from graphengine.physics.sensors.fast.compiled import kernel, part
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Tree = NDArray[Any]
 """Nodes as below."""
 

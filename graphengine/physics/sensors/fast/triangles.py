@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from graphengine.physics.engine import mujoco
-from graphengine.physics.sensors.fast.table import HFIELD, MARGIN, MESH, Floats, Indices
+from graphengine.physics.engine import Floats, Indices, mujoco
+from graphengine.physics.model.surfaces import height_field_points, mesh_faces, mesh_vertices
+from graphengine.physics.sensors.fast.table import HFIELD, MARGIN, MESH
 from graphengine.physics.sensors.fast.tree import NODE, Tree, build
 
 
-def count_triangles(model: mujoco.MjModel, geoms: NDArray[np.intp]) -> int:
+def count_triangles(model: mujoco.MjModel, geoms: Indices) -> int:
     """How many triangles some geoms consist of, but for the few around a height field."""
     meshes, fields = (set(model.geom_dataid[geoms[model.geom_type[geoms] == kind]].tolist()) for kind in (MESH, HFIELD))
     cells = sum(int(model.hfield_nrow[field]) * int(model.hfield_ncol[field]) for field in fields)
@@ -34,7 +34,12 @@ def triangle_trees(model: mujoco.MjModel, geoms: Indices) -> tuple[Tree, Floats,
             continue
         if (kind, data) not in known:
             known[kind, data] = sum(map(len, trees))
-            own = triangles_of_mesh(model, data) if kind == MESH else triangles_of_height_field(model, data)
+            is_mesh = kind == MESH
+            own = (
+                mesh_vertices(model, data)[mesh_faces(model, data)]
+                if is_mesh
+                else _triangles_of_height_field(model, data)
+            )
             trees.append(_tree(own, known[kind, data], sum(map(len, corners))))
             corners.append(own.reshape(-1, 9))
         roots[geom] = known[kind, data]
@@ -50,30 +55,17 @@ def _tree(triangles: Floats, root: int, row: int) -> Tree:
     return tree
 
 
-def triangles_of_mesh(model: mujoco.MjModel, mesh: int) -> Floats:
-    """Corners of a mesh's triangles, shape (triangles, 3, 3)."""
-    first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
-    faces = model.mesh_face[first : first + count] + model.mesh_vertadr[mesh]
-    corners: Floats = model.mesh_vert[faces].astype(float)
-    return corners
-
-
-def triangles_of_height_field(model: mujoco.MjModel, field: int) -> Floats:
+def _triangles_of_height_field(model: mujoco.MjModel, field: int) -> Floats:
     """Corners of the triangles around a height field, as `mj_rayHfield` sees it, shape (triangles, 3, 3).
 
     That is the terrain, walls from height zero up to its four edges, and the box below height zero.
     """
-    rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
-    width, depth, height, base = model.hfield_size[field]
-    first = model.hfield_adr[field]
-    ground = np.empty((rows, columns, 3))
-    ground[..., 0] = np.linspace(-width, width, columns)
-    ground[..., 1] = np.linspace(-depth, depth, rows)[:, None]
-    ground[..., 2] = height * model.hfield_data[first : first + rows * columns].reshape(rows, columns)
+    ground = height_field_points(model, field)
+    rows, columns, _ = ground.shape
     edges = (ground[0], ground[-1], ground[:, 0], ground[:, -1])
     walls = [np.stack([edge * (1, 1, 0), edge]) for edge in edges]
     flat = ground[:: rows - 1, :: columns - 1] * (1, 1, 0)  # the four corners
-    below = flat - (0, 0, base)
+    below = flat - (0, 0, model.hfield_size[field, 3])
     sides = [np.stack([below[line], flat[line]]) for line in (np.s_[0], np.s_[1], np.s_[:, 0], np.s_[:, 1])]
     return np.concatenate([_triangles_of_sheet(sheet) for sheet in (ground, *walls, flat, below, *sides)])
 
