@@ -7,21 +7,8 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from graphengine.devices.camera import Camera
-from graphengine.node import (
-    Bound,
-    Context,
-    ExecIn,
-    ExecOut,
-    Fire,
-    Float,
-    Floats,
-    In,
-    Node,
-    Out,
-    Target,
-    Token,
-    UInt,
-)
+from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out
+from graphengine.node.types import Float, Floats, Target, Token, UInt
 
 
 class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRenderProduct", gated=True):

@@ -13,19 +13,8 @@ from numpy.typing import NDArray
 from graphengine.devices.camera import Camera
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import (
-    BadValueError,
-    Bound,
-    Context,
-    ContextError,
-    Doubles,
-    Floats,
-    In,
-    State,
-    String,
-    Token,
-    UInt,
-)
+from graphengine.node import BadValueError, Bound, Context, ContextError, In, State
+from graphengine.node.types import Doubles, Floats, String, Token, UInt
 from graphengine.nodes.ros2.helper import SensorHelper
 from graphengine.nodes.ros2.publisher import SensorPublisher
 

@@ -12,19 +12,8 @@ from numpy.typing import NDArray
 from graphengine.devices.motion import Articulation
 from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
-from graphengine.node import (
-    Bound,
-    Context,
-    Doubles,
-    Float,
-    In,
-    Quaterniond,
-    String,
-    Target,
-    Tokens,
-    UChars,
-    Vector3d,
-)
+from graphengine.node import Bound, Context, In
+from graphengine.node.types import Doubles, Float, Quaterniond, String, Target, Tokens, UChars, Vector3d
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.ros2.publisher import PublisherNode, header, stamp
 

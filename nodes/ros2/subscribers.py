@@ -10,21 +10,8 @@ from numpy.typing import NDArray
 
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Subscription
-from graphengine.node import (
-    Bound,
-    Clock,
-    Context,
-    Doubles,
-    ExecOut,
-    Fire,
-    In,
-    Out,
-    State,
-    String,
-    Token,
-    Tokens,
-    Vector3d,
-)
+from graphengine.node import Bound, Clock, Context, ExecOut, Fire, In, Out, State
+from graphengine.node.types import Doubles, String, Token, Tokens, Vector3d
 from graphengine.nodes.ros2.publisher import TopicNode
 
 _STILL = (0.0, 0.0, 0.0)

@@ -13,19 +13,8 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from graphengine.devices.motion import Frame
-from graphengine.node import (
-    BadValueError,
-    Bound,
-    Context,
-    Double3,
-    Doubles,
-    In,
-    Out,
-    Quaterniond,
-    State,
-    Target,
-    Vector3d,
-)
+from graphengine.node import BadValueError, Bound, Context, In, Out, State
+from graphengine.node.types import Double3, Doubles, Quaterniond, Target, Vector3d
 from graphengine.nodes.checked import finite
 from graphengine.nodes.touched import reading_poses
 from graphengine.nodes.wheeled_robots.planar import Heading, PlanarNode, heading_of, wrapped
