@@ -76,12 +76,7 @@ class Leaf:
     """
 
     def __init__(
-        self,
-        path: Sequence[str],
-        attributes: Sequence[str],
-        kind: Description,
-        definitions: Definitions,
-        part: str,
+        self, path: Sequence[str], attributes: Sequence[str], kind: Description, definitions: Definitions, part: str
     ) -> None:
         inner = element_of(kind)
         self.name = ":".join((part, *path) if part else path)
