@@ -208,10 +208,9 @@ class Node(metaclass=NodeMeta):
 
         A node with other state overrides `save` and `restore`.
         """
-        names = [port.field for port in type(self).fields.values() if not port.bound_in_setup]
-        names = [name for name in names if not type(self).fields[name].mask] + ["active"] * hasattr(
-            type(self), "update"
-        )
+        names = [port.field for port in type(self).fields.values() if not (port.bound_in_setup or port.mask)]
+        if hasattr(type(self), "update"):
+            names.append("active")
         return copy.deepcopy({name: getattr(self, name) for name in names})
 
     def restore(self, saved: Any) -> None:

@@ -87,7 +87,7 @@ class PortType:
     def zero(self) -> Any:
         """OmniGraph's initial value of an attribute of this type."""
         if self.array and self.is_number:
-            return _frozen(np.zeros((0,) if self.count == 1 else (0, self.count), self.dtype))
+            return read_only(np.zeros((0,) if self.count == 1 else (0, self.count), self.dtype))
         if self.array or self.base == "target":
             return ()
         if self.role == "quat":
@@ -181,7 +181,7 @@ def coerce(value: Any, port_type: PortType) -> Any:
     if not port_type.is_number:
         return tuple(elements)
     shape = (len(elements),) if port_type.count == 1 else (len(elements), port_type.count)
-    return _frozen(np.array(elements, port_type.dtype).reshape(shape))
+    return read_only(np.array(elements, port_type.dtype).reshape(shape))
 
 
 def first_that_takes(value: Any, alternatives: Iterable[PortType]) -> tuple[PortType, Any]:
@@ -208,7 +208,7 @@ def _buffer(value: Any) -> Any:
     return value
 
 
-def _frozen(array: NDArray[Any]) -> NDArray[Any]:
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
     """The array, made read-only so that wires and defaults can share it."""
     array.setflags(write=False)
     return array

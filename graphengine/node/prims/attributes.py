@@ -10,7 +10,6 @@ from typing import Any
 
 from graphengine.devices.backend import World
 from graphengine.devices.entity import Move
-from graphengine.devices.motion import Articulation
 from graphengine.devices.rotation import Pose, compose, relative
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import ContextError
@@ -103,55 +102,31 @@ def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
     }
 
 
-class _Joint:
-    """Attributes of a movable joint, in degrees or metres."""
-
-    def __init__(self, articulation: Articulation, name: str) -> None:
-        self._articulation = articulation
-        self._selection = articulation.select([name])
-        self._index = articulation.joint_names.index(name)
-        slides = articulation.prismatic[self._index]
-        self.kind, self.unit = ("linear", 1.0) if slides else ("angular", math.degrees(1.0))
-
-    def position(self) -> float:
-        """Joint position, degrees or m."""
-        return float(self._articulation.positions()[self._index]) * self.unit
-
-    def velocity(self) -> float:
-        """Joint velocity, degrees/s or m/s."""
-        return float(self._articulation.velocities()[self._index]) * self.unit
-
-    def target_position(self) -> float:
-        """Target position of the drive, degrees or m; NaN without stiffness."""
-        return float(self._articulation.set_points()[0][self._index]) * self.unit
-
-    def target_velocity(self) -> float:
-        """Target velocity of the drive, degrees/s or m/s; NaN without damping."""
-        return float(self._articulation.set_points()[1][self._index]) * self.unit
-
-    def set_target_position(self, value: Any) -> None:
-        """Tell the drive."""
-        self._selection.command(positions=[numbers([value], 1)[0] / self.unit])
-
-    def set_target_velocity(self, value: Any) -> None:
-        """Tell the drive."""
-        self._selection.command(velocities=[numbers([value], 1)[0] / self.unit])
-
-
 def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
-    """Attributes for the state of a joint and the targets of its drive."""
+    """Attributes for the state of a joint and the targets of its drive, in degrees or metres."""
     found = {"physics:jointEnabled": Attribute("bool", lambda: bool(prim.facts.get("enabled", True)))}
     robot, name = world.stage.robot_of(prim), prim.facts.get("joint", prim.name)
     if robot is None or name not in robot.facts.get("joints", ()):
         return found
-    joint = _Joint(world.articulation(robot), name)
-    state, drive = f"state:{joint.kind}:physics", f"drive:{joint.kind}:physics"
-    found[f"{state}:position"] = Attribute("float", joint.position)
-    found[f"{state}:velocity"] = Attribute("float", joint.velocity)
-    if not math.isnan(joint.target_position()):
-        found[f"{drive}:targetPosition"] = Attribute("float", joint.target_position, joint.set_target_position)
-    if not math.isnan(joint.target_velocity()):
-        found[f"{drive}:targetVelocity"] = Attribute("float", joint.target_velocity, joint.set_target_velocity)
+    articulation = world.articulation(robot)
+    selection, index = articulation.select([name]), articulation.joint_names.index(name)
+    kind, unit = ("linear", 1.0) if articulation.prismatic[index] else ("angular", math.degrees(1.0))
+
+    def add(attribute: str, read: Callable[[], Any], command: str = "") -> None:
+        """Add an attribute for the joint's number in an array; `command` is the argument that sets it."""
+
+        def write(value: Any) -> None:
+            selection.command(**{command: [numbers([value], 1)[0] / unit]})
+
+        found[attribute] = Attribute("float", lambda: float(read()[index]) * unit, write if command else None)
+
+    add(f"state:{kind}:physics:position", articulation.positions)
+    add(f"state:{kind}:physics:velocity", articulation.velocities)
+    stiff, damped = (not math.isnan(targets[index]) for targets in articulation.set_points())
+    if stiff:
+        add(f"drive:{kind}:physics:targetPosition", lambda: articulation.set_points()[0], "positions")
+    if damped:
+        add(f"drive:{kind}:physics:targetVelocity", lambda: articulation.set_points()[1], "velocities")
     return found
 
 

@@ -61,9 +61,8 @@ class Prims:
         Raises:
             GraphError: the prim or attribute does not exist, is read-only, or does not take the value.
         """
-        found = self._find(path, attribute)
-        if found.write is None:
-            raise self._fixed(path, attribute)
+        found = self._find(path, attribute, writable=True)
+        assert found.write is not None
         found.write(value)
 
     def attribute(self, path: str, name: str, *, writable: bool) -> PrimAttribute:
@@ -72,22 +71,18 @@ class Prims:
         Raises:
             ContextError: the prim or attribute does not exist, or `writable` is set and the attribute is read-only.
         """
-        found = self._find(path, name)
-        if writable and found.write is None:
-            raise self._fixed(path, name)
-        return PrimAttribute(f"{name} of {path}", found)
+        return PrimAttribute(f"{name} of {path}", self._find(path, name, writable=writable))
 
-    def _fixed(self, path: str, name: str) -> ContextError:
-        changing = [other for other, attribute in self._of(path).items() if attribute.write is not None]
-        hint = listing(changing, "what can be changed there") if changing else "nothing can be changed there"
-        return ContextError(f"{name} of {path} cannot be changed while the simulation runs", name, hint)
-
-    def _find(self, path: str, attribute: str) -> Attribute:
+    def _find(self, path: str, name: str, *, writable: bool = False) -> Attribute:
         known = self._of(path)
-        if attribute not in known:
-            near = did_you_mean(attribute, known) or listing(known, "attributes")
-            raise ContextError(f"{path} has no attribute {attribute!r}", attribute, near)
-        return known[attribute]
+        if name not in known:
+            near = did_you_mean(name, known) or listing(known, "attributes")
+            raise ContextError(f"{path} has no attribute {name!r}", name, near)
+        if writable and known[name].write is None:
+            changing = [other for other, attribute in known.items() if attribute.write is not None]
+            hint = listing(changing, "what can be changed there") if changing else "nothing can be changed there"
+            raise ContextError(f"{name} of {path} cannot be changed while the simulation runs", name, hint)
+        return known[name]
 
     def _of(self, path: str) -> dict[str, Attribute]:
         world, prim = self._world, self._world.stage.find(path)
