@@ -33,8 +33,9 @@ __all__ = [
 ]  # fmt: skip
 """Names for authors of nodes."""
 
-_INTEGERS = {"uchar": (0, 2**8 - 1), "int": (-(2**31), 2**31 - 1), "uint": (0, 2**32 - 1)}
-_INTEGERS |= {"int64": (-(2**63), 2**63 - 1), "uint64": (0, 2**64 - 1)}
+INTEGERS = {"uchar": (0, 2**8 - 1), "int": (-(2**31), 2**31 - 1), "uint": (0, 2**32 - 1)}
+INTEGERS |= {"int64": (-(2**63), 2**63 - 1), "uint64": (0, 2**64 - 1)}
+"""Smallest and largest number of each integer type."""
 _REALS = ("half", "float", "double", "timecode")
 _TEXTS = ("token", "string", "path", "objectId")
 _OTHERS = ("target", "execution", "any", "bundle")
@@ -97,7 +98,7 @@ class PortType:
         return _SCALAR_ZERO[self.base] if self.count == 1 else (_SCALAR_ZERO[self.base],) * self.count
 
 
-_SCALAR_ZERO: dict[str, Any] = dict.fromkeys(_INTEGERS, 0) | dict.fromkeys(_REALS, 0.0)
+_SCALAR_ZERO: dict[str, Any] = dict.fromkeys(INTEGERS, 0) | dict.fromkeys(_REALS, 0.0)
 _SCALAR_ZERO |= dict.fromkeys(_TEXTS, "") | {"bool": False, "any": None, "bundle": None, "execution": None}
 
 
@@ -146,7 +147,7 @@ def parse(name: str) -> PortType | UnionType:
         if count > 1:
             raise ValueError(f"{name!r} is not a port type: {word} has no tuples")
         return PortType(word, 1, array)
-    if word == "bool" or word in _INTEGERS or word in _REALS or word in _TEXTS:
+    if word == "bool" or word in INTEGERS or word in _REALS or word in _TEXTS:
         return PortType(word, count, array)
     if word in _MATRICES and count in _MATRICES[word]:
         return PortType("double", count * count, array, word)
@@ -245,9 +246,9 @@ def _scalar(value: Any, base: str) -> Any:
             return value
         raise TypeError("expected text" + (f'; write "{value}"' if isinstance(value, int | float) else ""))
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError("expected a whole number" if base in _INTEGERS else "expected a number")
-    if base in _INTEGERS:
-        low, high = _INTEGERS[base]
+        raise TypeError("expected a whole number" if base in INTEGERS else "expected a number")
+    if base in INTEGERS:
+        low, high = INTEGERS[base]
         if isinstance(value, float):
             raise TypeError("expected a whole number")
         if not low <= value <= high:
@@ -270,7 +271,7 @@ def conversion(source: PortType, target: PortType) -> str | None:
         return ""
     if source.role == _POINTER:
         return None
-    whole = source.base == "bool" or source.base in ("int", "uint", "int64", "uint64", "uchar")
+    whole = source.base == "bool" or source.base in INTEGERS
     if target.base == "int64" and whole and source.base != "uint64":
         return "" if source.base != "bool" and not source.array else _converter("int64", source)
     if target.base == "double" and whole:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
-
 from graphengine.devices.stage import PHYSICS_SCENE, Prim, PrimKind
 from graphengine.format.errors import ContextError
 from graphengine.format.kinds import DEVICES
@@ -20,18 +17,16 @@ _JOINT_TYPES = {
     "fixed": "PhysicsFixedJoint",
 }
 
-PORT_TYPES: Mapping[str, PortType] = MappingProxyType(
-    {
-        "bool": PortType("bool"),
-        "color3f": PortType("float", 3, role="color"),
-        "double3": PortType("double", 3),
-        "float": PortType("float"),
-        "float2": PortType("float", 2),
-        "quatd": PortType("double", 4, role="quat"),
-        "string": PortType("string"),
-        "vector3f": PortType("float", 3, role="vector"),
-    }
-)
+PORT_TYPES = {
+    "bool": PortType("bool"),
+    "color3f": PortType("float", 3, role="color"),
+    "double3": PortType("double", 3),
+    "float": PortType("float"),
+    "float2": PortType("float", 2),
+    "quatd": PortType("double", 4, role="quat"),
+    "string": PortType("string"),
+    "vector3f": PortType("float", 3, role="vector"),
+}
 """OmniGraph's types by USD type, for all types of attributes."""
 
 _TYPES = {"xformOp:translate": "double3", "xformOp:orient": "quatd", "physics:mass": "float", "clippingRange": "float2"}

@@ -101,14 +101,8 @@ class WorldHandles:
             parent: path of the parent frame's prim; empty for the world.
             loops: whether a link or body that is both parent and target has an edge from itself to itself.
         """
-        stage = self._services.stage
-        return expand(
-            stage,
-            [self._find(target) for target in targets],
-            self._find(parent) if parent else None,
-            self._services.world.frame,
-            loops=loops,
-        )
+        found, above = [self._find(target) for target in targets], self._find(parent) if parent else None
+        return expand(self._services.stage, found, above, self._services.world.frame, loops=loops)
 
     def _robot(self, path: str) -> Prim:
         stage = self._services.stage
