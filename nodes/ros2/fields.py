@@ -274,18 +274,21 @@ def find_service(literals: Mapping[str, Any], definitions: Definitions) -> tuple
     return Layout(request, definitions, "Request"), Layout(response, definitions, "Response")
 
 
-def expect(made_of: str | None, named: str) -> None:
-    """Check that a node's inputs name the type for which its ports were made.
+def expect(layout: Layout | None, package: str, subfolder: str, name: str) -> str:
+    """The message or service type that a node's inputs name, which must be the one for which its ports were made.
 
     Raises:
         ContextError: the inputs name another type.
     """
+    named = f"{package}/{subfolder}/{name}"
+    made_of = layout.message_type.removesuffix(f"_{layout.part}") if layout else None
     if made_of != named:
         raise ContextError(
             f"its ports are those of {made_of or 'no message'}, its inputs name {named}",
-            named.rpartition("/")[2],
+            name,
             "write messagePackage and messageName below `inputs:`; --set comes too late for ports",
         )
+    return named
 
 
 def _named(literals: Mapping[str, Any], subfolder: str) -> str:

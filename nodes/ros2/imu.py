@@ -31,11 +31,8 @@ class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"
 
     def message(self) -> messages.Imu:
         """Build the message from the reading."""
-        turned, accelerates, turns = (
-            self.publish_orientation,
-            self.publish_linear_acceleration,
-            self.publish_angular_velocity,
-        )
+        turned, turns = self.publish_orientation, self.publish_angular_velocity
+        accelerates = self.publish_linear_acceleration
         return messages.Imu(
             self.header(),
             messages.Quaternion(*(self.orientation if turned else (0.0, 0.0, 0.0, 0.0))),
