@@ -38,21 +38,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, dataclass_transform
 
 from graphengine.format.errors import GraphError
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.node.port import (
-    MISSING,
-    Bound,
-    ExecIn,
-    ExecOut,
-    Field,
-    In,
-    Out,
-    Port,
-    Side,
-    State,
-    camel_case,
-    value_port,
-)
-from graphengine.node.types import EXECUTION, PortType
+from graphengine.node.port import MISSING, Bound, ExecIn, ExecOut, Field, In, Out, Port, State, exec_port, value_port
+from graphengine.node.types import PortType
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
@@ -282,10 +269,8 @@ class Node(metaclass=NodeMeta):
         mask = 1 << sum(1 for port in inherited.values() if port.is_exec and port.side == "outputs")
         for name, field in fields.items():
             if isinstance(field, ExecIn | ExecOut):
-                side: Side = "inputs" if isinstance(field, ExecIn) else "outputs"
-                ogn_name = field.name or camel_case(name)
-                port = Port(name, ogn_name, side, EXECUTION, doc=field.doc, control=field.control)
-                if side == "outputs":
+                port = exec_port(name, field)
+                if port.side == "outputs":
                     port = replace(port, mask=mask)
                     setattr(cls, name, mask)
                     mask <<= 1

@@ -174,6 +174,12 @@ def camel_case(field: str) -> str:
     return head + "".join(word[:1].upper() + word[1:] for word in tail)
 
 
+def exec_port(name: str, field: ExecIn | ExecOut) -> Port:
+    """The port of an execution field."""
+    side: Side = "inputs" if isinstance(field, ExecIn) else "outputs"
+    return Port(name, field.name or camel_case(name), side, EXECUTION, doc=field.doc, control=field.control)
+
+
 def value_port(owner: str, name: str, field: Field, hint: Any) -> Port:
     """The port of a value field; its type comes from `type`, or else from the annotation."""
     facts = dict(field.facts)

@@ -42,7 +42,8 @@ _OTHERS = ("target", "execution", "any", "bundle")
 _DTYPES = {"bool": np.bool_, "uchar": np.uint8, "int": np.int32, "uint": np.uint32, "int64": np.int64}
 _DTYPES |= {"uint64": np.uint64, "half": np.float16, "float": np.float32, "double": np.float64, "timecode": np.float64}
 _PRECISION = {"d": "double", "f": "float", "h": "half"}
-_ROLES = {"vector": (3,), "point": (3,), "normal": (3,), "color": (3, 4), "texcoord": (2, 3), "quat": (4,)}
+ROLES = {"vector": (3,), "point": (3,), "normal": (3,), "color": (3, 4), "quat": (4,), "texcoord": (2, 3)}
+"""Numbers of components that tuples with a role can have."""
 _MATRICES = {"matrixd": (2, 3, 4), "frame": (4,), "transform": (4,)}
 _POINTER = "pointer"
 
@@ -68,7 +69,7 @@ class PortType:
     def __str__(self) -> str:
         if self.role in _MATRICES:
             name, size = self.role, f"[{math.isqrt(self.count)}]"
-        elif self.role in _ROLES:
+        elif self.role in ROLES:
             name, size = self.role + self.base[0], f"[{self.count}]"
         else:
             name, size = self.base, f"[{self.count}]" if self.count > 1 else ""
@@ -152,7 +153,7 @@ def parse(name: str) -> PortType | UnionType:
     if word in _MATRICES and count in _MATRICES[word]:
         return PortType("double", count * count, array, word)
     role, precision = word[:-1], word[-1:]
-    if role in _ROLES and precision in _PRECISION and count in _ROLES[role]:
+    if role in ROLES and precision in _PRECISION and count in ROLES[role]:
         return PortType(_PRECISION[precision], count, array, role)
     raise ValueError(f"{name!r} is not a port type")
 

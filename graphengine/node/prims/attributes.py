@@ -53,52 +53,36 @@ def numbers(value: Any, count: int) -> list[float]:
     raise ContextError(f"must be {what}, not {given}", value)
 
 
-class _Pose:
-    """Pose attributes of a prim, relative to its parent."""
+def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
+    """Attributes for position (m) and orientation as a quaternion (w, x, y, z), relative to the parent prim."""
 
-    def __init__(self, world: World, prim: Prim) -> None:
-        self.movable = any(entity.prim_path == prim.path for entity in world.entities.all())
-        self._world = world
-        self._prim = prim
+    def parent() -> Pose:
+        assert prim.parent is not None  # the root has no pose
+        return world.frame(prim.parent).pose()
 
-    def translate(self) -> list[float]:
-        """Position, m."""
-        return list(self._read()[0])
+    def read() -> Pose:
+        return relative(parent(), world.frame(prim).pose())
 
-    def orient(self) -> list[float]:
-        """Orientation as a quaternion (w, x, y, z)."""
-        x, y, z, w = self._read()[1]
+    def put(pose: Pose) -> None:
+        """Set the pose and keep the velocity."""
+        world.entities.place(prim.path, Move(*compose(parent(), pose), *world.body(prim).velocity()))
+
+    def orient() -> list[float]:
+        x, y, z, w = read()[1]
         return [w, x, y, z]
 
-    def set_translate(self, value: Any) -> None:
-        """Set the position and keep the orientation."""
+    def set_translate(value: Any) -> None:
         x, y, z = numbers(value, 3)
-        self._put(((x, y, z), self._read()[1]))
+        put(((x, y, z), read()[1]))
 
-    def set_orient(self, value: Any) -> None:
-        """Set the orientation and keep the position."""
+    def set_orient(value: Any) -> None:
         w, x, y, z = numbers(value, 4)
-        self._put((self._read()[0], (x, y, z, w)))
+        put((read()[0], (x, y, z, w)))
 
-    def _parent(self) -> Pose:
-        assert self._prim.parent is not None  # the root has no pose
-        return self._world.frame(self._prim.parent).pose()
-
-    def _read(self) -> Pose:
-        return relative(self._parent(), self._world.frame(self._prim).pose())
-
-    def _put(self, pose: Pose) -> None:
-        """Set the pose and keep the velocity."""
-        there = Move(*compose(self._parent(), pose), *self._world.body(self._prim).velocity())
-        self._world.entities.place(self._prim.path, there)
-
-
-def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
-    """Attributes for position and orientation."""
-    pose = _Pose(world, prim)
+    movable = any(entity.prim_path == prim.path for entity in world.entities.all())
     return {
-        "xformOp:translate": Attribute("double3", pose.translate, pose.set_translate if pose.movable else None),
-        "xformOp:orient": Attribute("quatd", pose.orient, pose.set_orient if pose.movable else None),
+        "xformOp:translate": Attribute("double3", lambda: list(read()[0]), set_translate if movable else None),
+        "xformOp:orient": Attribute("quatd", orient, set_orient if movable else None),
     }
 
 
