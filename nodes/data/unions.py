@@ -19,7 +19,8 @@ def with_arrays(union: str) -> str:
     return f"{union}|{arrays_of(union)}"
 
 
-def _tuples(*bases: str) -> str:
+def tuples(*bases: str) -> str:
+    """Tuples of two to four of the given types."""
     return "|".join(f"{base}[{count}]" for base in bases for count in (2, 3, 4))
 
 
@@ -31,9 +32,9 @@ def with_roles(letters: str) -> str:
 INTEGRAL_SCALARS = "int|int64|uint64|uint|uchar"
 REALS = "double|float|half"
 DECIMAL_SCALARS = f"{REALS}|timecode"
-REAL_TUPLES = _tuples("double", "float", "half")
+REAL_TUPLES = tuples("double", "float", "half")
 DECIMAL_TUPLES = f"{REAL_TUPLES}|{with_roles('dfh')}"
-INTEGRAL_TUPLES = _tuples("int")
+INTEGRAL_TUPLES = tuples("int")
 MATRICES = "matrixd[2]|matrixd[3]|matrixd[4]"
 FRAMES = "frame[4]|transform[4]"
 

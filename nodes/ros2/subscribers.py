@@ -42,17 +42,13 @@ class SubscriberNode(TopicNode):
             return None
         fault = self.deliver(message)
         if fault:
-            self.drop(fault)
+            self.logger.log("warning", f"{self.subscription.topic}: {fault} was dropped")
             return None
         return self.exec_out
 
     def deliver(self, message: Any) -> str:
         """Set the outputs from the message; return the reason if the message must be dropped, else an empty string."""
         raise NotImplementedError
-
-    def drop(self, fault: str) -> None:
-        """Log that a message was dropped."""
-        self.logger.log("warning", f"{self.subscription.topic}: {fault} was dropped")
 
 
 class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeTwist", gated=True):

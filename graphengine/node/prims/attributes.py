@@ -142,18 +142,17 @@ def of_gravity(world: World) -> dict[str, Attribute]:
 
 def of_friction(world: World, prim: Prim) -> dict[str, Attribute]:
     """Static and dynamic friction of a material; read-only if a collider of the world has the material."""
-
-    def static(value: Any) -> None:
-        world.set_friction(prim, (_not_negative(value), world.friction(prim)[1]))
-
-    def dynamic(value: Any) -> None:
-        world.set_friction(prim, (world.friction(prim)[0], _not_negative(value)))
-
     reachable = len(prim.facts["bodies"]) == len(prim.facts["bind"])
-    return {
-        "physics:staticFriction": Attribute("float", lambda: world.friction(prim)[0], static if reachable else None),
-        "physics:dynamicFriction": Attribute("float", lambda: world.friction(prim)[1], dynamic if reachable else None),
-    }
+
+    def coefficient(index: int) -> Attribute:
+        def write(value: Any) -> None:
+            changed = list(world.friction(prim))
+            changed[index] = _not_negative(value)
+            world.set_friction(prim, (changed[0], changed[1]))
+
+        return Attribute("float", lambda: world.friction(prim)[index], write if reachable else None)
+
+    return {"physics:staticFriction": coefficient(0), "physics:dynamicFriction": coefficient(1)}
 
 
 def of_light(world: World, prim: Prim) -> dict[str, Attribute]:
