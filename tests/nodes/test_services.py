@@ -20,32 +20,7 @@ from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene.loaded_scene import Options
 from graphengine.testing import RecordingContext, check_node
 from tests.nodes.harness import Player, ready
-
-SET_BOOL = "std_srvs/srv/SetBool"
-ASK, ANSWER = messages.message_class(f"{SET_BOOL}_Request"), messages.message_class(f"{SET_BOOL}_Response")
-SERVER = """
-nodes:
-  Tick: OnPlaybackTick
-  Server:
-    type: ROS2ServiceServerRequest
-    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool}
-  Answer:
-    type: ROS2ServiceServerResponse
-    inputs: {messagePackage: std_srvs, messageName: SetBool, "Response:message": done}
-connections:
-  - Tick.tick -> Server.execIn
-  - Server.onReceived -> Answer.onReceived
-  - Server.serverHandle -> Answer.serverHandle
-  - Server.Request:data -> Answer.Response:success
-"""
-BOTH = SERVER.replace(
-    "connections:",
-    """  Client:
-    type: ROS2ServiceClient
-    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool, "Request:data": true}
-connections:
-  - Tick.tick -> Client.execIn""",
-)
+from tests.service_graph import ANSWER, ASK, BOTH, SERVER, SET_BOOL, extended
 
 
 def names(service_type: str) -> dict[str, str]:
@@ -173,20 +148,33 @@ connections:
 # The server
 
 
+class Offered:
+    """A server of two nodes alone, and a client that another program has."""
+
+    def __init__(self, **answer: Any) -> None:
+        self.context = RecordingContext()
+        self.request = of(Request, self.context, service_name="light")
+        self.response = of(Response, self.context, server_handle=self.request.server_handle, **answer)
+        self.peer = Peer(self.context.transport)
+
+    def asked(self, *wanted: bool) -> list[bool]:
+        """Requests that come, and what the node puts out in the tick that follows."""
+        self.peer.ask(*wanted)
+        self.context.tick()
+        return [self.request.request__data for _ in self.request.compute()]
+
+    def answers(self) -> list[tuple[int, Any]]:
+        """What the peer has been answered when the tick ends."""
+        self.context.services.network.flush()
+        return self.peer.answers
+
+
 def test_a_request_is_put_out_and_answered_when_the_tick_ends() -> None:
-    context = RecordingContext()
-    request = of(Request, context, service_name="light")
-    response = of(
-        Response, context, server_handle=request.server_handle, response__success=True, response__message="on"
-    )
-    peer = Peer(context.transport)
-    peer.ask(True)
-    context.tick()
-    assert [request.request__data for _ in request.compute()] == [True]
-    assert response.compute() == response.exec_out
-    assert peer.answers == []
-    context.services.network.flush()
-    assert peer.answers == [(1, (True, "on"))]
+    server = Offered(response__success=True, response__message="on")
+    assert server.asked(True) == [True]
+    assert server.response.compute() == server.response.exec_out
+    assert server.peer.answers == []
+    assert server.answers() == [(1, (True, "on"))]
 
 
 def test_requests_of_a_tick_are_answered_one_after_the_other(play: Player) -> None:
@@ -198,56 +186,35 @@ def test_requests_of_a_tick_are_answered_one_after_the_other(play: Player) -> No
 
 
 def test_requests_wait_while_the_node_is_not_executed() -> None:
-    context = RecordingContext()
-    request = of(Request, context, service_name="light")
-    peer = Peer(context.transport)
-    for wanted in (True, False):
-        peer.ask(wanted)
-        context.tick()
-    assert [request.request__data for _ in request.compute()] == [True, False]
-    assert list(request.compute()) == []
+    server = Offered()
+    server.peer.ask(True)
+    server.context.tick()
+    assert server.asked(False) == [True, False]
+    assert list(server.request.compute()) == []
 
 
 def test_a_request_that_nobody_answered_is_given_up_when_the_next_one_comes_and_that_is_told() -> None:
-    context = RecordingContext()
-    request = of(Request, context, service_name="light")
-    response = of(Response, context, server_handle=request.server_handle)
-    peer = Peer(context.transport)
-    peer.ask(True, False)
-    context.tick()
-    list(request.compute())
-    assert response.compute() == response.exec_out
-    context.services.network.flush()
-    assert [number for number, _ in peer.answers] == [2]
-    assert context.logged == [("warning", "/light: a request was not answered before the next one came")]
+    server = Offered()
+    server.asked(True, False)
+    assert server.response.compute() == server.response.exec_out
+    assert [number for number, _ in server.answers()] == [2]
+    assert server.context.logged == [("warning", "/light: a request was not answered before the next one came")]
 
 
 def test_a_request_is_answered_once() -> None:
-    context = RecordingContext()
-    request = of(Request, context, service_name="light")
-    response = of(Response, context, server_handle=request.server_handle)
-    peer = Peer(context.transport)
-    peer.ask(True)
-    context.tick()
-    list(request.compute())
-    assert [response.compute(), response.compute()] == [response.exec_out, None]
-    context.services.network.flush()
-    assert len(peer.answers) == 1
-    assert context.logged == [("warning", "/light: there is no request to answer")]
+    server = Offered()
+    server.asked(True)
+    assert [server.response.compute(), server.response.compute()] == [server.response.exec_out, None]
+    assert len(server.answers()) == 1
+    assert server.context.logged == [("warning", "/light: there is no request to answer")]
 
 
 def test_a_request_from_before_a_stop_is_not_answered() -> None:
-    context = RecordingContext()
-    request = of(Request, context, service_name="light")
-    response = of(Response, context, server_handle=request.server_handle)
-    peer = Peer(context.transport)
-    peer.ask(True)
-    context.tick()
-    list(request.compute())
-    context.stop(request, response)
-    assert response.compute() is None
-    context.services.network.flush()
-    assert peer.answers == []
+    server = Offered()
+    server.asked(True)
+    server.context.stop(server.request, server.response)
+    assert server.response.compute() is None
+    assert server.answers() == []
 
 
 def test_a_server_answers_again_after_stop_and_play(play: Player) -> None:
@@ -261,17 +228,10 @@ def test_a_server_answers_again_after_stop_and_play(play: Player) -> None:
 
 
 def test_more_requests_than_can_wait_are_refused_and_that_is_told() -> None:
-    context = RecordingContext()
-    request = of(Request, context, service_name="light")
-    peer = Peer(context.transport)
-    peer.ask(*[True] * (MAX_OPEN + 5))
-    context.tick()
-    assert len(list(request.compute())) == MAX_OPEN
-    ((kind, text),) = [said for said in context.logged if said[0] == "network"]
-    assert (kind, text) == (
-        "network",
-        f"/light: more than {MAX_OPEN} requests wait for the graph; those beyond are not answered",
-    )
+    server = Offered()
+    assert len(server.asked(*[True] * (MAX_OPEN + 5))) == MAX_OPEN
+    text = f"/light: more than {MAX_OPEN} requests wait for the graph; those beyond are not answered"
+    assert [said for said in server.context.logged if said[0] == "network"] == [("network", text)]
 
 
 def test_a_handle_that_no_server_has_is_an_error_that_says_where_to_get_one() -> None:
@@ -329,29 +289,27 @@ def test_a_service_is_below_the_nodes_own_namespace_and_not_that_of_prims(inputs
 
 
 def test_a_name_that_ros_refuses_is_told_where_it_stands(play: Player) -> None:
-    with pytest.raises(CheckError, match=r"graph.yaml:8:27: error G304: Server: service name '/1light'"):
+    with pytest.raises(CheckError, match=r"graph.yaml:7:27: error G304: Server: service name '/1light'"):
         play.graph(SERVER.replace("serviceName: light", "serviceName: 1light"))
 
 
 def test_two_servers_of_one_service_are_an_error(play: Player) -> None:
     inputs = "{serviceName: /light, messagePackage: std_srvs, messageName: SetBool}"
     second = f"  Second: {{type: ROS2ServiceServerRequest, inputs: {inputs}}}\n"
-    text = SERVER.replace("connections:", f"{second}connections:\n  - Tick.tick -> Second.execIn")
     with pytest.raises(CheckError, match="error G309: the service /light is offered here and by"):
-        play.graph(text)
+        play.graph(extended(SERVER, second, "Tick.tick -> Second.execIn"))
 
 
 def test_a_topic_may_have_the_name_of_a_service(play: Player) -> None:
     clock = "  Clock: {type: ROS2PublishClock, inputs: {topicName: light}}\n"
-    playing = play.graph(SERVER.replace("connections:", f"{clock}connections:\n  - Tick.tick -> Clock.execIn"))
+    playing = play.graph(extended(SERVER, clock, "Tick.tick -> Clock.execIn"))
     assert {claim.topic for claim in playing.session.services.claims} == {"/light"}
 
 
 def test_a_client_of_another_type_than_the_server_is_an_error(play: Player) -> None:
     client = "  Client: {type: ROS2ServiceClient, inputs: {serviceName: light, messagePackage: std_srvs, messageName: Empty}}\n"
-    text = SERVER.replace("connections:", f"{client}connections:\n  - Tick.tick -> Client.execIn")
     with pytest.raises(CheckError, match="/light is std_srvs/srv/Empty here and std_srvs/srv/SetBool at"):
-        play.graph(text)
+        play.graph(extended(SERVER, client, "Tick.tick -> Client.execIn"))
 
 
 # The client
@@ -454,10 +412,7 @@ def test_a_client_is_answered_by_a_server_of_its_own_graph(play: Player) -> None
 
 
 def test_what_hangs_on_a_client_runs_once_for_each_answer(play: Player) -> None:
-    text = BOTH.replace(
-        "connections:", "  Count: omni.graph.action.Counter\nconnections:\n  - Client.execOut -> Count.execIn"
-    )
-    playing = play.graph(text)
+    playing = play.graph(extended(BOTH, "  Count: omni.graph.action.Counter\n", "Client.execOut -> Count.execIn"))
     counts = []
     for _ in range(6):
         playing.tick()
