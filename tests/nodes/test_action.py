@@ -33,8 +33,7 @@ def test_before_play_everything_is_0() -> None:
     assert outputs(OnPlaybackTick()) == (0.0, 0.0, 0.0)
 
 
-def test_the_first_tick_is_frame_1_at_one_period() -> None:
-    context = RecordingContext()
+def test_the_first_tick_is_frame_1_at_one_period(context: RecordingContext) -> None:
     node = ticking(context)
     context.tick()
     node.compute()
@@ -51,8 +50,7 @@ def test_time_is_the_frame_times_the_period_and_nothing_adds_up(frame: int, rate
     assert node.time == float(Fraction(frame * denominator, rate))
 
 
-def test_stop_sets_the_outputs_back_and_play_counts_anew() -> None:
-    context = RecordingContext()
+def test_stop_sets_the_outputs_back_and_play_counts_anew(context: RecordingContext) -> None:
     node = ticking(context)
     context.tick(7)
     node.compute()
@@ -113,8 +111,7 @@ def test_the_first_tick_fires_and_from_then_on_so_many_are_left_out(period: int,
     assert fired == frames * 2
 
 
-def test_the_time_of_ticks_that_are_left_out_counts_to_the_next_that_fires() -> None:
-    context = RecordingContext()
+def test_the_time_of_ticks_that_are_left_out_counts_to_the_next_that_fires(context: RecordingContext) -> None:
     node = ready(OnTick, context, frame_period=2)
     deltas = []
     for _ in range(4):

@@ -197,8 +197,7 @@ def test_a_picture_of_nothing_is_an_empty_cloud() -> None:
     assert points_of(np.full((2, 3), INF, np.float32), (1.5, 1.5, 1.0, 0.5)).shape == (0, 3)
 
 
-def test_points_follow_the_lens_of_the_camera_that_the_product_shows() -> None:
-    context = RecordingContext()
+def test_points_follow_the_lens_of_the_camera_that_the_product_shows(context: RecordingContext) -> None:
     context.world.add_device(CameraStub, "/wide", size=(3, 2), fov_deg=(90.0, 67.4))
     context.world.add_device(CameraStub, "/narrow", size=(3, 2), fov_deg=(45.0, 30.0))
     path = context.render_product("/wide", 3, 2)
@@ -420,8 +419,7 @@ def test_what_is_no_camera_is_refused_in_setup(path: str) -> None:
         Bench(render_product_path=path)
 
 
-def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_ticks() -> None:
-    context = RecordingContext()
+def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_ticks(context: RecordingContext) -> None:
     context.world.add_device(CameraStub, "/Camera")
     context.runs = "physics_step"
     with pytest.raises(ContextError, match="runs: tick"):

@@ -30,8 +30,7 @@ connections:
 """
 
 
-def test_an_impulse_fires_in_the_next_tick_and_once() -> None:
-    context = RecordingContext()
+def test_an_impulse_fires_in_the_next_tick_and_once(context: RecordingContext) -> None:
     node = ready(OnImpulseEvent, context)
     fired = []
     for posted in (False, True, False):
@@ -104,22 +103,19 @@ def typed(node: OnKeyboardInput, context: RecordingContext, *steps: str) -> list
     return fired
 
 
-def test_a_key_is_pressed_once_and_released_once() -> None:
-    context = RecordingContext()
+def test_a_key_is_pressed_once_and_released_once(context: RecordingContext) -> None:
     node = ready(OnKeyboardInput, context, key_in="W")
     assert typed(node, context, "", "W", "W A", "A", "") == ["", "pressed", "", "released", ""]
     assert (node.is_pressed, node.key_out) == (False, "W")
 
 
-def test_modifiers_have_to_be_held_before_and_either_ends_it() -> None:
-    context = RecordingContext()
+def test_modifiers_have_to_be_held_before_and_either_ends_it(context: RecordingContext) -> None:
     node = ready(OnKeyboardInput, context, key_in="D", ctrl_in=True, shift_in=True)
     steps = ["D", "D LeftControl LeftShift", "LeftControl LeftShift", "D LeftControl RightShift", "D LeftControl", ""]
     assert typed(node, context, *steps) == ["", "", "", "pressed", "released", ""]
 
 
-def test_a_key_that_goes_up_before_the_tick_was_down_for_one() -> None:
-    context = RecordingContext()
+def test_a_key_that_goes_up_before_the_tick_was_down_for_one(context: RecordingContext) -> None:
     node = ready(OnKeyboardInput, context, key_in="Space")
     context.services.keys.press(["Space"])
     context.services.keys.release(["Space"])
@@ -130,8 +126,7 @@ def test_a_key_that_goes_up_before_the_tick_was_down_for_one() -> None:
     assert fired == [node.pressed, node.released, None]
 
 
-def test_the_state_of_a_key_is_read() -> None:
-    context = RecordingContext()
+def test_the_state_of_a_key_is_read(context: RecordingContext) -> None:
     node = ready(ReadKeyboardState, context, key="S")
     context.services.keys.press(["S", "RightShift", "LeftAlt"])
     context.tick()
@@ -240,8 +235,7 @@ def test_a_start_fires_in_the_first_tick_of_every_play_and_a_pause_ends_none(pla
     assert (playing.node("Starts").count, playing.node("Loads").count) == (1, 0)
 
 
-def test_alone_a_start_fires_once_a_play() -> None:
-    context = RecordingContext()
+def test_alone_a_start_fires_once_a_play(context: RecordingContext) -> None:
     node, loaded = ready(OnStageEvent, context), ready(OnLoaded, context)
     context.tick()
     assert (node.compute(), loaded.compute()) == (node.exec_out, loaded.exec_out)
@@ -264,8 +258,7 @@ def test_alone_a_stop_fires_at_the_end_of_a_play_and_in_no_tick(name: str, stops
     assert node.at_stop() == (node.exec_out if stops else None)
 
 
-def test_alone_closing_fires_before_the_graph_is_closed_and_in_no_tick() -> None:
-    context = RecordingContext()
+def test_alone_closing_fires_before_the_graph_is_closed_and_in_no_tick(context: RecordingContext) -> None:
     node = ready(OnClosing, context)
     context.tick()
     assert (node.compute(), node.at_close()) == (None, node.exec_out)
@@ -311,8 +304,7 @@ def test_an_event_that_never_comes_is_told_by_the_check(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("level", "severity"), [("Verbose", "info"), ("Info", "info"), ("Warn", "warning"), ("Error", "error")]
 )
-def test_a_message_is_told_with_its_severity(level: str, severity: str) -> None:
-    context = RecordingContext()
+def test_a_message_is_told_with_its_severity(level: str, severity: str, context: RecordingContext) -> None:
     ready(LogMessage, context, message="at the dock", log_level=level).compute()
     assert context.logged == [(severity, "at the dock")]
 
@@ -358,7 +350,6 @@ def test_in_a_graph_the_state_of_a_key_is_read_and_a_stop_lets_it_go(play: Playe
     assert not playing.node("Key").is_pressed
 
 
-def test_a_text_is_told() -> None:
-    context = RecordingContext()
+def test_a_text_is_told(context: RecordingContext) -> None:
     ready(PrintText, context, text="at the dock", log_level="Warning", to_screen=True).compute()
     assert context.logged == [("warning", "at the dock")]

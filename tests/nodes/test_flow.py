@@ -21,15 +21,13 @@ def test_a_physics_step_is_an_event() -> None:
     assert OnPhysicsStep.kind() == "event"
 
 
-def test_it_tells_how_long_a_step_takes_in_simulation() -> None:
-    context = RecordingContext()
+def test_it_tells_how_long_a_step_takes_in_simulation(context: RecordingContext) -> None:
     node = stepping(context)
     node.compute()
     assert node.delta_simulation_time == 1 / 60
 
 
-def test_all_of_a_ticks_wall_time_falls_to_its_first_step() -> None:
-    context = RecordingContext()
+def test_all_of_a_ticks_wall_time_falls_to_its_first_step(context: RecordingContext) -> None:
     node, deltas = stepping(context), []
     for tick in range(3):
         context.clock.wall_time = 100.0 + 0.5 * tick
@@ -39,8 +37,7 @@ def test_all_of_a_ticks_wall_time_falls_to_its_first_step() -> None:
     assert deltas == [0.0] * 4 + [0.5, 0.0, 0.0, 0.0] * 2
 
 
-def test_after_a_stop_the_wall_time_of_the_pause_does_not_count() -> None:
-    context = RecordingContext()
+def test_after_a_stop_the_wall_time_of_the_pause_does_not_count(context: RecordingContext) -> None:
     node = stepping(context)
     node.compute()
     context.stop(node)

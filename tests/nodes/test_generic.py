@@ -236,8 +236,7 @@ def test_odd_numbers_come_out_as_they_went_in_also_within_arrays_of_messages(val
         assert echo(message_type, data) == data
 
 
-def test_messages_of_big_endian_peers_come_out_in_the_ports_own_types() -> None:
-    context = RecordingContext()
+def test_messages_of_big_endian_peers_come_out_in_the_ports_own_types(context: RecordingContext) -> None:
     node = of(ROS2Subscriber, "std_msgs/msg/Float64MultiArray", context)
     # No dimensions, an offset of 0, and two doubles.
     body = b"".join(number.to_bytes(4, "big") for number in (0, 0, 2, 0)) + np.array([1.0, 2.0], ">f8").tobytes()
@@ -251,8 +250,7 @@ def test_messages_of_big_endian_peers_come_out_in_the_ports_own_types() -> None:
 # The publisher
 
 
-def test_what_is_set_is_published_and_the_rest_is_as_ros_makes_it() -> None:
-    context = RecordingContext()
+def test_what_is_set_is_published_and_the_rest_is_as_ros_makes_it(context: RecordingContext) -> None:
     node = of(
         ROS2Publisher,
         "geometry_msgs/msg/PoseStamped",
@@ -266,8 +264,7 @@ def test_what_is_set_is_published_and_the_rest_is_as_ros_makes_it() -> None:
     assert (sent.header, sent.pose) == (messages.header(0.0, "map"), expected)
 
 
-def test_messages_in_an_array_may_leave_fields_out() -> None:
-    context = RecordingContext()
+def test_messages_in_an_array_may_leave_fields_out(context: RecordingContext) -> None:
     node = of(
         ROS2Publisher, TF, context, transforms=['{"child_frame_id": "base", "transform": {"translation": {"x": 1}}}']
     )
@@ -293,8 +290,7 @@ def test_what_no_message_can_hold_is_refused_in_setup(message_type: str, inputs:
     assert fault in str(caught.value)
 
 
-def test_what_no_message_can_hold_is_refused_when_it_comes_over_a_wire() -> None:
-    context = RecordingContext()
+def test_what_no_message_can_hold_is_refused_when_it_comes_over_a_wire(context: RecordingContext) -> None:
     node = of(ROS2Publisher, "std_msgs/msg/UInt8MultiArray", context)
     node.message__data = np.array([1, 2, 1000], np.uint32)
     with pytest.raises(BadValueError, match=r"data cannot be .* data contains 1000, which is not a uint8"):
@@ -305,8 +301,7 @@ def test_what_no_message_can_hold_is_refused_when_it_comes_over_a_wire() -> None
         node.compute()
 
 
-def test_an_array_need_not_lie_in_one_piece() -> None:
-    context = RecordingContext()
+def test_an_array_need_not_lie_in_one_piece(context: RecordingContext) -> None:
     node = of(ROS2Publisher, "std_msgs/msg/Float64MultiArray", context)
     node.message__data = np.arange(6.0)[::2]
     node.compute()
@@ -321,8 +316,7 @@ def test_a_message_that_nobody_wants_is_not_built() -> None:
 
 
 @pytest.mark.parametrize("cls", [ROS2Publisher, ROS2Subscriber])
-def test_namespace_and_quality_of_service_are_those_of_the_ports(cls: type[Node]) -> None:
-    context = RecordingContext()
+def test_namespace_and_quality_of_service_are_those_of_the_ports(cls: type[Node], context: RecordingContext) -> None:
     of(cls, TWIST, context, topicName="a/b", nodeNamespace="robot", queueSize=3)
     (claim,) = context.services.claims
     assert (claim.topic, claim.message_type, claim.qos) == ("/robot/a/b", TWIST, QoS(depth=3))
@@ -348,8 +342,7 @@ def hear(context: RecordingContext, node: Any, *speeds: float) -> list[float]:
     return [node.message__linear__x for _ in node.compute()]
 
 
-def test_each_message_of_a_tick_fires_oldest_first() -> None:
-    context = RecordingContext()
+def test_each_message_of_a_tick_fires_oldest_first(context: RecordingContext) -> None:
     node = of(ROS2Subscriber, TWIST, context)
     assert hear(context, node) == []
     assert hear(context, node, 1.0, 2.0, 3.0) == [1.0, 2.0, 3.0]
@@ -357,22 +350,19 @@ def test_each_message_of_a_tick_fires_oldest_first() -> None:
     assert node.message__linear__x == 3.0
 
 
-def test_the_newest_alone_fires_where_that_is_asked_for() -> None:
-    context = RecordingContext()
+def test_the_newest_alone_fires_where_that_is_asked_for(context: RecordingContext) -> None:
     node = of(ROS2Subscriber, TWIST, context, delivery="newest")
     assert hear(context, node, 1.0, 2.0, 3.0) == [3.0]
     assert node.subscription.skipped == 2
     assert hear(context, node) == []
 
 
-def test_of_more_messages_than_the_queue_holds_the_oldest_are_lost() -> None:
-    context = RecordingContext()
+def test_of_more_messages_than_the_queue_holds_the_oldest_are_lost(context: RecordingContext) -> None:
     node = of(ROS2Subscriber, TWIST, context, queueSize=2)
     assert hear(context, node, 1.0, 2.0, 3.0) == [2.0, 3.0]
 
 
-def test_a_stop_sets_the_outputs_back() -> None:
-    context = RecordingContext()
+def test_a_stop_sets_the_outputs_back(context: RecordingContext) -> None:
     node = of(ROS2Subscriber, "geometry_msgs/msg/Quaternion", context)
     context.transport.inject("/topic", messages.Quaternion(1.0, 0.0, 0.0, 0.5))
     context.tick()

@@ -97,8 +97,7 @@ def test_a_command_of_the_wrong_width_is_an_error_and_none_of_the_compute_is_app
     assert all(same(targets, [NAN] * 4) for targets in robot.targets.values())
 
 
-def test_robot_path_wins_over_target_prim() -> None:
-    context = RecordingContext()
+def test_robot_path_wins_over_target_prim(context: RecordingContext) -> None:
     robot, other = arm(context), context.world.add_robot("/other", JOINTS)
     node = ready(
         IsaacArticulationController, context, target_prim="/other", robot_path="/arm", effort_command=[1.0] * 4
@@ -108,8 +107,7 @@ def test_robot_path_wins_over_target_prim() -> None:
     assert same(other.targets["effort"], [NAN] * 4)
 
 
-def test_the_selection_may_change_in_every_tick() -> None:
-    context = RecordingContext()
+def test_the_selection_may_change_in_every_tick(context: RecordingContext) -> None:
     robot = arm(context)
     node = ready(IsaacArticulationController, context, target_prim="/arm", joint_names=["elbow"], effort_command=[1.0])
     node.compute()
@@ -122,8 +120,7 @@ def test_the_selection_may_change_in_every_tick() -> None:
     assert same(robot.targets["effort"], [2.0, 1.0, 4.0, 1.0])
 
 
-def test_after_a_stop_the_same_joints_are_commanded_again() -> None:
-    context = RecordingContext()
+def test_after_a_stop_the_same_joints_are_commanded_again(context: RecordingContext) -> None:
     robot = arm(context)
     node = ready(IsaacArticulationController, context, target_prim="/arm", joint_names=["elbow"], effort_command=[1.0])
     for _ in range(2):
@@ -140,8 +137,7 @@ def test_a_joint_that_is_not_there_is_refused_in_setup(selection: dict[str, Any]
     assert any("elbow" in line or "0 to 3" in line for line in caught.value.help)
 
 
-def test_what_does_not_stand_for_a_robot_is_refused_with_what_does() -> None:
-    context = RecordingContext()
+def test_what_does_not_stand_for_a_robot_is_refused_with_what_does(context: RecordingContext) -> None:
     arm(context)
     context.world.stage.add("/arm/Geometry/base_link/hand", "link")
     with pytest.raises(PrimError, match="does not stand for a robot") as caught:
@@ -207,8 +203,7 @@ def test_all_joints_are_published_in_the_articulations_order_under_an_empty_fram
     assert (message.header.frame_id, message.header.stamp.sec, message.header.stamp.nanosec) == ("", 3, 250_000_000)
 
 
-def test_the_state_is_that_of_the_compute() -> None:
-    context = RecordingContext()
+def test_the_state_is_that_of_the_compute(context: RecordingContext) -> None:
     robot = arm(context)
     node = ready(ROS2PublishJointState, context, target_prim="/arm")
     for angle in (0.5, 0.75):
@@ -217,8 +212,7 @@ def test_the_state_is_that_of_the_compute() -> None:
     assert [m.position[0] for m in context.transport.messages("/joint_states")] == [0.5, 0.75]
 
 
-def test_a_name_override_of_a_joint_is_its_name() -> None:
-    context = RecordingContext()
+def test_a_name_override_of_a_joint_is_its_name(context: RecordingContext) -> None:
     arm(context)
     context.world.stage.add("/arm/Physics/elbow", "joint", name_override="left_elbow")
     message = ready(ROS2PublishJointState, context, target_prim="/arm").message()
@@ -235,8 +229,7 @@ def test_numbers_are_rounded_to_four_decimals(numbers: list[Decimal]) -> None:
         assert abs(Decimal(repr(rounded)) - number) <= Decimal("0.00005")
 
 
-def test_with_a_resolution_of_0_numbers_are_as_they_are() -> None:
-    context = RecordingContext()
+def test_with_a_resolution_of_0_numbers_are_as_they_are(context: RecordingContext) -> None:
     arm(context).state["position"] = [math.pi] * 4
     found = ready(ROS2PublishJointState, context, target_prim="/arm", resolution=0.0).message().position
     assert found.tolist() == [math.pi] * 4

@@ -341,8 +341,7 @@ def test_in_the_shipped_graphs_scans_go_out_from_the_first_tick_on_and_again_aft
     assert all(scan.ranges.tolist() == [1.0, 2.0, INF, 4.0, 5.0] for scan in sent)
 
 
-def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_ticks() -> None:
-    context = RecordingContext()
+def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_ticks(context: RecordingContext) -> None:
     context.world.add_device(LidarStub, "/Lidar")
     context.runs = "physics_step"
     with pytest.raises(ContextError, match="runs: tick"):

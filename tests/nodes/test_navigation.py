@@ -181,8 +181,7 @@ def test_a_target_that_moves_or_turns_gets_another_path(target: Heading) -> None
     assert node.target == pytest.approx(target)
 
 
-def test_after_a_stop_it_plans_anew() -> None:
-    context = RecordingContext()
+def test_after_a_stop_it_plans_anew(context: RecordingContext) -> None:
     node = ready(QuinticPathPlanner, context, **here((0.0, 0.0, 0.0)), target_position=(5.0, 0.0, 0.0))
     node.compute()
     context.stop(node)
@@ -192,8 +191,7 @@ def test_after_a_stop_it_plans_anew() -> None:
 
 
 @pytest.mark.parametrize("turn", [0.5, -0.5])
-def test_a_prim_can_be_the_target_and_its_yaw_has_a_sign(turn: float) -> None:
-    context = RecordingContext()
+def test_a_prim_can_be_the_target_and_its_yaw_has_a_sign(turn: float, context: RecordingContext) -> None:
     context.world.add_body("/Goal", (4.0, 1.0, 0.3), yaw(turn))
     node = ready(QuinticPathPlanner, context, **here((0.0, 0.0, 0.0)), target_prim="/Goal")
     node.compute()

@@ -42,8 +42,7 @@ def test_a_sample_is_handed_on_with_gravity_or_without(read_gravity: bool, upwar
     assert node.sensor_time == 0.5
 
 
-def test_each_sample_fires_once_and_one_that_was_missed_is_no_trouble() -> None:
-    context = RecordingContext()
+def test_each_sample_fires_once_and_one_that_was_missed_is_no_trouble(context: RecordingContext) -> None:
     imu = unit(context)
     node = ready(IsaacReadIMU, context, imu_prim="/robot/Imu")
     fired = []
@@ -53,16 +52,14 @@ def test_each_sample_fires_once_and_one_that_was_missed_is_no_trouble() -> None:
     assert fired == [True, False, True, False, True, False]
 
 
-def test_before_its_first_sample_a_unit_has_nothing_to_hand_on() -> None:
-    context = RecordingContext()
+def test_before_its_first_sample_a_unit_has_nothing_to_hand_on(context: RecordingContext) -> None:
     unit(context).measured = measured(-1)
     node = ready(IsaacReadIMU, context, imu_prim="/robot/Imu")
     assert node.compute() is None
     assert node.sensor_time == 0.0
 
 
-def test_after_a_stop_sample_0_fires_again() -> None:
-    context = RecordingContext()
+def test_after_a_stop_sample_0_fires_again(context: RecordingContext) -> None:
     unit(context)
     node = ready(IsaacReadIMU, context, imu_prim="/robot/Imu")
     node.compute()
@@ -71,8 +68,7 @@ def test_after_a_stop_sample_0_fires_again() -> None:
     assert node.compute() == node.exec_out
 
 
-def test_what_is_no_unit_is_refused_with_those_below_it() -> None:
-    context = RecordingContext()
+def test_what_is_no_unit_is_refused_with_those_below_it(context: RecordingContext) -> None:
     unit(context)
     with pytest.raises(PrimError, match="is a robot, not an imu\nbelow it: /robot/Imu"):
         ready(IsaacReadIMU, context, imu_prim="/robot")
@@ -124,8 +120,7 @@ connections:
 # IsaacReadContactSensor
 
 
-def test_a_reading_is_handed_on_at_every_execution() -> None:
-    context = RecordingContext()
+def test_a_reading_is_handed_on_at_every_execution(context: RecordingContext) -> None:
     context.world.add_robot("/robot")
     sensor = context.world.add_device(ContactSensorStub, "/robot/Bumper")
     node = ready(IsaacReadContactSensor, context, cs_prim="/robot/Bumper")
@@ -138,8 +133,7 @@ def test_a_reading_is_handed_on_at_every_execution() -> None:
     assert (node.sensor_time, node.in_contact, node.value) == (0.0, False, 0.0)
 
 
-def test_what_is_no_contact_sensor_is_refused() -> None:
-    context = RecordingContext()
+def test_what_is_no_contact_sensor_is_refused(context: RecordingContext) -> None:
     unit(context)
     with pytest.raises(PrimError, match="is an imu, not a contact sensor\nthose there are: none"):
         ready(IsaacReadContactSensor, context, cs_prim="/robot/Imu")

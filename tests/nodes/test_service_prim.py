@@ -209,8 +209,7 @@ def test_services_are_below_the_namespace_of_the_prims_above_or_the_nodes_own() 
     ]
 
 
-def test_nothing_fires_in_a_tick_without_a_request() -> None:
-    context = RecordingContext()
+def test_nothing_fires_in_a_tick_without_a_request(context: RecordingContext) -> None:
     node = ready(ROS2ServicePrim, context)
     context.tick()
     assert node.compute() is None

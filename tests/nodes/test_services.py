@@ -234,8 +234,7 @@ def test_more_requests_than_can_wait_are_refused_and_that_is_told() -> None:
     assert [said for said in server.context.logged if said[0] == "network"] == [("network", text)]
 
 
-def test_a_handle_that_no_server_has_is_an_error_that_says_where_to_get_one() -> None:
-    context = RecordingContext()
+def test_a_handle_that_no_server_has_is_an_error_that_says_where_to_get_one(context: RecordingContext) -> None:
     with pytest.raises(ContextError, match="no service server has the handle 7") as caught:
         of(Response, context, server_handle=7)
     assert caught.value.help == ("wire serverHandle from a ROS2ServiceServerRequest",)
@@ -315,8 +314,7 @@ def test_a_client_of_another_type_than_the_server_is_an_error(play: Player) -> N
 # The client
 
 
-def test_a_call_leaves_when_the_tick_ends_and_its_answer_fires_later() -> None:
-    context = RecordingContext()
+def test_a_call_leaves_when_the_tick_ends_and_its_answer_fires_later(context: RecordingContext) -> None:
     client = of(Client, context, request__data=True)
     peer = PeerServer(context.transport)
     client.compute()
@@ -331,8 +329,9 @@ def test_a_call_leaves_when_the_tick_ends_and_its_answer_fires_later() -> None:
     assert (client.response__success, client.response__message) == (True, "on")
 
 
-def test_every_execution_is_a_call_and_every_answer_fires_once_in_the_order_in_which_they_come() -> None:
-    context = RecordingContext()
+def test_every_execution_is_a_call_and_every_answer_fires_once_in_the_order_in_which_they_come(
+    context: RecordingContext,
+) -> None:
     client = of(Client, context)
     peer = PeerServer(context.transport)
     for data in (True, False, True):
@@ -350,8 +349,7 @@ def test_every_execution_is_a_call_and_every_answer_fires_once_in_the_order_in_w
     assert found == [("second", False), ("first", True), ("third", True)]
 
 
-def test_calls_wait_for_a_server_up_to_the_depth_of_the_qos() -> None:
-    context = RecordingContext()
+def test_calls_wait_for_a_server_up_to_the_depth_of_the_qos(context: RecordingContext) -> None:
     client = of(Client, context, qos_profile='{"depth": 2}')
     for data in (True, False, True):
         client.request__data = data
@@ -362,8 +360,7 @@ def test_calls_wait_for_a_server_up_to_the_depth_of_the_qos() -> None:
     assert [data for _, data in peer.requests] == [False, True]
 
 
-def test_a_server_that_never_comes_is_told_once() -> None:
-    context = RecordingContext()
+def test_a_server_that_never_comes_is_told_once(context: RecordingContext) -> None:
     client = of(Client, context)
     client.compute()
     for _ in range(700):
@@ -373,8 +370,7 @@ def test_a_server_that_never_comes_is_told_once() -> None:
     ]
 
 
-def test_an_answer_from_before_a_stop_is_not_put_out() -> None:
-    context = RecordingContext()
+def test_an_answer_from_before_a_stop_is_not_put_out(context: RecordingContext) -> None:
     client = of(Client, context)
     peer = PeerServer(context.transport)
     client.compute()
@@ -389,8 +385,7 @@ def test_an_answer_from_before_a_stop_is_not_put_out() -> None:
     assert (client.response__message, client.active) == ("in time", False)
 
 
-def test_a_request_that_no_message_can_hold_is_refused_at_setup() -> None:
-    context = RecordingContext()
+def test_a_request_that_no_message_can_hold_is_refused_at_setup(context: RecordingContext) -> None:
     made: Any = grown(Client, names("sensor_msgs/srv/SetCameraInfo"), DEFINITIONS)
     field = made.ports["inputs:Request:camera_info:k"].field
     with pytest.raises(ContextError, match="Request:camera_info:k has 1 elements, not 9"):

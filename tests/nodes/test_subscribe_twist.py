@@ -30,8 +30,7 @@ def hear(context: RecordingContext, *arriving: messages.Twist) -> None:
     context.tick()
 
 
-def test_before_a_message_the_velocities_are_0_and_nothing_fires() -> None:
-    context = RecordingContext()
+def test_before_a_message_the_velocities_are_0_and_nothing_fires(context: RecordingContext) -> None:
     node = subscribing(context)
     hear(context)
     assert node.compute() is None
@@ -53,8 +52,7 @@ def test_the_first_message_is_delivered_whole_in_the_tick_that_sees_it(
 
 
 @pytest.mark.parametrize("speed", [float("nan"), float("inf"), float("-inf")])
-def test_a_twist_that_is_not_finite_is_dropped_and_told(speed: float) -> None:
-    context = RecordingContext()
+def test_a_twist_that_is_not_finite_is_dropped_and_told(speed: float, context: RecordingContext) -> None:
     node = subscribing(context)
     hear(context, twist(1.0, 2.0))
     node.compute()
@@ -64,8 +62,7 @@ def test_a_twist_that_is_not_finite_is_dropped_and_told(speed: float) -> None:
     assert context.logged == [("warning", "/cmd_vel: a Twist that is not finite was dropped")]
 
 
-def test_a_message_is_delivered_once_and_its_values_stay() -> None:
-    context = RecordingContext()
+def test_a_message_is_delivered_once_and_its_values_stay(context: RecordingContext) -> None:
     node = subscribing(context)
     hear(context, twist(1.0, 2.0))
     node.compute()
@@ -74,8 +71,9 @@ def test_a_message_is_delivered_once_and_its_values_stay() -> None:
     assert (node.linear_velocity, node.angular_velocity) == ((1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
 
 
-def test_of_several_messages_in_a_tick_the_newest_is_delivered_and_the_others_are_counted() -> None:
-    context = RecordingContext()
+def test_of_several_messages_in_a_tick_the_newest_is_delivered_and_the_others_are_counted(
+    context: RecordingContext,
+) -> None:
     node = subscribing(context)
     hear(context, *(twist(float(speed), 0.0) for speed in range(1, 6)))
     assert node.compute() == node.exec_out
@@ -85,8 +83,7 @@ def test_of_several_messages_in_a_tick_the_newest_is_delivered_and_the_others_ar
     assert node.compute() is None
 
 
-def test_what_arrives_during_a_tick_is_seen_in_the_next() -> None:
-    context = RecordingContext()
+def test_what_arrives_during_a_tick_is_seen_in_the_next(context: RecordingContext) -> None:
     node = subscribing(context)
     context.tick()
     context.transport.inject("/cmd_vel", twist(1.0, 0.0))
@@ -95,8 +92,7 @@ def test_what_arrives_during_a_tick_is_seen_in_the_next() -> None:
     assert node.compute() == node.exec_out
 
 
-def test_a_stop_zeroes_both_velocities() -> None:
-    context = RecordingContext()
+def test_a_stop_zeroes_both_velocities(context: RecordingContext) -> None:
     node = subscribing(context)
     hear(context, twist(1.0, 2.0))
     node.compute()
@@ -107,8 +103,7 @@ def test_a_stop_zeroes_both_velocities() -> None:
 # The command timeout
 
 
-def test_without_a_timeout_a_command_holds_for_ever() -> None:
-    context = RecordingContext()
+def test_without_a_timeout_a_command_holds_for_ever(context: RecordingContext) -> None:
     node = subscribing(context)
     hear(context, twist(1.0, 0.0))
     node.compute()
@@ -126,8 +121,7 @@ def run(context: RecordingContext, node: ROS2SubscribeTwist, ticks: int) -> list
     return fired
 
 
-def test_silence_for_the_timeout_zeroes_and_fires_once() -> None:
-    context = RecordingContext()
+def test_silence_for_the_timeout_zeroes_and_fires_once(context: RecordingContext) -> None:
     node = subscribing(context, timeout=0.5)
     hear(context, twist(1.0, 2.0))
     node.compute()
@@ -137,8 +131,7 @@ def test_silence_for_the_timeout_zeroes_and_fires_once() -> None:
     assert (node.linear_velocity, node.angular_velocity) == (STILL, STILL)
 
 
-def test_a_message_in_time_puts_the_timeout_off() -> None:
-    context = RecordingContext()
+def test_a_message_in_time_puts_the_timeout_off(context: RecordingContext) -> None:
     node = subscribing(context, timeout=0.5)
     for _ in range(5):
         hear(context, twist(1.0, 0.0))
@@ -146,13 +139,11 @@ def test_a_message_in_time_puts_the_timeout_off() -> None:
         assert run(context, node, 20) == [False] * 20
 
 
-def test_before_the_first_message_silence_is_no_timeout() -> None:
-    context = RecordingContext()
+def test_before_the_first_message_silence_is_no_timeout(context: RecordingContext) -> None:
     assert run(context, subscribing(context, timeout=0.1), 60) == [False] * 60
 
 
-def test_a_message_after_a_timeout_is_a_command_again() -> None:
-    context = RecordingContext()
+def test_a_message_after_a_timeout_is_a_command_again(context: RecordingContext) -> None:
     node = subscribing(context, timeout=0.5)
     for _ in range(2):
         hear(context, twist(1.0, 0.0))
@@ -162,8 +153,7 @@ def test_a_message_after_a_timeout_is_a_command_again() -> None:
         assert node.linear_velocity == STILL
 
 
-def test_a_stop_forgets_that_a_command_was_heard() -> None:
-    context = RecordingContext()
+def test_a_stop_forgets_that_a_command_was_heard(context: RecordingContext) -> None:
     node = subscribing(context, timeout=0.5)
     context.tick(100)
     hear(context, twist(1.0, 0.0))
@@ -197,8 +187,7 @@ def test_the_type_that_is_asked_for_is_read(kind: str, message_type: str, altern
     assert (claim.message_type, claim.alternatives) == (message_type, alternatives)
 
 
-def test_a_stamped_twist_is_delivered_without_its_stamp() -> None:
-    context = RecordingContext()
+def test_a_stamped_twist_is_delivered_without_its_stamp(context: RecordingContext) -> None:
     node = subscribing(context, type_in="twist_stamped")
     context.transport.inject("/cmd_vel", stamped(1.0, 2.0))
     context.tick()
@@ -221,8 +210,7 @@ def test_auto_takes_what_others_publish_and_goes_along_when_that_changes() -> No
     assert heard == [1.0, 2.0, 1.0, 2.0]
 
 
-def test_auto_stays_with_what_it_reads_for_as_long_as_that_is_published() -> None:
-    context = RecordingContext()
+def test_auto_stays_with_what_it_reads_for_as_long_as_that_is_published(context: RecordingContext) -> None:
     node = subscribing(context)
     for kind in (STAMPED, TWIST):
         context.transport.writer("/cmd_vel", kind, QoS())
@@ -252,8 +240,7 @@ def test_a_namespace_that_is_given_is_used_and_none_is_collected() -> None:
     assert context.services.claims[0].topic == "/given/cmd_vel"
 
 
-def test_a_profile_overrides_the_queue_size() -> None:
-    context = RecordingContext()
+def test_a_profile_overrides_the_queue_size(context: RecordingContext) -> None:
     subscribing(context, queue_size=3, qos_profile='{"depth": 1, "reliability": "bestEffort"}')
     assert context.services.claims[0].qos == QoS(depth=1, reliability="bestEffort")
 

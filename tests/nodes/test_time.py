@@ -31,16 +31,14 @@ def test_simulation_time_is_0_before_it_is_read() -> None:
     assert IsaacReadSimulationTime().simulation_time == 0.0
 
 
-def test_simulation_time_counts_from_play() -> None:
-    context = RecordingContext()
+def test_simulation_time_counts_from_play(context: RecordingContext) -> None:
     node = reading(context)
     context.tick(90)
     node.compute()
     assert node.simulation_time == 1.5
 
 
-def test_simulation_time_counts_from_play_again_after_a_stop() -> None:
-    context = RecordingContext()
+def test_simulation_time_counts_from_play_again_after_a_stop(context: RecordingContext) -> None:
     node = reading(context)
     context.tick(90)
     node.compute()
@@ -51,8 +49,7 @@ def test_simulation_time_counts_from_play_again_after_a_stop() -> None:
     assert node.simulation_time == 0.5
 
 
-def test_without_reset_on_stop_simulation_time_goes_on_over_stop_and_play() -> None:
-    context = RecordingContext()
+def test_without_reset_on_stop_simulation_time_goes_on_over_stop_and_play(context: RecordingContext) -> None:
     node = reading(context, reset_on_stop=False)
     context.tick(90)
     context.stop(node)
@@ -61,8 +58,7 @@ def test_without_reset_on_stop_simulation_time_goes_on_over_stop_and_play() -> N
     assert node.simulation_time == 2.0
 
 
-def test_reset_on_stop_acts_when_it_is_set() -> None:
-    context = RecordingContext()
+def test_reset_on_stop_acts_when_it_is_set(context: RecordingContext) -> None:
     node = reading(context)
     context.tick(90)
     context.stop(node)
@@ -73,16 +69,14 @@ def test_reset_on_stop_acts_when_it_is_set() -> None:
     assert node.simulation_time == 2.0
 
 
-def test_a_reference_time_overrides_the_clock() -> None:
-    context = RecordingContext()
+def test_a_reference_time_overrides_the_clock(context: RecordingContext) -> None:
     node = reading(context, reference_time_numerator=7, reference_time_denominator=4)
     context.tick(90)
     node.compute()
     assert node.simulation_time == 1.75
 
 
-def test_a_reference_time_without_denominator_is_the_clock() -> None:
-    context = RecordingContext()
+def test_a_reference_time_without_denominator_is_the_clock(context: RecordingContext) -> None:
     node = reading(context, reference_time_numerator=7)
     context.tick(60)
     node.compute()
@@ -113,8 +107,7 @@ def test_everything_that_reads_simulation_time_in_a_tick_reads_the_same(play: Pl
 # IsaacReadSystemTime
 
 
-def test_system_time_is_the_wall_clock_when_the_tick_began() -> None:
-    context = RecordingContext()
+def test_system_time_is_the_wall_clock_when_the_tick_began(context: RecordingContext) -> None:
     node = ready(IsaacReadSystemTime, context)
     assert node.system_time == 0.0
     context.clock.wall_time = 1.7e9
@@ -160,8 +153,7 @@ def test_an_annotator_is_executed_and_fires(cls: Any) -> None:
     assert not cls.gated
 
 
-def test_an_annotator_reads_simulation_time_when_it_is_executed() -> None:
-    context = RecordingContext()
+def test_an_annotator_reads_simulation_time_when_it_is_executed(context: RecordingContext) -> None:
     node = ready(IsaacReadSimulationTimeAnnotator, context, reset_on_stop=False)
     context.tick(30)
     context.stop(node)
@@ -242,8 +234,7 @@ def test_in_a_tick_of_several_steps_the_factor_is_that_of_whole_ticks() -> None:
     assert factors(*walls)[4:] == pytest.approx([1.0] * 12)
 
 
-def test_reading_twice_in_a_tick_changes_nothing() -> None:
-    context = RecordingContext()
+def test_reading_twice_in_a_tick_changes_nothing(context: RecordingContext) -> None:
     node = ready(IsaacRealTimeFactor, context)
     for wall_time in (1.0, 1.5):
         context.tick(60)

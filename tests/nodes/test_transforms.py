@@ -55,8 +55,7 @@ def at(pose: tuple[Vector3, Quaternion]) -> Any:
 # IsaacComputeTransformTree: what it expands to, and what the frames are called
 
 
-def test_a_prim_without_parent_is_below_the_world() -> None:
-    context = RecordingContext()
+def test_a_prim_without_parent_is_below_the_world(context: RecordingContext) -> None:
     context.world.add_body("/World/Cube", (2.0, 3.0, 4.0))
     node = tree(context, "/World/Cube")
     assert edges(node) == [("world", "Cube")]
@@ -64,8 +63,7 @@ def test_a_prim_without_parent_is_below_the_world() -> None:
     assert node.orientations.tolist() == [[0.0, 0.0, 0.0, 1.0]]
 
 
-def test_frames_are_known_before_the_first_tick_and_again_after_a_stop() -> None:
-    context = RecordingContext()
+def test_frames_are_known_before_the_first_tick_and_again_after_a_stop(context: RecordingContext) -> None:
     context.world.add_body("/World/Cube")
     node = ready(IsaacComputeTransformTree, context, target_prims="/World/Cube")
     assert edges(node) == [("world", "Cube")]
@@ -95,22 +93,19 @@ def test_what_stands_for_a_robot_gives_every_link_by_kinematics_and_no_sensor(ta
     assert edges(tree(context, target)) == expected
 
 
-def test_a_link_that_is_the_parent_is_no_child_of_itself() -> None:
-    context = RecordingContext()
+def test_a_link_that_is_the_parent_is_no_child_of_itself(context: RecordingContext) -> None:
     robot_with_two_wheels(context)
     found = edges(tree(context, "/robot", parent="/robot/base_link"))
     assert found == [("base_link", "wheel_left"), ("wheel_left", "hub"), ("base_link", "wheel_right")]
 
 
-def test_any_other_prim_gives_one_edge() -> None:
-    context = RecordingContext()
+def test_any_other_prim_gives_one_edge(context: RecordingContext) -> None:
     robot_with_two_wheels(context)
     targets = ("/robot/base_link/sensor", "/robot/base_link/wheel_left")
     assert edges(tree(context, *targets, parent="/robot")) == [("robot", "sensor"), ("robot", "wheel_left")]
 
 
-def test_a_name_override_renames_parent_and_child() -> None:
-    context = RecordingContext()
+def test_a_name_override_renames_parent_and_child(context: RecordingContext) -> None:
     robot_with_two_wheels(context)
     context.world.stage.find("/robot/base_link").name_override = "base_frame"
     context.world.stage.find("/robot/base_link/sensor").name_override = "sensor_frame"
@@ -197,8 +192,7 @@ def test_a_camera_turns_by_half_about_x_and_a_lidar_does_not(pose: tuple[Vector3
     assert np.allclose(lidar, matrix(pose[1]))
 
 
-def test_every_execution_reads_the_poses_of_its_tick_into_new_arrays() -> None:
-    context = RecordingContext()
+def test_every_execution_reads_the_poses_of_its_tick_into_new_arrays(context: RecordingContext) -> None:
     body = context.world.add_body("/World/Cube")
     node = tree(context, "/World/Cube")
     before = node.translations
@@ -224,8 +218,7 @@ def test_the_raw_transform_is_copied(pose: tuple[Vector3, Quaternion]) -> None:
     assert (vector(edge.transform.translation), quaternion(edge.transform.rotation)) == pose
 
 
-def test_the_raw_transforms_edge_is_claimed_for_the_checks() -> None:
-    context = RecordingContext()
+def test_the_raw_transforms_edge_is_claimed_for_the_checks(context: RecordingContext) -> None:
     ready(ROS2PublishRawTransformTree, context, parent_frame_id="map", child_frame_id="odom")
     assert [claim.transforms for claim in context.services.claims] == [(("map", "odom"),)]
 
@@ -245,8 +238,7 @@ ARRAYS: dict[str, Any] = {
 }
 
 
-def test_arrays_go_out_in_one_message_with_one_stamp() -> None:
-    context = RecordingContext()
+def test_arrays_go_out_in_one_message_with_one_stamp(context: RecordingContext) -> None:
     publishing(context, time_stamp=0.25, **ARRAYS).compute()
     (message,) = context.transport.messages("/tf")
     found = [(t.header.frame_id, t.child_frame_id, vector(t.transform.translation)) for t in message.transforms]
@@ -256,16 +248,14 @@ def test_arrays_go_out_in_one_message_with_one_stamp() -> None:
 
 
 @pytest.mark.parametrize("short", ["parent_frames", "child_frames", "translations", "orientations"])
-def test_arrays_of_different_lengths_are_an_error_and_nothing_goes_out(short: str) -> None:
-    context = RecordingContext()
+def test_arrays_of_different_lengths_are_an_error_and_nothing_goes_out(short: str, context: RecordingContext) -> None:
     node = publishing(context, **{**ARRAYS, short: ARRAYS[short][:1]})
     with pytest.raises(ValueError, match="parentFrames, childFrames, translations, orientations must be of one length"):
         node.compute()
     assert context.transport.messages("/tf") == []
 
 
-def test_without_arrays_target_prims_are_expanded_as_by_the_compute_node() -> None:
-    context = RecordingContext()
+def test_without_arrays_target_prims_are_expanded_as_by_the_compute_node(context: RecordingContext) -> None:
     robot_with_two_wheels(context)
     context.world.stage.add("/robot/Geometry/base_link/camera", "camera", position=(1.0, 0.0, 0.0))
     targets = ("/robot", "/robot/base_link/camera")
@@ -289,9 +279,8 @@ LOOPS = [
 
 @pytest.mark.parametrize(("target", "computed", "published"), LOOPS)
 def test_a_parent_among_the_targets_gives_an_edge_to_itself_where_isaac_sim_does(
-    target: str, computed: bool, published: bool
+    target: str, computed: bool, published: bool, context: RecordingContext
 ) -> None:
-    context = RecordingContext()
     robot_with_two_wheels(context)
     context.world.stage.find("/robot").facts["articulation_root"] = "/robot/Geometry/base_link"
     context.world.stage.add("/robot/Geometry/base_link/camera", "camera", position=(1.0, 0.0, 0.0))
@@ -306,15 +295,13 @@ def test_a_parent_among_the_targets_gives_an_edge_to_itself_where_isaac_sim_does
         assert node.translations.tolist()[edges(node).index((name, name))] == [0.0, 0.0, 0.0]
 
 
-def test_the_parent_alone_as_a_target_gives_an_empty_message() -> None:
-    context = RecordingContext()
+def test_the_parent_alone_as_a_target_gives_an_empty_message(context: RecordingContext) -> None:
     robot_with_two_wheels(context)
     wheel = "/robot/base_link/wheel_left"
     assert publishing(context, target_prims=(wheel,), parent_prim=wheel).message().transforms == []
 
 
-def test_target_prims_are_published_again_after_a_stop() -> None:
-    context = RecordingContext()
+def test_target_prims_are_published_again_after_a_stop(context: RecordingContext) -> None:
     robot_with_two_wheels(context)
     node = publishing(context, target_prims="/robot", static_publisher=True)
     node.compute()
@@ -441,8 +428,7 @@ def test_a_world_pose_is_that_of_all_that_carries_the_prim(
     assert node.scale == (1.0, 1.0, 1.0)
 
 
-def test_before_it_is_read_a_world_pose_has_the_references_defaults() -> None:
-    context = RecordingContext()
+def test_before_it_is_read_a_world_pose_has_the_references_defaults(context: RecordingContext) -> None:
     context.world.add_body("/body", (1.0, 2.0, 3.0))
     node = ready(IsaacReadWorldPose, context, prim="/body")
     assert (node.translation, node.orientation) == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))

@@ -42,8 +42,7 @@ def test_a_delay_fires_in_the_first_tick_at_or_after_its_time(play: Player, dura
     assert ticks_until_done(playing) == 1 + ticks
 
 
-def test_a_delay_that_is_executed_again_waits_anew() -> None:
-    context = RecordingContext()
+def test_a_delay_that_is_executed_again_waits_anew(context: RecordingContext) -> None:
     node = ready(Delay, context, duration=0.1)
     for _ in range(20):
         context.tick()
@@ -67,8 +66,7 @@ def passes(node: Timer, context: RecordingContext, limit: int = 100) -> list[tup
     return fired
 
 
-def test_a_timer_moves_a_value_from_one_end_to_the_other() -> None:
-    context = RecordingContext()
+def test_a_timer_moves_a_value_from_one_end_to_the_other(context: RecordingContext) -> None:
     node = ready(Timer, context, duration=4 / 60, start_value=10.0, end_value=-10.0)
     context.tick()
     node.compute()
@@ -80,8 +78,7 @@ def test_a_timer_moves_a_value_from_one_end_to_the_other() -> None:
     assert (node.value, node.active) == (0.0, False)
 
 
-def test_a_timer_that_is_executed_again_moves_on() -> None:
-    context = RecordingContext()
+def test_a_timer_that_is_executed_again_moves_on(context: RecordingContext) -> None:
     node = ready(Timer, context, duration=0.1)
     node.compute()
     before = node.update(), node.update()
@@ -93,8 +90,7 @@ def test_a_timer_that_is_executed_again_moves_on() -> None:
 
 
 @pytest.mark.parametrize("duration", [0.0, -1.0])
-def test_a_timer_without_a_duration_is_at_its_end_at_once(duration: float) -> None:
-    context = RecordingContext()
+def test_a_timer_without_a_duration_is_at_its_end_at_once(duration: float, context: RecordingContext) -> None:
     node = ready(Timer, context, duration=duration, end_value=3.0)
     node.compute()
     assert passes(node, context) == [("updated", 3.0), ("finished", 3.0)]
@@ -208,8 +204,7 @@ def test_every_event_sent_is_seen_once_in_the_next_tick_with_its_path(play: Play
     assert (playing.node("Hear").path, playing.node("Wrong").count) == ("/here", 0)
 
 
-def test_an_event_goes_from_node_to_node() -> None:
-    context = RecordingContext()
+def test_an_event_goes_from_node_to_node(context: RecordingContext) -> None:
     sender = ready(SendCustomEvent, context, event_name="e", path="p")
     listener = ready(OnCustomEvent, context, event_name="e")
     sender.compute()

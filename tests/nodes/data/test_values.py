@@ -212,8 +212,7 @@ def test_a_converter_lets_a_wire_pass_what_it_may_not_by_itself(play: Player) ->
 # ReadTime
 
 
-def test_time_is_read_in_every_form() -> None:
-    context = RecordingContext()
+def test_time_is_read_in_every_form(context: RecordingContext) -> None:
     node = ready(ReadTime, context)
     context.tick(3)
     node.compute()
@@ -241,9 +240,8 @@ every_random = pytest.mark.parametrize(("cls", "inputs"), RANDOM)
 
 @every_random
 def test_the_same_session_gives_the_same_again_and_so_does_a_play_after_a_stop(
-    cls: type[RandomNode], inputs: dict[str, Any]
+    cls: type[RandomNode], inputs: dict[str, Any], context: RecordingContext
 ) -> None:
-    context = RecordingContext()
     node = ready(cls, context, **inputs)
     first = drawn(node, 30)
     assert len({str(value) for value in first}) > 1
