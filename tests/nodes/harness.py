@@ -8,7 +8,7 @@ import struct
 import textwrap
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,13 @@ def ready(cls: type[N], context: RecordingContext, /, **inputs: Any) -> N:
     """A node with those inputs, set up."""
     node = cls(**inputs)
     node.setup(context)
+    return node
+
+
+def computed(cls: type[N], context: RecordingContext, /, **inputs: Any) -> N:
+    """A node with those inputs, set up and computed."""
+    node = ready(cls, context, **inputs)
+    node.compute()
     return node
 
 
@@ -81,9 +88,10 @@ class Playing:
                     if instance.cls.fields[field].setup:
                         run.executor.setup()
 
-    def tick(self, ticks: int = 1) -> None:
+    def tick(self, ticks: int = 1) -> Self:
         """Run."""
         self.session.step(ticks)
+        return self
 
     @property
     def dropped(self) -> dict[str, int]:

@@ -64,16 +64,11 @@ def test_stop_sets_the_outputs_back_and_play_counts_anew(context: RecordingConte
 def test_in_a_graph_it_fires_once_a_tick_whatever_the_substeps(play: Player) -> None:
     playing = play.graph(
         """
-        nodes:
-          Tick: OnPlaybackTick
-          Clock: PublishClock
-        connections:
-          - Tick.tick -> Clock.execIn
-          - Tick.time -> Clock.timeStamp
+        nodes: {Tick: OnPlaybackTick, Clock: PublishClock}
+        connections: [Tick.tick -> Clock.execIn, Tick.time -> Clock.timeStamp]
         """,
         RecordingWorld((1, 4), substeps=5),
-    )
-    playing.tick(3)
+    ).tick(3)
     assert [(m.clock.sec, m.clock.nanosec) for m in playing.published("/clock")] == [
         (0, 250_000_000),
         (0, 500_000_000),
@@ -127,6 +122,5 @@ def test_in_a_graph_a_tick_with_a_period_fires_from_the_first_on(play: Player) -
         nodes: {Tick: {type: OnTick, inputs: {framePeriod: 3}}, C: PublishClock}
         connections: [Tick.tick -> C.execIn, Tick.frame -> C.timeStamp]
         """
-    )
-    playing.tick(10)
+    ).tick(10)
     assert [message.clock.sec for message in playing.published("/clock")] == [1, 5, 9]

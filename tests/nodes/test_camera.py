@@ -437,8 +437,7 @@ def test_the_shipped_graph_publishes_colours_depth_and_calibration_with_one_stam
     world.add_device(CameraStub, path, fov_deg=(90.0, 64.0))
     camera = world.device(CameraStub, world.stage.find(path), size=(640, 400))
     camera.show(np.zeros((400, 640, 3)), depth=2.0, time=1 / 60)
-    playing = play.shipped("camera", world)
-    playing.tick(2)  # the recorded camera delivers at once, a calibration after the latency of one tick
+    playing = play.shipped("camera", world).tick(2)
     root = "/dd100_0000/sim_camera"
     colour, depth, info = (playing.published(f"{root}/{name}")[0] for name in ("rgb", "depth", "camera_info"))
     assert colour.header == depth.header == info.header

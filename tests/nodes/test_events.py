@@ -22,9 +22,7 @@ from tests.nodes.harness import Player, ready
 
 IMPULSE = """
 at: /World/graph
-nodes:
-  Impulse: OnImpulseEvent
-  Count: Counter
+nodes: {Impulse: OnImpulseEvent, Count: Counter}
 connections:
   - Impulse.execOut -> Count.execIn
 """
@@ -62,8 +60,7 @@ def test_more_impulses_than_a_queue_holds_are_one_too(play: Player) -> None:
 
 
 def test_an_impulse_is_forgotten_at_a_stop(play: Player) -> None:
-    playing = play.graph(IMPULSE)
-    playing.tick()
+    playing = play.graph(IMPULSE).tick()
     playing.command("impulse", node="Impulse")
     playing.session.stop()
     playing.tick(2)
@@ -78,9 +75,7 @@ def test_an_impulse_for_nobody_is_told_with_who_waits(play: Player, name: str) -
 
 
 def test_an_impulse_for_two_names_both(play: Player) -> None:
-    playing = play.graph(
-        IMPULSE.replace("  Count: Counter", "  In/Impulse: OnImpulseEvent\n  Count: Counter").replace("In/", "Other")
-    )
+    playing = play.graph(IMPULSE.replace("Count: Counter", "OtherImpulse: OnImpulseEvent, Count: Counter"))
     with pytest.raises(UsageError, match="no OnImpulseEvent 'mpulse'"):
         playing.command("impulse", node="mpulse")
     playing.command("impulse", node="OtherImpulse")
@@ -161,13 +156,8 @@ def test_what_a_terminal_sends_is_keys(sent: str, keys: tuple[str, ...]) -> None
 
 
 KEYBOARD = """
-nodes:
-  Key: {type: OnKeyboardInput, inputs: {keyIn: W}}
-  Down: Counter
-  Up: Counter
-connections:
-  - Key.pressed -> Down.execIn
-  - Key.released -> Up.execIn
+nodes: {Key: {type: OnKeyboardInput, inputs: {keyIn: W}}, Down: Counter, Up: Counter}
+connections: [Key.pressed -> Down.execIn, Key.released -> Up.execIn]
 """
 
 
@@ -196,7 +186,7 @@ class Notes(ExternalInputs):
 
 
 def test_keys_and_impulses_are_recorded_as_commands_that_can_be_given_again(play: Player) -> None:
-    playing = play.graph(KEYBOARD.replace("  Down:", "  Impulse: OnImpulseEvent\n  Down:"))
+    playing = play.graph(KEYBOARD.replace("Down:", "Impulse: OnImpulseEvent, Down:"))
     playing.session.inbox = notes = Notes()
     playing.command("press", keys="W")
     playing.command("impulse", node="Impulse")
@@ -218,15 +208,12 @@ nodes:
   Loaded: OnLoaded
   Starts: Counter
   Loads: Counter
-connections:
-  - Start.execOut -> Starts.execIn
-  - Loaded.execOut -> Loads.execIn
+connections: [Start.execOut -> Starts.execIn, Loaded.execOut -> Loads.execIn]
 """
 
 
 def test_a_start_fires_in_the_first_tick_of_every_play_and_a_pause_ends_none(play: Player) -> None:
-    playing = play.graph(PLAYS)
-    playing.tick(3)
+    playing = play.graph(PLAYS).tick(3)
     playing.session.pause()
     playing.tick(2)
     assert (playing.node("Starts").count, playing.node("Loads").count) == (1, 1)
@@ -279,8 +266,7 @@ def test_a_graph_says_goodbye_with_the_time_of_the_last_tick(play: Player) -> No
           - Time.simulationTime -> Stopped.timeStamp
           - Time.simulationTime -> Closed.timeStamp
         """
-    )
-    playing.tick(30)
+    ).tick(30)
     assert playing.published("/stopped") == []
     playing.session.stop()
     playing.tick(60)
@@ -323,8 +309,7 @@ def test_in_a_graph_a_message_is_told_once_however_often_it_comes(play: Player) 
         nodes: {Tick: OnPlaybackTick, Log: {type: LogMessage, inputs: {message: at the dock, logLevel: Warn}}}
         connections: [Tick.tick -> Log.execIn]
         """
-    )
-    playing.tick(3)
+    ).tick(3)
     assert [line for line in playing.complaints if "at the dock" in line] == playing.complaints[:1]
 
 

@@ -61,8 +61,7 @@ def test_a_graph_of_physics_steps_runs_at_each_with_the_time_of_each(play: Playe
         connections: [Step.step -> Clock.execIn, Time.simulationTime -> Clock.timeStamp]
         """,
         RecordingWorld((1, 10), substeps=5),
-    )
-    playing.tick(2)
+    ).tick(2)
     stamps = [message.clock.nanosec for message in playing.published("/clock")]
     assert stamps == [number * 20_000_000 for number in range(1, 11)]
     assert playing.node("Step").delta_simulation_time == 0.02
@@ -140,8 +139,7 @@ def test_in_a_graph_one_frame_fires_once_a_play(play: Player, pauses: bool) -> N
         nodes: {Tick: OnPlaybackTick, Once: OgnIsaacRunOneSimulationFrame, Clock: PublishClock}
         connections: [Tick.tick -> Once.execIn, Once.step -> Clock.execIn]
         """
-    )
-    playing.tick(3)
+    ).tick(3)
     if pauses:
         playing.session.pause()
         playing.session.play()

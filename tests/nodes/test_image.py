@@ -89,9 +89,7 @@ def test_an_address_cannot_be_written_down(address: Any) -> None:
 
 def test_in_a_graph_a_wrong_size_stops_the_run_and_names_the_node(play: Player) -> None:
     text = """
-        nodes:
-          Tick: OnPlaybackTick
-          Publish: {type: PublishImage, inputs: {width: 2, height: 2, data: [1, 2, 3]}}
+        nodes: {Tick: OnPlaybackTick, Publish: {type: PublishImage, inputs: {width: 2, height: 2, data: [1, 2, 3]}}}
         connections: [Tick.tick -> Publish.execIn]
         """
     with pytest.raises(NodeError, match=r"Publish[^\n]*of 12 bytes for 2 x 2 pixels of rgb8, it is 3"):
@@ -112,15 +110,9 @@ def test_in_a_graph_a_wire_between_pointers_carries_the_buffer(play: Player) -> 
     registry = Registry(dict(known.types), dict(known.short_names), dict(known.owners))
     registry.add(Drawn)
     text = """
-        nodes:
-          Tick: OnPlaybackTick
-          Drawn: tests.Drawn
-          Publish: {type: PublishImage, inputs: {width: 2, height: 1}}
-        connections:
-          - Tick.tick -> Publish.execIn
-          - Drawn.dataPtr -> Publish.dataPtr
+        nodes: {Tick: OnPlaybackTick, Drawn: tests.Drawn, Publish: {type: PublishImage, inputs: {width: 2, height: 1}}}
+        connections: [Tick.tick -> Publish.execIn, Drawn.dataPtr -> Publish.dataPtr]
         """
-    playing = play.graph(text, options=Options(registry=registry))
-    playing.tick()
+    playing = play.graph(text, options=Options(registry=registry)).tick()
     (picture,) = playing.published("/rgb")
     assert bytes(picture.data) == bytes(range(1, 7))

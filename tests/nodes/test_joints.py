@@ -19,7 +19,7 @@ from graphengine.nodes.core.articulation import IsaacArticulationController
 from graphengine.nodes.ros2.state import ROS2PublishJointState
 from graphengine.scene import build
 from graphengine.testing import RecordingContext, RecordingWorld
-from tests.nodes.harness import Player, dd100, ready
+from tests.nodes.harness import Player, computed, dd100, ready
 
 NAN = math.nan
 JOINTS = ("shoulder", "elbow", "wrist", "finger")
@@ -99,10 +99,7 @@ def test_a_command_of_the_wrong_width_is_an_error_and_none_of_the_compute_is_app
 
 def test_robot_path_wins_over_target_prim(context: RecordingContext) -> None:
     robot, other = arm(context), context.world.add_robot("/other", JOINTS)
-    node = ready(
-        IsaacArticulationController, context, target_prim="/other", robot_path="/arm", effort_command=[1.0] * 4
-    )
-    node.compute()
+    computed(IsaacArticulationController, context, target_prim="/other", robot_path="/arm", effort_command=[1.0] * 4)
     assert robot.targets["effort"] == [1.0] * 4
     assert same(other.targets["effort"], [NAN] * 4)
 
@@ -295,8 +292,7 @@ def test_without_arrays_and_robot_the_file_is_refused(play: Player) -> None:
 
 
 def test_in_the_tutorials_graph_joint_states_go_out_in_every_tick_with_simulation_time(play: Player) -> None:
-    playing = play.shipped("tutorial/joint_states", dd100())
-    playing.tick(3)
+    playing = play.shipped("tutorial/joint_states", dd100()).tick(3)
     sent = playing.published("/dd100_0000/platform/joint_states")
     assert [m.header.stamp.nanosec for m in sent] == [int(tick / 60 * 1e9) for tick in (1, 2, 3)]
     assert set(itertools.chain(*(m.name for m in sent))) == {"front_left_wheel_joint", "front_right_wheel_joint"}

@@ -332,8 +332,7 @@ def test_in_the_shipped_graphs_scans_go_out_from_the_first_tick_on_and_again_aft
     world = dd100()
     lidar = world.device(LidarStub, world.stage.find("/dd100/base_link/chassis_link/sim_lidar/Lidar"))
     lidar.see([1.0, 2.0, INF, 4.0, 5.0])
-    playing = play.shipped(name, world)
-    playing.tick(3)
+    playing = play.shipped(name, world).tick(3)
     playing.session.stop()
     playing.tick(2)
     sent = playing.published("/dd100_0000/sim_lidar/scan")
@@ -374,9 +373,7 @@ def test_in_a_graph_a_cloud_bears_what_the_config_chooses(play: Player) -> None:
           Helper:
             type: RtxLidarHelper
             inputs: {type: point_cloud, renderProductPath: /dd100/base_link/chassis_link/sim_lidar/Lidar, topicName: cloud}
-        connections:
-          - Tick.tick -> Helper.execIn
-          - Config.selectedMetadata -> Helper.selectedMetadata
+        connections: [Tick.tick -> Helper.execIn, Config.selectedMetadata -> Helper.selectedMetadata]
         """,
         world,
     )

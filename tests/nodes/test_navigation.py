@@ -17,7 +17,7 @@ from graphengine.nodes.wheeled_robots.planar import yaw_of
 from graphengine.nodes.wheeled_robots.quintic import DURATIONS, QuinticPathPlanner, derivative, quintic
 from graphengine.nodes.wheeled_robots.stanley import StanleyControlPID
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, matrix, ready, yaw
+from tests.nodes.harness import Player, computed, matrix, ready, yaw
 
 Floats = NDArray[np.float64]
 Heading = tuple[float, float, float]
@@ -182,8 +182,7 @@ def test_a_target_that_moves_or_turns_gets_another_path(target: Heading) -> None
 
 
 def test_after_a_stop_it_plans_anew(context: RecordingContext) -> None:
-    node = ready(QuinticPathPlanner, context, **here((0.0, 0.0, 0.0)), target_position=(5.0, 0.0, 0.0))
-    node.compute()
+    node = computed(QuinticPathPlanner, context, **here((0.0, 0.0, 0.0)), target_position=(5.0, 0.0, 0.0))
     context.stop(node)
     assert (len(node.path_arrays), node.target_changed) == (0, False)
     node.compute()
@@ -193,8 +192,7 @@ def test_after_a_stop_it_plans_anew(context: RecordingContext) -> None:
 @pytest.mark.parametrize("turn", [0.5, -0.5])
 def test_a_prim_can_be_the_target_and_its_yaw_has_a_sign(turn: float, context: RecordingContext) -> None:
     context.world.add_body("/Goal", (4.0, 1.0, 0.3), yaw(turn))
-    node = ready(QuinticPathPlanner, context, **here((0.0, 0.0, 0.0)), target_prim="/Goal")
-    node.compute()
+    node = computed(QuinticPathPlanner, context, **here((0.0, 0.0, 0.0)), target_prim="/Goal")
     assert node.target == pytest.approx((4.0, 1.0, turn))
 
 
@@ -389,8 +387,7 @@ connections:
 
 
 def test_in_a_graph_one_plans_one_checks_and_one_steers(play: Player) -> None:
-    playing = play.graph(GRAPH.format(target="[5, 0, 0]"))
-    playing.tick()
+    playing = play.graph(GRAPH.format(target="[5, 0, 0]")).tick()
     plan, check, steer = (playing.node(name) for name in ("Plan", "Check", "Steer"))
     assert (plan.target, plan.target_changed) == ((5.0, 0.0, 0.0), True)
     assert check.reached_goal.tolist() == [False, True]
@@ -405,7 +402,6 @@ def test_in_a_graph_one_plans_one_checks_and_one_steers(play: Player) -> None:
 
 
 def test_a_target_out_of_reach_ends_the_branch_of_the_planner(play: Player) -> None:
-    playing = play.graph(GRAPH.format(target="[1e6, 0, 0]"))
-    playing.tick()
+    playing = play.graph(GRAPH.format(target="[1e6, 0, 0]")).tick()
     assert playing.dropped == {"/World/graph/Plan": 1}
     assert not playing.node("Plan").target_changed

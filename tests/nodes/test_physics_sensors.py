@@ -11,7 +11,7 @@ from graphengine.devices.imu import ImuSample, ImuStub
 from graphengine.format.errors import PrimError
 from graphengine.nodes.physics_sensors import IsaacReadContactSensor, IsaacReadIMU
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, ready
+from tests.nodes.harness import Player, computed, ready
 from tests.nodes.scenes import CUBE, FLOOR, ROBOT, SCENE, body
 
 G = 9.81
@@ -61,8 +61,7 @@ def test_before_its_first_sample_a_unit_has_nothing_to_hand_on(context: Recordin
 
 def test_after_a_stop_sample_0_fires_again(context: RecordingContext) -> None:
     unit(context)
-    node = ready(IsaacReadIMU, context, imu_prim="/robot/Imu")
-    node.compute()
+    node = computed(IsaacReadIMU, context, imu_prim="/robot/Imu")
     context.stop(node)
     assert (node.lin_acc, node.orientation) == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     assert node.compute() == node.exec_out
@@ -107,8 +106,7 @@ connections:
 """
     (play.folder / "sensors").mkdir()
     (play.folder / "sensors/own.yaml").write_text(f"{{format: 1, sensor: own, imu: {{rate: {rate}.0}}}}", "utf-8")
-    playing = play.scene(sensing(graph, "{imu: {type: imu, profile: own, parent: base_link}}", runs))
-    playing.tick(60)
+    playing = play.scene(sensing(graph, "{imu: {type: imu, profile: own, parent: base_link}}", runs)).tick(60)
     sent = playing.published("/imu")
     assert len(sent) == samples
     assert sent[-1].linear_acceleration.z == pytest.approx(G, abs=0.02)
@@ -123,8 +121,7 @@ connections:
 def test_a_reading_is_handed_on_at_every_execution(context: RecordingContext) -> None:
     context.world.add_robot("/robot")
     sensor = context.world.add_device(ContactSensorStub, "/robot/Bumper")
-    node = ready(IsaacReadContactSensor, context, cs_prim="/robot/Bumper")
-    node.compute()
+    node = computed(IsaacReadContactSensor, context, cs_prim="/robot/Bumper")
     assert (node.in_contact, node.value) == (False, 0.0)
     sensor.felt = ContactReading(0.25, True, 12.5)
     node.compute()
@@ -144,8 +141,7 @@ def test_in_a_simulation_a_box_on_the_floor_feels_its_weight(play: Player) -> No
 nodes: {Tick: OnPlaybackTick, Bumper: {type: ReadContactSensor, inputs: {csPrim: /robot/base_link/bumper}}}
 connections: [Tick.tick -> Bumper.execIn]
 """
-    playing = play.scene(sensing(nodes, "{bumper: {type: contact, parent: base_link}}"))
-    playing.tick(60)
+    playing = play.scene(sensing(nodes, "{bumper: {type: contact, parent: base_link}}")).tick(60)
     node = playing.node("Bumper")
     assert node.in_contact
     assert node.value == pytest.approx(2 * G, rel=1e-3)

@@ -306,16 +306,14 @@ def test_who_comes_late_gets_the_static_transforms_all_the_same(cls: type[Publis
 
 
 def test_a_topic_that_is_changed_during_play_is_opened_anew(play: Player) -> None:
-    playing = play.graph("nodes: {T: OnPlaybackTick, C: PublishClock}\nconnections: [T.tick -> C.execIn]")
-    playing.tick()
+    playing = play.graph("nodes: {T: OnPlaybackTick, C: PublishClock}\nconnections: [T.tick -> C.execIn]").tick()
     playing.set("C", "topic_name", "other")
     playing.tick(2)
     assert (len(playing.published("/clock")), len(playing.published("/other"))) == (1, 2)
 
 
 def test_frame_ids_act_when_they_are_set(play: Player) -> None:
-    playing = play.graph("nodes: {T: OnPlaybackTick, O: PublishOdometry}\nconnections: [T.tick -> O.execIn]")
-    playing.tick()
+    playing = play.graph("nodes: {T: OnPlaybackTick, O: PublishOdometry}\nconnections: [T.tick -> O.execIn]").tick()
     playing.set("O", "odom_frame_id", "map")
     playing.set("O", "chassis_frame_id", "chassis")
     playing.tick()

@@ -18,7 +18,7 @@ from graphengine.nodes.core.render_product import (
     IsaacSetCameraOnRenderProduct,
 )
 from graphengine.testing import RecordingContext, RecordingWorld
-from tests.nodes.harness import Player, dd100, ready
+from tests.nodes.harness import Player, computed, dd100, ready
 
 LIDAR = "/robot/Geometry/base_link/Lidar"
 CAMERA = "/robot/Geometry/base_link/camera"
@@ -148,9 +148,7 @@ def two_cameras() -> RecordingWorld:
 
 
 def info(context: RecordingContext, path: str) -> IsaacReadCameraInfo:
-    node = ready(IsaacReadCameraInfo, context, render_product_path=path)
-    node.compute()
-    return node
+    return computed(IsaacReadCameraInfo, context, render_product_path=path)
 
 
 @pytest.fixture

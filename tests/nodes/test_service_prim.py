@@ -49,9 +49,7 @@ WORLD = """
 """
 GRAPH = """
 graph: prims
-nodes:
-  Tick: OnPlaybackTick
-  Serve: ROS2ServicePrim
+nodes: {Tick: OnPlaybackTick, Serve: ROS2ServicePrim}
 connections:
   - Tick.tick -> Serve.execIn
 """

@@ -140,8 +140,7 @@ connections:
   - Server.serverHandle -> Answer.serverHandle
   - Server.Request:a -> Answer.Response:b
 """
-    playing = play.graph(text, options=Options(message_paths=[play.folder]))
-    playing.tick(3)
+    playing = play.graph(text, options=Options(message_paths=[play.folder])).tick(3)
     assert playing.node("Client").response__b == 11
 
 

@@ -254,20 +254,13 @@ def test_what_ros_refuses_is_refused_in_setup(inputs: dict[str, str]) -> None:
 # In a graph
 
 GRAPH = """
-    nodes:
-      Tick: OnPlaybackTick
-      Twist: {type: SubscribeTwist, inputs: {timeout: 0.1}}
-      Heard: PublishClock
-    connections:
-      - Tick.tick -> Twist.execIn
-      - Twist.execOut -> Heard.execIn
-      - Tick.frame -> Heard.timeStamp
+    nodes: {Tick: OnPlaybackTick, Twist: {type: SubscribeTwist, inputs: {timeout: 0.1}}, Heard: PublishClock}
+    connections: [Tick.tick -> Twist.execIn, Twist.execOut -> Heard.execIn, Tick.frame -> Heard.timeStamp]
     """
 
 
 def test_in_a_graph_what_hangs_on_it_runs_on_a_message_and_once_on_a_timeout(play: Player) -> None:
-    playing = play.graph(GRAPH)
-    playing.tick(2)
+    playing = play.graph(GRAPH).tick(2)
     playing.transport.inject("/cmd_vel", twist(1.0, 0.0))
     playing.tick(20)
     # A message at tick 3, and 0.1 s or 6 ticks later silence.

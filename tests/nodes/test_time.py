@@ -18,7 +18,7 @@ from graphengine.nodes.core.time import (
     IsaacTimeSplitter,
 )
 from graphengine.testing import RecordingContext, RecordingWorld
-from tests.nodes.harness import Player, ready
+from tests.nodes.harness import Player, computed, ready
 
 
 def reading(context: RecordingContext, **inputs: Any) -> IsaacReadSimulationTime:
@@ -98,8 +98,7 @@ def test_everything_that_reads_simulation_time_in_a_tick_reads_the_same(play: Pl
           - Time.simulationTime -> Other.timeStamp
         """,
         RecordingWorld((1, 10)),
-    )
-    playing.tick(3)
+    ).tick(3)
     one, other = ([m.clock.nanosec for m in playing.published(topic)] for topic in ("/one", "/other"))
     assert one == other == [100_000_000, 200_000_000, 300_000_000]
 
@@ -116,8 +115,7 @@ def test_system_time_is_the_wall_clock_when_the_tick_began(context: RecordingCon
 
 
 def test_a_reference_time_overrides_the_wall_clock() -> None:
-    node = ready(IsaacReadSystemTime, RecordingContext(), reference_time_numerator=7, reference_time_denominator=4)
-    node.compute()
+    node = computed(IsaacReadSystemTime, RecordingContext(), reference_time_numerator=7, reference_time_denominator=4)
     assert node.system_time == 1.75
 
 
@@ -137,8 +135,7 @@ def test_everything_that_reads_system_time_in_a_tick_reads_the_same(play: Player
           - Time.systemTime -> One.timeStamp
           - Read.systemTime -> Other.timeStamp
         """
-    )
-    playing.tick()
+    ).tick()
     (one,), (other,) = playing.published("/one"), playing.published("/other")
     assert one.clock == other.clock
     assert one.clock.sec > 0
@@ -200,8 +197,7 @@ def test_in_a_graph_the_splitter_takes_what_is_wired_to_it(play: Player) -> None
           - Split.milliseconds -> Clock.timeStamp
         """,
         RecordingWorld((1, 8)),
-    )
-    playing.tick(9)
+    ).tick(9)
     assert [message.clock.sec for message in playing.published("/clock")] == [125, 250, 375, 500, 625, 750, 875, 0, 125]
 
 
@@ -259,8 +255,7 @@ def test_in_a_graph_an_annotator_and_the_factor_are_read_and_a_stop_forgets_them
           - Factor.rtf -> Fast.a
           - Fast.result -> Once.condition
         """
-    )
-    playing.tick(3)
+    ).tick(3)
     assert playing.node("Time").simulation_time == 3 / 60
     assert playing.node("Factor").rtf > 0.0
     playing.session.stop()

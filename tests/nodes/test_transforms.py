@@ -15,7 +15,7 @@ from graphengine.format.errors import ContextError, PrimError
 from graphengine.nodes.core.transforms import IsaacComputeTransformTree, IsaacReadWorldPose
 from graphengine.nodes.ros2.transforms import RobotStatePublisher, ROS2PublishRawTransformTree, ROS2PublishTransformTree
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, dd100, matrix, quaternion, ready, vector, yaw
+from tests.nodes.harness import Player, computed, dd100, matrix, quaternion, ready, vector, yaw
 
 numbers = st.floats(-10.0, 10.0)
 vectors = st.tuples(numbers, numbers, numbers)
@@ -324,8 +324,7 @@ def test_in_a_graph_the_frames_of_a_compute_node_are_claimed_before_the_first_ti
 
 
 def test_in_the_tutorials_graph_tf_static_goes_out_once_a_play_with_the_lidars_mount(play: Player) -> None:
-    playing = play.shipped("tutorial/joint_states", dd100())
-    playing.tick(5)
+    playing = play.shipped("tutorial/joint_states", dd100()).tick(5)
     playing.session.stop()
     playing.tick(5)
     sent = playing.published("/dd100_0000/tf_static")
@@ -406,8 +405,7 @@ def test_after_a_stop_the_robots_state_goes_out_again() -> None:
 
 
 def test_in_a_graph_robot_state_ships_for_any_robot(play: Player) -> None:
-    playing = play.shipped("robot_state", dd100())
-    playing.tick()
+    playing = play.shipped("robot_state", dd100()).tick()
     topics = {claim.topic for claim in playing.session.services.claims}
     assert topics == {"/dd100_0000/robot_description", "/dd100_0000/tf_static", "/dd100_0000/tf"}
 
@@ -422,8 +420,7 @@ def test_a_world_pose_is_that_of_all_that_carries_the_prim(
     context = RecordingContext()
     context.world.add_body("/body", *carrier)
     context.world.stage.add("/body/mount", "frame", position=mounted[0], orientation=mounted[1])
-    node = ready(IsaacReadWorldPose, context, prim="/body/mount")
-    node.compute()
+    node = computed(IsaacReadWorldPose, context, prim="/body/mount")
     np.testing.assert_allclose(at((node.translation, node.orientation)), at(carrier) @ at(mounted), atol=1e-9)
     assert node.scale == (1.0, 1.0, 1.0)
 

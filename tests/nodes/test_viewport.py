@@ -15,7 +15,7 @@ from graphengine.nodes.core.viewport import (
     IsaacSetViewportResolution,
 )
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import ready
+from tests.nodes.harness import computed, ready
 
 WIDE, NARROW = "/robot/wide", "/robot/narrow"
 
@@ -30,14 +30,12 @@ def context() -> RecordingContext:
 
 def made(context: RecordingContext, **inputs: Any) -> str:
     """The name of a viewport that a node makes."""
-    node = ready(IsaacCreateViewport, context, **inputs)
-    node.compute()
+    node = computed(IsaacCreateViewport, context, **inputs)
     return node.viewport
 
 
 def product(context: RecordingContext, viewport: str) -> str:
-    node = ready(IsaacGetViewportRenderProduct, context, viewport=viewport)
-    node.compute()
+    node = computed(IsaacGetViewportRenderProduct, context, viewport=viewport)
     return node.render_product_path
 
 

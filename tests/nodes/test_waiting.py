@@ -9,7 +9,7 @@ import pytest
 from graphengine.nodes.action.custom import OnCustomEvent, SendCustomEvent
 from graphengine.nodes.action.waiting import Countdown, Delay, Timer
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, Playing, ready
+from tests.nodes.harness import Player, Playing, computed, ready
 
 # Later
 
@@ -33,10 +33,7 @@ def test_a_delay_fires_in_the_first_tick_at_or_after_its_time(play: Player, dura
           Start: Once
           Wait: {{type: Delay, inputs: {{duration: {duration!r}}}}}
           Done: Counter
-        connections:
-          - Tick.tick -> Start.execIn
-          - Start.once -> Wait.execIn
-          - Wait.finished -> Done.execIn
+        connections: [Tick.tick -> Start.execIn, Start.once -> Wait.execIn, Wait.finished -> Done.execIn]
         """
     )
     assert ticks_until_done(playing) == 1 + ticks
@@ -79,8 +76,7 @@ def test_a_timer_moves_a_value_from_one_end_to_the_other(context: RecordingConte
 
 
 def test_a_timer_that_is_executed_again_moves_on(context: RecordingContext) -> None:
-    node = ready(Timer, context, duration=0.1)
-    node.compute()
+    node = computed(Timer, context, duration=0.1)
     before = node.update(), node.update()
     node.compute()
     assert before == (node.updated, node.updated)
@@ -91,8 +87,7 @@ def test_a_timer_that_is_executed_again_moves_on(context: RecordingContext) -> N
 
 @pytest.mark.parametrize("duration", [0.0, -1.0])
 def test_a_timer_without_a_duration_is_at_its_end_at_once(duration: float, context: RecordingContext) -> None:
-    node = ready(Timer, context, duration=duration, end_value=3.0)
-    node.compute()
+    node = computed(Timer, context, duration=duration, end_value=3.0)
     assert passes(node, context) == [("updated", 3.0), ("finished", 3.0)]
 
 

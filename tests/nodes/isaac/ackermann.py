@@ -51,8 +51,7 @@ def ramps_reach_the_target_in_their_time(case: Case, play: Player) -> None:
 
 @runs(ACKERMANN, "forklift closed loop")
 def a_forklift_drives_the_circle_that_it_steers(case: Case, play: Player) -> None:
-    playing = play.scene(scenes.forklift(case["inputs"]))
-    playing.tick(180)
+    playing = play.scene(scenes.forklift(case["inputs"])).tick(180)
     node: Any = playing.node("Compute")
     found = (node.linear_velocity[0], node.angular_velocity[2], node.linear_acceleration[0])
     assert all(tolerance >= 0.01 for tolerance in case["tolerance"].values())

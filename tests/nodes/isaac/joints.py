@@ -56,8 +56,7 @@ def a_sliding_joint_is_scaled(case: Case, play: Player) -> None:
 @runs(CONTROLLER, "by name", "by index")
 def the_selected_joints_go_where_they_are_told(case: Case, play: Player) -> None:
     joints = [f"panda_joint{number}" for number in range(1, 5)]
-    playing = play.scene(scenes.arm(joints, stiffness=2000.0, damping=200.0, **case["inputs"]))
-    playing.tick(120)
+    playing = play.scene(scenes.arm(joints, stiffness=2000.0, damping=200.0, **case["inputs"])).tick(120)
     position = playing.published("/joint_states")[-1].position
     tolerance = case["tolerance"] if isinstance(case["tolerance"], float) else min(case["tolerance"].values())
     assert position[1] == pytest.approx(case["expect"]["q[1]"], abs=tolerance)

@@ -12,7 +12,7 @@ from graphengine.nodes.wheeled_robots.planar import wrapped
 from graphengine.nodes.wheeled_robots.quintic import QuinticPathPlanner
 from graphengine.nodes.wheeled_robots.stanley import StanleyControlPID
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, ready
+from tests.nodes.harness import Player, computed, ready
 from tests.nodes.isaac.book import Case, runs
 
 PREFIX = "isaacsim.robot.wheeled_robots"
@@ -63,7 +63,7 @@ def a_base_without_orientation_looks_along_x(case: Case, play: Player) -> None:
 @runs(f"{PREFIX}.QuinticPathPlanner", "default zero quaternions")
 def a_path_between_places_without_orientation_is_finite(case: Case, play: Player) -> None:
     given = case["inputs"]
-    node = ready(
+    node = computed(
         QuinticPathPlanner,
         RecordingContext(),
         current_position=given["currentPosition"],
@@ -73,7 +73,6 @@ def a_path_between_places_without_orientation_is_finite(case: Case, play: Player
         max_accel=given["maxAccel"],
         max_jerk=given["maxJerk"],
     )
-    node.compute()
     assert np.isfinite(node.target).all()
     assert len(node.path_arrays) > 0
     assert np.isfinite(node.path_arrays).all()

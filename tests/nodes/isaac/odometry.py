@@ -43,8 +43,7 @@ def before_play_odometry_is_at_rest(case: Case, play: Player) -> None:
 
 @runs(ODOMETRY, "cube at rest 180 frames")
 def a_cube_at_rest_has_neither_velocity_nor_acceleration(case: Case, play: Player) -> None:
-    playing = play.scene(scenes.cube_on_the_floor(height=0.25))
-    playing.tick(180)
+    playing = play.scene(scenes.cube_on_the_floor(height=0.25)).tick(180)
     node, tolerance = playing.node("Compute"), case["tolerance"]
     for port in IsaacComputeOdometry.fields.values():
         if port.side == "outputs" and str(port.type) == "vectord[3]":
@@ -100,8 +99,7 @@ def pose_in_the_start_frame(case: Case, play: Player) -> None:
 
 @runs(PUBLISH_ODOMETRY, "cube dropped 1.0 -> rest 0.25")
 def a_cube_that_falls_and_comes_to_rest(case: Case, play: Player) -> None:
-    playing = play.scene(scenes.cube_on_the_floor(case["inputs"]["start_z"], case["inputs"]["cube_scale"]))
-    playing.tick(150)
+    playing = play.scene(scenes.cube_on_the_floor(case["inputs"]["start_z"], case["inputs"]["cube_scale"])).tick(150)
     newest = playing.published("/odom")[-1]
     assert vector(newest.pose.pose.position) == pytest.approx(
         case["expect"]["pose.position"], abs=case["tolerance"]["z"]
@@ -127,8 +125,7 @@ def velocities_of_the_world_stay_those_of_the_world(case: Case, play: Player) ->
           - Compute.{case["inputs"]["connected"]} -> Publish.linearVelocity
         """,
         world,
-    )
-    playing.tick(2)
+    ).tick(2)
     newest = playing.published("/odom")[-1]
     assert vector(newest.twist.twist.linear) == pytest.approx(case["expect"]["twist.linear"], abs=case["tolerance"])
 
@@ -149,8 +146,7 @@ def a_drive_straight_ahead(case: Case, play: Player) -> None:
     given, places = case["inputs"], 0.5 * 10.0 ** -case["tolerance"]["places"]
     # It falls 0.25 m and lands, which is a part of the pose that the case expects; then it drives.
     geometry = {"wheelRadius": scenes.CARTER_WHEEL_RADIUS, "wheelDistance": scenes.CARTER_WHEEL_DISTANCE}
-    playing = play.scene(scenes.carter(given["start"], given["yaw_deg"], geometry))
-    playing.tick(120)
+    playing = play.scene(scenes.carter(given["start"], given["yaw_deg"], geometry)).tick(120)
     playing.transport.inject("/cmd_vel", twist(*map(float, given["cmd"])))
     playing.tick(given["seconds"] * 60)
     odom = playing.published("/odom")[-1].pose.pose

@@ -85,14 +85,10 @@ def wheel_targets_of_the_second_play(case: Case, play: Player) -> Any:
           Tick: OnPlaybackTick
           Diff: {{type: DifferentialController, inputs: {json.dumps(inputs)}}}
           Art: {{type: ArticulationController, inputs: {{targetPrim: /jetbot}}}}
-        connections:
-          - Tick.tick -> Diff.execIn
-          - Tick.tick -> Art.execIn
-          - Diff.velocityCommand -> Art.velocityCommand
+        connections: [Tick.tick -> Diff.execIn, Tick.tick -> Art.execIn, Diff.velocityCommand -> Art.velocityCommand]
         """,
         world,
-    )
-    playing.tick(10)
+    ).tick(10)
     playing.session.stop()
     playing.tick(120)
     return robot.targets["velocity"]

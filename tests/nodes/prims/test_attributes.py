@@ -18,17 +18,15 @@ from graphengine.nodes.prims import (
     ReadPrimLocalTransform,
     WritePrimAttribute,
 )
-from tests.nodes.harness import Player, matrix, ready, yaw
+from tests.nodes.harness import Player, computed, matrix, ready, yaw
 from tests.nodes.prims.harness import BOX, READING, READING_WIRES, arm, box
 
 
 @pytest.mark.parametrize("where", [{"prim": BOX}, {"prim_path": BOX, "use_path": True}])
 def test_an_attribute_is_read_as_ports_carry_it(where: dict[str, Any]) -> None:
-    node = ready(ReadPrimAttribute, box(), name="xformOp:translate", **where)
-    node.compute()
+    node = computed(ReadPrimAttribute, box(), name="xformOp:translate", **where)
     assert node.value == (1.0, 2.0, 3.0)
-    node = ready(ReadPrimAttribute, box(), name="xformOp:orient", **where)
-    node.compute()
+    node = computed(ReadPrimAttribute, box(), name="xformOp:orient", **where)
     assert node.value == pytest.approx(yaw(0.5))
 
 
@@ -43,8 +41,7 @@ def test_an_attribute_is_read_as_ports_carry_it(where: dict[str, Any]) -> None:
 def test_what_is_written_is_read(name: str, value: Any, read: Any) -> None:
     context = box()
     ready(WritePrimAttribute, context, prim=BOX, name=name, value=value).compute()
-    node = ready(ReadPrimAttribute, context, prim=BOX, name=name)
-    node.compute()
+    node = computed(ReadPrimAttribute, context, prim=BOX, name=name)
     assert node.value == pytest.approx(read)
 
 
@@ -83,21 +80,18 @@ def test_a_prim_on_the_other_input_is_pointed_at() -> None:
 def test_a_pose_is_a_matrix_for_row_vectors() -> None:
     context = box()
     context.world.add_body("/World/box/lid", (1.0, 0.0, 0.0), yaw(0.25))
-    whole = ready(GetPrimLocalToWorldTransform, context, prim_path=BOX)
-    whole.compute()
+    whole = computed(GetPrimLocalToWorldTransform, context, prim_path=BOX)
     made = np.array(whole.local_to_world_transform).reshape(4, 4)
     assert made[:3, :3] == pytest.approx(matrix(yaw(0.5)).T)
     assert made[3].tolist() == [1.0, 2.0, 3.0, 1.0]
-    local = ready(ReadPrimLocalTransform, context, prim="/World/box/lid")
-    local.compute()
+    local = computed(ReadPrimLocalTransform, context, prim="/World/box/lid")
     world = context.world.body(context.world.stage.find("/World/box/lid")).pose()
     row = np.array([*world[0], 1.0])
     assert np.array([0.0, 0.0, 0.0, 1.0]) @ np.array(local.value).reshape(4, 4) @ made == pytest.approx(row)
 
 
 def test_the_axes_of_a_prim_point_where_it_is_turned_to() -> None:
-    node = ready(GetPrimDirectionVector, box(), prim_path=BOX)
-    node.compute()
+    node = computed(GetPrimDirectionVector, box(), prim_path=BOX)
     right, up, backward = matrix(yaw(0.5)).T
     assert [node.right_vector, node.left_vector] == [pytest.approx(right), pytest.approx(-right)]
     assert [node.up_vector, node.down_vector] == [pytest.approx(up), pytest.approx(-up)]
