@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
 from graphengine.devices.camera import BOX_3D, CameraStub
-from graphengine.format.errors import ContextError, PrimError
+from graphengine.format.errors import ContextError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.nodes.ros2.camera import ROS2CameraHelper, points_of
@@ -274,12 +274,6 @@ def test_a_segmentation_is_asked_for_only_where_one_is_published(kind: str, monk
     assert asked.segmentations == [kind in SEGMENTATIONS]
 
 
-def test_a_picture_that_nobody_wants_is_not_asked_for() -> None:
-    bench = Bench(wanted=False)
-    assert bench.deliver() == []
-    assert bench.camera.requests == 0
-
-
 def test_between_two_samples_nothing_is_asked_for_but_what_is_delivered_is_published() -> None:
     bench = Bench()
     bench.camera.show(COLOURS)
@@ -312,66 +306,12 @@ def test_a_picture_that_another_helper_asked_for_may_have_no_segmentation(
 # When it publishes
 
 
-def test_before_its_first_execution_it_is_not_active() -> None:
-    assert not Bench().node.active
-
-
-def test_it_publishes_from_its_first_execution_on_without_another() -> None:
-    bench = Bench()
-    bench.deliver(0)
-    for index in (1, 2):
-        bench.camera.show(np.full((2, 3, 3), index), index=index)
-        bench.node.update()
-    assert [int(picture.data[-1]) for picture in bench.sent] == [18, 1, 2]
-
-
-def test_executed_while_disabled_it_ends_and_enabled_it_begins_again() -> None:
-    bench = Bench(enabled=False)
-    bench.node.compute()
-    assert not bench.node.active
-    bench.node.enabled = True
-    bench.node.compute()
-    assert bench.node.active
-
-
-def test_a_stop_detaches_it() -> None:
-    bench = Bench()
-    bench.deliver()
-    bench.context.stop(bench.node)
-    assert not bench.node.active
-
-
-def test_frame_skip_count_leaves_pictures_out() -> None:
-    bench = Bench(frame_skip_count=2)
-    assert [index for index in range(9) if bench.deliver(index)] == [0, 3, 6]
-    assert bench.camera.requests == 3
-    assert bench.context.services.claims[0].rate == 10.0
-
-
 @every_type
 def test_the_stamp_is_the_time_of_the_capture_not_of_the_delivery(kind: str) -> None:
     bench = Bench(kind)
     bench.context.tick(60)
     (message,) = bench.deliver(captured=0.75)
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (0, 750_000_000)
-
-
-def test_stamps_that_go_on_over_stop_and_play_count_what_was_played_before() -> None:
-    bench = Bench(reset_simulation_time_on_stop=False)
-    bench.context.tick(90)
-    bench.context.stop(bench.node)
-    (picture,) = bench.deliver(captured=0.25)
-    stamp = picture.header.stamp
-    assert stamp.sec + stamp.nanosec * 1e-9 == pytest.approx(1.75, abs=1e-8)
-
-
-def test_with_system_time_stamps_are_the_wall_time_of_the_delivery() -> None:
-    bench = Bench(use_system_time=True)
-    bench.context.clock.wall_time = 1_700_000_000.25
-    (picture,) = bench.deliver()
-    # A double that counts seconds since the epoch is exact to a quarter of a microsecond.
-    assert picture.header.stamp.sec == 1_700_000_000
-    assert picture.header.stamp.nanosec == pytest.approx(250_000_000, abs=256)
 
 
 # Where it publishes
@@ -411,19 +351,6 @@ def test_a_type_that_is_not_available_is_refused_with_those_that_are() -> None:
 def test_a_type_that_there_is_not_is_refused() -> None:
     with pytest.raises(ValueError, match="one of rgb"):
         Bench("camera_info")
-
-
-@pytest.mark.parametrize("path", ["/robot", "/nowhere", "/Render/nothing"])
-def test_what_is_no_camera_is_refused_in_setup(path: str) -> None:
-    with pytest.raises(PrimError):
-        Bench(render_product_path=path)
-
-
-def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_ticks(context: RecordingContext) -> None:
-    context.world.add_device(CameraStub, "/Camera")
-    context.runs = "physics_step"
-    with pytest.raises(ContextError, match="runs: tick"):
-        ready(ROS2CameraHelper, context, render_product_path="/Camera")
 
 
 # In the graph that ships
