@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.format.errors import TopicError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.nodes.ros2.subscribers import ROS2SubscribeTwist
@@ -62,27 +61,6 @@ def test_a_twist_that_is_not_finite_is_dropped_and_told(speed: float, context: R
     assert context.logged == [("warning", "/cmd_vel: a Twist that is not finite was dropped")]
 
 
-def test_a_message_is_delivered_once_and_its_values_stay(context: RecordingContext) -> None:
-    node = subscribing(context)
-    hear(context, twist(1.0, 2.0))
-    node.compute()
-    hear(context)
-    assert node.compute() is None
-    assert (node.linear_velocity, node.angular_velocity) == ((1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
-
-
-def test_of_several_messages_in_a_tick_the_newest_is_delivered_and_the_others_are_counted(
-    context: RecordingContext,
-) -> None:
-    node = subscribing(context)
-    hear(context, *(twist(float(speed), 0.0) for speed in range(1, 6)))
-    assert node.compute() == node.exec_out
-    assert node.linear_velocity == (5.0, 0.0, 0.0)
-    assert node.subscription.skipped == 4
-    hear(context)
-    assert node.compute() is None
-
-
 def test_what_arrives_during_a_tick_is_seen_in_the_next(context: RecordingContext) -> None:
     node = subscribing(context)
     context.tick()
@@ -90,14 +68,6 @@ def test_what_arrives_during_a_tick_is_seen_in_the_next(context: RecordingContex
     assert node.compute() is None
     context.tick()
     assert node.compute() == node.exec_out
-
-
-def test_a_stop_zeroes_both_velocities(context: RecordingContext) -> None:
-    node = subscribing(context)
-    hear(context, twist(1.0, 2.0))
-    node.compute()
-    context.stop(node)
-    assert (node.linear_velocity, node.angular_velocity) == (STILL, STILL)
 
 
 # The command timeout
@@ -218,37 +188,6 @@ def test_auto_stays_with_what_it_reads_for_as_long_as_that_is_published(context:
     context.transport.inject("/cmd_vel", twist(1.0, 0.0))
     context.tick()
     assert node.compute() == node.exec_out
-
-
-# Names and quality of service
-
-
-def test_the_topic_is_collected_from_the_nodes_prim_and_of_the_queues_depth() -> None:
-    context = RecordingContext("/robot/graph/Subscribe")
-    context.world.add_robot("/robot")
-    context.world.stage.find("/robot").namespace = "robot_1"
-    subscribing(context, topic_name="/platform/cmd_vel", queue_size=3)
-    (claim,) = context.services.claims
-    assert (claim.topic, claim.direction, claim.qos) == ("/robot_1/platform/cmd_vel", "subscribe", QoS(depth=3))
-
-
-def test_a_namespace_that_is_given_is_used_and_none_is_collected() -> None:
-    context = RecordingContext("/robot/graph/Subscribe")
-    context.world.add_robot("/robot")
-    context.world.stage.find("/robot").namespace = "robot_1"
-    subscribing(context, node_namespace="given")
-    assert context.services.claims[0].topic == "/given/cmd_vel"
-
-
-def test_a_profile_overrides_the_queue_size(context: RecordingContext) -> None:
-    subscribing(context, queue_size=3, qos_profile='{"depth": 1, "reliability": "bestEffort"}')
-    assert context.services.claims[0].qos == QoS(depth=1, reliability="bestEffort")
-
-
-@pytest.mark.parametrize("inputs", [{"topic_name": ""}, {"topic_name": "a b"}, {"qos_profile": "{"}])
-def test_what_ros_refuses_is_refused_in_setup(inputs: dict[str, str]) -> None:
-    with pytest.raises(TopicError):
-        subscribing(RecordingContext(), **inputs)
 
 
 # In a graph

@@ -37,13 +37,13 @@ def drive(*numbers: float) -> Any:
     return messages.message_class("ackermann_msgs/msg/AckermannDriveStamped")(HEAD, command)
 
 
-SUBSCRIBERS: dict[type[SubscriberNode], tuple[str, Any]] = {
-    ROS2SubscribeTwist: ("cmd_vel", twist(1.0, 2.0)),
-    ROS2SubscribeClock: ("clock", messages.Clock(messages.stamp(2.5))),
-    ROS2SubscribeJointState: ("joint_command", joints([1, 2], [3, 4], [5, 6])),
-    ROS2SubscribeAckermannDrive: ("ackermann_cmd", drive(0.5, 0.25, 2.0, 1.0, 0.125)),
+SUBSCRIBERS: dict[type[SubscriberNode], tuple[str, Any, Any]] = {
+    ROS2SubscribeTwist: ("cmd_vel", twist(1.0, 2.0), twist(3.0, 0.0)),
+    ROS2SubscribeClock: ("clock", messages.Clock(messages.stamp(2.5)), messages.Clock(messages.stamp(1.0))),
+    ROS2SubscribeJointState: ("joint_command", joints([1, 2], [3, 4], [5, 6]), joints([7, 8], [], [])),
+    ROS2SubscribeAckermannDrive: ("ackermann_cmd", drive(0.5, 0.25, 2.0, 1.0, 0.125), drive(1.0, 1.0, 1.0, 1.0, 1.0)),
 }
-"""Default topics, and a message."""
+"""Default topics, a message, and another."""
 every_subscriber = pytest.mark.parametrize("cls", SUBSCRIBERS)
 
 
@@ -98,18 +98,30 @@ def test_outputs_stay_until_a_stop_sets_them_back(cls: type[SubscriberNode], con
 
 @every_subscriber
 def test_the_newest_of_several_is_delivered_and_the_others_are_counted(cls: type[SubscriberNode]) -> None:
-    context = RecordingContext()
-    node, message = ready(cls, context), SUBSCRIBERS[cls][1]
-    assert hear(context, node, message, message, message) == node.exec_out
+    context, alone = RecordingContext(), RecordingContext()
+    node, spared = ready(cls, context), ready(cls, alone)
+    _, message, other = SUBSCRIBERS[cls]
+    assert hear(context, node, other, other, message) == hear(alone, spared, message) == node.exec_out
+    assert outputs(node) == outputs(spared)
     assert node.subscription.skipped == 2
     assert hear(context, node) is None
 
 
 @every_subscriber
-def test_namespace_and_quality_of_service_are_those_of_the_ports(cls: type[SubscriberNode]) -> None:
-    context = RecordingContext()
-    ready(cls, context, node_namespace="robot", topic_name="/up/down", queue_size=3)
-    assert [(claim.topic, claim.qos) for claim in context.services.claims] == [("/robot/up/down", QoS(depth=3))]
+def test_quality_of_service_is_that_of_the_ports(cls: type[SubscriberNode], context: RecordingContext) -> None:
+    ready(cls, context, queue_size=3)
+    ready(cls, context, queue_size=3, qos_profile='{"depth": 1, "reliability": "bestEffort"}')
+    assert [claim.qos for claim in context.services.claims] == [QoS(depth=3), QoS(depth=1, reliability="bestEffort")]
+
+
+@every_subscriber
+def test_namespaces_are_collected_above_the_nodes_prim_unless_one_is_given(cls: type[SubscriberNode]) -> None:
+    context = RecordingContext("/robot/graph/Subscribe")
+    context.world.add_robot("/robot")
+    context.world.stage.find("/robot").namespace = "robot_1"
+    for given in ("", "given"):
+        ready(cls, context, topic_name="/up/down", node_namespace=given)
+    assert [claim.topic for claim in context.services.claims] == ["/robot_1/up/down", "/given/up/down"]
 
 
 @every_subscriber
