@@ -15,12 +15,6 @@ from graphengine.testing import RecordingContext, RecordingWorld
 from tests.nodes.harness import Player, ready
 
 
-def ticking(context: RecordingContext) -> OnPlaybackTick:
-    node = OnPlaybackTick()
-    node.setup(context)
-    return node
-
-
 def outputs(node: OnPlaybackTick) -> tuple[float, float, float]:
     return node.frame, node.delta_seconds, node.time
 
@@ -34,7 +28,7 @@ def test_before_play_everything_is_0() -> None:
 
 
 def test_the_first_tick_is_frame_1_at_one_period(context: RecordingContext) -> None:
-    node = ticking(context)
+    node = ready(OnPlaybackTick, context)
     context.tick()
     node.compute()
     assert outputs(node) == (1.0, 1 / 60, 1 / 60)
@@ -44,14 +38,14 @@ def test_the_first_tick_is_frame_1_at_one_period(context: RecordingContext) -> N
 def test_time_is_the_frame_times_the_period_and_nothing_adds_up(frame: int, rate: int, denominator: int) -> None:
     context = RecordingContext()
     context.clock = Clock((denominator, rate))
-    node = ticking(context)
+    node = ready(OnPlaybackTick, context)
     context.clock.set_frame(frame)
     node.compute()
     assert node.time == float(Fraction(frame * denominator, rate))
 
 
 def test_stop_sets_the_outputs_back_and_play_counts_anew(context: RecordingContext) -> None:
-    node = ticking(context)
+    node = ready(OnPlaybackTick, context)
     context.tick(7)
     node.compute()
     context.stop(node)

@@ -70,17 +70,12 @@ def test_a_graph_of_physics_steps_runs_at_each_with_the_time_of_each(play: Playe
 # IsaacSimulationGate
 
 
-def gate(step: int, executions: int = 12) -> list[int]:
-    """Which executions fire, counted from 1."""
-    node = IsaacSimulationGate(step=step)
-    return [count for count in range(1, executions + 1) if node.compute() == node.exec_out]
-
-
 @pytest.mark.parametrize(
     ("step", "fired"), [(1, list(range(1, 13))), (2, [2, 4, 6, 8, 10, 12]), (5, [5, 10]), (13, []), (0, [])]
 )
 def test_a_gate_fires_at_every_nth_execution_and_with_0_never(step: int, fired: list[int]) -> None:
-    assert gate(step) == fired
+    node = IsaacSimulationGate(step=step)
+    assert [count for count in range(1, 13) if node.compute() == node.exec_out] == fired
 
 
 def test_a_gate_of_1_is_the_default() -> None:
@@ -120,14 +115,9 @@ def test_in_a_graph_each_wire_that_fires_is_an_execution(play: Player) -> None:
 # OgnIsaacRunOneSimulationFrame
 
 
-def test_one_frame_fires_at_its_first_execution_only() -> None:
-    node = OgnIsaacRunOneSimulationFrame()
-    assert [node.compute() for _ in range(3)] == [node.step, None, None]
-
-
-def test_one_frame_fires_again_after_a_stop() -> None:
+def test_one_frame_fires_at_its_first_execution_only_and_again_after_a_stop() -> None:
     context, node = RecordingContext(), OgnIsaacRunOneSimulationFrame()
-    node.compute()
+    assert [node.compute() for _ in range(3)] == [node.step, None, None]
     context.stop(node)
     assert node.compute() == node.step
 

@@ -228,10 +228,7 @@ def test_odd_numbers_come_out_as_they_went_in_also_within_arrays_of_messages(val
     edge = messages.TransformStamped(
         messages.header(0.0, "é\n\"'"), "", messages.Transform(vector, messages.Quaternion(value, 0.0, 0.0, 1.0))
     )
-    for message_type, message in (
-        (TWIST, messages.Twist(vector, vector)),
-        (TF, messages.TFMessage([edge, edge])),
-    ):
+    for message_type, message in ((TWIST, messages.Twist(vector, vector)), (TF, messages.TFMessage([edge, edge]))):
         data = messages.encode(message)
         assert echo(message_type, data) == data
 

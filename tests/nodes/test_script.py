@@ -233,8 +233,7 @@ def play_allowed(play: Player, text: str = GRAPH) -> Playing:
 
 
 def test_a_script_is_wired_as_any_node(play: Player) -> None:
-    playing = play_allowed(play)
-    playing.tick(3)
+    playing = play_allowed(play).tick(3)
     assert playing.node("Each").element == 2 * 3 / 60
 
 
@@ -262,8 +261,7 @@ def test_an_error_stops_the_run_and_names_node_and_line(play: Player) -> None:
 def test_a_script_lies_beside_the_graph_and_nowhere_else(play: Player, tmp_path: Path) -> None:
     text = GRAPH.replace("script: |", "usePath: true\n      scriptPath: double.py\n      script: |")
     (play.folder / "double.py").write_text(DOUBLE, "utf-8")
-    playing = play_allowed(play, text)
-    playing.tick()
+    playing = play_allowed(play, text).tick()
     assert playing.node("Each").element == 2 / 60
     outside = tmp_path.parent / f"{tmp_path.name}_outside.py"
     outside.write_text(DOUBLE, "utf-8")

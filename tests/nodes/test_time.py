@@ -21,45 +21,32 @@ from graphengine.testing import RecordingContext, RecordingWorld
 from tests.nodes.harness import Player, computed, ready
 
 
-def reading(context: RecordingContext, **inputs: Any) -> IsaacReadSimulationTime:
-    node = IsaacReadSimulationTime(**inputs)
-    node.setup(context)
-    return node
-
-
-def test_simulation_time_is_0_before_it_is_read() -> None:
-    assert IsaacReadSimulationTime().simulation_time == 0.0
-
-
-def test_simulation_time_counts_from_play(context: RecordingContext) -> None:
-    node = reading(context)
-    context.tick(90)
-    node.compute()
-    assert node.simulation_time == 1.5
-
-
-def test_simulation_time_counts_from_play_again_after_a_stop(context: RecordingContext) -> None:
-    node = reading(context)
-    context.tick(90)
-    node.compute()
-    context.stop(node)
-    assert node.simulation_time == 0.0
-    context.tick(30)
-    node.compute()
-    assert node.simulation_time == 0.5
-
-
-def test_without_reset_on_stop_simulation_time_goes_on_over_stop_and_play(context: RecordingContext) -> None:
-    node = reading(context, reset_on_stop=False)
-    context.tick(90)
-    context.stop(node)
-    context.tick(30)
-    node.compute()
-    assert node.simulation_time == 2.0
+@pytest.mark.parametrize(
+    ("inputs", "plays", "expected"),
+    [
+        pytest.param({}, [90], 1.5, id="counts from play"),
+        pytest.param({}, [90, 30], 0.5, id="counts from play again after a stop"),
+        pytest.param({"reset_on_stop": False}, [90, 30], 2.0, id="goes on over stop and play without resetOnStop"),
+        pytest.param(
+            {"reference_time_numerator": 7, "reference_time_denominator": 4}, [90], 1.75, id="is the reference"
+        ),
+        pytest.param(
+            {"reference_time_numerator": 7}, [60], 1.0, id="is the clock's if the reference lacks a denominator"
+        ),
+    ],
+)
+def test_simulation_time(inputs: dict[str, Any], plays: list[int], expected: float, context: RecordingContext) -> None:
+    node = ready(IsaacReadSimulationTime, context, **inputs)
+    for ticks in plays:
+        context.stop(node)
+        assert node.simulation_time == 0.0
+        context.tick(ticks)
+        node.compute()
+    assert node.simulation_time == expected
 
 
 def test_reset_on_stop_acts_when_it_is_set(context: RecordingContext) -> None:
-    node = reading(context)
+    node = ready(IsaacReadSimulationTime, context)
     context.tick(90)
     context.stop(node)
     context.tick(30)
@@ -67,20 +54,6 @@ def test_reset_on_stop_acts_when_it_is_set(context: RecordingContext) -> None:
     node.reset_on_stop = False
     node.compute()
     assert node.simulation_time == 2.0
-
-
-def test_a_reference_time_overrides_the_clock(context: RecordingContext) -> None:
-    node = reading(context, reference_time_numerator=7, reference_time_denominator=4)
-    context.tick(90)
-    node.compute()
-    assert node.simulation_time == 1.75
-
-
-def test_a_reference_time_without_denominator_is_the_clock(context: RecordingContext) -> None:
-    node = reading(context, reference_time_numerator=7)
-    context.tick(60)
-    node.compute()
-    assert node.simulation_time == 1.0
 
 
 def test_everything_that_reads_simulation_time_in_a_tick_reads_the_same(play: Player) -> None:
@@ -146,8 +119,7 @@ def test_everything_that_reads_system_time_in_a_tick_reads_the_same(play: Player
 
 @pytest.mark.parametrize("cls", [IsaacReadSimulationTimeAnnotator, IsaacReadSystemTimeAnnotator])
 def test_an_annotator_is_executed_and_fires(cls: Any) -> None:
-    assert cls.kind() == "action"
-    assert not cls.gated
+    assert (cls.kind(), cls.gated) == ("action", False)
 
 
 def test_an_annotator_reads_simulation_time_when_it_is_executed(context: RecordingContext) -> None:

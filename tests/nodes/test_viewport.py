@@ -30,13 +30,11 @@ def context() -> RecordingContext:
 
 def made(context: RecordingContext, **inputs: Any) -> str:
     """The name of a viewport that a node makes."""
-    node = computed(IsaacCreateViewport, context, **inputs)
-    return node.viewport
+    return computed(IsaacCreateViewport, context, **inputs).viewport
 
 
 def product(context: RecordingContext, viewport: str) -> str:
-    node = computed(IsaacGetViewportRenderProduct, context, viewport=viewport)
-    return node.render_product_path
+    return computed(IsaacGetViewportRenderProduct, context, viewport=viewport).render_product_path
 
 
 def show(context: RecordingContext, path: str, camera: str) -> IsaacSetCameraOnRenderProduct:
@@ -44,8 +42,7 @@ def show(context: RecordingContext, path: str, camera: str) -> IsaacSetCameraOnR
 
 
 @pytest.mark.parametrize(
-    ("inputs", "name"),
-    [({"name": "Front", "viewport_id": 2}, "Front"), ({"viewport_id": 2}, "2"), ({}, "Viewport")],
+    ("inputs", "name"), [({"name": "Front", "viewport_id": 2}, "Front"), ({"viewport_id": 2}, "2"), ({}, "Viewport")]
 )
 def test_a_viewport_is_called_by_its_name_else_by_its_id_and_0_is_the_one_there(
     context: RecordingContext, inputs: dict[str, Any], name: str

@@ -105,8 +105,7 @@ def test_in_a_graph_the_axes_of_a_prim_are_those_of_now(play: Player) -> None:
   Look: {type: PublishOdometry}
 """
     wires = "  - Tick.tick -> Turn.execIn\n  - Turn.execOut -> Look.execIn\n  - Axes.rightVector -> Look.position"
-    playing = arm(play, nodes, wires)
-    playing.tick()
+    playing = arm(play, nodes, wires).tick()
     assert playing.node("Look").position == pytest.approx((-1.0, 0.0, 0.0))
 
 
@@ -131,8 +130,7 @@ WIRES = """
 
 
 def test_a_drive_is_told_where_to_go_in_degrees_and_goes_there(play: Player) -> None:
-    playing = arm(play, DRIVE, WIRES)
-    playing.tick()
+    playing = arm(play, DRIVE, WIRES).tick()
     angle, target = playing.node("Both").array.tolist()
     assert target == 45.0
     assert abs(angle) < 1.0
@@ -160,8 +158,7 @@ def test_a_value_of_another_kind_is_told_before_the_run(play: Player, value: str
 
 
 def test_a_list_needs_no_type_to_be_written(play: Player) -> None:
-    playing = arm(play, READING.replace("{type: 'double[3]', value: [7, 8, 9]}", "[7, 8, 9]"), READING_WIRES)
-    playing.tick()
+    playing = arm(play, READING.replace("{type: 'double[3]', value: [7, 8, 9]}", "[7, 8, 9]"), READING_WIRES).tick()
     assert playing.node("Read").value == pytest.approx((7.0, 8.0, 9.0))
 
 
