@@ -115,6 +115,19 @@ class Playing:
         return self.transport.messages(topic)
 
 
+def write(folder: Path, files: Mapping[str, str]) -> None:
+    """Write files, by their paths below a folder."""
+    for name, text in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(textwrap.dedent(text).lstrip(), "utf-8")
+
+
+def names(message_type: str) -> dict[str, str]:
+    """What a file writes to name a message or a service."""
+    return dict(zip(("messagePackage", "messageSubfolder", "messageName"), message_type.split("/"), strict=True))
+
+
 class Player:
     """Starts sessions of files in a folder of their own, and closes them."""
 
@@ -139,8 +152,7 @@ class Player:
 
     def scene(self, files: Mapping[str, str]) -> Playing:
         """A scene with its physics; `scene.yaml` is the one to run."""
-        for name, text in files.items():
-            (self.folder / name).write_text(textwrap.dedent(text).lstrip(), "utf-8")
+        write(self.folder, files)
         self.playing.append(Playing(build.load(self.folder / "scene.yaml")))
         return self.playing[-1]
 

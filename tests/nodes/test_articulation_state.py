@@ -71,7 +71,6 @@ def test_in_a_simulation_the_joints_of_an_arm_measure_what_they_carry(play: Play
     # Two links of 0.5 kg on joints about the vertical, 0.1 m apart; the centre of mass of each is 0.1 m beyond its joint.
     files = scenes.arm(["one", "two"], stiffness=100.0, damping=10.0)
     files["graph.yaml"] = """
-        format: 1
         graph: graph
         nodes:
           Tick: OnPlaybackTick

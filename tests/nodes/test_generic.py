@@ -24,15 +24,9 @@ from graphengine.scene import build
 from graphengine.scene.loaded_scene import Options
 from graphengine.testing import RecordingContext
 from tests.messages.test_messages import TYPES, random_message
-from tests.nodes.harness import Player, ready, twist
+from tests.nodes.harness import Player, names, ready, twist, write
 
 RANGE, TWIST, TF = "sensor_msgs/msg/Range", "geometry_msgs/msg/Twist", "tf2_msgs/msg/TFMessage"
-
-
-def names(message_type: str) -> dict[str, str]:
-    """What a file writes to name a message."""
-    package, subfolder, name = message_type.split("/")
-    return {"messagePackage": package, "messageSubfolder": subfolder, "messageName": name}
 
 
 def of(cls: type[Node], message_type: str, context: RecordingContext, /, **inputs: Any) -> Any:
@@ -136,9 +130,7 @@ def test_a_message_that_nobody_knows_makes_no_ports() -> None:
 
 
 def test_a_field_with_the_name_of_another_port_is_told_apart(tmp_path: Path) -> None:
-    folder = tmp_path / "my_msgs" / "msg"
-    folder.mkdir(parents=True)
-    (folder / "Plan.msg").write_text("string context\nstring goal\n")
+    write(tmp_path, {"my_msgs/msg/Plan.msg": "string context\nstring goal\n"})
     definitions = DEFINITIONS.extended([tmp_path])
     made = grown(ROS2Publisher, names("my_msgs/msg/Plan"), definitions)
     assert str(made.ports["inputs:context"].type) == "uint64"
@@ -147,9 +139,7 @@ def test_a_field_with_the_name_of_another_port_is_told_apart(tmp_path: Path) -> 
 
 
 def test_a_message_with_very_many_fields_makes_no_ports(tmp_path: Path) -> None:
-    folder = tmp_path / "my_msgs" / "msg"
-    folder.mkdir(parents=True)
-    (folder / "Long.msg").write_text("".join(f"int32 field{number}\n" for number in range(MAX_PORTS + 1)))
+    write(tmp_path, {"my_msgs/msg/Long.msg": "".join(f"int32 field{number}\n" for number in range(MAX_PORTS + 1))})
     with pytest.raises(MessageTypeError, match=f"more than {MAX_PORTS} fields"):
         grown(ROS2Publisher, names("my_msgs/msg/Long"), DEFINITIONS.extended([tmp_path]))
 
@@ -207,10 +197,8 @@ int32 LIMIT=7
 
 
 def test_any_content_of_a_message_of_every_shape_comes_out_as_it_went_in(tmp_path: Path) -> None:
-    folder = tmp_path / "my_msgs" / "msg"
-    folder.mkdir(parents=True)
-    (folder / "Odd.msg").write_text(ODD)
-    (folder / "Part.msg").write_text("string[] texts\nsensor_msgs/RegionOfInterest[1] regions\nfloat64 value\n")
+    part = "string[] texts\nsensor_msgs/RegionOfInterest[1] regions\nfloat64 value\n"
+    write(tmp_path, {"my_msgs/msg/Odd.msg": ODD, "my_msgs/msg/Part.msg": part})
     definitions, name = DEFINITIONS.extended([tmp_path]), "my_msgs/msg/Odd"
     hearing: Any = grown(ROS2Subscriber, names(name), definitions)()
     saying: Any = grown(ROS2Publisher, names(name), definitions)()
@@ -396,10 +384,8 @@ def test_in_a_graph_each_message_runs_what_hangs_on_it(play: Player) -> None:
 
 
 def test_in_a_graph_a_users_own_message_is_heard_and_said(play: Player, tmp_path: Path) -> None:
-    folder = tmp_path / "my_msgs" / "msg"
-    folder.mkdir(parents=True)
-    (folder / "Tag.msg").write_text("string from\nPart[] parts\n")
-    (folder / "Part.msg").write_text("float32[2] size\n")
+    tag, part = "string from\nPart[] parts\n", "float32[2] size\n"
+    write(tmp_path, {"my_msgs/msg/Tag.msg": tag, "my_msgs/msg/Part.msg": part})
     text = """
         nodes:
           Tick: OnPlaybackTick
@@ -409,9 +395,9 @@ def test_in_a_graph_a_users_own_message_is_heard_and_said(play: Player, tmp_path
         """
     playing = play.graph(text, options=Options(message_paths=[tmp_path / "my_msgs"]))
     definitions = playing.definitions
-    tag = definitions.initial("my_msgs/msg/Tag")
-    tag.parts = [definitions.message_class("my_msgs/msg/Part")(np.array([1.0, 2.5], np.float32))]
-    playing.transport.inject("/heard", messages.encode(tag, definitions))
+    heard = definitions.initial("my_msgs/msg/Tag")
+    heard.parts = [definitions.message_class("my_msgs/msg/Part")(np.array([1.0, 2.5], np.float32))]
+    playing.transport.inject("/heard", messages.encode(heard, definitions))
     playing.tick(2)
     (sent,) = playing.transport.raw("/said")
     said = messages.decode(sent, "my_msgs/msg/Tag", definitions)
@@ -419,9 +405,7 @@ def test_in_a_graph_a_users_own_message_is_heard_and_said(play: Player, tmp_path
 
 
 def test_in_a_graph_messages_of_a_sourced_workspace_are_known(play: Player, tmp_path: Path) -> None:
-    folder = tmp_path / "share" / "geometry_msgs" / "msg"
-    folder.mkdir(parents=True)
-    (folder / "Stride.msg").write_text("float64 length\n")
+    write(tmp_path, {"share/geometry_msgs/msg/Stride.msg": "float64 length\n"})
     text = ECHO.replace("Twist", "Stride").replace("linear:x", "length").replace("linear:y", "length")
     text = text.replace("      - Hear.outputs:angular:z -> Say.inputs:angular:z\n", "")
     playing = play.graph(text, options=Options(installed=[tmp_path / "share"]))

@@ -11,7 +11,7 @@ from graphengine.devices.imu import ImuSample, ImuStub
 from graphengine.format.errors import PrimError
 from graphengine.nodes.physics_sensors import IsaacReadContactSensor, IsaacReadIMU
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, computed, ready
+from tests.nodes.harness import Player, computed, ready, write
 from tests.nodes.scenes import CUBE, FLOOR, ROBOT, SCENE, body
 
 G = 9.81
@@ -104,8 +104,7 @@ connections:
   - Imu.linAcc -> Out.linearAcceleration
   - Imu.sensorTime -> Out.timeStamp
 """
-    (play.folder / "sensors").mkdir()
-    (play.folder / "sensors/own.yaml").write_text(f"{{format: 1, sensor: own, imu: {{rate: {rate}.0}}}}", "utf-8")
+    write(play.folder, {"sensors/own.yaml": f"{{format: 1, sensor: own, imu: {{rate: {rate}.0}}}}"})
     playing = play.scene(sensing(graph, "{imu: {type: imu, profile: own, parent: base_link}}", runs)).tick(60)
     sent = playing.published("/imu")
     assert len(sent) == samples

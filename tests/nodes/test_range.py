@@ -95,7 +95,6 @@ def test_a_robot_in_a_scene_measures_the_wall_ahead(play: Player) -> None:
                   <geom type="box" size=".1 9 9" pos="2.1 0 0"/></worldbody></mujoco>
             """,
             "bot.yaml": """
-                format: 1
                 robot: bot
                 extends: robots/dd100.yaml
                 sensors:
@@ -103,7 +102,6 @@ def test_a_robot_in_a_scene_measures_the_wall_ahead(play: Player) -> None:
             """,
             "graph.yaml": "format: 1\ngraph: graph\n" + ON_TICKS,
             "scene.yaml": """
-                format: 1
                 scene: scene
                 world: world.xml
                 physics: {tick_rate: 60, substeps: 4}

@@ -49,7 +49,9 @@ WORLD = """
 """
 GRAPH = """
 graph: prims
-nodes: {Tick: OnPlaybackTick, Serve: ROS2ServicePrim}
+nodes:
+  Tick: OnPlaybackTick
+  Serve: ROS2ServicePrim
 connections:
   - Tick.tick -> Serve.execIn
 """

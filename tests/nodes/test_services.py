@@ -19,13 +19,8 @@ from graphengine.ros.service_endpoints import MAX_OPEN
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene.loaded_scene import Options
 from graphengine.testing import RecordingContext, check_node
-from tests.nodes.harness import Player, ready
+from tests.nodes.harness import Player, names, ready, write
 from tests.service_graph import ANSWER, ASK, BOTH, SERVER, SET_BOOL, extended
-
-
-def names(service_type: str) -> dict[str, str]:
-    package, subfolder, name = service_type.split("/")
-    return {"messagePackage": package, "messageSubfolder": subfolder, "messageName": name}
 
 
 def ports(cls: type[Node], service_type: str) -> dict[str, str]:
@@ -122,9 +117,7 @@ def test_what_is_no_service_makes_no_ports(given: dict[str, str], fault: str) ->
 
 
 def test_a_service_of_ones_own_is_served(play: Player) -> None:
-    folder = play.folder / "my_msgs" / "srv"
-    folder.mkdir(parents=True)
-    (folder / "Echo.srv").write_text("int64 a\n---\nint64 b\n", "utf-8")
+    write(play.folder, {"my_msgs/srv/Echo.srv": "int64 a\n---\nint64 b\n"})
     text = """
 nodes:
   Tick: OnPlaybackTick

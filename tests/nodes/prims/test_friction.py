@@ -43,7 +43,6 @@ graphs:
   friction: {use: friction.yaml, at: /World/friction}
 """,
     "friction.yaml": """
-format: 1
 graph: friction
 nodes:
   Tick: OnPlaybackTick
