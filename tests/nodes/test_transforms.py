@@ -93,65 +93,6 @@ def test_what_stands_for_a_robot_gives_every_link_by_kinematics_and_no_sensor(ta
     assert edges(tree(context, target)) == expected
 
 
-def test_a_link_that_is_the_parent_is_no_child_of_itself(context: RecordingContext) -> None:
-    robot_with_two_wheels(context)
-    found = edges(tree(context, "/robot", parent="/robot/base_link"))
-    assert found == [("base_link", "wheel_left"), ("wheel_left", "hub"), ("base_link", "wheel_right")]
-
-
-def test_any_other_prim_gives_one_edge(context: RecordingContext) -> None:
-    robot_with_two_wheels(context)
-    targets = ("/robot/base_link/sensor", "/robot/base_link/wheel_left")
-    assert edges(tree(context, *targets, parent="/robot")) == [("robot", "sensor"), ("robot", "wheel_left")]
-
-
-def test_a_name_override_renames_parent_and_child(context: RecordingContext) -> None:
-    robot_with_two_wheels(context)
-    context.world.stage.find("/robot/base_link").name_override = "base_frame"
-    context.world.stage.find("/robot/base_link/sensor").name_override = "sensor_frame"
-    found = edges(tree(context, "/robot/base_link/sensor", parent="/robot/base_link"))
-    assert found == [("base_frame", "sensor_frame")]
-
-
-def named(*paths: str, **overrides: str) -> list[str]:
-    """Child frames of prims at those paths; overrides by last element."""
-    context = RecordingContext()
-    for path in paths:
-        context.world.add_body(path)
-    for prim in context.world.stage.prims("body"):
-        prim.name_override = overrides.get(prim.path.strip("/").replace("/", "_"), "")
-    return list(tree(context, *paths).child_frames)
-
-
-def test_of_prims_that_want_one_name_the_one_with_the_longest_path_keeps_it() -> None:
-    assert named("/World/lidar", "/World/robot/mast/lidar", "/World/robot/lidar")[1] == "lidar"
-
-
-def test_the_others_fall_back_to_their_own_name_if_an_override_was_shared() -> None:
-    overrides = {"World_Mount": "shared", "World_Mount_Sensor": "shared"}
-    assert named("/World/Mount", "/World/Mount/Sensor", **overrides) == ["Mount", "shared"]
-
-
-def test_then_to_the_nearest_free_name_with_an_ancestor_from_below_the_first_element() -> None:
-    assert named("/World/a1/b/lidar", "/World/a2/b/lidar", "/World/a2/c/lidar") == ["lidar", "a2_lidar", "c_lidar"]
-
-
-def test_and_last_to_the_whole_path() -> None:
-    assert named("/World/lidar", "/World/mast/lidar") == ["World_lidar", "lidar"]
-
-
-names = st.lists(st.sampled_from("abc"), min_size=1, max_size=4).map(lambda parts: "/" + "/".join(parts))
-
-
-@given(st.dictionaries(names, st.sampled_from(["", "a", "shared"]), min_size=1))
-def test_no_two_frames_are_alike(overrides: dict[str, str]) -> None:
-    context = RecordingContext()
-    for path in sorted(overrides):  # a prim is defined before those below it
-        context.world.stage.add(path, "frame", name_override=overrides[path])
-    found = tree(context, *overrides).child_frames
-    assert len(set(found)) == len(overrides)
-
-
 # IsaacComputeTransformTree: poses
 
 

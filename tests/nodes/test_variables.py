@@ -12,28 +12,27 @@ from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, computed, ready
 
 
+@pytest.fixture
 def context() -> RecordingContext:
     made = RecordingContext()
     made.variables["speed"] = Variable(1.5)
     return made
 
 
-def test_what_one_node_writes_another_reads() -> None:
-    shared = context()
-    reader = computed(ReadVariable, shared, variable_name="speed")
+def test_what_one_node_writes_another_reads(context: RecordingContext) -> None:
+    reader = computed(ReadVariable, context, variable_name="speed")
     assert reader.value == 1.5
-    writer = computed(WriteVariable, shared, variable_name="speed", value_in=2.5)
+    writer = computed(WriteVariable, context, variable_name="speed", value_in=2.5)
     reader.compute()
     assert (reader.value, writer.value_out) == (2.5, 2.5)
 
 
-def test_a_change_is_an_event_of_the_next_tick_only() -> None:
-    shared = context()
-    watcher = ready(OnVariableChange, shared, variable_name="speed")
+def test_a_change_is_an_event_of_the_next_tick_only(context: RecordingContext) -> None:
+    watcher = ready(OnVariableChange, context, variable_name="speed")
     seen = []
     for value in (1.5, 2.0, 2.0, 1.5):
-        shared.variables["speed"].value = value
-        shared.variables["speed"].freeze()
+        context.variables["speed"].value = value
+        context.variables["speed"].freeze()
         seen.append(watcher.compute() == watcher.changed)
     assert seen == [False, True, False, True]
 
