@@ -6,7 +6,7 @@ import json
 import re
 import struct
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Self, TypeVar
 
@@ -28,6 +28,7 @@ from graphengine.testing import RecordingContext, RecordingWorld
 
 HERE = Path(__file__).parent
 N = TypeVar("N", bound=Node)
+T = TypeVar("T")
 
 
 def facts(name: str) -> dict[str, Any]:
@@ -92,6 +93,10 @@ class Playing:
         """Run."""
         self.session.step(ticks)
         return self
+
+    def each_tick(self, ticks: int, read: Callable[[], T]) -> list[T]:
+        """What is read after each of the next ticks."""
+        return [read() for _ in range(ticks) if self.tick()]
 
     @property
     def dropped(self) -> dict[str, int]:

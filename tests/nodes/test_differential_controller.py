@@ -227,10 +227,7 @@ def test_in_the_dd100s_graph_silence_brakes_it_along_the_ramp(play: Player) -> N
     robot = world.articulation(world.stage.find("/dd100"))
     radius, acceleration, timeout = 0.049, 1.0, 0.5
     playing.transport.inject("/dd100_0000/cmd_vel", twist(0.4, 0.0))
-    driven = []
-    for _ in range(90):
-        playing.tick()
-        driven.append(robot.targets["velocity"][0] * radius)
+    driven = playing.each_tick(90, lambda: robot.targets["velocity"][0] * radius)
     up = [min(0.4, acceleration * tick / 60) for tick in range(1, 31)]
     # The message came at tick 1; half a second of silence ends at tick 31.
     down = [max(0.0, 0.4 - acceleration * (tick - 30) / 60) for tick in range(31, 91)]

@@ -105,11 +105,7 @@ def test_in_a_graph_each_wire_that_fires_is_an_execution(play: Player) -> None:
         connections: [Tick.tick -> Gate.execIn, Other.tick -> Gate.execIn, Gate.execOut -> Clock.execIn]
         """
     )
-    counts = []
-    for _ in range(6):
-        playing.tick()
-        counts.append(len(playing.published("/clock")))
-    assert counts == [0, 1, 2, 2, 3, 4]
+    assert playing.each_tick(6, lambda: len(playing.published("/clock"))) == [0, 1, 2, 2, 3, 4]
 
 
 # OgnIsaacRunOneSimulationFrame

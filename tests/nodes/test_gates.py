@@ -89,11 +89,7 @@ def test_a_sync_gate_waits_for_all_of_its_wires(play: Player) -> None:
     playing = play.graph(SYNC).tick(3)
     assert playing.node("Passed").count == 3
     playing = play.graph(SYNC.replace("  - Tick.tick -> Order.execIn", "  - Tick.tick -> Left.execIn"))
-    counts = []
-    for _ in range(4):
-        playing.tick()
-        counts.append(playing.node("Passed").count)
-    assert counts == [0, 1, 1, 2]
+    assert playing.each_tick(4, lambda: playing.node("Passed").count) == [0, 1, 1, 2]
 
 
 def test_a_sync_gate_begins_anew_with_another_value() -> None:

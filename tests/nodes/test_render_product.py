@@ -245,10 +245,7 @@ def test_in_a_graph_a_reader_sees_the_camera_that_was_set_in_the_same_pass(play:
         """,
         world,
     )
-    seen = []
-    for _ in range(3):
-        playing.tick()
-        seen.append(playing.node("Info").focal_length)
+    seen = playing.each_tick(3, lambda: playing.node("Info").focal_length)
     wide, narrow = (20.955 / 2 / math.tan(math.radians(degrees) / 2) for degrees in (90, 60))
     assert seen == pytest.approx([wide, narrow, narrow])
     playing.session.stop()

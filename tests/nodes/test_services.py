@@ -391,20 +391,13 @@ def test_a_request_that_no_message_can_hold_is_refused_at_setup(context: Recordi
 def test_a_client_is_answered_by_a_server_of_its_own_graph(play: Player) -> None:
     playing = play.graph(BOTH)
     client = playing.node("Client")
-    seen = []
-    for _ in range(4):
-        playing.tick()
-        seen.append((client.response__success, client.response__message))
+    seen = playing.each_tick(4, lambda: (client.response__success, client.response__message))
     assert seen == [(False, ""), (False, ""), (True, "done"), (True, "done")]
 
 
 def test_what_hangs_on_a_client_runs_once_for_each_answer(play: Player) -> None:
     playing = play.graph(extended(BOTH, "  Count: omni.graph.action.Counter\n", "Client.execOut -> Count.execIn"))
-    counts = []
-    for _ in range(6):
-        playing.tick()
-        counts.append(playing.node("Count").count)
-    assert counts == [0, 0, 0, 1, 2, 3]
+    assert playing.each_tick(6, lambda: playing.node("Count").count) == [0, 0, 0, 1, 2, 3]
 
 
 @pytest.mark.parametrize("cls", [Client, Request, Response])

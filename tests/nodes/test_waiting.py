@@ -191,11 +191,7 @@ def test_every_event_sent_is_seen_once_in_the_next_tick_with_its_path(play: Play
           - Other.execOut -> Wrong.execIn
         """
     )
-    counts = []
-    for _ in range(3):
-        playing.tick()
-        counts.append(playing.node("Heard").count)
-    assert counts == [0, 3, 6]
+    assert playing.each_tick(3, lambda: playing.node("Heard").count) == [0, 3, 6]
     assert (playing.node("Hear").path, playing.node("Wrong").count) == ("/here", 0)
 
 
