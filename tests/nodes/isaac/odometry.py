@@ -13,7 +13,7 @@ from graphengine.nodes.ros2.state import ROS2PublishOdometry
 from graphengine.testing import RecordingContext, RecordingWorld
 from tests.nodes import scenes
 from tests.nodes.harness import Player, quaternion, ready, twist, vector, yaw
-from tests.nodes.isaac.book import Case, at, runs
+from tests.nodes.isaac.book import Case, at, made, runs
 
 ODOMETRY = "isaacsim.core.nodes.IsaacComputeOdometry"
 PUBLISH_ODOMETRY = "isaacsim.ros2.bridge.ROS2PublishOdometry"
@@ -132,12 +132,7 @@ def velocities_of_the_world_stay_those_of_the_world(case: Case, play: Player) ->
 
 @runs(PUBLISH_ODOMETRY, "robotFront (0,1,0), raw=False", "raw=True ignores robotFront")
 def the_front_turns_the_twist_unless_it_is_raw(case: Case, play: Player) -> None:
-    given = case["inputs"]
-    message = ROS2PublishOdometry(
-        linear_velocity=at(given["linearVelocity"]),
-        robot_front=at(given["robotFront"]),
-        publish_raw_velocities=given["publishRawVelocities"],
-    ).message()
+    message = made(ROS2PublishOdometry, case).message()
     assert vector(message.twist.twist.linear) == pytest.approx(case["expect"]["twist.linear"], abs=case["tolerance"])
 
 
