@@ -49,38 +49,29 @@ def test_the_path_leads_to_the_lidar(context: RecordingContext) -> None:
     assert context.device(Lidar, node.render_product_path).prim_path == LIDAR
 
 
-def test_the_path_is_known_before_the_first_tick(context: RecordingContext) -> None:
-    assert product(context, LIDAR).render_product_path != ""
-
-
-def test_the_path_is_known_again_after_a_stop(context: RecordingContext) -> None:
+def test_the_path_is_known_before_the_first_tick_and_again_after_a_stop(context: RecordingContext) -> None:
     node = product(context, LIDAR)
     before = node.render_product_path
+    assert before
     context.stop(node)
     node.compute()
     assert node.render_product_path == before
 
 
-def test_every_execution_fires(context: RecordingContext) -> None:
+def test_every_execution_fires_while_it_is_enabled(context: RecordingContext) -> None:
     node = product(context, LIDAR)
     assert [node.compute() for _ in range(3)] == [node.exec_out] * 3
-
-
-def test_disabled_it_fires_nothing(context: RecordingContext) -> None:
-    node = product(context, LIDAR, enabled=False)
+    node.enabled = False
     assert node.compute() is None
     node.enabled = True
     assert node.compute() == node.exec_out
 
 
-def test_two_nodes_with_the_same_camera_and_size_share_a_product(context: RecordingContext) -> None:
-    one, other = product(context, CAMERA), product(context, CAMERA)
-    assert one.render_product_path == other.render_product_path
-
-
-def test_a_product_of_another_size_or_camera_is_another(context: RecordingContext) -> None:
-    nodes = [product(context, CAMERA), product(context, CAMERA, width=640), product(context, LIDAR)]
-    assert len({node.render_product_path for node in nodes}) == 3
+def test_nodes_with_the_same_camera_and_size_share_a_product(context: RecordingContext) -> None:
+    nodes = [product(context, CAMERA), product(context, CAMERA), product(context, CAMERA, width=640)]
+    one, same, other, lidar = (node.render_product_path for node in (*nodes, product(context, LIDAR)))
+    assert one == same
+    assert len({one, other, lidar}) == 3
 
 
 def test_a_given_product_is_used_as_it_is(context: RecordingContext) -> None:
