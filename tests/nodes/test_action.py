@@ -19,11 +19,8 @@ def outputs(node: OnPlaybackTick) -> tuple[float, float, float]:
     return node.frame, node.delta_seconds, node.time
 
 
-def test_it_is_an_event() -> None:
+def test_it_is_an_event_and_before_play_everything_is_0() -> None:
     assert OnPlaybackTick.kind() == "event"
-
-
-def test_before_play_everything_is_0() -> None:
     assert outputs(OnPlaybackTick()) == (0.0, 0.0, 0.0)
 
 

@@ -17,14 +17,10 @@ def stepping(context: RecordingContext) -> OnPhysicsStep:
     return ready(OnPhysicsStep, context)
 
 
-def test_a_physics_step_is_an_event() -> None:
-    assert OnPhysicsStep.kind() == "event"
-
-
-def test_it_tells_how_long_a_step_takes_in_simulation(context: RecordingContext) -> None:
+def test_it_is_an_event_that_tells_how_long_a_step_takes_in_simulation(context: RecordingContext) -> None:
     node = stepping(context)
     node.compute()
-    assert node.delta_simulation_time == 1 / 60
+    assert (node.kind(), node.delta_simulation_time) == ("event", 1 / 60)
 
 
 def test_all_of_a_ticks_wall_time_falls_to_its_first_step(context: RecordingContext) -> None:

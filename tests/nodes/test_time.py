@@ -56,26 +56,6 @@ def test_reset_on_stop_acts_when_it_is_set(context: RecordingContext) -> None:
     assert node.simulation_time == 2.0
 
 
-def test_everything_that_reads_simulation_time_in_a_tick_reads_the_same(play: Player) -> None:
-    playing = play.graph(
-        """
-        nodes:
-          Tick: OnPlaybackTick
-          Time: IsaacReadSimulationTime
-          One: {type: PublishClock, inputs: {topicName: one}}
-          Other: {type: PublishClock, inputs: {topicName: other}}
-        connections:
-          - Tick.tick -> One.execIn
-          - Tick.tick -> Other.execIn
-          - Time.simulationTime -> One.timeStamp
-          - Time.simulationTime -> Other.timeStamp
-        """,
-        RecordingWorld((1, 10)),
-    ).tick(3)
-    one, other = ([m.clock.nanosec for m in playing.published(topic)] for topic in ("/one", "/other"))
-    assert one == other == [100_000_000, 200_000_000, 300_000_000]
-
-
 # IsaacReadSystemTime
 
 
@@ -90,28 +70,6 @@ def test_system_time_is_the_wall_clock_when_the_tick_began(context: RecordingCon
 def test_a_reference_time_overrides_the_wall_clock() -> None:
     node = computed(IsaacReadSystemTime, RecordingContext(), reference_time_numerator=7, reference_time_denominator=4)
     assert node.system_time == 1.75
-
-
-def test_everything_that_reads_system_time_in_a_tick_reads_the_same(play: Player) -> None:
-    playing = play.graph(
-        """
-        nodes:
-          Tick: OnPlaybackTick
-          Time: ReadSystemTime
-          Read: ReadSystemTimeAnnotator
-          One: {type: PublishClock, inputs: {topicName: one}}
-          Other: {type: PublishClock, inputs: {topicName: other}}
-        connections:
-          - Tick.tick -> One.execIn
-          - Tick.tick -> Read.execIn
-          - Read.execOut -> Other.execIn
-          - Time.systemTime -> One.timeStamp
-          - Read.systemTime -> Other.timeStamp
-        """
-    ).tick()
-    (one,), (other,) = playing.published("/one"), playing.published("/other")
-    assert one.clock == other.clock
-    assert one.clock.sec > 0
 
 
 # Annotators
@@ -129,6 +87,33 @@ def test_an_annotator_reads_simulation_time_when_it_is_executed(context: Recordi
     context.tick(30)
     node.compute()
     assert node.simulation_time == 1.0
+
+
+@pytest.mark.parametrize("kind", ["simulation", "system"])
+def test_everything_that_reads_a_time_in_a_tick_reads_the_same(play: Player, kind: str) -> None:
+    playing = play.graph(
+        f"""
+        nodes:
+          Tick: OnPlaybackTick
+          Time: IsaacRead{kind.title()}Time
+          Read: IsaacRead{kind.title()}TimeAnnotator
+          One: {{type: PublishClock, inputs: {{topicName: one}}}}
+          Other: {{type: PublishClock, inputs: {{topicName: other}}}}
+        connections:
+          - Tick.tick -> One.execIn
+          - Tick.tick -> Read.execIn
+          - Read.execOut -> Other.execIn
+          - Time.{kind}Time -> One.timeStamp
+          - Read.{kind}Time -> Other.timeStamp
+        """,
+        RecordingWorld((1, 10)),
+    ).tick(3)
+    one, other = (
+        [m.clock.sec + m.clock.nanosec / 1e9 for m in playing.published(topic)] for topic in ("/one", "/other")
+    )
+    assert one == other
+    assert len(one) == 3
+    assert one == [0.1, 0.2, 0.3] if kind == "simulation" else min(one) > 1e9
 
 
 # IsaacTimeSplitter

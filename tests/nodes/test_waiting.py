@@ -14,6 +14,19 @@ from tests.nodes.harness import Player, Playing, computed, ready
 # Later
 
 
+LATER = """
+nodes:
+  Tick: OnPlaybackTick
+  Start: Once
+  Wait: {node}
+  Done: Counter
+connections:
+  - Tick.tick -> Start.execIn
+  - Start.once -> Wait.execIn
+  - Wait.finished -> Done.execIn
+"""
+
+
 def ticks_until_done(playing: Playing, limit: int = 100) -> int:
     for tick in range(1, limit):
         playing.tick()
@@ -26,16 +39,7 @@ def ticks_until_done(playing: Playing, limit: int = 100) -> int:
     ("duration", "ticks"), [(0.0, 1), (0.01, 1), (1 / 60, 1), (0.05, 3), (0.1, 6), (0.5, 30), (0.51, 31)]
 )
 def test_a_delay_fires_in_the_first_tick_at_or_after_its_time(play: Player, duration: float, ticks: int) -> None:
-    playing = play.graph(
-        f"""
-        nodes:
-          Tick: OnPlaybackTick
-          Start: Once
-          Wait: {{type: Delay, inputs: {{duration: {duration!r}}}}}
-          Done: Counter
-        connections: [Tick.tick -> Start.execIn, Start.once -> Wait.execIn, Wait.finished -> Done.execIn]
-        """
-    )
+    playing = play.graph(LATER.format(node=f"{{type: Delay, inputs: {{duration: {duration!r}}}}}"))
     assert ticks_until_done(playing) == 1 + ticks
 
 
@@ -151,21 +155,8 @@ def test_a_period_of_no_ticks_is_one_of_one(period: int) -> None:
 
 
 def test_a_countdown_in_a_graph_ticks_once_a_tick(play: Player) -> None:
-    playing = play.graph(
-        """
-        nodes:
-          Tick: OnPlaybackTick
-          Start: Once
-          Down: {type: Countdown, inputs: {duration: 4}}
-          Ticks: Counter
-          Done: Counter
-        connections:
-          - Tick.tick -> Start.execIn
-          - Start.once -> Down.execIn
-          - Down.tick -> Ticks.execIn
-          - Down.finished -> Done.execIn
-        """
-    )
+    text = LATER.format(node="{type: Countdown, inputs: {duration: 4}}").replace("Done:", "Ticks: Counter\n  Done:")
+    playing = play.graph(f"{text}  - Wait.tick -> Ticks.execIn\n")
     assert ticks_until_done(playing) == 5
     assert playing.node("Ticks").count == 4
 
