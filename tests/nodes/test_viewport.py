@@ -85,6 +85,17 @@ def test_its_size_is_the_one_that_was_set_before_or_after_the_camera(context: Re
     assert (camera.prim_path, camera.size) == (WIDE, (320, 200))
 
 
+def test_a_camera_that_was_set_stays_when_the_size_changes_until_a_stop(context: RecordingContext) -> None:
+    path = product(context, made(context))
+    show(context, path, WIDE)
+    camera = context.device(Camera, path)
+    show(context, path, NARROW).compute()
+    ready(IsaacSetViewportResolution, context, width=320, height=200)
+    assert (camera.prim_path, camera.size) == (NARROW, (320, 200))
+    context.services.render_products[path].reset()
+    assert (camera.prim_path, camera.size) == (WIDE, (320, 200))
+
+
 def test_the_resolution_of_no_viewport_in_particular_is_that_of_the_one_there(context: RecordingContext) -> None:
     ready(IsaacSetViewportResolution, context, width=100, height=50)
     path = product(context, "Viewport")

@@ -183,8 +183,8 @@ class WorldHandles:
             product = products[path]
             product.size = size
             if product.camera is not None:
-                product.camera.own = self._camera(product)
-                product.camera.show(product.camera.own)
+                product.camera.own = self._camera(product.prim, size)
+                product.camera.show(self._camera(product.camera.source.prim_path, size))
         return path
 
     def _expect_ticks(self, found: Device) -> None:
@@ -241,13 +241,13 @@ class WorldHandles:
             raise ContextError(
                 "the viewport shows no camera", None, "let IsaacSetCameraOnRenderProduct be executed before"
             )
-        own = self._camera(product)
+        own = self._camera(product.prim, product.size)
         if product.camera is None:
             product.camera = ProductCamera(own)
         return product.camera
 
-    def _camera(self, product: RenderProduct) -> Camera:
-        return self._services.world.device(Camera, self._find(product.prim, "camera"), size=product.size)
+    def _camera(self, prim: str, size: tuple[int, int]) -> Camera:
+        return self._services.world.device(Camera, self._find(prim, "camera"), size=size)
 
     def stage(self) -> Prims:
         """All prims of the stage, those of spawned robots included."""
