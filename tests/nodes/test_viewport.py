@@ -119,3 +119,16 @@ def test_a_viewport_that_nobody_made_is_refused_with_those_there_are(context: Re
 def test_a_viewport_without_a_camera_has_no_pictures(context: RecordingContext) -> None:
     with pytest.raises(ContextError, match="the viewport shows no camera"):
         context.device(Camera, product(context, made(context)))
+
+
+def test_a_camera_that_is_refused_is_not_shown(context: RecordingContext, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise ContextError("too many pixels")
+
+    path = product(context, made(context))
+    with monkeypatch.context() as patch:
+        patch.setattr(context.world, "device", refuse)
+        with pytest.raises(ContextError, match="too many pixels"):
+            show(context, path, WIDE)
+    with pytest.raises(ContextError, match="the viewport shows no camera"):
+        context.device(Camera, path)

@@ -228,8 +228,8 @@ class WorldHandles:
             raise ContextError(f"no render product {render_product!r}", render_product, known)
         self._expect_ticks(device_of(Camera))
         other, world = self._find(prim, "camera"), self._services.world
-        product.prim = product.prim or other.path
         world.device(Camera, other, size=product.size)  # which may be refused
+        product.prim = product.prim or other.path
 
         def exchange() -> None:
             self._camera_of(product).show(world.device(Camera, other, size=product.size))
