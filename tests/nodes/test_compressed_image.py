@@ -33,6 +33,7 @@ def test_film_is_told_as_the_reference_tells_it(context: RecordingContext) -> No
     assert context.transport.messages(TOPIC)[0].format == "h264"
 
 
-def test_without_bytes_nothing_goes_out(context: RecordingContext) -> None:
-    ready(ROS2PublishCompressedImage, context).compute()
+@pytest.mark.parametrize("inputs", [{}, {"data_ptr": b""}])
+def test_without_bytes_nothing_goes_out(inputs: dict[str, bytes], context: RecordingContext) -> None:
+    ready(ROS2PublishCompressedImage, context, **inputs).compute()
     assert context.transport.raw(TOPIC) == []
