@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.messages import messages
@@ -94,6 +95,12 @@ class SensorPublisher(PublisherNode):
 def array_or_buffer(array: NDArray[Any], buffer: Buffer) -> Buffer:
     """The array, or the buffer if the array is empty and there is a buffer."""
     return array if len(array) or isinstance(buffer, int) else buffer
+
+
+def bytes_in(buffer: Buffer) -> NDArray[np.uint8]:
+    """The bytes of a buffer, copied only if they do not lie in one piece."""
+    view = memoryview(buffer)
+    return np.frombuffer(view if view.c_contiguous else view.tobytes(), np.uint8)
 
 
 def send(publisher: Publisher, message: Any) -> None:

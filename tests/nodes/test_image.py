@@ -56,6 +56,14 @@ def test_a_buffer_of_numbers_is_taken_by_its_bytes() -> None:
     assert np.frombuffer(bytes(picture.data), "<f4").tolist() == [1.0, np.inf, 0.5, 2.0]
 
 
+@pytest.mark.parametrize("port", ["data", "data_ptr"])
+def test_bytes_need_not_lie_in_one_piece(port: str) -> None:
+    cls: Any = ROS2PublishImage
+    node = cls(width=2, height=2)
+    setattr(node, port, pixels(24)[::2])
+    assert bytes(node.message().data) == bytes(range(0, 24, 2))
+
+
 def test_pixels_are_not_copied_into_the_message() -> None:
     data = pixels(12)
     assert np.shares_memory(image_of(width=2, height=2, data_ptr=data).data, data)
