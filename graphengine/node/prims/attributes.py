@@ -26,12 +26,10 @@ class Attribute:
     """One attribute of a prim.
 
     Attributes:
-        type: USD name of its type.
         read: returns its value as JSON types.
         write: sets its value; None if it cannot change during a simulation.
     """
 
-    type: str
     read: Callable[[], Any]
     write: Callable[[Any], None] | None = None
 
@@ -81,14 +79,14 @@ def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
 
     movable = any(entity.prim_path == prim.path for entity in world.entities.all())
     return {
-        "xformOp:translate": Attribute("double3", lambda: list(read()[0]), set_translate if movable else None),
-        "xformOp:orient": Attribute("quatd", orient, set_orient if movable else None),
+        "xformOp:translate": Attribute(lambda: list(read()[0]), set_translate if movable else None),
+        "xformOp:orient": Attribute(orient, set_orient if movable else None),
     }
 
 
 def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
     """Attributes for the state of a joint and the targets of its drive, in degrees or metres."""
-    found = {"physics:jointEnabled": Attribute("bool", lambda: bool(prim.facts.get("enabled", True)))}
+    found = {"physics:jointEnabled": Attribute(lambda: bool(prim.facts.get("enabled", True)))}
     robot, name = world.stage.robot_of(prim), prim.facts.get("joint", prim.name)
     if robot is None or name not in robot.facts.get("joints", ()):
         return found
@@ -102,7 +100,7 @@ def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
         def write(value: Any) -> None:
             selection.command(**{command: [numbers([value], 1)[0] / unit]})
 
-        found[attribute] = Attribute("float", lambda: float(read()[index]) * unit, write if command else None)
+        found[attribute] = Attribute(lambda: float(read()[index]) * unit, write if command else None)
 
     add(f"state:{kind}:physics:position", articulation.positions)
     add(f"state:{kind}:physics:velocity", articulation.velocities)
@@ -117,26 +115,23 @@ def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
 def of_gravity(world: World) -> dict[str, Attribute]:
     """Attributes of gravity: direction as a unit vector, and magnitude, m/s2."""
 
+    def magnitude() -> float:
+        return math.hypot(*world.gravity)
+
     def direction() -> list[float]:
-        size = math.hypot(*world.gravity)
+        size = magnitude()
         return [part / size for part in world.gravity] if size else [0.0, 0.0, -1.0]
 
-    def fall(way: Sequence[float], magnitude: float) -> None:
+    def fall(way: Sequence[float], strength: float) -> None:
         size = math.hypot(*way)
-        if not 0.0 < size < math.inf or not 0.0 <= magnitude <= STRONGEST_GRAVITY:
-            raise ContextError(
-                f"gravity has a direction, and a magnitude of 0 to {STRONGEST_GRAVITY:g} m/s2", magnitude
-            )
-        x, y, z = (magnitude * part / size for part in way)
+        if not 0.0 < size < math.inf or not 0.0 <= strength <= STRONGEST_GRAVITY:
+            raise ContextError(f"gravity has a direction, and a magnitude of 0 to {STRONGEST_GRAVITY:g} m/s2", strength)
+        x, y, z = (strength * part / size for part in way)
         world.set_gravity((x, y, z))
 
     return {
-        "physics:gravityDirection": Attribute(
-            "vector3f", direction, lambda value: fall(numbers(value, 3), math.hypot(*world.gravity))
-        ),
-        "physics:gravityMagnitude": Attribute(
-            "float", lambda: math.hypot(*world.gravity), lambda value: fall(direction(), numbers([value], 1)[0])
-        ),
+        "physics:gravityDirection": Attribute(direction, lambda value: fall(numbers(value, 3), magnitude())),
+        "physics:gravityMagnitude": Attribute(magnitude, lambda value: fall(direction(), numbers([value], 1)[0])),
     }
 
 
@@ -150,7 +145,7 @@ def of_friction(world: World, prim: Prim) -> dict[str, Attribute]:
             changed[index] = _not_negative(value)
             world.set_friction(prim, (changed[0], changed[1]))
 
-        return Attribute("float", lambda: world.friction(prim)[index], write if reachable else None)
+        return Attribute(lambda: world.friction(prim)[index], write if reachable else None)
 
     return {"physics:staticFriction": coefficient(0), "physics:dynamicFriction": coefficient(1)}
 
@@ -166,8 +161,8 @@ def of_light(world: World, prim: Prim) -> dict[str, Attribute]:
         world.set_light(prim, (world.light(prim)[0], (red, green, blue)))
 
     return {
-        "inputs:intensity": Attribute("float", lambda: world.light(prim)[0], brighten),
-        "inputs:color": Attribute("color3f", lambda: list(world.light(prim)[1]), colour),
+        "inputs:intensity": Attribute(lambda: world.light(prim)[0], brighten),
+        "inputs:color": Attribute(lambda: list(world.light(prim)[1]), colour),
     }
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from graphengine.format.errors import BadValueError, CheckError, ContextError, NodeError
 from graphengine.node.prims.stage_prims import Prims
+from graphengine.node.types import coerce
 from graphengine.node.usd_types import PORT_TYPES, type_of_attribute
 from graphengine.nodes.prims import (
     GetPrimDirectionVector,
@@ -172,7 +173,9 @@ def test_the_types_by_name_are_those_that_prims_have(play: Player) -> None:
     prims, seen = Prims(playing.session.services.world), set()
     for path, _ in prims.below("/"):
         for name, kind in prims.attributes(path).items():
-            assert type_of_attribute(name) == PORT_TYPES[kind]
+            found, value = prims.read(path, name)
+            assert type_of_attribute(name) == PORT_TYPES[kind] == PORT_TYPES[found]
+            coerce(value, PORT_TYPES[kind])
             seen.add(name)
     assert len(seen) > 6
     with pytest.raises(ContextError, match="no prim has an attribute 'drive:angular:physics:stiffness'"):
