@@ -5,33 +5,35 @@ from __future__ import annotations
 import functools
 import math
 import operator
-from collections.abc import Callable, Collection, Iterable
-from typing import Any, TypeVar
+from collections.abc import Callable, Collection
+from typing import Any
 
 import numpy as np
 
 from graphengine.node import BadValueError, Node, PortType
 
-T = TypeVar("T")
 
-
-def finite(port: str, value: T) -> T:
-    """Return a number or a tuple of numbers after checking that it is finite.
+def check_finite(node: Node, *fields: str) -> None:
+    """Check that inputs of a node, given by field, are finite: numbers, tuples or arrays.
 
     Raises:
-        BadValueError: it is not.
+        BadValueError: a number is infinite or NaN.
     """
-    numbers: Iterable[Any] = value if isinstance(value, tuple) else (value,)
-    if not all(map(math.isfinite, numbers)):
-        raise BadValueError(port, value, "finite")
-    return value
+    for field in fields:
+        value = getattr(node, field)
+        if isinstance(value, np.ndarray):
+            is_finite = bool(np.isfinite(value).all())
+        else:
+            is_finite = all(map(math.isfinite, value if isinstance(value, tuple) else (value,)))
+        if not is_finite:
+            raise BadValueError(type(node).fields[field].name, value, "finite")
 
 
 def one_of(port: str, value: str, legal: Collection[str]) -> str:
     """Return a text after checking that it is legal.
 
     Raises:
-        BadValueError: a number is infinite or NaN.
+        BadValueError: it is not.
     """
     if value not in legal:
         raise BadValueError(port, value, f"one of {', '.join(legal)}")

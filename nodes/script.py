@@ -27,7 +27,7 @@ from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.definitions import Definitions
 from graphengine.node import Bound, Context, ContextError, ExecIn, ExecOut, Fire, In, Node, Out, types
 from graphengine.node.port import Port
-from graphengine.node.types import PortType, String, Token, Tokens
+from graphengine.node.types import PortType, String, Token, Tokens, read_only
 
 Log = Callable[[Literal["info", "warning", "error"], str], None]
 
@@ -143,7 +143,8 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         first = self.running is None
         namespace, db = self.running = self.running or ({"__name__": "__script__"}, Database(self.log))
         for port in declared(self, "inputs"):
-            setattr(db.inputs, port.name, _shared(getattr(self, port.field)))
+            value = getattr(self, port.field)
+            setattr(db.inputs, port.name, read_only(value.view()) if isinstance(value, np.ndarray) else value)
         for port in declared(self, "outputs"):
             setattr(db.outputs, port.name, getattr(self, port.field))
         if first:
@@ -264,11 +265,3 @@ def _declaration(text: object) -> tuple[str, str, PortType]:
     if not isinstance(port_type, PortType) or port_type.base in ("any", "bundle", "execution"):
         raise ValueError(f"{text!r}: a script's attributes have one type of values, such as double, token, int[]")
     return side, name, port_type
-
-
-def _shared(value: Any) -> Any:
-    """An input value for a script, with arrays as read-only views."""
-    if isinstance(value, np.ndarray):
-        value = value.view()
-        value.setflags(write=False)
-    return value

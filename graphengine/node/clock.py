@@ -19,19 +19,6 @@ class Clock(Stateful):
         wall_time_was_read: whether a node read `wall_time` in this tick.
     """
 
-    __slots__ = (
-        "_denominator",
-        "_numerator",
-        "_past",
-        "_wall_time",
-        "delta",
-        "frame",
-        "monotonic_time",
-        "period",
-        "time",
-        "wall_time_was_read",
-    )
-
     kept = ("_past", "_wall_time", "frame", "monotonic_time", "time", "wall_time_was_read")
 
     def __init__(self, period: tuple[int, int]) -> None:

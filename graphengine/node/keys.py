@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
+import string
 from collections.abc import Collection
 
 from graphengine.format.errors import UsageError
 from graphengine.format.stateful import Stateful
 from graphengine.format.wording import unknown
 
-LETTERS = tuple("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
-_PUNCTUATION = {
-    "'": "Apostrophe",
-    "\\": "Backslash",
-    ",": "Comma",
-    "=": "Equal",
-    "`": "GraveAccent",
-    "[": "LeftBracket",
-}
-_PUNCTUATION |= {"-": "Minus", ".": "Period", "]": "RightBracket", ";": "Semicolon", "/": "Slash", " ": "Space"}
+_PUNCTUATION = {"'": "Apostrophe", "\\": "Backslash", ",": "Comma", "=": "Equal", "`": "GraveAccent"}
+_PUNCTUATION |= {"[": "LeftBracket", "]": "RightBracket", "-": "Minus", ".": "Period", ";": "Semicolon"}
+_PUNCTUATION |= {"/": "Slash", " ": "Space"}
 _CONTROLS = {"\t": "Tab", "\r": "Enter", "\n": "Enter", "\x7f": "Backspace", "\x1b": "Escape"}
 _ARROWS = {"up": "Up", "down": "Down", "left": "Left", "right": "Right"}
 MODIFIERS = {
@@ -25,29 +19,15 @@ MODIFIERS = {
     "alt": ("LeftAlt", "RightAlt"),
     "ctrl": ("LeftControl", "RightControl"),
 }
-KEYS = (
-    *LETTERS,
-    *["Apostrophe", "Backslash", "Backspace", "CapsLock", "Comma", "Del", "Down", "End", "Enter", "Equal", "Escape"],
-    *["F1", "F10", "F11", "F12", "F2", "F3", "F4", "F5", "F6", "F7", "F8", "F9", "GraveAccent", "Home", "Insert"],
-    *(f"Key{digit}" for digit in range(10)),
-    *["Left", "LeftAlt", "LeftBracket", "LeftControl", "LeftShift", "LeftSuper", "Menu", "Minus", "NumLock"],
-    *(f"Numpad{digit}" for digit in range(10)),
-    *["NumpadAdd", "NumpadDel", "NumpadDivide", "NumpadEnter", "NumpadEqual", "NumpadMultiply", "NumpadSubtract"],
-    *[
-        "PageDown",
-        "PageUp",
-        "Pause",
-        "Period",
-        "PrintScreen",
-        "Right",
-        "RightAlt",
-        "RightBracket",
-        "RightControl",
-        "RightShift",
-        "RightSuper",
-    ],
-    *["ScrollLock", "Semicolon", "Slash", "Space", "Tab", "Up"],
-)
+_NAMED_KEYS = """
+Apostrophe Backslash Backspace CapsLock Comma Del Down End Enter Equal Escape F1 F10 F11 F12 F2 F3 F4 F5 F6 F7 F8 F9
+GraveAccent Home Insert Key0 Key1 Key2 Key3 Key4 Key5 Key6 Key7 Key8 Key9 Left LeftAlt LeftBracket LeftControl
+LeftShift LeftSuper Menu Minus NumLock Numpad0 Numpad1 Numpad2 Numpad3 Numpad4 Numpad5 Numpad6 Numpad7 Numpad8
+Numpad9 NumpadAdd NumpadDel NumpadDivide NumpadEnter NumpadEqual NumpadMultiply NumpadSubtract PageDown PageUp Pause
+Period PrintScreen Right RightAlt RightBracket RightControl RightShift RightSuper ScrollLock Semicolon Slash Space
+Tab Up
+"""
+KEYS = (*string.ascii_uppercase, *_NAMED_KEYS.split())
 """All keys, in OmniGraph's order."""
 
 

@@ -38,21 +38,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, dataclass_transform
 
 from graphengine.format.errors import GraphError
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.node.port import (
-    MISSING,
-    Bound,
-    ExecIn,
-    ExecOut,
-    Field,
-    In,
-    Out,
-    Port,
-    Side,
-    State,
-    camel_case,
-    value_port,
-)
-from graphengine.node.types import EXECUTION, PortType
+from graphengine.node.port import MISSING, Bound, ExecIn, ExecOut, Field, In, Out, Port, State, exec_port, value_port
+from graphengine.node.types import PortType
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
@@ -208,10 +195,9 @@ class Node(metaclass=NodeMeta):
 
         A node with other state overrides `save` and `restore`.
         """
-        names = [port.field for port in type(self).fields.values() if not port.bound_in_setup]
-        names = [name for name in names if not type(self).fields[name].mask] + ["active"] * hasattr(
-            type(self), "update"
-        )
+        names = [port.field for port in type(self).fields.values() if not (port.bound_in_setup or port.mask)]
+        if hasattr(type(self), "update"):
+            names.append("active")
         return copy.deepcopy({name: getattr(self, name) for name in names})
 
     def restore(self, saved: Any) -> None:
@@ -283,10 +269,8 @@ class Node(metaclass=NodeMeta):
         mask = 1 << sum(1 for port in inherited.values() if port.is_exec and port.side == "outputs")
         for name, field in fields.items():
             if isinstance(field, ExecIn | ExecOut):
-                side: Side = "inputs" if isinstance(field, ExecIn) else "outputs"
-                ogn_name = field.name or camel_case(name)
-                port = Port(name, ogn_name, side, EXECUTION, doc=field.doc, control=field.control)
-                if side == "outputs":
+                port = exec_port(name, field)
+                if port.side == "outputs":
                     port = replace(port, mask=mask)
                     setattr(cls, name, mask)
                     mask <<= 1

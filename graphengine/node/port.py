@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from graphengine.node.types import ANY, EXECUTION, PortType, UnionType, coerce, first_that_takes, parse
@@ -80,16 +80,14 @@ class Port:
         return value
 
 
+@dataclass(eq=False)
 class Field:
     """A field specifier in a class body, replaced by a port when the class is created."""
 
-    def __init__(
-        self, side: Side, default: Any = MISSING, factory: Callable[[], Any] | None = None, **facts: Any
-    ) -> None:
-        self.side = side
-        self.default = default
-        self.factory = factory
-        self.facts = facts
+    side: Side
+    default: Any = MISSING
+    factory: Callable[[], Any] | None = None
+    facts: Mapping[str, Any] = field(default_factory=dict)
 
 
 class ExecIn:
@@ -133,12 +131,12 @@ def In(*, default: Any = MISSING, **facts: Any) -> Any:
             `extension` (not a port of the reference), `couple` and `component` (ports of union type with the same couple
             resolve together; a component is one number of the tuple, an `element` one element of the array).
     """
-    return Field("inputs", default, **facts)
+    return Field("inputs", default, facts=facts)
 
 
 def Out(*, default: Any = MISSING, init: Literal[False] = False, **facts: Any) -> Any:
     """An output, reset to its default on stop. `facts` as for `In`."""
-    return Field("outputs", default, **facts)
+    return Field("outputs", default, facts=facts)
 
 
 def State(*, default: Any = MISSING, factory: Callable[[], Any] | None = None, init: Literal[False] = False) -> Any:
@@ -174,6 +172,12 @@ def camel_case(field: str) -> str:
     """OmniGraph's spelling of a Python field: `linear_velocity` is `linearVelocity`."""
     head, *tail = field.split("_")
     return head + "".join(word[:1].upper() + word[1:] for word in tail)
+
+
+def exec_port(name: str, field: ExecIn | ExecOut) -> Port:
+    """The port of an execution field."""
+    side: Side = "inputs" if isinstance(field, ExecIn) else "outputs"
+    return Port(name, field.name or camel_case(name), side, EXECUTION, doc=field.doc, control=field.control)
 
 
 def value_port(owner: str, name: str, field: Field, hint: Any) -> Port:

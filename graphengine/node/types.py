@@ -33,15 +33,17 @@ __all__ = [
 ]  # fmt: skip
 """Names for authors of nodes."""
 
-_INTEGERS = {"uchar": (0, 2**8 - 1), "int": (-(2**31), 2**31 - 1), "uint": (0, 2**32 - 1)}
-_INTEGERS |= {"int64": (-(2**63), 2**63 - 1), "uint64": (0, 2**64 - 1)}
+INTEGERS = {"uchar": (0, 2**8 - 1), "int": (-(2**31), 2**31 - 1), "uint": (0, 2**32 - 1)}
+INTEGERS |= {"int64": (-(2**63), 2**63 - 1), "uint64": (0, 2**64 - 1)}
+"""Smallest and largest number of each integer type."""
 _REALS = ("half", "float", "double", "timecode")
 _TEXTS = ("token", "string", "path", "objectId")
 _OTHERS = ("target", "execution", "any", "bundle")
 _DTYPES = {"bool": np.bool_, "uchar": np.uint8, "int": np.int32, "uint": np.uint32, "int64": np.int64}
 _DTYPES |= {"uint64": np.uint64, "half": np.float16, "float": np.float32, "double": np.float64, "timecode": np.float64}
 _PRECISION = {"d": "double", "f": "float", "h": "half"}
-_ROLES = {"vector": (3,), "point": (3,), "normal": (3,), "color": (3, 4), "texcoord": (2, 3), "quat": (4,)}
+ROLES = {"vector": (3,), "point": (3,), "normal": (3,), "color": (3, 4), "quat": (4,), "texcoord": (2, 3)}
+"""Numbers of components that tuples with a role can have."""
 _MATRICES = {"matrixd": (2, 3, 4), "frame": (4,), "transform": (4,)}
 _POINTER = "pointer"
 
@@ -67,7 +69,7 @@ class PortType:
     def __str__(self) -> str:
         if self.role in _MATRICES:
             name, size = self.role, f"[{math.isqrt(self.count)}]"
-        elif self.role in _ROLES:
+        elif self.role in ROLES:
             name, size = self.role + self.base[0], f"[{self.count}]"
         else:
             name, size = self.base, f"[{self.count}]" if self.count > 1 else ""
@@ -87,7 +89,7 @@ class PortType:
     def zero(self) -> Any:
         """OmniGraph's initial value of an attribute of this type."""
         if self.array and self.is_number:
-            return _frozen(np.zeros((0,) if self.count == 1 else (0, self.count), self.dtype))
+            return read_only(np.zeros((0,) if self.count == 1 else (0, self.count), self.dtype))
         if self.array or self.base == "target":
             return ()
         if self.role == "quat":
@@ -97,7 +99,7 @@ class PortType:
         return _SCALAR_ZERO[self.base] if self.count == 1 else (_SCALAR_ZERO[self.base],) * self.count
 
 
-_SCALAR_ZERO: dict[str, Any] = dict.fromkeys(_INTEGERS, 0) | dict.fromkeys(_REALS, 0.0)
+_SCALAR_ZERO: dict[str, Any] = dict.fromkeys(INTEGERS, 0) | dict.fromkeys(_REALS, 0.0)
 _SCALAR_ZERO |= dict.fromkeys(_TEXTS, "") | {"bool": False, "any": None, "bundle": None, "execution": None}
 
 
@@ -146,12 +148,12 @@ def parse(name: str) -> PortType | UnionType:
         if count > 1:
             raise ValueError(f"{name!r} is not a port type: {word} has no tuples")
         return PortType(word, 1, array)
-    if word == "bool" or word in _INTEGERS or word in _REALS or word in _TEXTS:
+    if word == "bool" or word in INTEGERS or word in _REALS or word in _TEXTS:
         return PortType(word, count, array)
     if word in _MATRICES and count in _MATRICES[word]:
         return PortType("double", count * count, array, word)
     role, precision = word[:-1], word[-1:]
-    if role in _ROLES and precision in _PRECISION and count in _ROLES[role]:
+    if role in ROLES and precision in _PRECISION and count in ROLES[role]:
         return PortType(_PRECISION[precision], count, array, role)
     raise ValueError(f"{name!r} is not a port type")
 
@@ -181,7 +183,7 @@ def coerce(value: Any, port_type: PortType) -> Any:
     if not port_type.is_number:
         return tuple(elements)
     shape = (len(elements),) if port_type.count == 1 else (len(elements), port_type.count)
-    return _frozen(np.array(elements, port_type.dtype).reshape(shape))
+    return read_only(np.array(elements, port_type.dtype).reshape(shape))
 
 
 def first_that_takes(value: Any, alternatives: Iterable[PortType]) -> tuple[PortType, Any]:
@@ -208,7 +210,7 @@ def _buffer(value: Any) -> Any:
     return value
 
 
-def _frozen(array: NDArray[Any]) -> NDArray[Any]:
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
     """The array, made read-only so that wires and defaults can share it."""
     array.setflags(write=False)
     return array
@@ -245,9 +247,9 @@ def _scalar(value: Any, base: str) -> Any:
             return value
         raise TypeError("expected text" + (f'; write "{value}"' if isinstance(value, int | float) else ""))
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError("expected a whole number" if base in _INTEGERS else "expected a number")
-    if base in _INTEGERS:
-        low, high = _INTEGERS[base]
+        raise TypeError("expected a whole number" if base in INTEGERS else "expected a number")
+    if base in INTEGERS:
+        low, high = INTEGERS[base]
         if isinstance(value, float):
             raise TypeError("expected a whole number")
         if not low <= value <= high:
@@ -270,7 +272,7 @@ def conversion(source: PortType, target: PortType) -> str | None:
         return ""
     if source.role == _POINTER:
         return None
-    whole = source.base == "bool" or source.base in ("int", "uint", "int64", "uint64", "uchar")
+    whole = source.base == "bool" or source.base in INTEGERS
     if target.base == "int64" and whole and source.base != "uint64":
         return "" if source.base != "bool" and not source.array else _converter("int64", source)
     if target.base == "double" and whole:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
-
 from graphengine.devices.stage import PHYSICS_SCENE, Prim, PrimKind
 from graphengine.format.errors import ContextError
 from graphengine.format.kinds import DEVICES
@@ -13,47 +10,42 @@ from graphengine.node.types import PortType
 
 _USD_TYPES: dict[PrimKind, str] = {"scope": "Scope", "material": "Material", "graph": "OmniGraph"}
 _USD_TYPES |= dict.fromkeys(("robot", "link", "frame", "body", "sensor"), "Xform")
-_JOINT_TYPES = {
-    "revolute": "PhysicsRevoluteJoint",
-    "continuous": "PhysicsRevoluteJoint",
-    "prismatic": "PhysicsPrismaticJoint",
-    "fixed": "PhysicsFixedJoint",
-}
+_JOINT_TYPES = dict.fromkeys(("revolute", "continuous"), "PhysicsRevoluteJoint")
+_JOINT_TYPES |= {"prismatic": "PhysicsPrismaticJoint", "fixed": "PhysicsFixedJoint"}
 
-PORT_TYPES: Mapping[str, PortType] = MappingProxyType(
-    {
-        "bool": PortType("bool"),
-        "color3f": PortType("float", 3, role="color"),
-        "double3": PortType("double", 3),
-        "float": PortType("float"),
-        "float2": PortType("float", 2),
-        "quatd": PortType("double", 4, role="quat"),
-        "string": PortType("string"),
-        "vector3f": PortType("float", 3, role="vector"),
-    }
-)
+PORT_TYPES = {
+    "bool": PortType("bool"),
+    "color3f": PortType("float", 3, role="color"),
+    "double3": PortType("double", 3),
+    "float": PortType("float"),
+    "float2": PortType("float", 2),
+    "quatd": PortType("double", 4, role="quat"),
+    "string": PortType("string"),
+    "vector3f": PortType("float", 3, role="vector"),
+}
 """OmniGraph's types by USD type, for all types of attributes."""
 
-_TYPES = {"xformOp:translate": "double3", "xformOp:orient": "quatd", "physics:mass": "float", "clippingRange": "float2"}
-_TYPES |= {"physics:gravityDirection": "vector3f", "physics:gravityMagnitude": "float"}
-_TYPES |= {"physics:staticFriction": "float", "physics:dynamicFriction": "float"}
-_TYPES |= {"inputs:intensity": "float", "inputs:color": "color3f"}
-_TYPES |= {"physics:jointEnabled": "bool", "isaac:namespace": "string", "isaac:nameOverride": "string"}
+ATTRIBUTE_TYPES = {"xformOp:translate": "double3", "xformOp:orient": "quatd", "physics:mass": "float"}
+ATTRIBUTE_TYPES |= {"clippingRange": "float2", "inputs:intensity": "float", "inputs:color": "color3f"}
+ATTRIBUTE_TYPES |= {"physics:gravityDirection": "vector3f", "physics:gravityMagnitude": "float"}
+ATTRIBUTE_TYPES |= {"physics:staticFriction": "float", "physics:dynamicFriction": "float"}
+ATTRIBUTE_TYPES |= {"physics:jointEnabled": "bool", "isaac:namespace": "string", "isaac:nameOverride": "string"}
 for _motion in ("angular", "linear"):
-    _TYPES |= {f"state:{_motion}:physics:{what}": "float" for what in ("position", "velocity")}
-    _TYPES |= {f"drive:{_motion}:physics:{what}": "float" for what in ("targetPosition", "targetVelocity")}
+    ATTRIBUTE_TYPES |= {f"state:{_motion}:physics:{what}": "float" for what in ("position", "velocity")}
+    ATTRIBUTE_TYPES |= {f"drive:{_motion}:physics:{what}": "float" for what in ("targetPosition", "targetVelocity")}
+"""USD types of all attributes, by attribute name; a name has the same type on every prim."""
 
 
 def type_of_attribute(name: str) -> PortType:
-    """OmniGraph's type of an attribute; an attribute name has the same type on every prim.
+    """OmniGraph's type of the attributes of this name.
 
     Raises:
         ContextError: no prim has an attribute of this name.
     """
-    if name not in _TYPES:
-        near = did_you_mean(name, _TYPES) or listing(_TYPES, "attributes")
+    if name not in ATTRIBUTE_TYPES:
+        near = did_you_mean(name, ATTRIBUTE_TYPES) or listing(ATTRIBUTE_TYPES, "attributes")
         raise ContextError(f"no prim has an attribute {name!r}", name, near)
-    return PORT_TYPES[_TYPES[name]]
+    return PORT_TYPES[ATTRIBUTE_TYPES[name]]
 
 
 def usd_type(prim: Prim) -> str:

@@ -7,7 +7,19 @@ from typing import Any
 from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Mailbox, Node, Out, Pushes, Token
 
 
-class SendCustomEvent(Node, type="omni.graph.action.SendCustomEvent"):
+class CustomEventNode(Node):
+    """Base of nodes for the events of one name."""
+
+    event_name: Token
+
+    mailbox: Mailbox = Bound()
+
+    def setup(self, context: Context) -> None:
+        """Bind the queue of the name."""
+        self.mailbox = context.mailbox(f"event:{self.event_name}")
+
+
+class SendCustomEvent(CustomEventNode, type="omni.graph.action.SendCustomEvent"):
     """Sends an event to all OnCustomEvent nodes with its name, in all graphs of the session."""
 
     exec_in = ExecIn()
@@ -16,18 +28,12 @@ class SendCustomEvent(Node, type="omni.graph.action.SendCustomEvent"):
     path: Token = In(default="", doc="path sent with the event")
     exec_out = ExecOut()
 
-    mailbox: Mailbox = Bound()
-
-    def setup(self, context: Context) -> None:
-        """Bind the queue of the name."""
-        self.mailbox = context.mailbox(f"event:{self.event_name}")
-
     def compute(self) -> None:
         """Post the event to the queue of its name."""
         self.mailbox.post((self.bundle, self.path))
 
 
-class OnCustomEvent(Node, type="omni.graph.action.OnCustomEvent"):
+class OnCustomEvent(CustomEventNode, type="omni.graph.action.OnCustomEvent"):
     """Fires once for each event with its name that was sent in the previous tick."""
 
     event_name: Token = In(default="", setup=True)
@@ -35,12 +41,6 @@ class OnCustomEvent(Node, type="omni.graph.action.OnCustomEvent"):
     exec_out = ExecOut()
     bundle: Any = Out(type="bundle", doc="bundle sent with the event")
     path: Token = Out(doc="path sent with the event")
-
-    mailbox: Mailbox = Bound()
-
-    def setup(self, context: Context) -> None:
-        """Bind the queue of the name."""
-        self.mailbox = context.mailbox(f"event:{self.event_name}")
 
     def compute(self) -> Pushes:
         """Yield once for each event, after setting its outputs."""

@@ -2,21 +2,8 @@
 
 from __future__ import annotations
 
-from graphengine.node import (
-    Bound,
-    Clock,
-    Context,
-    ContextError,
-    ExecOut,
-    Fire,
-    In,
-    Node,
-    Out,
-    State,
-    Token,
-    UInt,
-    Variable,
-)
+from graphengine.node import Bound, Clock, Context, ContextError, ExecOut, Fire, In, Node, Out, State, Variable
+from graphengine.node.types import Token, UInt
 
 
 class TickEvent(Node):

@@ -11,7 +11,17 @@ from graphengine.node import Bound, Context, ExecOut, Fire, In, Keyboard, Node, 
 from graphengine.node.keys import KEYS, MODIFIERS
 
 
-class OnKeyboardInput(Node, type="omni.graph.action.OnKeyboardInput"):
+class KeyboardNode(Node):
+    """Base of nodes that read the keyboard."""
+
+    keyboard: Keyboard = Bound()
+
+    def setup(self, context: Context) -> None:
+        """Bind the keyboard."""
+        self.keyboard = context.keyboard()
+
+
+class OnKeyboardInput(KeyboardNode, type="omni.graph.action.OnKeyboardInput"):
     """Fires when a key is pressed with exactly the given modifiers, and when the key or one of these modifiers is released."""
 
     key_in: Token = In(default="A", tokens=KEYS)
@@ -23,12 +33,6 @@ class OnKeyboardInput(Node, type="omni.graph.action.OnKeyboardInput"):
     released = ExecOut()
     is_pressed: bool = Out(doc="whether the last event was a press")
     key_out: Token = Out(doc="the key of the last event")
-
-    keyboard: Keyboard = Bound()
-
-    def setup(self, context: Context) -> None:
-        """Bind the keyboard."""
-        self.keyboard = context.keyboard()
 
     def compute(self) -> Fire:
         """Compare the keys held in this tick with those of the previous one."""
@@ -46,7 +50,7 @@ class OnKeyboardInput(Node, type="omni.graph.action.OnKeyboardInput"):
         return None
 
 
-class ReadKeyboardState(Node, type="omni.graph.nodes.ReadKeyboardState", volatile=True):
+class ReadKeyboardState(KeyboardNode, type="omni.graph.nodes.ReadKeyboardState", volatile=True):
     """Whether a key is held down."""
 
     key: Token = In(default="A", tokens=KEYS)
@@ -54,12 +58,6 @@ class ReadKeyboardState(Node, type="omni.graph.nodes.ReadKeyboardState", volatil
     shift_out: bool = Out()
     alt_out: bool = Out()
     ctrl_out: bool = Out()
-
-    keyboard: Keyboard = Bound()
-
-    def setup(self, context: Context) -> None:
-        """Bind the keyboard."""
-        self.keyboard = context.keyboard()
 
     def compute(self) -> None:
         """Read whether the key is held down."""

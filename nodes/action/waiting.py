@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from graphengine.node import ExecIn, ExecOut, Fire, Float, In, Int, Node, Out, State
-from graphengine.nodes.checked import finite
+from graphengine.nodes.checked import check_finite
 from graphengine.nodes.clocked import ClockNode
 
 
@@ -22,7 +22,8 @@ class Delay(ClockNode, type="omni.graph.action.Delay"):
         Raises:
             BadValueError: the duration is not finite.
         """
-        self.end = self.clock.time + finite("duration", self.duration)
+        check_finite(self, "duration")
+        self.end = self.clock.time + self.duration
         self.active = True
 
     def update(self) -> Fire:
@@ -63,12 +64,7 @@ class Timer(ClockNode, type="omni.graph.nodes.Timer"):
         if self.arrived:
             self.active = False
             return self.finished
-        for port, number in (
-            ("duration", self.duration),
-            ("startValue", self.start_value),
-            ("endValue", self.end_value),
-        ):
-            finite(port, number)
+        check_finite(self, "duration", "start_value", "end_value")
         passed = self.clock.time + self.clock.delta - self.start
         self.arrived = passed > self.duration - 1e-6 * self.clock.delta  # a sum of periods may be a little less
         way = self.end_value - self.start_value

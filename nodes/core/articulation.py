@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from graphengine.compiler.lint_registry import lint
 from graphengine.devices.motion import Articulation, JointSelection
-from graphengine.format.errors import BadValueError, GraphError, JointError, PrimError
+from graphengine.format.errors import BadValueError, GraphError, JointError
 from graphengine.format.wording import listing
 from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out, State
 from graphengine.node.types import Double3s, Doubles, Ints, String, Target, Tokens
@@ -227,7 +227,7 @@ def _commands(context: LintContext) -> Iterator[_Command]:
             robot = context.stage.stands_for_robot(context.stage.find(node.prim()))
             joints: tuple[str, ...] = robot.facts.get("joints", ()) if robot else ()
             chosen = node.joint_names or tuple(joints[number] for number in node.joint_indices) or joints
-        except (PrimError, GraphError, IndexError):  # reported by the dry setup
+        except (GraphError, IndexError):  # reported by the dry setup
             continue
         kinds = tuple(kind for kind in _KINDS if kind in wired or len(getattr(node, kind)))
         if robot is not None:

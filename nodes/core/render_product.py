@@ -7,21 +7,8 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from graphengine.devices.camera import Camera
-from graphengine.node import (
-    Bound,
-    Context,
-    ExecIn,
-    ExecOut,
-    Fire,
-    Float,
-    Floats,
-    In,
-    Node,
-    Out,
-    Target,
-    Token,
-    UInt,
-)
+from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out
+from graphengine.node.types import Float, Floats, Target, Token, UInt, read_only
 
 
 class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRenderProduct", gated=True):
@@ -121,5 +108,4 @@ class IsaacReadCameraInfo(Node, type="isaacsim.core.nodes.IsaacReadCameraInfo", 
         self.physical_distortion_coefficients = _NO_DISTORTION
 
 
-_NO_DISTORTION = np.zeros(5, np.float32)
-_NO_DISTORTION.setflags(write=False)
+_NO_DISTORTION = read_only(np.zeros(5, np.float32))

@@ -10,7 +10,6 @@ float, with the precision of a double. Integers that exceed the range of their b
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from graphengine.node import BadValueError, PortType, types
+from graphengine.node.types import INTEGERS
 
 Operation = Callable[..., Any]
 
@@ -149,23 +149,16 @@ def _of_numbers(function: Operation, inputs: Sequence[PortType], output: PortTyp
         return function
     if any(map(is_real, inputs)):
         return lambda *values: _whole(function(*values), output)
-    low, high = _range(output.base)
+    low, high = INTEGERS[output.base]
     return lambda *values: (function(*values) - low) % (high - low + 1) + low
 
 
 def _whole(number: float, output: PortType) -> int:
     """A real number truncated toward 0."""
-    low, high = _range(output.base)
+    low, high = INTEGERS[output.base]
     if not low - 1 < number < high + 1:
         raise BadValueError("result", number, f"of {output.base}, {low} to {high}")
     return int(number)
-
-
-@functools.cache
-def _range(base: str) -> tuple[int, int]:
-    """The smallest and the largest integer of a base."""
-    limits = np.iinfo(PortType(base).dtype)
-    return int(limits.min), int(limits.max)
 
 
 def represented(result: Any, output: PortType) -> Any:
@@ -176,7 +169,7 @@ def represented(result: Any, output: PortType) -> Any:
     """
     array = np.asarray(result)
     if array.dtype.kind == "f" and not is_real(output) and output.base != "bool":
-        low, high = _range(output.base)
+        low, high = INTEGERS[output.base]
         array = np.trunc(array)
         for wrong in array[~((array >= low) & (array < high + 1))].tolist():
             _whole(wrong, output)

@@ -126,8 +126,8 @@ class AnyZero(_Zero, type="omni.graph.nodes.AnyZero"):
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """Compare numbers, or each tuple of an array as a whole."""
-        wholes = inputs[1].array and inputs[1].count > 1
-        return lift(lambda tolerance, value: np.any(_zeros(tolerance, value, wholes)), inputs, output)
+        zeros = _zeros(inputs[1])
+        return lift(lambda tolerance, value: np.any(zeros(tolerance, value)), inputs, output)
 
 
 class EachZero(_Zero, type="omni.graph.nodes.EachZero"):
@@ -137,8 +137,7 @@ class EachZero(_Zero, type="omni.graph.nodes.EachZero"):
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """Compare numbers, or each tuple of an array as a whole."""
-        wholes = inputs[1].array and inputs[1].count > 1
-        return lift(lambda tolerance, value: _zeros(tolerance, value, wholes), inputs, output)
+        return lift(_zeros(inputs[1]), inputs, output)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
         """A bool for a number, else an array of bools."""
@@ -146,6 +145,8 @@ class EachZero(_Zero, type="omni.graph.nodes.EachZero"):
         return PortType("bool", 1, value.array or value.count > 1)
 
 
-def _zeros(tolerance: Any, value: Any, wholes: bool) -> Any:
-    near = np.abs(value) <= tolerance
-    return np.all(near, axis=-1) if wholes else near
+def _zeros(port_type: PortType) -> Operation:
+    """The comparison with 0 of numbers, or of each tuple of an array as a whole."""
+    if port_type.array and port_type.count > 1:
+        return lambda tolerance, value: np.all(np.abs(value) <= tolerance, axis=-1)
+    return lambda tolerance, value: np.abs(value) <= tolerance

@@ -11,7 +11,7 @@ import numpy as np
 from graphengine.node import BadValueError, In, Node, Out, types
 from graphengine.node.types import PortType, String, Target, Token, UnionType, plain
 from graphengine.nodes.data.broadcast import type_of
-from graphengine.nodes.data.unions import PLAIN_NUMERICS, with_arrays, with_roles
+from graphengine.nodes.data.unions import PLAIN_NUMERICS, tuples, with_arrays, with_roles
 
 _SCALARS = with_arrays("bool|int|int64|uint64|uint|uchar|double|float|half")
 _NUMBERS = f"{PLAIN_NUMERICS}|bool|bool[]"
@@ -21,7 +21,7 @@ _HALF_ROLES = ("None", "Color", "Frame", "Normal", "Point", "Quaternion", "TexCo
 
 
 def _tuples(base: str) -> str:
-    return with_arrays("|".join((base, *(f"{base}[{count}]" for count in (2, 3, 4)))))
+    return with_arrays(f"{base}|{tuples(base)}")
 
 
 def _with_roles(base: str) -> str:

@@ -6,6 +6,8 @@ widen by themselves; lists of two to four numbers are tuples; matrices come last
 
 from __future__ import annotations
 
+from graphengine.node.types import ROLES
+
 
 def arrays_of(union: str) -> str:
     """The array types of the given types."""
@@ -17,24 +19,22 @@ def with_arrays(union: str) -> str:
     return f"{union}|{arrays_of(union)}"
 
 
-def _tuples(*bases: str) -> str:
+def tuples(*bases: str) -> str:
+    """Tuples of two to four of the given types."""
     return "|".join(f"{base}[{count}]" for base in bases for count in (2, 3, 4))
-
-
-_ROLES = {"vector": (3,), "point": (3,), "normal": (3,), "color": (3, 4), "quat": (4,), "texcoord": (2, 3)}
 
 
 def with_roles(letters: str) -> str:
     """Tuple types with roles, for the real bases d, f and h."""
-    return "|".join(f"{role}{bits}[{count}]" for role, counts in _ROLES.items() for count in counts for bits in letters)
+    return "|".join(f"{role}{bits}[{count}]" for role, counts in ROLES.items() for count in counts for bits in letters)
 
 
 INTEGRAL_SCALARS = "int|int64|uint64|uint|uchar"
 REALS = "double|float|half"
 DECIMAL_SCALARS = f"{REALS}|timecode"
-REAL_TUPLES = _tuples("double", "float", "half")
+REAL_TUPLES = tuples("double", "float", "half")
 DECIMAL_TUPLES = f"{REAL_TUPLES}|{with_roles('dfh')}"
-INTEGRAL_TUPLES = _tuples("int")
+INTEGRAL_TUPLES = tuples("int")
 MATRICES = "matrixd[2]|matrixd[3]|matrixd[4]"
 FRAMES = "frame[4]|transform[4]"
 

@@ -17,16 +17,8 @@ from graphengine.nodes.ros2.publisher import SensorPublisher
 
 DETECTIONS = "vision_msgs/msg/Detection2DArray"
 DETECTIONS_3D = "vision_msgs/msg/Detection3DArray"
-BOX = np.dtype(
-    [
-        ("semanticId", "<u4"),
-        ("x_min", "<i4"),
-        ("y_min", "<i4"),
-        ("x_max", "<i4"),
-        ("y_max", "<i4"),
-        ("occlusionRatio", "<f4"),
-    ]
-)
+_EDGES_OF_A_BOX = [(edge, "<i4") for edge in ("x_min", "y_min", "x_max", "y_max")]
+BOX = np.dtype([("semanticId", "<u4"), *_EDGES_OF_A_BOX, ("occlusionRatio", "<f4")])
 """One box: its edges in pixels from the upper left corner of the picture, and the number of what is in it."""
 
 

@@ -22,16 +22,9 @@ _SEGMENTED = ("instance_segmentation", "semantic_segmentation", "bbox_2d_tight",
 """The types that are made from a segmentation."""
 _TYPES = ("rgb", "rgb_h264", "depth", "depth_pcl", *_SEGMENTED)
 _IMAGE = "sensor_msgs/msg/Image"
-_MESSAGES = {
-    "rgb": _IMAGE,
-    "depth": _IMAGE,
-    "depth_pcl": "sensor_msgs/msg/PointCloud2",
-    "instance_segmentation": _IMAGE,
-    "semantic_segmentation": _IMAGE,
-    "bbox_2d_tight": DETECTIONS,
-    "bbox_2d_loose": DETECTIONS,
-    "bbox_3d": DETECTIONS_3D,
-}
+_MESSAGES = {"rgb": _IMAGE, "depth": _IMAGE, "depth_pcl": "sensor_msgs/msg/PointCloud2"}
+_MESSAGES |= {"instance_segmentation": _IMAGE, "semantic_segmentation": _IMAGE}
+_MESSAGES |= {"bbox_2d_tight": DETECTIONS, "bbox_2d_loose": DETECTIONS, "bbox_3d": DETECTIONS_3D}
 """The message of each type that is available."""
 
 

@@ -13,24 +13,12 @@ from numpy.typing import NDArray
 from graphengine.devices.camera import Camera
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import (
-    BadValueError,
-    Bound,
-    Context,
-    ContextError,
-    Doubles,
-    Floats,
-    In,
-    State,
-    String,
-    Token,
-    UInt,
-)
+from graphengine.node import BadValueError, Bound, Context, ContextError, In, State
+from graphengine.node.types import Doubles, Floats, String, Token, UInt, read_only
 from graphengine.nodes.ros2.helper import SensorHelper
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
-_NO_DISTORTION = np.zeros(5)
-_NO_DISTORTION.setflags(write=False)
+_NO_DISTORTION = read_only(np.zeros(5))
 _PARALLEL = 1e-3
 """How far two optical axes of a stereo pair may be from parallel, rad: a pixel at a focal length of 1000 pixels."""
 
@@ -89,10 +77,7 @@ def pinhole_matrices(intrinsics: tuple[float, float, float, float], baseline: fl
     fx, fy, cx, cy = intrinsics
     k = np.array([fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0])
     p = np.array([fx, 0.0, cx, 0.0 - fx * baseline, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0])
-    matrices = k, np.eye(3).ravel(), p
-    for matrix in matrices:
-        matrix.setflags(write=False)
-    return matrices
+    return read_only(k), read_only(np.eye(3).ravel()), read_only(p)
 
 
 @dataclass(frozen=True, slots=True)

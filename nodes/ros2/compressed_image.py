@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-import numpy as np
-
 from graphengine.messages import messages
 from graphengine.node import Buffer, In, String, Token, UChars, UInt64
-from graphengine.nodes.ros2.publisher import SensorPublisher
+from graphengine.nodes.ros2.publisher import SensorPublisher, array_or_buffer, bytes_in
 
 
 class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishCompressedImage"):
@@ -31,10 +29,10 @@ class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS
 
     def compute(self) -> None:
         """Publish the bytes, if there are any and the topic has subscribers."""
-        if len(self.data) or not isinstance(self.data_ptr, int):
+        if len(bytes_in(array_or_buffer(self.data, self.data_ptr))):
             super().compute()
 
     def message(self) -> messages.CompressedImage:
         """Build the message from the bytes."""
-        data = self.data if len(self.data) else np.frombuffer(self.data_ptr, np.uint8)
+        data = bytes_in(array_or_buffer(self.data, self.data_ptr))
         return messages.CompressedImage(self.header(), self.format or self.input_format, data)

@@ -37,23 +37,9 @@ from graphengine.node import BadValueError, ContextError, Node, types
 MAX_PORTS = 2000
 """Of a node; the largest message of ROS 2 Jazzy makes 38."""
 
-PORT_TYPES = {
-    "bool": "bool",
-    "byte": "uchar",
-    "char": "uchar",
-    "int8": "int",
-    "uint8": "uint",
-    "int16": "int",
-    "uint16": "uint",
-    "int32": "int",
-    "uint32": "uint",
-    "int64": "int64",
-    "uint64": "uint64",
-    "float32": "float",
-    "float64": "double",
-    "string": "token",
-    "wstring": "token",
-}
+PORT_TYPES = dict.fromkeys(("byte", "char"), "uchar") | dict.fromkeys(("string", "wstring"), "token")
+PORT_TYPES |= dict.fromkeys(("int8", "int16", "int32"), "int") | dict.fromkeys(("uint8", "uint16", "uint32"), "uint")
+PORT_TYPES |= {"bool": "bool", "int64": "int64", "uint64": "uint64", "float32": "float", "float64": "double"}
 """OmniGraph's type of a field, by ROS's."""
 _NARROW = {
     "int8": (-(2**7), 2**7 - 1),
@@ -61,7 +47,7 @@ _NARROW = {
     "int16": (-(2**15), 2**15 - 1),
     "uint16": (0, 2**16 - 1),
 }
-"""Numbers that have fewer bits in a message than on a port."""
+"""Smallest and largest of the numbers that have fewer bits in a message than on a port."""
 
 
 class Leaf:
@@ -76,12 +62,7 @@ class Leaf:
     """
 
     def __init__(
-        self,
-        path: Sequence[str],
-        attributes: Sequence[str],
-        kind: Description,
-        definitions: Definitions,
-        part: str,
+        self, path: Sequence[str], attributes: Sequence[str], kind: Description, definitions: Definitions, part: str
     ) -> None:
         inner = element_of(kind)
         self.name = ":".join((part, *path) if part else path)
@@ -293,18 +274,21 @@ def find_service(literals: Mapping[str, Any], definitions: Definitions) -> tuple
     return Layout(request, definitions, "Request"), Layout(response, definitions, "Response")
 
 
-def expect(made_of: str | None, named: str) -> None:
-    """Check that a node's inputs name the type for which its ports were made.
+def expect(layout: Layout | None, package: str, subfolder: str, name: str) -> str:
+    """The message or service type that a node's inputs name, which must be the one for which its ports were made.
 
     Raises:
         ContextError: the inputs name another type.
     """
+    named = f"{package}/{subfolder}/{name}"
+    made_of = layout.message_type.removesuffix(f"_{layout.part}") if layout else None
     if made_of != named:
         raise ContextError(
             f"its ports are those of {made_of or 'no message'}, its inputs name {named}",
-            named.rpartition("/")[2],
+            name,
             "write messagePackage and messageName below `inputs:`; --set comes too late for ports",
         )
+    return named
 
 
 def _named(literals: Mapping[str, Any], subfolder: str) -> str:

@@ -28,11 +28,8 @@ class GenericNode(TopicNode):
         Raises:
             ContextError: the inputs name another message.
         """
-        named = f"{self.message_package}/{self.message_subfolder}/{self.message_name}"
-        layout: Layout | None = getattr(self, "layout", None)
-        expect(layout.message_type if layout else None, named)
-        assert layout is not None
-        return layout
+        expect(getattr(self, "layout", None), self.message_package, self.message_subfolder, self.message_name)
+        return self.layout
 
 
 class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):

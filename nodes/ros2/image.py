@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-import numpy as np
-
 from graphengine.messages import messages
 from graphengine.node import BadValueError, Buffer, In, Int, String, Token, UChars, UInt, UInt64
 from graphengine.nodes.checked import one_of
-from graphengine.nodes.ros2.publisher import SensorPublisher
+from graphengine.nodes.ros2.publisher import SensorPublisher, array_or_buffer, bytes_in
 
 PIXEL_BYTES = {"rgb8": 3, "rgba8": 4, "32FC1": 4, "32SC1": 4}
 """Bytes of a pixel by encoding: colours, a number in single precision, a signed whole number."""
@@ -28,7 +26,7 @@ def image(header: messages.Header, encoding: str, size: tuple[int, int], pixels:
         BadValueError: the encoding is unknown, or the size of the buffer does not match.
     """
     width, height = size
-    data, step = np.frombuffer(pixels, np.uint8), width * PIXEL_BYTES[one_of("encoding", encoding, PIXEL_BYTES)]
+    data, step = bytes_in(pixels), width * PIXEL_BYTES[one_of("encoding", encoding, PIXEL_BYTES)]
     if len(data) != step * height:
         legal = f"of {step * height} bytes for {width} x {height} pixels of {encoding}"
         raise BadValueError("data, width, height, encoding, dataPtr", len(data), legal)
@@ -53,5 +51,5 @@ class ROS2PublishImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishIm
 
     def message(self) -> messages.Image:
         """Build the message from the pixels."""
-        pixels = self.data_ptr if not len(self.data) and not isinstance(self.data_ptr, int) else self.data
+        pixels = array_or_buffer(self.data, self.data_ptr)
         return image(self.header(), self.encoding, (self.width, self.height), pixels)

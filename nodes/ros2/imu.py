@@ -8,12 +8,11 @@ import numpy as np
 
 from graphengine.messages import messages
 from graphengine.node import In, Quaterniond, String, Vector3d
+from graphengine.node.types import read_only
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
-_KNOWN, _ABSENT = np.zeros(9), np.array([-1.0, *[0.0] * 8])
+_KNOWN, _ABSENT = read_only(np.zeros(9)), read_only(np.array([-1.0, *[0.0] * 8]))
 """Covariances of what was measured, without saying how well, and of what was not, as sensor_msgs/Imu defines it."""
-_KNOWN.setflags(write=False)
-_ABSENT.setflags(write=False)
 
 
 class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"):
@@ -32,11 +31,8 @@ class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"
 
     def message(self) -> messages.Imu:
         """Build the message from the reading."""
-        turned, accelerates, turns = (
-            self.publish_orientation,
-            self.publish_linear_acceleration,
-            self.publish_angular_velocity,
-        )
+        turned, turns = self.publish_orientation, self.publish_angular_velocity
+        accelerates = self.publish_linear_acceleration
         return messages.Imu(
             self.header(),
             messages.Quaternion(*(self.orientation if turned else (0.0, 0.0, 0.0, 0.0))),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from graphengine.messages import messages
 from graphengine.node import BadValueError, Buffer, Float, Float3, In, Int, Point3fs, String, UChar, UInt, UInt64, UInts
-from graphengine.nodes.ros2.publisher import SensorPublisher
+from graphengine.nodes.ros2.publisher import SensorPublisher, bytes_in
 
 METADATA: dict[str, list[Any]] = {
     "Intensity": [("intensity", "<f4")],
@@ -74,12 +74,11 @@ def point_cloud(
 
 
 def _fill(points: NDArray[Any], name: str, buffer: Buffer) -> None:
-    kind = np.dtype(METADATA[name])
-    size = memoryview(buffer).nbytes
-    if size != kind.itemsize * len(points):
+    kind, data = np.dtype(METADATA[name]), bytes_in(buffer)
+    if len(data) != kind.itemsize * len(points):
         legal = f"of {kind.itemsize} bytes for each of {len(points)} points"
-        raise BadValueError(f"{_port(name)}, data, dataPtr", size, legal)
-    records = np.frombuffer(buffer, kind)
+        raise BadValueError(f"{_port(name)}, data, dataPtr", len(data), legal)
+    records = data.view(kind)
     for field in records.dtype.names or ():
         points[field] = records[field]
 
@@ -90,10 +89,10 @@ def _port(name: str) -> str:
 
 
 def _points_in(buffer: Buffer) -> NDArray[np.float32]:
-    size = memoryview(buffer).nbytes
-    if size % 12:
-        raise BadValueError("dataPtr", size, "of 12 bytes per point, three float32")
-    return np.frombuffer(buffer, np.dtype("<f4")).reshape(-1, 3)
+    data = bytes_in(buffer)
+    if len(data) % 12:
+        raise BadValueError("dataPtr", len(data), "of 12 bytes per point, three float32")
+    return data.view("<f4").reshape(-1, 3)
 
 
 class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishPointCloud"):

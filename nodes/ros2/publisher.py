@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher, Subscription
-from graphengine.node import BadValueError, Bound, Context, ExecIn, In, Node, String, UInt64
+from graphengine.node import BadValueError, Bound, Buffer, Context, ExecIn, In, Node, String, UInt64
 
 
 class NetworkNode(Node):
@@ -87,6 +90,17 @@ class SensorPublisher(PublisherNode):
     def header(self) -> messages.Header:
         """The header of this execution's message."""
         return header(self.time_stamp, self.frame_id)
+
+
+def array_or_buffer(array: NDArray[Any], buffer: Buffer) -> Buffer:
+    """The array, or the buffer if the array is empty and there is a buffer."""
+    return array if len(array) or isinstance(buffer, int) else buffer
+
+
+def bytes_in(buffer: Buffer) -> NDArray[np.uint8]:
+    """The bytes of a buffer, copied only if they do not lie in one piece."""
+    view = memoryview(buffer)
+    return np.frombuffer(view if view.c_contiguous else view.tobytes(), np.uint8)
 
 
 def send(publisher: Publisher, message: Any) -> None:

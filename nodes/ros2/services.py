@@ -32,10 +32,8 @@ class ServiceNode(Node):
         Raises:
             ContextError: the inputs name another service.
         """
-        named = f"{self.message_package}/{self.message_subfolder}/{self.message_name}"
         layout: Layout | None = getattr(self, "request", None) or getattr(self, "response", None)
-        expect(layout.message_type.rpartition("_")[0] if layout else None, named)
-        return named
+        return expect(layout, self.message_package, self.message_subfolder, self.message_name)
 
 
 class NamedServiceNode(ServiceNode):

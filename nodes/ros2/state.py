@@ -12,19 +12,8 @@ from numpy.typing import NDArray
 from graphengine.devices.motion import Articulation
 from graphengine.format.errors import BadValueError
 from graphengine.messages import messages
-from graphengine.node import (
-    Bound,
-    Context,
-    Doubles,
-    Float,
-    In,
-    Quaterniond,
-    String,
-    Target,
-    Tokens,
-    UChars,
-    Vector3d,
-)
+from graphengine.node import Bound, Context, In
+from graphengine.node.types import Doubles, Float, Quaterniond, String, Target, Tokens, UChars, Vector3d, read_only
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.ros2.publisher import PublisherNode, header, stamp
 
@@ -183,5 +172,4 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
         return velocity[0] * x + velocity[1] * y, velocity[1] * x - velocity[0] * y, velocity[2]
 
 
-_NO_COVARIANCE = np.zeros(36)
-_NO_COVARIANCE.setflags(write=False)
+_NO_COVARIANCE = read_only(np.zeros(36))

@@ -10,21 +10,8 @@ from numpy.typing import NDArray
 
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Subscription
-from graphengine.node import (
-    Bound,
-    Clock,
-    Context,
-    Doubles,
-    ExecOut,
-    Fire,
-    In,
-    Out,
-    State,
-    String,
-    Token,
-    Tokens,
-    Vector3d,
-)
+from graphengine.node import Bound, Clock, Context, ExecOut, Fire, In, Out, State
+from graphengine.node.types import Doubles, String, Token, Tokens, Vector3d
 from graphengine.nodes.ros2.publisher import TopicNode
 
 _STILL = (0.0, 0.0, 0.0)
@@ -55,17 +42,13 @@ class SubscriberNode(TopicNode):
             return None
         fault = self.deliver(message)
         if fault:
-            self.drop(fault)
+            self.logger.log("warning", f"{self.subscription.topic}: {fault} was dropped")
             return None
         return self.exec_out
 
     def deliver(self, message: Any) -> str:
         """Set the outputs from the message; return the reason if the message must be dropped, else an empty string."""
         raise NotImplementedError
-
-    def drop(self, fault: str) -> None:
-        """Log that a message was dropped."""
-        self.logger.log("warning", f"{self.subscription.topic}: {fault} was dropped")
 
 
 class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeTwist", gated=True):

@@ -31,9 +31,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
 
     topic_name: String = In(default="tf", setup=True)
     frame_names_map: Tokens = In(
-        required=True,
-        setup=True,
-        doc="pairs of a prim path and its frame name; each prim and frame once",
+        required=True, setup=True, doc="pairs of a prim path and its frame name; each prim and frame once"
     )
     articulation_roots: Tokens = In(setup=True, doc="robots that are moved; only checked for existence")
     exec_out = ExecOut(doc="fires for a message")

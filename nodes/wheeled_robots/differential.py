@@ -105,10 +105,9 @@ def _driven(context: LintContext) -> Iterator[tuple[Instance, DifferentialContro
             drives = graph.instances[wire.target].make_node()
             if not isinstance(drives, IsaacArticulationController):
                 continue
-            path = drives.robot_path or (drives.target_prim[0] if drives.target_prim else "")
             try:
-                robot = context.stage.stands_for_robot(context.stage.find(path)) if path else None
-            except PrimError:
+                robot = context.stage.stands_for_robot(context.stage.find(drives.prim()))
+            except (PrimError, IndexError):  # reported by the dry setup
                 continue
             if robot is not None:
                 yield source, node, robot, drives.joint_names or tuple(robot.facts.get("joints", ()))

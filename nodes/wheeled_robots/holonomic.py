@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from graphengine.devices import rotation
 from graphengine.devices.rotation import Vector3
 from graphengine.node import BadValueError, Double3, Double3s, Double4s, Doubles, ExecIn, In, Node, Out, State
-from graphengine.nodes.checked import check_outcome
+from graphengine.nodes.checked import check_finite, check_outcome
 from graphengine.nodes.wheeled_robots.limits import limited
 
 Floats = NDArray[np.float64]
@@ -79,7 +79,10 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
 
     def wheel_speeds_of_a_twist(self) -> Floats:
         """The matrix that maps (vx, vy, wz) to the wheels' speeds, shape (wheels, 3)."""
-        self.check_finite()
+        # Before LAPACK prints an error of its own.
+        check_finite(
+            self, "wheel_radius", "wheel_positions", "wheel_orientations", "mecanum_angles", "wheel_axis", "up_axis"
+        )
         wheels, positions = len(self.wheel_positions), self.wheel_positions
         if wheels < 3:
             raise BadValueError("wheelPositions", positions, "those of 3 wheels or more")
@@ -99,20 +102,6 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         except np.linalg.LinAlgError:
             raise _cannot_drive(positions) from None
         return least
-
-    def check_finite(self) -> None:
-        """Raise BadValueError for inputs that are not finite, before LAPACK prints an error of its own."""
-        inputs: dict[str, Floats] = {
-            "wheelRadius": self.wheel_radius,
-            "wheelPositions": self.wheel_positions,
-            "wheelOrientations": self.wheel_orientations,
-            "mecanumAngles": self.mecanum_angles,
-            "wheelAxis": np.array(self.wheel_axis),
-            "upAxis": np.array(self.up_axis),
-        }
-        for name, value in inputs.items():
-            if not np.isfinite(value).all():
-                raise BadValueError(name, value, "finite")
 
     def axes(self) -> Iterator[tuple[Vector3, Vector3]]:
         """Axle and roller axis of each wheel, unit vectors in the base's frame."""

@@ -13,20 +13,9 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from graphengine.devices.motion import Frame
-from graphengine.node import (
-    BadValueError,
-    Bound,
-    Context,
-    Double3,
-    Doubles,
-    In,
-    Out,
-    Quaterniond,
-    State,
-    Target,
-    Vector3d,
-)
-from graphengine.nodes.checked import finite
+from graphengine.node import BadValueError, Bound, Context, In, Out, State
+from graphengine.node.types import Double3, Doubles, Quaterniond, Target, Vector3d
+from graphengine.nodes.checked import check_finite
 from graphengine.nodes.touched import reading_poses
 from graphengine.nodes.wheeled_robots.planar import Heading, PlanarNode, heading_of, wrapped
 
@@ -38,7 +27,6 @@ SHORTEST_STEP = 0.001
 MOVED, TURNED = 0.1, 0.05
 """m in x or y, and rad, by which a target differs that is worth another path."""
 
-_AT_ENDS = ("initialVelocity", "initialAccel", "goalVelocity", "goalAccel")
 _ENDS = np.array(
     [
         [1, 0, 0, 0, 0, 0],
@@ -122,14 +110,9 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
         """
         if not self.step >= SHORTEST_STEP:
             raise BadValueError("step", self.step, f"{SHORTEST_STEP} s or more")
-        for name in _AT_ENDS:
-            finite(name, getattr(self, type(self).ports[f"inputs:{name}"].field))
-        ends = np.array(
-            [
-                *_end(start, self.initial_velocity, self.initial_accel),
-                *_end(target, self.goal_velocity, self.goal_accel),
-            ]
-        )
+        check_finite(self, "initial_velocity", "initial_accel", "goal_velocity", "goal_accel")
+        first = _end(start, self.initial_velocity, self.initial_accel)
+        ends = np.concatenate((first, _end(target, self.goal_velocity, self.goal_accel)))
         with np.errstate(all="ignore"):  # what is not finite keeps to no limit
             for duration in DURATIONS:
                 coefficients = quintic(ends, duration)
@@ -137,7 +120,8 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
                 if acceleration <= self.max_accel and jerk <= self.max_jerk:
                     return _arrays(coefficients, duration, math.ceil(duration / self.step), start[2], target[2])
         raise BadValueError(
-            f"currentPosition, currentOrientation, targetPosition, targetOrientation, {', '.join(_AT_ENDS)}",
+            "currentPosition, currentOrientation, targetPosition, targetOrientation, initialVelocity, initialAccel, "
+            "goalVelocity, goalAccel",
             (start, target),
             f"so near that a path keeps to maxAccel {self.max_accel:g} m/s2 and maxJerk {self.max_jerk:g} m/s3; "
             f"even one of {duration} s needs {acceleration:.3g} m/s2 and {jerk:.3g} m/s3",

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.node import BadValueError, Bools, Double2, Double3, Doubles, In, Out, State, Vector3d
-from graphengine.nodes.checked import check_outcome, finite
+from graphengine.nodes.checked import check_finite, check_outcome
 from graphengine.nodes.wheeled_robots.limits import limited
 from graphengine.nodes.wheeled_robots.planar import Heading, PlanarNode, wrapped
 
@@ -105,16 +105,15 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         Raises:
             BadValueError: a number is not finite or out of range.
         """
-        _, gain, steering = finite("gains", self.gains)
+        check_finite(self, "gains")
+        _, gain, steering = self.gains
         if not (gain > 0.0 and 0.0 < steering < math.pi / 2):
             raise BadValueError("gains", self.gains, "above 0 at [1] and between 0 and pi/2 at [2]")
         if not self.step > 0.0:
             raise BadValueError("step", self.step, "above 0")
         if not self.wheel_base * gain > 0.0:
             raise BadValueError("wheelBase", self.wheel_base, "above 0")
-        finite("currentSpeed", self.current_speed)
-        finite("target", self.target)
-        finite("maxVelocity", self.max_velocity)
+        check_finite(self, "current_speed", "target", "max_velocity")
 
     def is_another(self, arrays: Doubles) -> bool:
         """Whether a path differs from the present one; a converting wire gives a new array in every tick."""

@@ -11,42 +11,15 @@ from rosbags.rosbag2 import Reader
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.transports.memory.memory_services import MemoryClient, MemoryServer
+from tests import service_graph
 from tests.cli.harness import Graphrun
 from tests.nodes.test_service_prim import FILES, Asking
 from tests.recording.harness import Run, put, record
-from tests.ros.test_service_endpoints import ANSWER, ASK, INFO, SET_BOOL
+from tests.ros.test_service_endpoints import INFO
+from tests.service_graph import ANSWER, ASK, CLIENT, SERVER, SET_BOOL
 
 TOPIC = "/light/_service_event"
-LIGHT = """graph: light
-nodes:
-  Tick: OnPlaybackTick
-  Server:
-    type: ROS2ServiceServerRequest
-    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool}
-  Answer:
-    type: ROS2ServiceServerResponse
-    inputs: {messagePackage: std_srvs, messageName: SetBool, "Response:message": done}
-connections:
-  - Tick.tick -> Server.execIn
-  - Server.onReceived -> Answer.onReceived
-  - Server.serverHandle -> Answer.serverHandle
-  - Server.Request:data -> Answer.Response:success
-"""
-CALLING = """graph: calling
-nodes:
-  Tick: OnPlaybackTick
-  Client:
-    type: ROS2ServiceClient
-    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool}
-  Say: {type: ROS2Publisher, inputs: {topicName: said, messagePackage: std_msgs, messageName: String}}
-connections:
-  - Tick.tick -> Client.execIn
-  - Client.execOut -> Say.execIn
-  - Client.Response:message -> Say.data
-"""
-BOTH = LIGHT.replace(
-    "connections:", CALLING.partition("  Tick: OnPlaybackTick\n")[2].replace("connections:", "connections:"), 1
-)
+LIGHT, CALLING, BOTH = f"graph: light\n{SERVER}", f"graph: calling\n{CLIENT}", f"graph: light\n{service_graph.BOTH}"
 
 
 def asking(*ticks: int) -> Callable[[int, Run], None]:

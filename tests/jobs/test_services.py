@@ -19,41 +19,13 @@ from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import live
+from tests.service_graph import ANSWER, ASK, CLIENT, SERVER, SET_BOOL, extended
 from tests.waiting import PATIENCE, eventually
 
-SET_BOOL = "std_srvs/srv/SetBool"
-ASK, ANSWER = messages.message_class(f"{SET_BOOL}_Request"), messages.message_class(f"{SET_BOOL}_Response")
-LIGHT = """
-graph: light
-nodes:
-  Tick: OnPlaybackTick
-  Server:
-    type: ROS2ServiceServerRequest
-    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool}
-  Answer:
-    type: ROS2ServiceServerResponse
-    inputs: {messagePackage: std_srvs, messageName: SetBool, "Response:message": done}
-connections:
-  - Tick.tick -> Server.execIn
-  - Server.onReceived -> Answer.onReceived
-  - Server.serverHandle -> Answer.serverHandle
-  - Server.Request:data -> Answer.Response:success
-"""
-CALLING = """
-graph: calling
-nodes:
-  Tick: OnPlaybackTick
-  Once: OgnIsaacRunOneSimulationFrame
-  Client:
-    type: ROS2ServiceClient
-    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool, "Request:data": true}
-  Say: {type: ROS2Publisher, inputs: {topicName: said, messagePackage: std_msgs, messageName: String}}
-connections:
-  - Tick.tick -> Once.execIn
-  - Once.step -> Client.execIn
-  - Client.execOut -> Say.execIn
-  - Client.Response:message -> Say.data
-"""
+LIGHT = f"graph: light\n{SERVER}"
+ONCE = "  Once: OgnIsaacRunOneSimulationFrame\n"
+CALLING = f"graph: calling\n{CLIENT.replace('Tick.tick -> Client', 'Once.step -> Client')}"
+CALLING = extended(CALLING, ONCE, "Tick.tick -> Once.execIn")
 CYCLONE = "rmw_cyclonedds_cpp"
 MISSING = rcl.import_error()
 ON_CYCLONE = os.environ.get("RMW_IMPLEMENTATION") == CYCLONE

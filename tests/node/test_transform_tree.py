@@ -40,16 +40,20 @@ def test_of_equally_long_paths_the_first_keeps_it() -> None:
 
 def test_others_fall_back_to_their_last_element_then_to_ancestors_from_below_the_first() -> None:
     assert named("/r/left", "/r/right/arm", left="tool", arm="tool") == {"/r/right/arm": "tool", "/r/left": "left"}
-    assert named("/r/one/two/x", "/r/one/two/y/x", "/s/one/b/x")["/s/one/b/x"] in ("one_x", "b_x")
+    paths = ("/r/a1/b/x", "/r/a2/b/x", "/r/a2/c/x")
+    assert named(*paths) == dict(zip(paths, ("x", "a2_x", "c_x"), strict=True))
 
 
 def test_the_last_resort_is_the_whole_path() -> None:
     assert named("/a/x", "/b/x") == {"/a/x": "x", "/b/x": "b_x"}
 
 
-@given(st.lists(st.lists(st.sampled_from("abc"), min_size=1, max_size=4).map(lambda parts: "/" + "/".join(parts))))
-def test_no_two_frames_have_one_name(paths: list[str]) -> None:
-    names = named(*paths)
+paths = st.lists(st.sampled_from("abc"), min_size=1, max_size=4).map(lambda parts: "/" + "/".join(parts))
+
+
+@given(st.lists(paths), st.dictionaries(st.sampled_from("abc"), st.sampled_from(["", "a", "shared"])))
+def test_no_two_frames_have_one_name(paths: list[str], overrides: dict[str, str]) -> None:
+    names = named(*paths, **overrides)
     assert len(names) == len(set(names.values())) == len(set(paths))
 
 
@@ -84,6 +88,12 @@ def test_a_link_that_does_not_stand_for_the_robot_is_one_edge() -> None:
 
 def test_the_parent_is_no_child_of_itself() -> None:
     assert edges(robot(), "/r", parent="/r/base/chassis") == [("chassis", "base"), ("chassis", "wheel")]
+
+
+def test_overrides_name_both_ends_of_an_edge() -> None:
+    stage = robot()
+    stage.find("/r/base").name_override, stage.find("/r/base/chassis/lidar").name_override = "base_frame", "laser_frame"
+    assert edges(stage, "/r/base/chassis/lidar", parent="/r/base") == [("base_frame", "laser_frame")]
 
 
 def test_a_prim_that_is_targeted_twice_is_one_edge() -> None:

@@ -52,20 +52,9 @@ def test_a_union_lists_its_alternatives() -> None:
     assert str(union) == "float | double | vectord[3]"
 
 
-ZEROS = {
-    "bool": False,
-    "int": 0,
-    "double": 0.0,
-    "token": "",
-    "target": (),
-    "any": None,
-    "token[]": (),
-    "double[2]": (0.0, 0.0),
-    "int[3]": (0, 0, 0),
-    "vectord[3]": (0.0, 0.0, 0.0),
-    "quatd[4]": (0.0, 0.0, 0.0, 1.0),
-    "matrixd[2]": (1.0, 0.0, 0.0, 1.0),
-}
+ZEROS = {"bool": False, "int": 0, "double": 0.0, "token": "", "target": (), "any": None, "token[]": ()}
+ZEROS |= {"double[2]": (0.0, 0.0), "int[3]": (0, 0, 0), "vectord[3]": (0.0, 0.0, 0.0)}
+ZEROS |= {"quatd[4]": (0.0, 0.0, 0.0, 1.0), "matrixd[2]": (1.0, 0.0, 0.0, 1.0)}
 
 
 @pytest.mark.parametrize("name", ZEROS)
@@ -112,29 +101,20 @@ def test_a_literal_takes_the_one_representation_of_its_type(name: str, given: ob
 @pytest.mark.parametrize(
     ("name", "given", "error"),
     [
-        ("double", "1", TypeError),
-        ("double", True, TypeError),
-        ("double", None, TypeError),
-        ("int", 1.0, TypeError),
-        ("int", True, TypeError),
-        ("int", 2**31, ValueError),
-        ("uchar", -1, ValueError),
-        ("uchar", 256, ValueError),
-        ("uint64", -1, ValueError),
-        ("bool", 1, TypeError),
-        ("bool", "no", TypeError),
-        ("token", 5, TypeError),
-        ("string", True, TypeError),
-        ("vectord[3]", [1, 2], ValueError),
-        ("vectord[3]", "xyz", TypeError),
-        ("vectord[3]", 1.0, TypeError),
-        ("double[]", 1.0, TypeError),
-        ("double[]", "12", TypeError),
-        ("double[]", [[1.0]], TypeError),
-        ("double[3][]", [[1.0, 2.0]], ValueError),
-        ("token[]", "abc", TypeError),
-        ("target", 5, TypeError),
-        ("target", ["/a", 5], TypeError),
+        *(("double", given, TypeError) for given in ("1", True, None)),
+        *(("int", given, TypeError) for given in (1.0, True)),
+        *(("bool", given, TypeError) for given in (1, "no")),
+        *(("vectord[3]", given, TypeError) for given in ("xyz", 1.0)),
+        *(("double[]", given, TypeError) for given in (1.0, "12", [[1.0]])),
+        *(("target", given, TypeError) for given in (5, ["/a", 5])),
+        *[("token", 5, TypeError), ("string", True, TypeError), ("token[]", "abc", TypeError)],
+        *[
+            ("int", 2**31, ValueError),
+            ("uchar", -1, ValueError),
+            ("uchar", 256, ValueError),
+            ("uint64", -1, ValueError),
+        ],
+        *[("vectord[3]", [1, 2], ValueError), ("double[3][]", [[1.0, 2.0]], ValueError)],
     ],
 )
 def test_a_literal_of_another_kind_is_refused(name: str, given: object, error: type[Exception]) -> None:
@@ -240,16 +220,9 @@ def test_conversions_of_tuples_arrays_and_any(source: str, target: str, converte
     assert conversion(concrete(source), concrete(target)) == converter
 
 
-EXAMPLES: dict[str, Any] = {
-    "bool": True,
-    "int": -3,
-    "float": 0.5,
-    "int[3]": (1, 2, 3),
-    "bool[2]": (True, False),
-    "int[]": np.array([1, 2], np.int32),
-    "float[]": np.array([0.5], np.float32),
-    "bool[]": np.array([True, False]),
-}
+EXAMPLES: dict[str, Any] = {"bool": True, "int": -3, "float": 0.5, "int[3]": (1, 2, 3), "bool[2]": (True, False)}
+EXAMPLES |= {"int[]": np.array([1, 2], np.int32), "float[]": np.array([0.5], np.float32)}
+EXAMPLES |= {"bool[]": np.array([True, False])}
 
 
 @pytest.mark.parametrize("target", ["int64", "double"])

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player
 
 # Machines are shared, so an example may take its time; and a failure is the same wherever it is looked at.
@@ -18,3 +19,9 @@ def play(tmp_path: Path) -> Iterator[Player]:
     player = Player(tmp_path)
     yield player
     player.close()
+
+
+@pytest.fixture
+def context() -> RecordingContext:
+    """The context of a node alone."""
+    return RecordingContext()

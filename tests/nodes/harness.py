@@ -6,9 +6,9 @@ import json
 import re
 import struct
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ from graphengine.testing import RecordingContext, RecordingWorld
 
 HERE = Path(__file__).parent
 N = TypeVar("N", bound=Node)
+T = TypeVar("T")
 
 
 def facts(name: str) -> dict[str, Any]:
@@ -40,6 +41,13 @@ def ready(cls: type[N], context: RecordingContext, /, **inputs: Any) -> N:
     """A node with those inputs, set up."""
     node = cls(**inputs)
     node.setup(context)
+    return node
+
+
+def computed(cls: type[N], context: RecordingContext, /, **inputs: Any) -> N:
+    """A node with those inputs, set up and computed."""
+    node = ready(cls, context, **inputs)
+    node.compute()
     return node
 
 
@@ -81,9 +89,14 @@ class Playing:
                     if instance.cls.fields[field].setup:
                         run.executor.setup()
 
-    def tick(self, ticks: int = 1) -> None:
+    def tick(self, ticks: int = 1) -> Self:
         """Run."""
         self.session.step(ticks)
+        return self
+
+    def each_tick(self, ticks: int, read: Callable[[], T]) -> list[T]:
+        """What is read after each of the next ticks."""
+        return [read() for _ in range(ticks) if self.tick()]
 
     @property
     def dropped(self) -> dict[str, int]:
@@ -105,6 +118,19 @@ class Playing:
     def published(self, topic: str) -> list[Any]:
         """Messages on a topic, oldest first."""
         return self.transport.messages(topic)
+
+
+def write(folder: Path, files: Mapping[str, str]) -> None:
+    """Write files, by their paths below a folder."""
+    for name, text in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(textwrap.dedent(text).lstrip(), "utf-8")
+
+
+def names(message_type: str) -> dict[str, str]:
+    """What a file writes to name a message or a service."""
+    return dict(zip(("messagePackage", "messageSubfolder", "messageName"), message_type.split("/"), strict=True))
 
 
 class Player:
@@ -131,8 +157,7 @@ class Player:
 
     def scene(self, files: Mapping[str, str]) -> Playing:
         """A scene with its physics; `scene.yaml` is the one to run."""
-        for name, text in files.items():
-            (self.folder / name).write_text(textwrap.dedent(text).lstrip(), "utf-8")
+        write(self.folder, files)
         self.playing.append(Playing(build.load(self.folder / "scene.yaml")))
         return self.playing[-1]
 

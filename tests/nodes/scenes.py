@@ -18,7 +18,6 @@ FLOOR = """
     </mujoco>
     """
 SCENE = """
-    format: 1
     scene: case
     world: world.xml
     physics: {tick_rate: 60, substeps: 4}
@@ -39,7 +38,6 @@ def cube_on_the_floor(height: float, size: float = 0.5) -> dict[str, str]:
         "world.xml": FLOOR.format(body=cube),
         "scene.yaml": f"{SCENE}graphs:\n      graph: {{use: graph.yaml, at: /World/graph}}\n    ",
         "graph.yaml": """
-            format: 1
             graph: graph
             nodes:
               Tick: OnPlaybackTick
@@ -89,7 +87,6 @@ def arm(joints: Sequence[str], stiffness: float, damping: float, **commands: Any
             {"format": 1, "robot": "arm", "urdf": "robot.urdf", "joints": dict.fromkeys(joints, drive)}
         ),
         "graph.yaml": f"""
-            format: 1
             graph: graph
             nodes:
               Tick: OnPlaybackTick
@@ -129,7 +126,6 @@ def carter(position: Sequence[float], yaw_deg: float, controller: dict[str, floa
         "robot.urdf": urdf,
         "robot.yaml": json.dumps(robot),
         "graph.yaml": f"""
-            format: 1
             graph: graph
             nodes:
               Tick: OnPlaybackTick
@@ -162,7 +158,6 @@ def carter(position: Sequence[float], yaw_deg: float, controller: dict[str, floa
 def pulled_imu(acceleration: float) -> dict[str, str]:
     """An inertial unit on a robot that falls sideways."""
     graph = """
-        format: 1
         graph: graph
         nodes: {Tick: OnPlaybackTick, Imu: {type: ReadIMU, inputs: {imuPrim: /robot/base_link/imu, readGravity: false}}}
         connections: [Tick.tick -> Imu.execIn]
@@ -205,7 +200,6 @@ def forklift(controller: dict[str, Any]) -> dict[str, str]:
         "robot.urdf": f'<robot name="forklift">{"".join(parts)}</robot>',
         "robot.yaml": json.dumps({"format": 1, "robot": "forklift", "urdf": "robot.urdf", "joints": joints}),
         "graph.yaml": f"""
-            format: 1
             graph: graph
             nodes:
               Tick: OnPlaybackTick

@@ -15,27 +15,17 @@ from graphengine.testing import RecordingContext, RecordingWorld
 from tests.nodes.harness import Player, ready
 
 
-def ticking(context: RecordingContext) -> OnPlaybackTick:
-    node = OnPlaybackTick()
-    node.setup(context)
-    return node
-
-
 def outputs(node: OnPlaybackTick) -> tuple[float, float, float]:
     return node.frame, node.delta_seconds, node.time
 
 
-def test_it_is_an_event() -> None:
+def test_it_is_an_event_and_before_play_everything_is_0() -> None:
     assert OnPlaybackTick.kind() == "event"
-
-
-def test_before_play_everything_is_0() -> None:
     assert outputs(OnPlaybackTick()) == (0.0, 0.0, 0.0)
 
 
-def test_the_first_tick_is_frame_1_at_one_period() -> None:
-    context = RecordingContext()
-    node = ticking(context)
+def test_the_first_tick_is_frame_1_at_one_period(context: RecordingContext) -> None:
+    node = ready(OnPlaybackTick, context)
     context.tick()
     node.compute()
     assert outputs(node) == (1.0, 1 / 60, 1 / 60)
@@ -45,15 +35,14 @@ def test_the_first_tick_is_frame_1_at_one_period() -> None:
 def test_time_is_the_frame_times_the_period_and_nothing_adds_up(frame: int, rate: int, denominator: int) -> None:
     context = RecordingContext()
     context.clock = Clock((denominator, rate))
-    node = ticking(context)
+    node = ready(OnPlaybackTick, context)
     context.clock.set_frame(frame)
     node.compute()
     assert node.time == float(Fraction(frame * denominator, rate))
 
 
-def test_stop_sets_the_outputs_back_and_play_counts_anew() -> None:
-    context = RecordingContext()
-    node = ticking(context)
+def test_stop_sets_the_outputs_back_and_play_counts_anew(context: RecordingContext) -> None:
+    node = ready(OnPlaybackTick, context)
     context.tick(7)
     node.compute()
     context.stop(node)
@@ -66,16 +55,11 @@ def test_stop_sets_the_outputs_back_and_play_counts_anew() -> None:
 def test_in_a_graph_it_fires_once_a_tick_whatever_the_substeps(play: Player) -> None:
     playing = play.graph(
         """
-        nodes:
-          Tick: OnPlaybackTick
-          Clock: PublishClock
-        connections:
-          - Tick.tick -> Clock.execIn
-          - Tick.time -> Clock.timeStamp
+        nodes: {Tick: OnPlaybackTick, Clock: PublishClock}
+        connections: [Tick.tick -> Clock.execIn, Tick.time -> Clock.timeStamp]
         """,
         RecordingWorld((1, 4), substeps=5),
-    )
-    playing.tick(3)
+    ).tick(3)
     assert [(m.clock.sec, m.clock.nanosec) for m in playing.published("/clock")] == [
         (0, 250_000_000),
         (0, 500_000_000),
@@ -113,8 +97,7 @@ def test_the_first_tick_fires_and_from_then_on_so_many_are_left_out(period: int,
     assert fired == frames * 2
 
 
-def test_the_time_of_ticks_that_are_left_out_counts_to_the_next_that_fires() -> None:
-    context = RecordingContext()
+def test_the_time_of_ticks_that_are_left_out_counts_to_the_next_that_fires(context: RecordingContext) -> None:
     node = ready(OnTick, context, frame_period=2)
     deltas = []
     for _ in range(4):
@@ -130,6 +113,5 @@ def test_in_a_graph_a_tick_with_a_period_fires_from_the_first_on(play: Player) -
         nodes: {Tick: {type: OnTick, inputs: {framePeriod: 3}}, C: PublishClock}
         connections: [Tick.tick -> C.execIn, Tick.frame -> C.timeStamp]
         """
-    )
-    playing.tick(10)
+    ).tick(10)
     assert [message.clock.sec for message in playing.published("/clock")] == [1, 5, 9]

@@ -11,7 +11,7 @@ from graphengine.nodes.core.articulation import IsaacArticulationState, IsaacJoi
 from graphengine.nodes.physics_sensors import IsaacReadJointState
 from graphengine.testing import RecordingContext, RecordingWorld
 from tests.nodes import scenes
-from tests.nodes.harness import Player, ready
+from tests.nodes.harness import Player, computed, ready
 
 JOINTS = ("shoulder", "elbow", "finger")
 G = 9.81
@@ -29,8 +29,7 @@ def context() -> RecordingContext:
 
 
 def test_the_state_of_all_joints_is_in_the_articulations_order(context: RecordingContext) -> None:
-    node = ready(IsaacArticulationState, context, target_prim="/arm")
-    node.compute()
+    node = computed(IsaacArticulationState, context, target_prim="/arm")
     assert node.joint_names_out == JOINTS
     assert node.joint_positions.tolist() == [1.0, 2.0, 3.0]
     assert node.joint_velocities.tolist() == [0.1, 0.2, 0.3]
@@ -43,8 +42,7 @@ def test_the_state_of_some_joints_is_in_the_order_they_were_asked_for(
 ) -> None:
     wrenches = np.arange(9.0).reshape(3, 3), np.arange(9.0, 18.0).reshape(3, 3)
     monkeypatch.setattr(ArticulationStub, "wrenches", lambda _: wrenches)
-    node = ready(IsaacArticulationState, context, robot_path="/arm", joint_names=["finger", "shoulder"])
-    node.compute()
+    node = computed(IsaacArticulationState, context, robot_path="/arm", joint_names=["finger", "shoulder"])
     assert node.joint_names_out == ("finger", "shoulder")
     assert node.joint_positions.tolist() == [3.0, 1.0]
     assert node.measured_joint_efforts.tolist() == [30.0, 10.0]
@@ -53,14 +51,12 @@ def test_the_state_of_some_joints_is_in_the_order_they_were_asked_for(
 
 
 def test_joints_are_selected_by_index_where_no_names_are_given(context: RecordingContext) -> None:
-    node = ready(IsaacArticulationState, context, target_prim="/arm", joint_indices=[2])
-    node.compute()
+    node = computed(IsaacArticulationState, context, target_prim="/arm", joint_indices=[2])
     assert (node.joint_names_out, node.joint_positions.tolist()) == (("finger",), [3.0])
 
 
 def test_the_selection_may_change_in_every_tick(context: RecordingContext) -> None:
-    node = ready(IsaacArticulationState, context, target_prim="/arm", joint_names=["elbow"])
-    node.compute()
+    node = computed(IsaacArticulationState, context, target_prim="/arm", joint_names=["elbow"])
     node.joint_names = ("finger",)
     node.compute()
     assert node.joint_positions.tolist() == [3.0]
@@ -75,7 +71,6 @@ def test_in_a_simulation_the_joints_of_an_arm_measure_what_they_carry(play: Play
     # Two links of 0.5 kg on joints about the vertical, 0.1 m apart; the centre of mass of each is 0.1 m beyond its joint.
     files = scenes.arm(["one", "two"], stiffness=100.0, damping=10.0)
     files["graph.yaml"] = """
-        format: 1
         graph: graph
         nodes:
           Tick: OnPlaybackTick
@@ -88,8 +83,7 @@ def test_in_a_simulation_the_joints_of_an_arm_measure_what_they_carry(play: Play
           - Tick.tick -> Wrenches.execIn
           - State.measuredJointForces -> Wrenches.translations
         """
-    playing = play.scene(files)
-    playing.tick(60)
+    playing = play.scene(files).tick(60)
     node = playing.node("State")
     np.testing.assert_allclose(node.measured_joint_forces, [[0, 0, G], [0, 0, G / 2]], atol=0.01)
     np.testing.assert_allclose(
@@ -103,8 +97,7 @@ def test_forces_and_torques_that_no_wire_takes_are_not_computed(play: Player, mo
     world = RecordingWorld()
     world.add_robot("/arm", JOINTS)
     text = "nodes: {Tick: OnPlaybackTick, State: {type: ArticulationState, inputs: {targetPrim: /arm}}"
-    playing = play.graph(text + "}\nconnections: [Tick.tick -> State.execIn]", world)
-    playing.tick()
+    playing = play.graph(text + "}\nconnections: [Tick.tick -> State.execIn]", world).tick()
     assert playing.node("State").joint_positions.tolist() == [0.0, 0.0, 0.0]
     assert playing.node("State").measured_joint_forces.tolist() == []
 
@@ -127,8 +120,7 @@ def test_joint_states_are_those_of_the_tick_with_its_time(context: RecordingCont
 
 def test_joint_states_have_the_joints_own_names(context: RecordingContext) -> None:
     context.world.stage.add("/arm/Physics/elbow", "joint", name_override="bend", facts={"joint": "elbow"})
-    node = ready(IsaacReadJointState, context, prim="/arm")
-    node.compute()
+    node = computed(IsaacReadJointState, context, prim="/arm")
     assert node.joint_names == JOINTS
 
 
@@ -149,8 +141,7 @@ def test_joint_states_feed_the_publisher(play: Player) -> None:
           {"".join(f"- Read.{wire} -> Publish.{wire}{chr(10)}          " for wire in [*wires, "stageMetersPerUnit"])}
         """,
         world,
-    )
-    playing.tick(3)
+    ).tick(3)
     newest = playing.published("/joint_states")[-1]
     assert (newest.name, newest.position.tolist()) == (list(JOINTS), [1.0, 2.0, 3.0])
     assert newest.header.stamp.nanosec == 50_000_000
@@ -173,8 +164,7 @@ def renamed(context: RecordingContext) -> RecordingContext:
 
 
 def test_published_names_become_the_joints_own_and_others_stay(renamed: RecordingContext) -> None:
-    node = ready(IsaacJointNameResolver, renamed, target_prim="/arm", joint_names=["j3", "elbow", "j1", "stranger"])
-    node.compute()
+    node = computed(IsaacJointNameResolver, renamed, target_prim="/arm", joint_names=["j3", "elbow", "j1", "stranger"])
     assert node.joint_names_out == ("finger", "elbow", "shoulder", "stranger")
     assert node.robot_path_out == "/arm"
 
@@ -194,7 +184,7 @@ def test_in_a_graph_a_controller_takes_the_resolved_names_and_path(play: Player)
     world = RecordingWorld()
     robot = world.add_robot("/arm", JOINTS)
     world.stage.add("/arm/Physics/finger", "joint", name_override="j3", facts={"joint": "finger"})
-    playing = play.graph(
+    play.graph(
         """
         nodes:
           Tick: OnPlaybackTick
@@ -207,6 +197,5 @@ def test_in_a_graph_a_controller_takes_the_resolved_names_and_path(play: Player)
           - Names.robotPath -> Control.robotPath
         """,
         world,
-    )
-    playing.tick()
+    ).tick()
     assert np.array_equal(robot.targets["velocity"], [np.nan, 2.0, 3.0], equal_nan=True)

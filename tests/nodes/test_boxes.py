@@ -24,7 +24,7 @@ from graphengine.nodes.ros2.boxes import (
     tight_boxes,
 )
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import matrix, quaternion, ready, vector
+from tests.nodes.harness import computed, matrix, quaternion, ready, vector
 
 pictures = arrays.arrays(np.int32, st.tuples(st.integers(0, 6), st.integers(0, 6)), elements=st.integers(0, 4))
 
@@ -41,11 +41,9 @@ def test_a_box_reaches_from_the_first_to_behind_the_last_pixel_of_its_number(pic
 
 
 # isaacsim.ros2.core/library/backend/Ros2Message.cpp, Bbox2DData and writeBboxData
-def test_a_box_is_published_by_its_middle_and_size() -> None:
-    context = RecordingContext()
+def test_a_box_is_published_by_its_middle_and_size(context: RecordingContext) -> None:
     data = struct.pack("<Iiiiif", 7, 10, 20, 15, 40, 0.5) + struct.pack("<Iiiiif", 9, -1, 0, 1, 2, 0.0)
-    node = ready(ROS2PublishBbox2D, context, time_stamp=1.5, data=np.frombuffer(data, np.uint8))
-    node.compute()
+    computed(ROS2PublishBbox2D, context, time_stamp=1.5, data=np.frombuffer(data, np.uint8))
     (sent,) = context.transport.messages("/bbox2d")
     assert sent.header == messages.header(1.5, "sim_camera")
     boxes = [
@@ -57,10 +55,9 @@ def test_a_box_is_published_by_its_middle_and_size() -> None:
     messages.check(sent)
 
 
-def test_boxes_of_a_segmentation_can_be_published_as_they_are() -> None:
+def test_boxes_of_a_segmentation_can_be_published_as_they_are(context: RecordingContext) -> None:
     picture = np.zeros((4, 6), np.int32)
     picture[1:3, 2:5] = 3
-    context = RecordingContext()
     ready(ROS2PublishBbox2D, context, data=tight_boxes(picture).view(np.uint8)).compute()
     (detection,) = context.transport.messages("/bbox2d")[0].detections
     center = detection.bbox.center.position
@@ -161,8 +158,7 @@ publishers = pytest.mark.parametrize(("cls", "topic"), [(ROS2PublishBbox2D, "/bb
 
 
 @publishers
-def test_without_boxes_an_empty_array_goes_out(cls: type[BoxPublisher], topic: str) -> None:
-    context = RecordingContext()
+def test_without_boxes_an_empty_array_goes_out(cls: type[BoxPublisher], topic: str, context: RecordingContext) -> None:
     ready(cls, context).compute()
     assert context.transport.messages(topic)[0].detections == []
 

@@ -35,12 +35,7 @@ def test_a_multisequence_has_the_outputs_that_wires_begin_at_and_fires_them_by_n
 def test_a_multisequence_ends_what_hangs_on_an_output_before_the_next_begins(play: Player) -> None:
     playing = play.graph(
         """
-        nodes:
-          Tick: OnPlaybackTick
-          Both: Multisequence
-          First: Counter
-          Second: Counter
-          Reset: Counter
+        nodes: {Tick: OnPlaybackTick, Both: Multisequence, First: Counter, Second: Counter, Reset: Counter}
         connections:
           - Tick.tick -> Both.execIn
           - Both.output2 -> Second.reset
@@ -49,8 +44,7 @@ def test_a_multisequence_ends_what_hangs_on_an_output_before_the_next_begins(pla
           - Both.output1 -> Second.execIn
           - Second.execOut -> Reset.execIn
         """
-    )
-    playing.tick(2)
+    ).tick(2)
     assert [playing.node(name).count for name in ("First", "Second", "Reset")] == [2, 0, 6]
 
 
@@ -78,8 +72,7 @@ def test_a_switch_takes_the_numbers_of_two_digits_that_the_editor_of_isaac_gives
           - Switch.output01 -> Hit.execIn
           - Switch.output10 -> Miss.execIn
         """
-    )
-    playing.tick(2)
+    ).tick(2)
     assert (playing.node("Hit").count, playing.node("Miss").count) == (2, 0)
 
 

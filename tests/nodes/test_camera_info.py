@@ -98,8 +98,7 @@ def test_what_lies_in_the_edge_of_the_field_of_view_is_projected_onto_the_edge_o
     assert projected(info.p, np.array([-edge, 0.0, 1.0])) == pytest.approx([-0.5, expected], abs=1e-6)
 
 
-def test_it_is_the_size_of_the_render_product_that_counts() -> None:
-    context = RecordingContext()
+def test_it_is_the_size_of_the_render_product_that_counts(context: RecordingContext) -> None:
     context.world.add_device(CameraStub, "/Camera", size=(1280, 720), fov_deg=(90.0, 60.0))
     node = ready(ROS2CameraInfoHelper, context, render_product_path=context.render_product("/Camera", 640, 360))
     info = node.message(node.eyes[0], 0.0)

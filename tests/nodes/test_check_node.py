@@ -8,22 +8,9 @@ from typing import Any
 
 import pytest
 
-from graphengine.node import (
-    Bound,
-    Context,
-    Doubles,
-    ExecIn,
-    ExecOut,
-    Fire,
-    In,
-    Node,
-    Out,
-    Pushes,
-    State,
-    Target,
-    Tokens,
-)
+from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State
 from graphengine.node.node_class import NodeClassError, NodeMeta
+from graphengine.node.types import Doubles, Target, Tokens
 from graphengine.testing import RecordingContext, check_node
 
 

@@ -90,33 +90,23 @@ def ramping(**inputs: Any) -> DifferentialController:
     return controller(**{**limits, **inputs})
 
 
-def test_forward_speed_ramps_up_by_acceleration_times_dt() -> None:
-    node = ramping(linear_velocity=0.25)
-    assert close([twist_of(node)[0] for _ in range(4)], [0.1, 0.2, 0.25, 0.25])
-
-
-def test_it_ramps_down_by_deceleration_times_dt() -> None:
-    node = ramping(linear_velocity=0.3)
-    for _ in range(3):
+@pytest.mark.parametrize(
+    ("first", "computes", "then", "speeds"),
+    [
+        pytest.param(0.25, 0, 0.25, [0.1, 0.2, 0.25, 0.25], id="up by acceleration times dt"),
+        pytest.param(0.3, 3, 0.0, [0.1, 0.0, 0.0], id="down by deceleration times dt"),
+        pytest.param(
+            0.2, 2, -0.2, [0.0, -0.1, -0.2, -0.2], id="on the way through 0, first braking, then accelerating"
+        ),
+        pytest.param(0.2, 2, -5.0, [0.0, -0.1, -0.2], id="first braking also on the way to a higher speed backwards"),
+    ],
+)
+def test_forward_speed_ramps(first: float, computes: int, then: float, speeds: list[float]) -> None:
+    node = ramping(linear_velocity=first)
+    for _ in range(computes):
         node.compute()
-    node.linear_velocity = 0.0
-    assert close([twist_of(node)[0] for _ in range(3)], [0.1, 0.0, 0.0])
-
-
-def test_on_the_way_through_0_it_brakes_first_and_then_accelerates() -> None:
-    node = ramping(linear_velocity=0.2)
-    for _ in range(2):
-        node.compute()
-    node.linear_velocity = -0.2
-    assert close([twist_of(node)[0] for _ in range(4)], [0.0, -0.1, -0.2, -0.2])
-
-
-def test_it_brakes_first_even_on_the_way_to_a_higher_speed_backwards() -> None:
-    node = ramping(linear_velocity=0.2)
-    for _ in range(2):
-        node.compute()
-    node.linear_velocity = -5.0
-    assert close([twist_of(node)[0] for _ in range(3)], [0.0, -0.1, -0.2])
+    node.linear_velocity = then
+    assert close([twist_of(node)[0] for _ in speeds], speeds)
 
 
 def test_backwards_it_ramps_as_forwards() -> None:
@@ -237,10 +227,7 @@ def test_in_the_dd100s_graph_silence_brakes_it_along_the_ramp(play: Player) -> N
     robot = world.articulation(world.stage.find("/dd100"))
     radius, acceleration, timeout = 0.049, 1.0, 0.5
     playing.transport.inject("/dd100_0000/cmd_vel", twist(0.4, 0.0))
-    driven = []
-    for _ in range(90):
-        playing.tick()
-        driven.append(robot.targets["velocity"][0] * radius)
+    driven = playing.each_tick(90, lambda: robot.targets["velocity"][0] * radius)
     up = [min(0.4, acceleration * tick / 60) for tick in range(1, 31)]
     # The message came at tick 1; half a second of silence ends at tick 31.
     down = [max(0.0, 0.4 - acceleration * (tick - 30) / 60) for tick in range(31, 91)]

@@ -22,16 +22,13 @@ from tests.nodes.harness import Player, ready
 
 IMPULSE = """
 at: /World/graph
-nodes:
-  Impulse: OnImpulseEvent
-  Count: Counter
+nodes: {Impulse: OnImpulseEvent, Count: Counter}
 connections:
   - Impulse.execOut -> Count.execIn
 """
 
 
-def test_an_impulse_fires_in_the_next_tick_and_once() -> None:
-    context = RecordingContext()
+def test_an_impulse_fires_in_the_next_tick_and_once(context: RecordingContext) -> None:
     node = ready(OnImpulseEvent, context)
     fired = []
     for posted in (False, True, False):
@@ -63,8 +60,7 @@ def test_more_impulses_than_a_queue_holds_are_one_too(play: Player) -> None:
 
 
 def test_an_impulse_is_forgotten_at_a_stop(play: Player) -> None:
-    playing = play.graph(IMPULSE)
-    playing.tick()
+    playing = play.graph(IMPULSE).tick()
     playing.command("impulse", node="Impulse")
     playing.session.stop()
     playing.tick(2)
@@ -79,9 +75,7 @@ def test_an_impulse_for_nobody_is_told_with_who_waits(play: Player, name: str) -
 
 
 def test_an_impulse_for_two_names_both(play: Player) -> None:
-    playing = play.graph(
-        IMPULSE.replace("  Count: Counter", "  In/Impulse: OnImpulseEvent\n  Count: Counter").replace("In/", "Other")
-    )
+    playing = play.graph(IMPULSE.replace("Count: Counter", "OtherImpulse: OnImpulseEvent, Count: Counter"))
     with pytest.raises(UsageError, match="no OnImpulseEvent 'mpulse'"):
         playing.command("impulse", node="mpulse")
     playing.command("impulse", node="OtherImpulse")
@@ -104,22 +98,19 @@ def typed(node: OnKeyboardInput, context: RecordingContext, *steps: str) -> list
     return fired
 
 
-def test_a_key_is_pressed_once_and_released_once() -> None:
-    context = RecordingContext()
+def test_a_key_is_pressed_once_and_released_once(context: RecordingContext) -> None:
     node = ready(OnKeyboardInput, context, key_in="W")
     assert typed(node, context, "", "W", "W A", "A", "") == ["", "pressed", "", "released", ""]
     assert (node.is_pressed, node.key_out) == (False, "W")
 
 
-def test_modifiers_have_to_be_held_before_and_either_ends_it() -> None:
-    context = RecordingContext()
+def test_modifiers_have_to_be_held_before_and_either_ends_it(context: RecordingContext) -> None:
     node = ready(OnKeyboardInput, context, key_in="D", ctrl_in=True, shift_in=True)
     steps = ["D", "D LeftControl LeftShift", "LeftControl LeftShift", "D LeftControl RightShift", "D LeftControl", ""]
     assert typed(node, context, *steps) == ["", "", "", "pressed", "released", ""]
 
 
-def test_a_key_that_goes_up_before_the_tick_was_down_for_one() -> None:
-    context = RecordingContext()
+def test_a_key_that_goes_up_before_the_tick_was_down_for_one(context: RecordingContext) -> None:
     node = ready(OnKeyboardInput, context, key_in="Space")
     context.services.keys.press(["Space"])
     context.services.keys.release(["Space"])
@@ -130,8 +121,7 @@ def test_a_key_that_goes_up_before_the_tick_was_down_for_one() -> None:
     assert fired == [node.pressed, node.released, None]
 
 
-def test_the_state_of_a_key_is_read() -> None:
-    context = RecordingContext()
+def test_the_state_of_a_key_is_read(context: RecordingContext) -> None:
     node = ready(ReadKeyboardState, context, key="S")
     context.services.keys.press(["S", "RightShift", "LeftAlt"])
     context.tick()
@@ -166,13 +156,8 @@ def test_what_a_terminal_sends_is_keys(sent: str, keys: tuple[str, ...]) -> None
 
 
 KEYBOARD = """
-nodes:
-  Key: {type: OnKeyboardInput, inputs: {keyIn: W}}
-  Down: Counter
-  Up: Counter
-connections:
-  - Key.pressed -> Down.execIn
-  - Key.released -> Up.execIn
+nodes: {Key: {type: OnKeyboardInput, inputs: {keyIn: W}}, Down: Counter, Up: Counter}
+connections: [Key.pressed -> Down.execIn, Key.released -> Up.execIn]
 """
 
 
@@ -201,7 +186,7 @@ class Notes(ExternalInputs):
 
 
 def test_keys_and_impulses_are_recorded_as_commands_that_can_be_given_again(play: Player) -> None:
-    playing = play.graph(KEYBOARD.replace("  Down:", "  Impulse: OnImpulseEvent\n  Down:"))
+    playing = play.graph(KEYBOARD.replace("Down:", "Impulse: OnImpulseEvent, Down:"))
     playing.session.inbox = notes = Notes()
     playing.command("press", keys="W")
     playing.command("impulse", node="Impulse")
@@ -223,15 +208,12 @@ nodes:
   Loaded: OnLoaded
   Starts: Counter
   Loads: Counter
-connections:
-  - Start.execOut -> Starts.execIn
-  - Loaded.execOut -> Loads.execIn
+connections: [Start.execOut -> Starts.execIn, Loaded.execOut -> Loads.execIn]
 """
 
 
 def test_a_start_fires_in_the_first_tick_of_every_play_and_a_pause_ends_none(play: Player) -> None:
-    playing = play.graph(PLAYS)
-    playing.tick(3)
+    playing = play.graph(PLAYS).tick(3)
     playing.session.pause()
     playing.tick(2)
     assert (playing.node("Starts").count, playing.node("Loads").count) == (1, 1)
@@ -240,8 +222,7 @@ def test_a_start_fires_in_the_first_tick_of_every_play_and_a_pause_ends_none(pla
     assert (playing.node("Starts").count, playing.node("Loads").count) == (1, 0)
 
 
-def test_alone_a_start_fires_once_a_play() -> None:
-    context = RecordingContext()
+def test_alone_a_start_fires_once_a_play(context: RecordingContext) -> None:
     node, loaded = ready(OnStageEvent, context), ready(OnLoaded, context)
     context.tick()
     assert (node.compute(), loaded.compute()) == (node.exec_out, loaded.exec_out)
@@ -264,8 +245,7 @@ def test_alone_a_stop_fires_at_the_end_of_a_play_and_in_no_tick(name: str, stops
     assert node.at_stop() == (node.exec_out if stops else None)
 
 
-def test_alone_closing_fires_before_the_graph_is_closed_and_in_no_tick() -> None:
-    context = RecordingContext()
+def test_alone_closing_fires_before_the_graph_is_closed_and_in_no_tick(context: RecordingContext) -> None:
     node = ready(OnClosing, context)
     context.tick()
     assert (node.compute(), node.at_close()) == (None, node.exec_out)
@@ -286,8 +266,7 @@ def test_a_graph_says_goodbye_with_the_time_of_the_last_tick(play: Player) -> No
           - Time.simulationTime -> Stopped.timeStamp
           - Time.simulationTime -> Closed.timeStamp
         """
-    )
-    playing.tick(30)
+    ).tick(30)
     assert playing.published("/stopped") == []
     playing.session.stop()
     playing.tick(60)
@@ -311,8 +290,7 @@ def test_an_event_that_never_comes_is_told_by_the_check(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("level", "severity"), [("Verbose", "info"), ("Info", "info"), ("Warn", "warning"), ("Error", "error")]
 )
-def test_a_message_is_told_with_its_severity(level: str, severity: str) -> None:
-    context = RecordingContext()
+def test_a_message_is_told_with_its_severity(level: str, severity: str, context: RecordingContext) -> None:
     ready(LogMessage, context, message="at the dock", log_level=level).compute()
     assert context.logged == [(severity, "at the dock")]
 
@@ -331,8 +309,7 @@ def test_in_a_graph_a_message_is_told_once_however_often_it_comes(play: Player) 
         nodes: {Tick: OnPlaybackTick, Log: {type: LogMessage, inputs: {message: at the dock, logLevel: Warn}}}
         connections: [Tick.tick -> Log.execIn]
         """
-    )
-    playing.tick(3)
+    ).tick(3)
     assert [line for line in playing.complaints if "at the dock" in line] == playing.complaints[:1]
 
 
@@ -358,7 +335,6 @@ def test_in_a_graph_the_state_of_a_key_is_read_and_a_stop_lets_it_go(play: Playe
     assert not playing.node("Key").is_pressed
 
 
-def test_a_text_is_told() -> None:
-    context = RecordingContext()
+def test_a_text_is_told(context: RecordingContext) -> None:
     ready(PrintText, context, text="at the dock", log_level="Warning", to_screen=True).compute()
     assert context.logged == [("warning", "at the dock")]

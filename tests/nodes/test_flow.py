@@ -17,19 +17,13 @@ def stepping(context: RecordingContext) -> OnPhysicsStep:
     return ready(OnPhysicsStep, context)
 
 
-def test_a_physics_step_is_an_event() -> None:
-    assert OnPhysicsStep.kind() == "event"
-
-
-def test_it_tells_how_long_a_step_takes_in_simulation() -> None:
-    context = RecordingContext()
+def test_it_is_an_event_that_tells_how_long_a_step_takes_in_simulation(context: RecordingContext) -> None:
     node = stepping(context)
     node.compute()
-    assert node.delta_simulation_time == 1 / 60
+    assert (node.kind(), node.delta_simulation_time) == ("event", 1 / 60)
 
 
-def test_all_of_a_ticks_wall_time_falls_to_its_first_step() -> None:
-    context = RecordingContext()
+def test_all_of_a_ticks_wall_time_falls_to_its_first_step(context: RecordingContext) -> None:
     node, deltas = stepping(context), []
     for tick in range(3):
         context.clock.wall_time = 100.0 + 0.5 * tick
@@ -39,8 +33,7 @@ def test_all_of_a_ticks_wall_time_falls_to_its_first_step() -> None:
     assert deltas == [0.0] * 4 + [0.5, 0.0, 0.0, 0.0] * 2
 
 
-def test_after_a_stop_the_wall_time_of_the_pause_does_not_count() -> None:
-    context = RecordingContext()
+def test_after_a_stop_the_wall_time_of_the_pause_does_not_count(context: RecordingContext) -> None:
     node = stepping(context)
     node.compute()
     context.stop(node)
@@ -64,8 +57,7 @@ def test_a_graph_of_physics_steps_runs_at_each_with_the_time_of_each(play: Playe
         connections: [Step.step -> Clock.execIn, Time.simulationTime -> Clock.timeStamp]
         """,
         RecordingWorld((1, 10), substeps=5),
-    )
-    playing.tick(2)
+    ).tick(2)
     stamps = [message.clock.nanosec for message in playing.published("/clock")]
     assert stamps == [number * 20_000_000 for number in range(1, 11)]
     assert playing.node("Step").delta_simulation_time == 0.02
@@ -74,17 +66,12 @@ def test_a_graph_of_physics_steps_runs_at_each_with_the_time_of_each(play: Playe
 # IsaacSimulationGate
 
 
-def gate(step: int, executions: int = 12) -> list[int]:
-    """Which executions fire, counted from 1."""
-    node = IsaacSimulationGate(step=step)
-    return [count for count in range(1, executions + 1) if node.compute() == node.exec_out]
-
-
 @pytest.mark.parametrize(
     ("step", "fired"), [(1, list(range(1, 13))), (2, [2, 4, 6, 8, 10, 12]), (5, [5, 10]), (13, []), (0, [])]
 )
 def test_a_gate_fires_at_every_nth_execution_and_with_0_never(step: int, fired: list[int]) -> None:
-    assert gate(step) == fired
+    node = IsaacSimulationGate(step=step)
+    assert [count for count in range(1, 13) if node.compute() == node.exec_out] == fired
 
 
 def test_a_gate_of_1_is_the_default() -> None:
@@ -114,24 +101,15 @@ def test_in_a_graph_each_wire_that_fires_is_an_execution(play: Player) -> None:
         connections: [Tick.tick -> Gate.execIn, Other.tick -> Gate.execIn, Gate.execOut -> Clock.execIn]
         """
     )
-    counts = []
-    for _ in range(6):
-        playing.tick()
-        counts.append(len(playing.published("/clock")))
-    assert counts == [0, 1, 2, 2, 3, 4]
+    assert playing.each_tick(6, lambda: len(playing.published("/clock"))) == [0, 1, 2, 2, 3, 4]
 
 
 # OgnIsaacRunOneSimulationFrame
 
 
-def test_one_frame_fires_at_its_first_execution_only() -> None:
-    node = OgnIsaacRunOneSimulationFrame()
-    assert [node.compute() for _ in range(3)] == [node.step, None, None]
-
-
-def test_one_frame_fires_again_after_a_stop() -> None:
+def test_one_frame_fires_at_its_first_execution_only_and_again_after_a_stop() -> None:
     context, node = RecordingContext(), OgnIsaacRunOneSimulationFrame()
-    node.compute()
+    assert [node.compute() for _ in range(3)] == [node.step, None, None]
     context.stop(node)
     assert node.compute() == node.step
 
@@ -143,8 +121,7 @@ def test_in_a_graph_one_frame_fires_once_a_play(play: Player, pauses: bool) -> N
         nodes: {Tick: OnPlaybackTick, Once: OgnIsaacRunOneSimulationFrame, Clock: PublishClock}
         connections: [Tick.tick -> Once.execIn, Once.step -> Clock.execIn]
         """
-    )
-    playing.tick(3)
+    ).tick(3)
     if pauses:
         playing.session.pause()
         playing.session.play()

@@ -46,8 +46,7 @@ def test_in_a_graph_a_multigate_counts_outputs_by_their_numbers(play: Player) ->
         nodes: {Tick: OnPlaybackTick, Gates: Multigate, First: Counter, Third: Counter}
         connections: [Tick.tick -> Gates.execIn, Gates.output0 -> First.execIn, Gates.output2 -> Third.execIn]
         """
-    )
-    playing.tick(7)
+    ).tick(7)
     assert (playing.node("First").count, playing.node("Third").count) == (3, 2)
     playing.session.stop()
     playing.tick()
@@ -75,13 +74,7 @@ def test_a_counter_counts_until_it_is_reset() -> None:
 
 
 SYNC = """
-nodes:
-  Tick: OnPlaybackTick
-  Order: Multisequence
-  Left: Counter
-  Right: Counter
-  Sync: SyncGate
-  Passed: Counter
+nodes: {Tick: OnPlaybackTick, Order: Multisequence, Left: Counter, Right: Counter, Sync: SyncGate, Passed: Counter}
 connections:
   - Tick.tick -> Order.execIn
   - Order.output0 -> Left.execIn
@@ -93,15 +86,10 @@ connections:
 
 
 def test_a_sync_gate_waits_for_all_of_its_wires(play: Player) -> None:
-    playing = play.graph(SYNC)
-    playing.tick(3)
+    playing = play.graph(SYNC).tick(3)
     assert playing.node("Passed").count == 3
     playing = play.graph(SYNC.replace("  - Tick.tick -> Order.execIn", "  - Tick.tick -> Left.execIn"))
-    counts = []
-    for _ in range(4):
-        playing.tick()
-        counts.append(playing.node("Passed").count)
-    assert counts == [0, 1, 1, 2]
+    assert playing.each_tick(4, lambda: playing.node("Passed").count) == [0, 1, 1, 2]
 
 
 def test_a_sync_gate_begins_anew_with_another_value() -> None:
@@ -142,8 +130,7 @@ def test_in_a_graph_a_rational_sync_gate_waits_for_all_of_its_wires(play: Player
           Count: Counter
         connections: [Tick.tick -> Sync.execIn, Other.tick -> Sync.execIn, Sync.execOut -> Count.execIn]
         """
-    )
-    playing.tick(4)
+    ).tick(4)
     assert (playing.node("Count").count, playing.node("Sync").denominator_out) == (3, 60)
     playing.session.stop()
     assert (playing.node("Count").count, playing.node("Sync").denominator_out) == (0, 0)

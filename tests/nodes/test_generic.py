@@ -24,15 +24,9 @@ from graphengine.scene import build
 from graphengine.scene.loaded_scene import Options
 from graphengine.testing import RecordingContext
 from tests.messages.test_messages import TYPES, random_message
-from tests.nodes.harness import Player, ready, twist
+from tests.nodes.harness import Player, names, ready, twist, write
 
 RANGE, TWIST, TF = "sensor_msgs/msg/Range", "geometry_msgs/msg/Twist", "tf2_msgs/msg/TFMessage"
-
-
-def names(message_type: str) -> dict[str, str]:
-    """What a file writes to name a message."""
-    package, subfolder, name = message_type.split("/")
-    return {"messagePackage": package, "messageSubfolder": subfolder, "messageName": name}
 
 
 def of(cls: type[Node], message_type: str, context: RecordingContext, /, **inputs: Any) -> Any:
@@ -136,9 +130,7 @@ def test_a_message_that_nobody_knows_makes_no_ports() -> None:
 
 
 def test_a_field_with_the_name_of_another_port_is_told_apart(tmp_path: Path) -> None:
-    folder = tmp_path / "my_msgs" / "msg"
-    folder.mkdir(parents=True)
-    (folder / "Plan.msg").write_text("string context\nstring goal\n")
+    write(tmp_path, {"my_msgs/msg/Plan.msg": "string context\nstring goal\n"})
     definitions = DEFINITIONS.extended([tmp_path])
     made = grown(ROS2Publisher, names("my_msgs/msg/Plan"), definitions)
     assert str(made.ports["inputs:context"].type) == "uint64"
@@ -147,9 +139,7 @@ def test_a_field_with_the_name_of_another_port_is_told_apart(tmp_path: Path) -> 
 
 
 def test_a_message_with_very_many_fields_makes_no_ports(tmp_path: Path) -> None:
-    folder = tmp_path / "my_msgs" / "msg"
-    folder.mkdir(parents=True)
-    (folder / "Long.msg").write_text("".join(f"int32 field{number}\n" for number in range(MAX_PORTS + 1)))
+    write(tmp_path, {"my_msgs/msg/Long.msg": "".join(f"int32 field{number}\n" for number in range(MAX_PORTS + 1))})
     with pytest.raises(MessageTypeError, match=f"more than {MAX_PORTS} fields"):
         grown(ROS2Publisher, names("my_msgs/msg/Long"), DEFINITIONS.extended([tmp_path]))
 
@@ -207,10 +197,8 @@ int32 LIMIT=7
 
 
 def test_any_content_of_a_message_of_every_shape_comes_out_as_it_went_in(tmp_path: Path) -> None:
-    folder = tmp_path / "my_msgs" / "msg"
-    folder.mkdir(parents=True)
-    (folder / "Odd.msg").write_text(ODD)
-    (folder / "Part.msg").write_text("string[] texts\nsensor_msgs/RegionOfInterest[1] regions\nfloat64 value\n")
+    part = "string[] texts\nsensor_msgs/RegionOfInterest[1] regions\nfloat64 value\n"
+    write(tmp_path, {"my_msgs/msg/Odd.msg": ODD, "my_msgs/msg/Part.msg": part})
     definitions, name = DEFINITIONS.extended([tmp_path]), "my_msgs/msg/Odd"
     hearing: Any = grown(ROS2Subscriber, names(name), definitions)()
     saying: Any = grown(ROS2Publisher, names(name), definitions)()
@@ -228,16 +216,12 @@ def test_odd_numbers_come_out_as_they_went_in_also_within_arrays_of_messages(val
     edge = messages.TransformStamped(
         messages.header(0.0, "é\n\"'"), "", messages.Transform(vector, messages.Quaternion(value, 0.0, 0.0, 1.0))
     )
-    for message_type, message in (
-        (TWIST, messages.Twist(vector, vector)),
-        (TF, messages.TFMessage([edge, edge])),
-    ):
+    for message_type, message in ((TWIST, messages.Twist(vector, vector)), (TF, messages.TFMessage([edge, edge]))):
         data = messages.encode(message)
         assert echo(message_type, data) == data
 
 
-def test_messages_of_big_endian_peers_come_out_in_the_ports_own_types() -> None:
-    context = RecordingContext()
+def test_messages_of_big_endian_peers_come_out_in_the_ports_own_types(context: RecordingContext) -> None:
     node = of(ROS2Subscriber, "std_msgs/msg/Float64MultiArray", context)
     # No dimensions, an offset of 0, and two doubles.
     body = b"".join(number.to_bytes(4, "big") for number in (0, 0, 2, 0)) + np.array([1.0, 2.0], ">f8").tobytes()
@@ -251,8 +235,7 @@ def test_messages_of_big_endian_peers_come_out_in_the_ports_own_types() -> None:
 # The publisher
 
 
-def test_what_is_set_is_published_and_the_rest_is_as_ros_makes_it() -> None:
-    context = RecordingContext()
+def test_what_is_set_is_published_and_the_rest_is_as_ros_makes_it(context: RecordingContext) -> None:
     node = of(
         ROS2Publisher,
         "geometry_msgs/msg/PoseStamped",
@@ -266,8 +249,7 @@ def test_what_is_set_is_published_and_the_rest_is_as_ros_makes_it() -> None:
     assert (sent.header, sent.pose) == (messages.header(0.0, "map"), expected)
 
 
-def test_messages_in_an_array_may_leave_fields_out() -> None:
-    context = RecordingContext()
+def test_messages_in_an_array_may_leave_fields_out(context: RecordingContext) -> None:
     node = of(
         ROS2Publisher, TF, context, transforms=['{"child_frame_id": "base", "transform": {"translation": {"x": 1}}}']
     )
@@ -293,8 +275,7 @@ def test_what_no_message_can_hold_is_refused_in_setup(message_type: str, inputs:
     assert fault in str(caught.value)
 
 
-def test_what_no_message_can_hold_is_refused_when_it_comes_over_a_wire() -> None:
-    context = RecordingContext()
+def test_what_no_message_can_hold_is_refused_when_it_comes_over_a_wire(context: RecordingContext) -> None:
     node = of(ROS2Publisher, "std_msgs/msg/UInt8MultiArray", context)
     node.message__data = np.array([1, 2, 1000], np.uint32)
     with pytest.raises(BadValueError, match=r"data cannot be .* data contains 1000, which is not a uint8"):
@@ -305,8 +286,7 @@ def test_what_no_message_can_hold_is_refused_when_it_comes_over_a_wire() -> None
         node.compute()
 
 
-def test_an_array_need_not_lie_in_one_piece() -> None:
-    context = RecordingContext()
+def test_an_array_need_not_lie_in_one_piece(context: RecordingContext) -> None:
     node = of(ROS2Publisher, "std_msgs/msg/Float64MultiArray", context)
     node.message__data = np.arange(6.0)[::2]
     node.compute()
@@ -321,8 +301,7 @@ def test_a_message_that_nobody_wants_is_not_built() -> None:
 
 
 @pytest.mark.parametrize("cls", [ROS2Publisher, ROS2Subscriber])
-def test_namespace_and_quality_of_service_are_those_of_the_ports(cls: type[Node]) -> None:
-    context = RecordingContext()
+def test_namespace_and_quality_of_service_are_those_of_the_ports(cls: type[Node], context: RecordingContext) -> None:
     of(cls, TWIST, context, topicName="a/b", nodeNamespace="robot", queueSize=3)
     (claim,) = context.services.claims
     assert (claim.topic, claim.message_type, claim.qos) == ("/robot/a/b", TWIST, QoS(depth=3))
@@ -348,8 +327,7 @@ def hear(context: RecordingContext, node: Any, *speeds: float) -> list[float]:
     return [node.message__linear__x for _ in node.compute()]
 
 
-def test_each_message_of_a_tick_fires_oldest_first() -> None:
-    context = RecordingContext()
+def test_each_message_of_a_tick_fires_oldest_first(context: RecordingContext) -> None:
     node = of(ROS2Subscriber, TWIST, context)
     assert hear(context, node) == []
     assert hear(context, node, 1.0, 2.0, 3.0) == [1.0, 2.0, 3.0]
@@ -357,22 +335,19 @@ def test_each_message_of_a_tick_fires_oldest_first() -> None:
     assert node.message__linear__x == 3.0
 
 
-def test_the_newest_alone_fires_where_that_is_asked_for() -> None:
-    context = RecordingContext()
+def test_the_newest_alone_fires_where_that_is_asked_for(context: RecordingContext) -> None:
     node = of(ROS2Subscriber, TWIST, context, delivery="newest")
     assert hear(context, node, 1.0, 2.0, 3.0) == [3.0]
     assert node.subscription.skipped == 2
     assert hear(context, node) == []
 
 
-def test_of_more_messages_than_the_queue_holds_the_oldest_are_lost() -> None:
-    context = RecordingContext()
+def test_of_more_messages_than_the_queue_holds_the_oldest_are_lost(context: RecordingContext) -> None:
     node = of(ROS2Subscriber, TWIST, context, queueSize=2)
     assert hear(context, node, 1.0, 2.0, 3.0) == [2.0, 3.0]
 
 
-def test_a_stop_sets_the_outputs_back() -> None:
-    context = RecordingContext()
+def test_a_stop_sets_the_outputs_back(context: RecordingContext) -> None:
     node = of(ROS2Subscriber, "geometry_msgs/msg/Quaternion", context)
     context.transport.inject("/topic", messages.Quaternion(1.0, 0.0, 0.0, 0.5))
     context.tick()
@@ -409,10 +384,8 @@ def test_in_a_graph_each_message_runs_what_hangs_on_it(play: Player) -> None:
 
 
 def test_in_a_graph_a_users_own_message_is_heard_and_said(play: Player, tmp_path: Path) -> None:
-    folder = tmp_path / "my_msgs" / "msg"
-    folder.mkdir(parents=True)
-    (folder / "Tag.msg").write_text("string from\nPart[] parts\n")
-    (folder / "Part.msg").write_text("float32[2] size\n")
+    tag, part = "string from\nPart[] parts\n", "float32[2] size\n"
+    write(tmp_path, {"my_msgs/msg/Tag.msg": tag, "my_msgs/msg/Part.msg": part})
     text = """
         nodes:
           Tick: OnPlaybackTick
@@ -422,9 +395,9 @@ def test_in_a_graph_a_users_own_message_is_heard_and_said(play: Player, tmp_path
         """
     playing = play.graph(text, options=Options(message_paths=[tmp_path / "my_msgs"]))
     definitions = playing.definitions
-    tag = definitions.initial("my_msgs/msg/Tag")
-    tag.parts = [definitions.message_class("my_msgs/msg/Part")(np.array([1.0, 2.5], np.float32))]
-    playing.transport.inject("/heard", messages.encode(tag, definitions))
+    heard = definitions.initial("my_msgs/msg/Tag")
+    heard.parts = [definitions.message_class("my_msgs/msg/Part")(np.array([1.0, 2.5], np.float32))]
+    playing.transport.inject("/heard", messages.encode(heard, definitions))
     playing.tick(2)
     (sent,) = playing.transport.raw("/said")
     said = messages.decode(sent, "my_msgs/msg/Tag", definitions)
@@ -432,9 +405,7 @@ def test_in_a_graph_a_users_own_message_is_heard_and_said(play: Player, tmp_path
 
 
 def test_in_a_graph_messages_of_a_sourced_workspace_are_known(play: Player, tmp_path: Path) -> None:
-    folder = tmp_path / "share" / "geometry_msgs" / "msg"
-    folder.mkdir(parents=True)
-    (folder / "Stride.msg").write_text("float64 length\n")
+    write(tmp_path, {"share/geometry_msgs/msg/Stride.msg": "float64 length\n"})
     text = ECHO.replace("Twist", "Stride").replace("linear:x", "length").replace("linear:y", "length")
     text = text.replace("      - Hear.outputs:angular:z -> Say.inputs:angular:z\n", "")
     playing = play.graph(text, options=Options(installed=[tmp_path / "share"]))

@@ -56,6 +56,14 @@ def test_a_buffer_of_numbers_is_taken_by_its_bytes() -> None:
     assert np.frombuffer(bytes(picture.data), "<f4").tolist() == [1.0, np.inf, 0.5, 2.0]
 
 
+@pytest.mark.parametrize("port", ["data", "data_ptr"])
+def test_bytes_need_not_lie_in_one_piece(port: str) -> None:
+    cls: Any = ROS2PublishImage
+    node = cls(width=2, height=2)
+    setattr(node, port, pixels(24)[::2])
+    assert bytes(node.message().data) == bytes(range(0, 24, 2))
+
+
 def test_pixels_are_not_copied_into_the_message() -> None:
     data = pixels(12)
     assert np.shares_memory(image_of(width=2, height=2, data_ptr=data).data, data)
@@ -89,9 +97,7 @@ def test_an_address_cannot_be_written_down(address: Any) -> None:
 
 def test_in_a_graph_a_wrong_size_stops_the_run_and_names_the_node(play: Player) -> None:
     text = """
-        nodes:
-          Tick: OnPlaybackTick
-          Publish: {type: PublishImage, inputs: {width: 2, height: 2, data: [1, 2, 3]}}
+        nodes: {Tick: OnPlaybackTick, Publish: {type: PublishImage, inputs: {width: 2, height: 2, data: [1, 2, 3]}}}
         connections: [Tick.tick -> Publish.execIn]
         """
     with pytest.raises(NodeError, match=r"Publish[^\n]*of 12 bytes for 2 x 2 pixels of rgb8, it is 3"):
@@ -112,15 +118,9 @@ def test_in_a_graph_a_wire_between_pointers_carries_the_buffer(play: Player) -> 
     registry = Registry(dict(known.types), dict(known.short_names), dict(known.owners))
     registry.add(Drawn)
     text = """
-        nodes:
-          Tick: OnPlaybackTick
-          Drawn: tests.Drawn
-          Publish: {type: PublishImage, inputs: {width: 2, height: 1}}
-        connections:
-          - Tick.tick -> Publish.execIn
-          - Drawn.dataPtr -> Publish.dataPtr
+        nodes: {Tick: OnPlaybackTick, Drawn: tests.Drawn, Publish: {type: PublishImage, inputs: {width: 2, height: 1}}}
+        connections: [Tick.tick -> Publish.execIn, Drawn.dataPtr -> Publish.dataPtr]
         """
-    playing = play.graph(text, options=Options(registry=registry))
-    playing.tick()
+    playing = play.graph(text, options=Options(registry=registry)).tick()
     (picture,) = playing.published("/rgb")
     assert bytes(picture.data) == bytes(range(1, 7))

@@ -6,42 +6,16 @@ physics, it runs in MuJoCo.
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
 import pytest
 
-from tests.nodes.harness import Player
-from tests.nodes.isaac import (
-    ackermann,
-    holonomic,
-    joints,
-    lidar,
-    names,
-    navigation,
-    odometry,
-    state,
-    subscribers,
-    time,
-    transforms,
-    wheels,
-)
+from tests.nodes.harness import HERE, Player
 from tests.nodes.isaac.book import CASES, DIFFERS, OURS, RUN
 
-FAMILIES = (
-    wheels,
-    holonomic,
-    ackermann,
-    navigation,
-    odometry,
-    transforms,
-    joints,
-    state,
-    time,
-    names,
-    lidar,
-    subscribers,
-)
-"""To import them is to register their cases."""
+for family in sorted((HERE / "isaac").glob("*.py")):
+    importlib.import_module(f"tests.nodes.isaac.{family.stem}")  # which registers its cases
 
 
 def test_every_case_either_runs_or_differs() -> None:

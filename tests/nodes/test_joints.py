@@ -19,7 +19,7 @@ from graphengine.nodes.core.articulation import IsaacArticulationController
 from graphengine.nodes.ros2.state import ROS2PublishJointState
 from graphengine.scene import build
 from graphengine.testing import RecordingContext, RecordingWorld
-from tests.nodes.harness import Player, dd100, ready
+from tests.nodes.harness import Player, computed, dd100, ready
 
 NAN = math.nan
 JOINTS = ("shoulder", "elbow", "wrist", "finger")
@@ -97,19 +97,14 @@ def test_a_command_of_the_wrong_width_is_an_error_and_none_of_the_compute_is_app
     assert all(same(targets, [NAN] * 4) for targets in robot.targets.values())
 
 
-def test_robot_path_wins_over_target_prim() -> None:
-    context = RecordingContext()
+def test_robot_path_wins_over_target_prim(context: RecordingContext) -> None:
     robot, other = arm(context), context.world.add_robot("/other", JOINTS)
-    node = ready(
-        IsaacArticulationController, context, target_prim="/other", robot_path="/arm", effort_command=[1.0] * 4
-    )
-    node.compute()
+    computed(IsaacArticulationController, context, target_prim="/other", robot_path="/arm", effort_command=[1.0] * 4)
     assert robot.targets["effort"] == [1.0] * 4
     assert same(other.targets["effort"], [NAN] * 4)
 
 
-def test_the_selection_may_change_in_every_tick() -> None:
-    context = RecordingContext()
+def test_the_selection_may_change_in_every_tick(context: RecordingContext) -> None:
     robot = arm(context)
     node = ready(IsaacArticulationController, context, target_prim="/arm", joint_names=["elbow"], effort_command=[1.0])
     node.compute()
@@ -122,8 +117,7 @@ def test_the_selection_may_change_in_every_tick() -> None:
     assert same(robot.targets["effort"], [2.0, 1.0, 4.0, 1.0])
 
 
-def test_after_a_stop_the_same_joints_are_commanded_again() -> None:
-    context = RecordingContext()
+def test_after_a_stop_the_same_joints_are_commanded_again(context: RecordingContext) -> None:
     robot = arm(context)
     node = ready(IsaacArticulationController, context, target_prim="/arm", joint_names=["elbow"], effort_command=[1.0])
     for _ in range(2):
@@ -140,8 +134,7 @@ def test_a_joint_that_is_not_there_is_refused_in_setup(selection: dict[str, Any]
     assert any("elbow" in line or "0 to 3" in line for line in caught.value.help)
 
 
-def test_what_does_not_stand_for_a_robot_is_refused_with_what_does() -> None:
-    context = RecordingContext()
+def test_what_does_not_stand_for_a_robot_is_refused_with_what_does(context: RecordingContext) -> None:
     arm(context)
     context.world.stage.add("/arm/Geometry/base_link/hand", "link")
     with pytest.raises(PrimError, match="does not stand for a robot") as caught:
@@ -207,8 +200,7 @@ def test_all_joints_are_published_in_the_articulations_order_under_an_empty_fram
     assert (message.header.frame_id, message.header.stamp.sec, message.header.stamp.nanosec) == ("", 3, 250_000_000)
 
 
-def test_the_state_is_that_of_the_compute() -> None:
-    context = RecordingContext()
+def test_the_state_is_that_of_the_compute(context: RecordingContext) -> None:
     robot = arm(context)
     node = ready(ROS2PublishJointState, context, target_prim="/arm")
     for angle in (0.5, 0.75):
@@ -217,8 +209,7 @@ def test_the_state_is_that_of_the_compute() -> None:
     assert [m.position[0] for m in context.transport.messages("/joint_states")] == [0.5, 0.75]
 
 
-def test_a_name_override_of_a_joint_is_its_name() -> None:
-    context = RecordingContext()
+def test_a_name_override_of_a_joint_is_its_name(context: RecordingContext) -> None:
     arm(context)
     context.world.stage.add("/arm/Physics/elbow", "joint", name_override="left_elbow")
     message = ready(ROS2PublishJointState, context, target_prim="/arm").message()
@@ -251,15 +242,13 @@ def test_how_a_number_is_rounded_does_not_depend_on_the_others(numbers: list[flo
 
 
 @pytest.mark.parametrize("number", [math.inf, -math.inf, 1e308, -1e308])
-def test_numbers_too_large_to_be_rounded_stay(number: float) -> None:
-    context = RecordingContext()
+def test_numbers_too_large_to_be_rounded_stay(context: RecordingContext, number: float) -> None:
     arm(context).state["position"] = [0.12345, number, math.nan, -0.12345]
     found = ready(ROS2PublishJointState, context, target_prim="/arm").message().position.tolist()
     assert repr(found) == repr([0.1234, number, math.nan, -0.1234])
 
 
-def test_with_a_resolution_of_0_numbers_are_as_they_are() -> None:
-    context = RecordingContext()
+def test_with_a_resolution_of_0_numbers_are_as_they_are(context: RecordingContext) -> None:
     arm(context).state["position"] = [math.pi] * 4
     found = ready(ROS2PublishJointState, context, target_prim="/arm", resolution=0.0).message().position
     assert found.tolist() == [math.pi] * 4
@@ -325,8 +314,7 @@ def test_without_arrays_and_robot_the_file_is_refused(play: Player) -> None:
 
 
 def test_in_the_tutorials_graph_joint_states_go_out_in_every_tick_with_simulation_time(play: Player) -> None:
-    playing = play.shipped("tutorial/joint_states", dd100())
-    playing.tick(3)
+    playing = play.shipped("tutorial/joint_states", dd100()).tick(3)
     sent = playing.published("/dd100_0000/platform/joint_states")
     assert [m.header.stamp.nanosec for m in sent] == [int(tick / 60 * 1e9) for tick in (1, 2, 3)]
     assert set(itertools.chain(*(m.name for m in sent))) == {"front_left_wheel_joint", "front_right_wheel_joint"}

@@ -11,14 +11,12 @@ from tests.nodes.test_events import typed
 
 
 @pytest.mark.parametrize("held", ["LeftShift", "RightControl", "LeftAlt"])
-def test_a_key_without_modifiers_is_not_pressed_while_one_is_held(held: str) -> None:
-    context = RecordingContext()
+def test_a_key_without_modifiers_is_not_pressed_while_one_is_held(held: str, context: RecordingContext) -> None:
     node = ready(OnKeyboardInput, context, key_in="D")
     assert typed(node, context, held, f"{held} D", held, "", "D") == ["", "", "", "", "pressed"]
 
 
-def test_of_two_nodes_the_one_fires_whose_modifiers_are_held() -> None:
-    context = RecordingContext()
+def test_of_two_nodes_the_one_fires_whose_modifiers_are_held(context: RecordingContext) -> None:
     plain = ready(OnKeyboardInput, context, key_in="S")
     save = ready(OnKeyboardInput, context, key_in="S", ctrl_in=True)
     context.services.keys.press(["LeftControl", "S"])
@@ -26,14 +24,12 @@ def test_of_two_nodes_the_one_fires_whose_modifiers_are_held() -> None:
     assert (plain.compute(), save.compute()) == (None, save.pressed)
 
 
-def test_a_modifier_that_is_held_later_does_not_release_a_key() -> None:
-    context = RecordingContext()
+def test_a_modifier_that_is_held_later_does_not_release_a_key(context: RecordingContext) -> None:
     node = ready(OnKeyboardInput, context, key_in="D")
     assert typed(node, context, "D", "D LeftShift", "LeftShift") == ["pressed", "", "released"]
 
 
 @pytest.mark.parametrize(("key", "others"), [("LeftShift", ""), ("RightControl", "")])
-def test_a_modifier_may_be_the_key_itself(key: str, others: str) -> None:
-    context = RecordingContext()
+def test_a_modifier_may_be_the_key_itself(key: str, others: str, context: RecordingContext) -> None:
     node = ready(OnKeyboardInput, context, key_in=key)
     assert typed(node, context, key, "") == ["pressed", "released"]

@@ -11,14 +11,13 @@ import pytest
 
 from graphengine.nodes.ros2.labels import LabelPublisher, ROS2PublishObjectIdMap, ROS2PublishSemanticLabels
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import ready
+from tests.nodes.harness import computed
 
 
 def published(cls: type[LabelPublisher], **inputs: Any) -> Any:
     """The JSON that a node publishes, without its time."""
     context = RecordingContext()
-    node = ready(cls, context, time_stamp=1.25, **inputs)
-    node.compute()
+    computed(cls, context, time_stamp=1.25, **inputs)
     (message,) = context.transport.messages("/labels")
     found = json.loads(message.data)
     assert found.pop("time_stamp") == {"sec": 1, "nanosec": 250_000_000}

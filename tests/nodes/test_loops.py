@@ -102,20 +102,17 @@ def test_a_break_starts_no_loop(play: Player, loop: str) -> None:
           - Loop.loopBody -> Count.execIn
           - Loop.finished -> Count.execIn
         """
-    )
-    playing.tick(3)
+    ).tick(3)
     assert playing.node("Count").count == 0
 
 
 def test_in_a_graph_a_break_ends_the_loop_after_the_round(play: Player) -> None:
-    playing = play.graph(LOOP)
-    playing.tick(3)
+    playing = play.graph(LOOP).tick(3)
     assert (playing.node("Body").count, playing.node("Done").count, playing.node("Loop").value) == (3, 3, 10)
 
 
 def test_in_a_graph_the_body_runs_for_each_number(play: Player) -> None:
-    playing = play.graph(LOOP.replace("  - Body.execOut -> Loop.breakLoop\n", ""))
-    playing.tick(2)
+    playing = play.graph(LOOP.replace("  - Body.execOut -> Loop.breakLoop\n", "")).tick(2)
     assert (playing.node("Body").count, playing.node("Done").count, playing.node("Loop").value) == (8, 2, 13)
 
 
@@ -133,8 +130,7 @@ def test_in_a_graph_the_type_of_an_element_follows_from_the_array(play: Player) 
           - Each.loopBody -> Odometry.execIn
           - Each.element -> Odometry.position
         """
-    )
-    playing.tick()
+    ).tick()
     positions = [m.pose.pose.position for m in playing.published(playing.topics["Odometry"])]
     assert [(p.x, p.y, p.z) for p in positions] == [(1.0, 2.0, 3.0), (4.0, 5.0, 6.0)]
 
@@ -172,15 +168,13 @@ connections:
 
 
 def test_while_goes_on_until_its_body_makes_the_condition_false(play: Player) -> None:
-    playing = play.graph(WHILE)
-    playing.tick(2)
+    playing = play.graph(WHILE).tick(2)
     assert [playing.node(name).count for name in ("Body", "Done")] == [6, 2]
     assert playing.node("While").index == 2, "number of the last round"
 
 
 def test_while_ends_after_a_break(play: Player) -> None:
-    playing = play.graph(WHILE.replace("Every.execOut -> Close.execIn", "Every.execOut -> While.breakLoop"))
-    playing.tick()
+    playing = play.graph(WHILE.replace("Every.execOut -> Close.execIn", "Every.execOut -> While.breakLoop")).tick()
     assert [playing.node(name).count for name in ("Body", "Done")] == [3, 1]
 
 
@@ -192,11 +186,7 @@ def test_while_that_never_holds_finishes_at_once() -> None:
 def test_a_condition_straight_from_a_node_of_the_body_is_read_in_each_round(play: Player) -> None:
     playing = play.graph(
         """
-        nodes:
-          Tick: OnPlaybackTick
-          Flip: FlipFlop
-          While: WhileLoop
-          Done: Counter
+        nodes: {Tick: OnPlaybackTick, Flip: FlipFlop, While: WhileLoop, Done: Counter}
         connections:
           - Tick.tick -> While.execIn
           - While.loopBody -> Flip.execIn

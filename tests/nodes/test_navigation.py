@@ -17,7 +17,7 @@ from graphengine.nodes.wheeled_robots.planar import yaw_of
 from graphengine.nodes.wheeled_robots.quintic import DURATIONS, QuinticPathPlanner, derivative, quintic
 from graphengine.nodes.wheeled_robots.stanley import StanleyControlPID
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, matrix, ready, yaw
+from tests.nodes.harness import Player, computed, matrix, ready, yaw
 
 Floats = NDArray[np.float64]
 Heading = tuple[float, float, float]
@@ -181,10 +181,8 @@ def test_a_target_that_moves_or_turns_gets_another_path(target: Heading) -> None
     assert node.target == pytest.approx(target)
 
 
-def test_after_a_stop_it_plans_anew() -> None:
-    context = RecordingContext()
-    node = ready(QuinticPathPlanner, context, **here((0.0, 0.0, 0.0)), target_position=(5.0, 0.0, 0.0))
-    node.compute()
+def test_after_a_stop_it_plans_anew(context: RecordingContext) -> None:
+    node = computed(QuinticPathPlanner, context, **here((0.0, 0.0, 0.0)), target_position=(5.0, 0.0, 0.0))
     context.stop(node)
     assert (len(node.path_arrays), node.target_changed) == (0, False)
     node.compute()
@@ -192,21 +190,16 @@ def test_after_a_stop_it_plans_anew() -> None:
 
 
 @pytest.mark.parametrize("turn", [0.5, -0.5])
-def test_a_prim_can_be_the_target_and_its_yaw_has_a_sign(turn: float) -> None:
-    context = RecordingContext()
+def test_a_prim_can_be_the_target_and_its_yaw_has_a_sign(turn: float, context: RecordingContext) -> None:
     context.world.add_body("/Goal", (4.0, 1.0, 0.3), yaw(turn))
-    node = ready(QuinticPathPlanner, context, **here((0.0, 0.0, 0.0)), target_prim="/Goal")
-    node.compute()
+    node = computed(QuinticPathPlanner, context, **here((0.0, 0.0, 0.0)), target_prim="/Goal")
     assert node.target == pytest.approx((4.0, 1.0, turn))
 
 
 @pytest.mark.parametrize(
     ("inputs", "complaint"),
     [
-        (
-            {"max_jerk": 0.0},
-            "a path keeps to maxAccel 1.5 m/s2 and maxJerk 0 m/s3; even one of 95 s needs",
-        ),
+        ({"max_jerk": 0.0}, "a path keeps to maxAccel 1.5 m/s2 and maxJerk 0 m/s3; even one of 95 s needs"),
         ({"max_accel": math.inf, "target_position": (1e6, 0.0, 0.0)}, "even one of 95 s needs"),
         ({"target_position": (math.nan, 0.0, 0.0)}, "targetPosition must be finite"),
         ({"goal_velocity": math.inf}, "goalVelocity must be finite"),
@@ -391,8 +384,7 @@ connections:
 
 
 def test_in_a_graph_one_plans_one_checks_and_one_steers(play: Player) -> None:
-    playing = play.graph(GRAPH.format(target="[5, 0, 0]"))
-    playing.tick()
+    playing = play.graph(GRAPH.format(target="[5, 0, 0]")).tick()
     plan, check, steer = (playing.node(name) for name in ("Plan", "Check", "Steer"))
     assert (plan.target, plan.target_changed) == ((5.0, 0.0, 0.0), True)
     assert check.reached_goal.tolist() == [False, True]
@@ -407,7 +399,6 @@ def test_in_a_graph_one_plans_one_checks_and_one_steers(play: Player) -> None:
 
 
 def test_a_target_out_of_reach_ends_the_branch_of_the_planner(play: Player) -> None:
-    playing = play.graph(GRAPH.format(target="[1e6, 0, 0]"))
-    playing.tick()
+    playing = play.graph(GRAPH.format(target="[1e6, 0, 0]")).tick()
     assert playing.dropped == {"/World/graph/Plan": 1}
     assert not playing.node("Plan").target_changed

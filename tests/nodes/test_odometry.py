@@ -135,8 +135,7 @@ def test_a_stop_makes_a_new_origin() -> None:
     assert node.position == node.linear_acceleration == (0.0, 0.0, 0.0)
 
 
-def test_a_prim_without_a_body_is_followed_with_the_body_that_carries_it() -> None:
-    context = RecordingContext()
+def test_a_prim_without_a_body_is_followed_with_the_body_that_carries_it(context: RecordingContext) -> None:
     body = context.world.add_body("/cube", orientation=yaw(math.pi / 2))
     context.world.stage.add("/cube/sensor", "frame", position=(1.0, 0.0, 0.0))
     node = ready(IsaacComputeOdometry, context, chassis_prim="/cube/sensor")
@@ -148,8 +147,7 @@ def test_a_prim_without_a_body_is_followed_with_the_body_that_carries_it() -> No
     assert close(node.linear_velocity, (0.0, 1.5, 0.0))
 
 
-def test_a_robots_prim_stands_for_its_base() -> None:
-    context = RecordingContext()
+def test_a_robots_prim_stands_for_its_base(context: RecordingContext) -> None:
     context.world.add_robot("/robot")
     robot = context.world.body(context.world.stage.find("/robot"))
     node = ready(IsaacComputeOdometry, context, chassis_prim="/robot")
@@ -159,8 +157,7 @@ def test_a_robots_prim_stands_for_its_base() -> None:
     assert node.position == (1.0, 2.0, 3.0)
 
 
-def test_a_prim_that_no_body_carries_is_refused_with_the_bodies_below_it() -> None:
-    context = RecordingContext()
+def test_a_prim_that_no_body_carries_is_refused_with_the_bodies_below_it(context: RecordingContext) -> None:
     context.world.add_body("/World/crate/box")
     with pytest.raises(PrimError, match="no rigid body carries") as caught:
         ready(IsaacComputeOdometry, context, chassis_prim="/World/crate")

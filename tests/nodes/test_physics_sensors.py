@@ -11,7 +11,7 @@ from graphengine.devices.imu import ImuSample, ImuStub
 from graphengine.format.errors import PrimError
 from graphengine.nodes.physics_sensors import IsaacReadContactSensor, IsaacReadIMU
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, ready
+from tests.nodes.harness import Player, computed, ready, write
 from tests.nodes.scenes import CUBE, FLOOR, ROBOT, SCENE, body
 
 G = 9.81
@@ -42,8 +42,7 @@ def test_a_sample_is_handed_on_with_gravity_or_without(read_gravity: bool, upwar
     assert node.sensor_time == 0.5
 
 
-def test_each_sample_fires_once_and_one_that_was_missed_is_no_trouble() -> None:
-    context = RecordingContext()
+def test_each_sample_fires_once_and_one_that_was_missed_is_no_trouble(context: RecordingContext) -> None:
     imu = unit(context)
     node = ready(IsaacReadIMU, context, imu_prim="/robot/Imu")
     fired = []
@@ -53,26 +52,22 @@ def test_each_sample_fires_once_and_one_that_was_missed_is_no_trouble() -> None:
     assert fired == [True, False, True, False, True, False]
 
 
-def test_before_its_first_sample_a_unit_has_nothing_to_hand_on() -> None:
-    context = RecordingContext()
+def test_before_its_first_sample_a_unit_has_nothing_to_hand_on(context: RecordingContext) -> None:
     unit(context).measured = measured(-1)
     node = ready(IsaacReadIMU, context, imu_prim="/robot/Imu")
     assert node.compute() is None
     assert node.sensor_time == 0.0
 
 
-def test_after_a_stop_sample_0_fires_again() -> None:
-    context = RecordingContext()
+def test_after_a_stop_sample_0_fires_again(context: RecordingContext) -> None:
     unit(context)
-    node = ready(IsaacReadIMU, context, imu_prim="/robot/Imu")
-    node.compute()
+    node = computed(IsaacReadIMU, context, imu_prim="/robot/Imu")
     context.stop(node)
     assert (node.lin_acc, node.orientation) == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     assert node.compute() == node.exec_out
 
 
-def test_what_is_no_unit_is_refused_with_those_below_it() -> None:
-    context = RecordingContext()
+def test_what_is_no_unit_is_refused_with_those_below_it(context: RecordingContext) -> None:
     unit(context)
     with pytest.raises(PrimError, match="is a robot, not an imu\nbelow it: /robot/Imu"):
         ready(IsaacReadIMU, context, imu_prim="/robot")
@@ -109,10 +104,8 @@ connections:
   - Imu.linAcc -> Out.linearAcceleration
   - Imu.sensorTime -> Out.timeStamp
 """
-    (play.folder / "sensors").mkdir()
-    (play.folder / "sensors/own.yaml").write_text(f"{{format: 1, sensor: own, imu: {{rate: {rate}.0}}}}", "utf-8")
-    playing = play.scene(sensing(graph, "{imu: {type: imu, profile: own, parent: base_link}}", runs))
-    playing.tick(60)
+    write(play.folder, {"sensors/own.yaml": f"{{format: 1, sensor: own, imu: {{rate: {rate}.0}}}}"})
+    playing = play.scene(sensing(graph, "{imu: {type: imu, profile: own, parent: base_link}}", runs)).tick(60)
     sent = playing.published("/imu")
     assert len(sent) == samples
     assert sent[-1].linear_acceleration.z == pytest.approx(G, abs=0.02)
@@ -124,12 +117,10 @@ connections:
 # IsaacReadContactSensor
 
 
-def test_a_reading_is_handed_on_at_every_execution() -> None:
-    context = RecordingContext()
+def test_a_reading_is_handed_on_at_every_execution(context: RecordingContext) -> None:
     context.world.add_robot("/robot")
     sensor = context.world.add_device(ContactSensorStub, "/robot/Bumper")
-    node = ready(IsaacReadContactSensor, context, cs_prim="/robot/Bumper")
-    node.compute()
+    node = computed(IsaacReadContactSensor, context, cs_prim="/robot/Bumper")
     assert (node.in_contact, node.value) == (False, 0.0)
     sensor.felt = ContactReading(0.25, True, 12.5)
     node.compute()
@@ -138,8 +129,7 @@ def test_a_reading_is_handed_on_at_every_execution() -> None:
     assert (node.sensor_time, node.in_contact, node.value) == (0.0, False, 0.0)
 
 
-def test_what_is_no_contact_sensor_is_refused() -> None:
-    context = RecordingContext()
+def test_what_is_no_contact_sensor_is_refused(context: RecordingContext) -> None:
     unit(context)
     with pytest.raises(PrimError, match="is an imu, not a contact sensor\nthose there are: none"):
         ready(IsaacReadContactSensor, context, cs_prim="/robot/Imu")
@@ -150,8 +140,7 @@ def test_in_a_simulation_a_box_on_the_floor_feels_its_weight(play: Player) -> No
 nodes: {Tick: OnPlaybackTick, Bumper: {type: ReadContactSensor, inputs: {csPrim: /robot/base_link/bumper}}}
 connections: [Tick.tick -> Bumper.execIn]
 """
-    playing = play.scene(sensing(nodes, "{bumper: {type: contact, parent: base_link}}"))
-    playing.tick(60)
+    playing = play.scene(sensing(nodes, "{bumper: {type: contact, parent: base_link}}")).tick(60)
     node = playing.node("Bumper")
     assert node.in_contact
     assert node.value == pytest.approx(2 * G, rel=1e-3)

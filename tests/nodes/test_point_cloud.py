@@ -125,3 +125,9 @@ def test_rosbags_reads_the_bytes_back() -> None:
     read = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(data, "sensor_msgs/msg/PointCloud2")
     expected = {name: values for _, fields, _ in METADATA.values() for name, values in fields.items()}
     assert read_points(read) == {"x": [1.0, 4.0], "y": [2.0, 5.0], "z": [3.0, 6.0]} | expected
+
+
+def test_points_and_metadata_need_not_lie_in_one_piece() -> None:
+    rows = np.repeat(POINTS, 2, axis=0)[::2]
+    cloud = cloud_of(data=[], data_ptr=rows, output_echo_id=True, echo_id_ptr=np.arange(4, dtype=np.uint8)[::2])
+    assert read_points(cloud) == {"x": [1.0, 4.0], "y": [2.0, 5.0], "z": [3.0, 6.0], "echo_id": [0, 2]}

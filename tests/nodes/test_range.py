@@ -43,8 +43,7 @@ def test_a_sample_is_sent_once_with_its_stamp_and_the_figures_of_the_sensor(
     world = dd100()
     sensor = world.add_device(RangeSensorStub, f"{CHASSIS}/sonar", radiation_type=radiation, **FACTS)
     sensor.measure(distance, time=0.25, index=7)
-    playing = play.graph(ON_TICKS, world)
-    playing.tick(3)
+    playing = play.graph(ON_TICKS, world).tick(3)
     (message,) = playing.published("/dd100_0000/sonar")
     assert (message.header.frame_id, message.header.stamp.sec, message.header.stamp.nanosec) == (
         "sonar",
@@ -59,8 +58,7 @@ def test_a_sample_is_sent_once_with_its_stamp_and_the_figures_of_the_sensor(
 def test_nothing_is_sent_without_a_sample(play: Player) -> None:
     world = dd100()
     world.add_device(RangeSensorStub, f"{CHASSIS}/sonar")
-    playing = play.graph(ON_TICKS, world)
-    playing.tick(3)
+    playing = play.graph(ON_TICKS, world).tick(3)
     assert playing.published("/dd100_0000/sonar") == []
 
 
@@ -97,7 +95,6 @@ def test_a_robot_in_a_scene_measures_the_wall_ahead(play: Player) -> None:
                   <geom type="box" size=".1 9 9" pos="2.1 0 0"/></worldbody></mujoco>
             """,
             "bot.yaml": """
-                format: 1
                 robot: bot
                 extends: robots/dd100.yaml
                 sensors:
@@ -105,7 +102,6 @@ def test_a_robot_in_a_scene_measures_the_wall_ahead(play: Player) -> None:
             """,
             "graph.yaml": "format: 1\ngraph: graph\n" + ON_TICKS,
             "scene.yaml": """
-                format: 1
                 scene: scene
                 world: world.xml
                 physics: {tick_rate: 60, substeps: 4}
@@ -114,8 +110,7 @@ def test_a_robot_in_a_scene_measures_the_wall_ahead(play: Player) -> None:
                 graphs: {sonar: {use: graph.yaml}}
             """,
         }
-    )
-    playing.tick(30)
+    ).tick(30)
     ranges = [message.range for message in playing.published("/dd100_0000/sonar")]
     assert ranges == pytest.approx(
         [2.0] * 9, abs=5 * 0.003 + 0.005

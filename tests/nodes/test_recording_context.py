@@ -122,8 +122,7 @@ def test_unwanted_topics_are_wanted_once_somebody_listens() -> None:
     assert publisher.wanted
 
 
-def test_what_arrives_is_seen_from_the_next_tick_on_as_far_as_the_queue_holds() -> None:
-    context = RecordingContext()
+def test_what_arrives_is_seen_from_the_next_tick_on_as_far_as_the_queue_holds(context: RecordingContext) -> None:
     subscription = context.subscription("geometry_msgs/msg/Twist", "cmd_vel", queue_size=2)
     for speed in (1.0, 2.0, 3.0):
         context.transport.inject("/cmd_vel", twist(speed, 0.0))
@@ -137,8 +136,7 @@ def test_a_topic_that_nobody_reads_cannot_be_fed() -> None:
         RecordingContext().transport.inject("/cmd_vel", twist(1.0, 0.0))
 
 
-def test_ticks_move_time_mailboxes_and_variables() -> None:
-    context = RecordingContext()
+def test_ticks_move_time_mailboxes_and_variables(context: RecordingContext) -> None:
     context.variables["speed"] = Variable(1.0)
     mailbox, variable = context.mailbox("event"), context.variable("speed")
     mailbox.post("now")
@@ -158,14 +156,12 @@ def test_a_variable_or_prim_that_is_not_there_is_refused_as_in_the_engine() -> N
         RecordingContext().body("/nowhere")
 
 
-def test_what_a_node_says_is_kept() -> None:
-    context = RecordingContext()
+def test_what_a_node_says_is_kept(context: RecordingContext) -> None:
     context.log("warning", "careful")
     assert context.logged == [("warning", "careful")]
 
 
-def test_bytes_that_are_no_message_are_told_of_too() -> None:
-    context = RecordingContext()
+def test_bytes_that_are_no_message_are_told_of_too(context: RecordingContext) -> None:
     subscription = context.subscription("geometry_msgs/msg/Twist", "cmd_vel")
     context.transport.inject("/cmd_vel", b"\x00\x01\x00\x00")
     context.tick()

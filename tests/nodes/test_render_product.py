@@ -18,7 +18,7 @@ from graphengine.nodes.core.render_product import (
     IsaacSetCameraOnRenderProduct,
 )
 from graphengine.testing import RecordingContext, RecordingWorld
-from tests.nodes.harness import Player, dd100, ready
+from tests.nodes.harness import Player, computed, dd100, ready
 
 LIDAR = "/robot/Geometry/base_link/Lidar"
 CAMERA = "/robot/Geometry/base_link/camera"
@@ -49,38 +49,29 @@ def test_the_path_leads_to_the_lidar(context: RecordingContext) -> None:
     assert context.device(Lidar, node.render_product_path).prim_path == LIDAR
 
 
-def test_the_path_is_known_before_the_first_tick(context: RecordingContext) -> None:
-    assert product(context, LIDAR).render_product_path != ""
-
-
-def test_the_path_is_known_again_after_a_stop(context: RecordingContext) -> None:
+def test_the_path_is_known_before_the_first_tick_and_again_after_a_stop(context: RecordingContext) -> None:
     node = product(context, LIDAR)
     before = node.render_product_path
+    assert before
     context.stop(node)
     node.compute()
     assert node.render_product_path == before
 
 
-def test_every_execution_fires(context: RecordingContext) -> None:
+def test_every_execution_fires_while_it_is_enabled(context: RecordingContext) -> None:
     node = product(context, LIDAR)
     assert [node.compute() for _ in range(3)] == [node.exec_out] * 3
-
-
-def test_disabled_it_fires_nothing(context: RecordingContext) -> None:
-    node = product(context, LIDAR, enabled=False)
+    node.enabled = False
     assert node.compute() is None
     node.enabled = True
     assert node.compute() == node.exec_out
 
 
-def test_two_nodes_with_the_same_camera_and_size_share_a_product(context: RecordingContext) -> None:
-    one, other = product(context, CAMERA), product(context, CAMERA)
-    assert one.render_product_path == other.render_product_path
-
-
-def test_a_product_of_another_size_or_camera_is_another(context: RecordingContext) -> None:
-    nodes = [product(context, CAMERA), product(context, CAMERA, width=640), product(context, LIDAR)]
-    assert len({node.render_product_path for node in nodes}) == 3
+def test_nodes_with_the_same_camera_and_size_share_a_product(context: RecordingContext) -> None:
+    nodes = [product(context, CAMERA), product(context, CAMERA), product(context, CAMERA, width=640)]
+    one, same, other, lidar = (node.render_product_path for node in (*nodes, product(context, LIDAR)))
+    assert one == same
+    assert len({one, other, lidar}) == 3
 
 
 def test_a_given_product_is_used_as_it_is(context: RecordingContext) -> None:
@@ -148,9 +139,7 @@ def two_cameras() -> RecordingWorld:
 
 
 def info(context: RecordingContext, path: str) -> IsaacReadCameraInfo:
-    node = ready(IsaacReadCameraInfo, context, render_product_path=path)
-    node.compute()
-    return node
+    return computed(IsaacReadCameraInfo, context, render_product_path=path)
 
 
 @pytest.fixture
@@ -247,10 +236,7 @@ def test_in_a_graph_a_reader_sees_the_camera_that_was_set_in_the_same_pass(play:
         """,
         world,
     )
-    seen = []
-    for _ in range(3):
-        playing.tick()
-        seen.append(playing.node("Info").focal_length)
+    seen = playing.each_tick(3, lambda: playing.node("Info").focal_length)
     wide, narrow = (20.955 / 2 / math.tan(math.radians(degrees) / 2) for degrees in (90, 60))
     assert seen == pytest.approx([wide, narrow, narrow])
     playing.session.stop()

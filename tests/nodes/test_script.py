@@ -19,7 +19,7 @@ from graphengine.nodes.core.outside import IsaacReadEnvVar, IsaacReadFilePath
 from graphengine.nodes.script import ScriptNode
 from graphengine.scene.loaded_scene import Options
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, Playing, ready
+from tests.nodes.harness import Player, Playing, computed, ready
 
 
 def context(**permissions: Any) -> RecordingContext:
@@ -233,8 +233,7 @@ def play_allowed(play: Player, text: str = GRAPH) -> Playing:
 
 
 def test_a_script_is_wired_as_any_node(play: Player) -> None:
-    playing = play_allowed(play)
-    playing.tick(3)
+    playing = play_allowed(play).tick(3)
     assert playing.node("Each").element == 2 * 3 / 60
 
 
@@ -262,8 +261,7 @@ def test_an_error_stops_the_run_and_names_node_and_line(play: Player) -> None:
 def test_a_script_lies_beside_the_graph_and_nowhere_else(play: Player, tmp_path: Path) -> None:
     text = GRAPH.replace("script: |", "usePath: true\n      scriptPath: double.py\n      script: |")
     (play.folder / "double.py").write_text(DOUBLE, "utf-8")
-    playing = play_allowed(play, text)
-    playing.tick()
+    playing = play_allowed(play, text).tick()
     assert playing.node("Each").element == 2 / 60
     outside = tmp_path.parent / f"{tmp_path.name}_outside.py"
     outside.write_text(DOUBLE, "utf-8")
@@ -275,8 +273,7 @@ def test_a_script_lies_beside_the_graph_and_nowhere_else(play: Player, tmp_path:
 
 
 def test_a_variable_is_read_when_it_is_allowed_by_name() -> None:
-    node = ready(IsaacReadEnvVar, context(environment={"ROBOT": "dd100"}), env_var="ROBOT")
-    node.compute()
+    node = computed(IsaacReadEnvVar, context(environment={"ROBOT": "dd100"}), env_var="ROBOT")
     assert node.value == "dd100"
 
 
@@ -289,21 +286,15 @@ def test_a_variable_that_is_not_allowed_is_refused_although_it_is_set(monkeypatc
 
 
 VARIABLE = """
-nodes:
-  Tick: OnPlaybackTick
-  Name: {type: ReadEnvVar, inputs: {envVar: ROBOT}}
-  Print: PrintText
-connections:
-  - Tick.tick -> Print.execIn
-  - Name.value -> Print.text
+nodes: {Tick: OnPlaybackTick, Name: {type: ReadEnvVar, inputs: {envVar: ROBOT}}, Print: PrintText}
+connections: [Tick.tick -> Print.execIn, Name.value -> Print.text]
 """
 
 
 def test_a_check_tells_which_variable_a_graph_wants(play: Player) -> None:
     with pytest.raises(CheckError, match="the environment's variable 'ROBOT' may not be read"):
         play.graph(VARIABLE)
-    playing = play.graph(VARIABLE, options=Options(environment={"ROBOT": "dd100"}))
-    playing.tick()
+    playing = play.graph(VARIABLE, options=Options(environment={"ROBOT": "dd100"})).tick()
     assert playing.node("Print").text == "dd100"
 
 
@@ -313,8 +304,7 @@ def test_a_check_tells_which_variable_a_graph_wants(play: Player) -> None:
 def test_a_file_beside_the_graph_is_read(tmp_path: Path) -> None:
     (tmp_path / "greeting.txt").write_text("grüß\n", "utf-8")
     where = context(files=Files.of(tmp_path / "graph.yaml"))
-    node = ready(IsaacReadFilePath, where, path=str(tmp_path / "greeting.txt"))
-    node.compute()
+    node = computed(IsaacReadFilePath, where, path=str(tmp_path / "greeting.txt"))
     assert node.file_contents == "grüß\n"
 
 
@@ -323,8 +313,7 @@ def test_the_text_of_a_file_goes_to_what_takes_everything_too(play: Player) -> N
         "{Tick: OnPlaybackTick, File: {type: ReadFilePath, inputs: {path: graph.yaml}}, Text: ToString, Say: PrintText}"
     )
     wires = "[Tick.tick -> Say.execIn, File.fileContents -> Text.value, Text.converted -> Say.text]"
-    playing = play.graph(f"nodes: {nodes}\nconnections: {wires}\n")
-    playing.tick()
+    playing = play.graph(f"nodes: {nodes}\nconnections: {wires}\n").tick()
     assert playing.node("Say").text.startswith("format: 1")
 
 

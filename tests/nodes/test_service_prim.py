@@ -209,76 +209,69 @@ def test_services_are_below_the_namespace_of_the_prims_above_or_the_nodes_own() 
     ]
 
 
-def test_nothing_fires_in_a_tick_without_a_request() -> None:
-    context = RecordingContext()
+def test_nothing_fires_in_a_tick_without_a_request(context: RecordingContext) -> None:
     node = ready(ROS2ServicePrim, context)
     context.tick()
     assert node.compute() is None
 
 
+class Served:
+    """The node in a scene, and a client."""
+
+    def __init__(self, play: Player) -> None:
+        self.playing = play.scene(FILES)
+        self.asking = Asking(self.playing.transport)
+
+    def ask(self, name: str, *fields: str) -> Any:
+        self.asking.ask(name, *fields)
+        self.playing.tick()
+        return self.asking.answer()
+
+    def read(self, prim: str, attribute: str) -> Any:
+        return json.loads(self.ask("GetPrimAttribute", prim, attribute).value)
+
+    def write(self, prim: str, attribute: str, value: str) -> Any:
+        return self.ask("SetPrimAttribute", prim, attribute, value)
+
+
 def test_the_targets_of_a_drive_are_written_in_degrees_and_move_the_joint(play: Player) -> None:
-    playing = play.scene(FILES)
-    asking = Asking(playing.transport)
-
-    def ask(name: str, *fields: str) -> Any:
-        asking.ask(name, *fields)
-        playing.tick()
-        return asking.answer()
-
+    served = Served(play)
     joint, target = "/arm/Physics/turn", "drive:angular:physics:targetPosition"
-    assert ask("SetPrimAttribute", joint, target, "45").success
-    assert json.loads(ask("GetPrimAttribute", joint, target).value) == pytest.approx(45.0)
-    playing.tick(600)
-    reached = json.loads(ask("GetPrimAttribute", joint, "state:angular:physics:position").value)
-    assert reached == pytest.approx(45.0, abs=1.0)
-    assert json.loads(ask("GetPrimAttribute", "/arm/Geometry/base_link/upper", "physics:mass").value) == 0.5
+    assert served.write(joint, target, "45").success
+    assert served.read(joint, target) == pytest.approx(45.0)
+    served.playing.tick(600)
+    assert served.read(joint, "state:angular:physics:position") == pytest.approx(45.0, abs=1.0)
+    assert served.read("/arm/Geometry/base_link/upper", "physics:mass") == 0.5
     for wrong in ("true", "[1]", '"x"', "NaN", "1e400", "1e20"):
-        answer = ask("SetPrimAttribute", joint, target, wrong)
+        answer = served.write(joint, target, wrong)
         assert not answer.success
         assert answer.message
-    assert json.loads(ask("GetPrimAttribute", joint, target).value) == pytest.approx(45.0)
+    assert served.read(joint, target) == pytest.approx(45.0)
 
 
 def test_a_free_body_and_a_robot_are_put_elsewhere_and_a_link_is_not(play: Player) -> None:
-    playing = play.scene(FILES)
-    asking = Asking(playing.transport)
-
-    def ask(name: str, *fields: str) -> Any:
-        asking.ask(name, *fields)
-        playing.tick()
-        return asking.answer()
-
-    half = math.sqrt(0.5)
+    served, half = Served(play), math.sqrt(0.5)
     for prim in ("/World/box", "/arm"):
-        assert ask("SetPrimAttribute", prim, "xformOp:translate", "[4.0, 5.0, 6.0]").message == ""
-        assert ask("SetPrimAttribute", prim, "xformOp:orient", "[1, 0, 0, 1]").message == ""
-        assert json.loads(ask("GetPrimAttribute", prim, "xformOp:translate").value) == pytest.approx(
-            [4.0, 5.0, 6.0], abs=1e-6
-        )
-        assert json.loads(ask("GetPrimAttribute", prim, "xformOp:orient").value) == pytest.approx(
-            [half, 0.0, 0.0, half]
-        )
+        assert served.write(prim, "xformOp:translate", "[4.0, 5.0, 6.0]").message == ""
+        assert served.write(prim, "xformOp:orient", "[1, 0, 0, 1]").message == ""
+        assert served.read(prim, "xformOp:translate") == pytest.approx([4.0, 5.0, 6.0], abs=1e-6)
+        assert served.read(prim, "xformOp:orient") == pytest.approx([half, 0.0, 0.0, half])
     for value in ("[1, 2]", "[1, 2, NaN]", "[true, 0, 0]", "[1e300, 0, 0]", "7"):
-        assert not ask("SetPrimAttribute", "/World/box", "xformOp:translate", value).success
-    assert not ask("SetPrimAttribute", "/World/box", "xformOp:orient", "[0, 0, 0, 0]").success
-    refused = ask("SetPrimAttribute", "/arm/Geometry/base_link/upper", "xformOp:translate", "[0, 0, 0]")
+        assert not served.write("/World/box", "xformOp:translate", value).success
+    assert not served.write("/World/box", "xformOp:orient", "[0, 0, 0, 0]").success
+    refused = served.write("/arm/Geometry/base_link/upper", "xformOp:translate", "[0, 0, 0]")
     assert "cannot be changed while the simulation runs" in refused.message
-    assert json.loads(ask("GetPrimAttribute", "/World/box", "xformOp:translate").value) == pytest.approx(
-        [4.0, 5.0, 6.0], abs=1e-6
-    )
+    assert served.read("/World/box", "xformOp:translate") == pytest.approx([4.0, 5.0, 6.0], abs=1e-6)
 
 
 def test_a_robot_that_comes_is_listed(play: Player) -> None:
-    playing = play.scene(FILES)
-    asking = Asking(playing.transport)
+    served = Served(play)
 
     def second() -> bool:
-        asking.ask("GetPrims", "/")
-        playing.tick()
-        return "/second" in asking.answer().paths
+        return "/second" in served.ask("GetPrims", "/").paths
 
     assert not second()
-    playing.command("spawn", name="second", use={"use": "arm.yaml", "position": [3.0, 3.0, 0.5]})
+    served.playing.command("spawn", name="second", use={"use": "arm.yaml", "position": [3.0, 3.0, 0.5]})
     assert second()
-    playing.command("delete", name="second")
+    served.playing.command("delete", name="second")
     assert not second()

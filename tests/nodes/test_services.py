@@ -19,38 +19,8 @@ from graphengine.ros.service_endpoints import MAX_OPEN
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene.loaded_scene import Options
 from graphengine.testing import RecordingContext, check_node
-from tests.nodes.harness import Player, ready
-
-SET_BOOL = "std_srvs/srv/SetBool"
-ASK, ANSWER = messages.message_class(f"{SET_BOOL}_Request"), messages.message_class(f"{SET_BOOL}_Response")
-SERVER = """
-nodes:
-  Tick: OnPlaybackTick
-  Server:
-    type: ROS2ServiceServerRequest
-    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool}
-  Answer:
-    type: ROS2ServiceServerResponse
-    inputs: {messagePackage: std_srvs, messageName: SetBool, "Response:message": done}
-connections:
-  - Tick.tick -> Server.execIn
-  - Server.onReceived -> Answer.onReceived
-  - Server.serverHandle -> Answer.serverHandle
-  - Server.Request:data -> Answer.Response:success
-"""
-BOTH = SERVER.replace(
-    "connections:",
-    """  Client:
-    type: ROS2ServiceClient
-    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool, "Request:data": true}
-connections:
-  - Tick.tick -> Client.execIn""",
-)
-
-
-def names(service_type: str) -> dict[str, str]:
-    package, subfolder, name = service_type.split("/")
-    return {"messagePackage": package, "messageSubfolder": subfolder, "messageName": name}
+from tests.nodes.harness import Player, names, ready, write
+from tests.service_graph import ANSWER, ASK, BOTH, SERVER, SET_BOOL, extended
 
 
 def ports(cls: type[Node], service_type: str) -> dict[str, str]:
@@ -147,9 +117,7 @@ def test_what_is_no_service_makes_no_ports(given: dict[str, str], fault: str) ->
 
 
 def test_a_service_of_ones_own_is_served(play: Player) -> None:
-    folder = play.folder / "my_msgs" / "srv"
-    folder.mkdir(parents=True)
-    (folder / "Echo.srv").write_text("int64 a\n---\nint64 b\n", "utf-8")
+    write(play.folder, {"my_msgs/srv/Echo.srv": "int64 a\n---\nint64 b\n"})
     text = """
 nodes:
   Tick: OnPlaybackTick
@@ -165,28 +133,40 @@ connections:
   - Server.serverHandle -> Answer.serverHandle
   - Server.Request:a -> Answer.Response:b
 """
-    playing = play.graph(text, options=Options(message_paths=[play.folder]))
-    playing.tick(3)
+    playing = play.graph(text, options=Options(message_paths=[play.folder])).tick(3)
     assert playing.node("Client").response__b == 11
 
 
 # The server
 
 
+class Offered:
+    """A server of two nodes alone, and a client that another program has."""
+
+    def __init__(self, **answer: Any) -> None:
+        self.context = RecordingContext()
+        self.request = of(Request, self.context, service_name="light")
+        self.response = of(Response, self.context, server_handle=self.request.server_handle, **answer)
+        self.peer = Peer(self.context.transport)
+
+    def asked(self, *wanted: bool) -> list[bool]:
+        """Requests that come, and what the node puts out in the tick that follows."""
+        self.peer.ask(*wanted)
+        self.context.tick()
+        return [self.request.request__data for _ in self.request.compute()]
+
+    def answers(self) -> list[tuple[int, Any]]:
+        """What the peer has been answered when the tick ends."""
+        self.context.services.network.flush()
+        return self.peer.answers
+
+
 def test_a_request_is_put_out_and_answered_when_the_tick_ends() -> None:
-    context = RecordingContext()
-    request = of(Request, context, service_name="light")
-    response = of(
-        Response, context, server_handle=request.server_handle, response__success=True, response__message="on"
-    )
-    peer = Peer(context.transport)
-    peer.ask(True)
-    context.tick()
-    assert [request.request__data for _ in request.compute()] == [True]
-    assert response.compute() == response.exec_out
-    assert peer.answers == []
-    context.services.network.flush()
-    assert peer.answers == [(1, (True, "on"))]
+    server = Offered(response__success=True, response__message="on")
+    assert server.asked(True) == [True]
+    assert server.response.compute() == server.response.exec_out
+    assert server.peer.answers == []
+    assert server.answers() == [(1, (True, "on"))]
 
 
 def test_requests_of_a_tick_are_answered_one_after_the_other(play: Player) -> None:
@@ -198,56 +178,35 @@ def test_requests_of_a_tick_are_answered_one_after_the_other(play: Player) -> No
 
 
 def test_requests_wait_while_the_node_is_not_executed() -> None:
-    context = RecordingContext()
-    request = of(Request, context, service_name="light")
-    peer = Peer(context.transport)
-    for wanted in (True, False):
-        peer.ask(wanted)
-        context.tick()
-    assert [request.request__data for _ in request.compute()] == [True, False]
-    assert list(request.compute()) == []
+    server = Offered()
+    server.peer.ask(True)
+    server.context.tick()
+    assert server.asked(False) == [True, False]
+    assert list(server.request.compute()) == []
 
 
 def test_a_request_that_nobody_answered_is_given_up_when_the_next_one_comes_and_that_is_told() -> None:
-    context = RecordingContext()
-    request = of(Request, context, service_name="light")
-    response = of(Response, context, server_handle=request.server_handle)
-    peer = Peer(context.transport)
-    peer.ask(True, False)
-    context.tick()
-    list(request.compute())
-    assert response.compute() == response.exec_out
-    context.services.network.flush()
-    assert [number for number, _ in peer.answers] == [2]
-    assert context.logged == [("warning", "/light: a request was not answered before the next one came")]
+    server = Offered()
+    server.asked(True, False)
+    assert server.response.compute() == server.response.exec_out
+    assert [number for number, _ in server.answers()] == [2]
+    assert server.context.logged == [("warning", "/light: a request was not answered before the next one came")]
 
 
 def test_a_request_is_answered_once() -> None:
-    context = RecordingContext()
-    request = of(Request, context, service_name="light")
-    response = of(Response, context, server_handle=request.server_handle)
-    peer = Peer(context.transport)
-    peer.ask(True)
-    context.tick()
-    list(request.compute())
-    assert [response.compute(), response.compute()] == [response.exec_out, None]
-    context.services.network.flush()
-    assert len(peer.answers) == 1
-    assert context.logged == [("warning", "/light: there is no request to answer")]
+    server = Offered()
+    server.asked(True)
+    assert [server.response.compute(), server.response.compute()] == [server.response.exec_out, None]
+    assert len(server.answers()) == 1
+    assert server.context.logged == [("warning", "/light: there is no request to answer")]
 
 
 def test_a_request_from_before_a_stop_is_not_answered() -> None:
-    context = RecordingContext()
-    request = of(Request, context, service_name="light")
-    response = of(Response, context, server_handle=request.server_handle)
-    peer = Peer(context.transport)
-    peer.ask(True)
-    context.tick()
-    list(request.compute())
-    context.stop(request, response)
-    assert response.compute() is None
-    context.services.network.flush()
-    assert peer.answers == []
+    server = Offered()
+    server.asked(True)
+    server.context.stop(server.request, server.response)
+    assert server.response.compute() is None
+    assert server.answers() == []
 
 
 def test_a_server_answers_again_after_stop_and_play(play: Player) -> None:
@@ -261,21 +220,13 @@ def test_a_server_answers_again_after_stop_and_play(play: Player) -> None:
 
 
 def test_more_requests_than_can_wait_are_refused_and_that_is_told() -> None:
-    context = RecordingContext()
-    request = of(Request, context, service_name="light")
-    peer = Peer(context.transport)
-    peer.ask(*[True] * (MAX_OPEN + 5))
-    context.tick()
-    assert len(list(request.compute())) == MAX_OPEN
-    ((kind, text),) = [said for said in context.logged if said[0] == "network"]
-    assert (kind, text) == (
-        "network",
-        f"/light: more than {MAX_OPEN} requests wait for the graph; those beyond are not answered",
-    )
+    server = Offered()
+    assert len(server.asked(*[True] * (MAX_OPEN + 5))) == MAX_OPEN
+    text = f"/light: more than {MAX_OPEN} requests wait for the graph; those beyond are not answered"
+    assert [said for said in server.context.logged if said[0] == "network"] == [("network", text)]
 
 
-def test_a_handle_that_no_server_has_is_an_error_that_says_where_to_get_one() -> None:
-    context = RecordingContext()
+def test_a_handle_that_no_server_has_is_an_error_that_says_where_to_get_one(context: RecordingContext) -> None:
     with pytest.raises(ContextError, match="no service server has the handle 7") as caught:
         of(Response, context, server_handle=7)
     assert caught.value.help == ("wire serverHandle from a ROS2ServiceServerRequest",)
@@ -329,36 +280,33 @@ def test_a_service_is_below_the_nodes_own_namespace_and_not_that_of_prims(inputs
 
 
 def test_a_name_that_ros_refuses_is_told_where_it_stands(play: Player) -> None:
-    with pytest.raises(CheckError, match=r"graph.yaml:8:27: error G304: Server: service name '/1light'"):
+    with pytest.raises(CheckError, match=r"graph.yaml:7:27: error G304: Server: service name '/1light'"):
         play.graph(SERVER.replace("serviceName: light", "serviceName: 1light"))
 
 
 def test_two_servers_of_one_service_are_an_error(play: Player) -> None:
     inputs = "{serviceName: /light, messagePackage: std_srvs, messageName: SetBool}"
     second = f"  Second: {{type: ROS2ServiceServerRequest, inputs: {inputs}}}\n"
-    text = SERVER.replace("connections:", f"{second}connections:\n  - Tick.tick -> Second.execIn")
     with pytest.raises(CheckError, match="error G309: the service /light is offered here and by"):
-        play.graph(text)
+        play.graph(extended(SERVER, second, "Tick.tick -> Second.execIn"))
 
 
 def test_a_topic_may_have_the_name_of_a_service(play: Player) -> None:
     clock = "  Clock: {type: ROS2PublishClock, inputs: {topicName: light}}\n"
-    playing = play.graph(SERVER.replace("connections:", f"{clock}connections:\n  - Tick.tick -> Clock.execIn"))
+    playing = play.graph(extended(SERVER, clock, "Tick.tick -> Clock.execIn"))
     assert {claim.topic for claim in playing.session.services.claims} == {"/light"}
 
 
 def test_a_client_of_another_type_than_the_server_is_an_error(play: Player) -> None:
     client = "  Client: {type: ROS2ServiceClient, inputs: {serviceName: light, messagePackage: std_srvs, messageName: Empty}}\n"
-    text = SERVER.replace("connections:", f"{client}connections:\n  - Tick.tick -> Client.execIn")
     with pytest.raises(CheckError, match="/light is std_srvs/srv/Empty here and std_srvs/srv/SetBool at"):
-        play.graph(text)
+        play.graph(extended(SERVER, client, "Tick.tick -> Client.execIn"))
 
 
 # The client
 
 
-def test_a_call_leaves_when_the_tick_ends_and_its_answer_fires_later() -> None:
-    context = RecordingContext()
+def test_a_call_leaves_when_the_tick_ends_and_its_answer_fires_later(context: RecordingContext) -> None:
     client = of(Client, context, request__data=True)
     peer = PeerServer(context.transport)
     client.compute()
@@ -373,8 +321,9 @@ def test_a_call_leaves_when_the_tick_ends_and_its_answer_fires_later() -> None:
     assert (client.response__success, client.response__message) == (True, "on")
 
 
-def test_every_execution_is_a_call_and_every_answer_fires_once_in_the_order_in_which_they_come() -> None:
-    context = RecordingContext()
+def test_every_execution_is_a_call_and_every_answer_fires_once_in_the_order_in_which_they_come(
+    context: RecordingContext,
+) -> None:
     client = of(Client, context)
     peer = PeerServer(context.transport)
     for data in (True, False, True):
@@ -392,8 +341,7 @@ def test_every_execution_is_a_call_and_every_answer_fires_once_in_the_order_in_w
     assert found == [("second", False), ("first", True), ("third", True)]
 
 
-def test_calls_wait_for_a_server_up_to_the_depth_of_the_qos() -> None:
-    context = RecordingContext()
+def test_calls_wait_for_a_server_up_to_the_depth_of_the_qos(context: RecordingContext) -> None:
     client = of(Client, context, qos_profile='{"depth": 2}')
     for data in (True, False, True):
         client.request__data = data
@@ -404,8 +352,7 @@ def test_calls_wait_for_a_server_up_to_the_depth_of_the_qos() -> None:
     assert [data for _, data in peer.requests] == [False, True]
 
 
-def test_a_server_that_never_comes_is_told_once() -> None:
-    context = RecordingContext()
+def test_a_server_that_never_comes_is_told_once(context: RecordingContext) -> None:
     client = of(Client, context)
     client.compute()
     for _ in range(700):
@@ -415,8 +362,7 @@ def test_a_server_that_never_comes_is_told_once() -> None:
     ]
 
 
-def test_an_answer_from_before_a_stop_is_not_put_out() -> None:
-    context = RecordingContext()
+def test_an_answer_from_before_a_stop_is_not_put_out(context: RecordingContext) -> None:
     client = of(Client, context)
     peer = PeerServer(context.transport)
     client.compute()
@@ -431,8 +377,7 @@ def test_an_answer_from_before_a_stop_is_not_put_out() -> None:
     assert (client.response__message, client.active) == ("in time", False)
 
 
-def test_a_request_that_no_message_can_hold_is_refused_at_setup() -> None:
-    context = RecordingContext()
+def test_a_request_that_no_message_can_hold_is_refused_at_setup(context: RecordingContext) -> None:
     made: Any = grown(Client, names("sensor_msgs/srv/SetCameraInfo"), DEFINITIONS)
     field = made.ports["inputs:Request:camera_info:k"].field
     with pytest.raises(ContextError, match="Request:camera_info:k has 1 elements, not 9"):
@@ -446,23 +391,13 @@ def test_a_request_that_no_message_can_hold_is_refused_at_setup() -> None:
 def test_a_client_is_answered_by_a_server_of_its_own_graph(play: Player) -> None:
     playing = play.graph(BOTH)
     client = playing.node("Client")
-    seen = []
-    for _ in range(4):
-        playing.tick()
-        seen.append((client.response__success, client.response__message))
+    seen = playing.each_tick(4, lambda: (client.response__success, client.response__message))
     assert seen == [(False, ""), (False, ""), (True, "done"), (True, "done")]
 
 
 def test_what_hangs_on_a_client_runs_once_for_each_answer(play: Player) -> None:
-    text = BOTH.replace(
-        "connections:", "  Count: omni.graph.action.Counter\nconnections:\n  - Client.execOut -> Count.execIn"
-    )
-    playing = play.graph(text)
-    counts = []
-    for _ in range(6):
-        playing.tick()
-        counts.append(playing.node("Count").count)
-    assert counts == [0, 0, 0, 1, 2, 3]
+    playing = play.graph(extended(BOTH, "  Count: omni.graph.action.Counter\n", "Client.execOut -> Count.execIn"))
+    assert playing.each_tick(6, lambda: playing.node("Count").count) == [0, 0, 0, 1, 2, 3]
 
 
 @pytest.mark.parametrize("cls", [Client, Request, Response])

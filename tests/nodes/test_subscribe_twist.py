@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.format.errors import TopicError
+from graphengine.devices.sensor import Vector3
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.nodes.ros2.subscribers import ROS2SubscribeTwist
@@ -19,157 +19,100 @@ from tests.nodes.harness import Player, ready, twist
 STILL = (0.0, 0.0, 0.0)
 
 
-def subscribing(context: RecordingContext, **inputs: Any) -> ROS2SubscribeTwist:
-    return ready(ROS2SubscribeTwist, context, **inputs)
+class Listening:
+    """A node that listens to /cmd_vel."""
 
+    def __init__(self, **inputs: Any) -> None:
+        self.context = RecordingContext()
+        self.node = ready(ROS2SubscribeTwist, self.context, **inputs)
 
-def hear(context: RecordingContext, *arriving: messages.Twist) -> None:
-    """Let messages arrive, and begin a tick."""
-    for message in arriving:
-        context.transport.inject("/cmd_vel", message)
-    context.tick()
+    def hears(self, *arriving: Any) -> bool:
+        """Whether the node fires in a tick before which these messages arrive."""
+        for message in arriving:
+            self.context.transport.inject("/cmd_vel", message)
+        self.context.tick()
+        return self.node.compute() == self.node.exec_out
+
+    def silence(self, ticks: int) -> list[bool]:
+        """Whether each of the next ticks fires."""
+        return [self.hears() for _ in range(ticks)]
+
+    @property
+    def velocities(self) -> tuple[Vector3, Vector3]:
+        return self.node.linear_velocity, self.node.angular_velocity
 
 
 def test_before_a_message_the_velocities_are_0_and_nothing_fires() -> None:
-    context = RecordingContext()
-    node = subscribing(context)
-    hear(context)
-    assert node.compute() is None
-    assert (node.linear_velocity, node.angular_velocity) == (STILL, STILL)
+    listening = Listening()
+    assert not listening.hears()
+    assert listening.velocities == (STILL, STILL)
 
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
+vectors = st.tuples(numbers, numbers, numbers)
 
 
-@given(linear=st.tuples(numbers, numbers, numbers), angular=st.tuples(numbers, numbers, numbers))
-def test_the_first_message_is_delivered_whole_in_the_tick_that_sees_it(
-    linear: tuple[float, float, float], angular: tuple[float, float, float]
-) -> None:
-    context = RecordingContext()
-    node = subscribing(context)
-    hear(context, messages.Twist(messages.Vector3(*linear), messages.Vector3(*angular)))
-    assert node.compute() == node.exec_out
-    assert (node.linear_velocity, node.angular_velocity) == (linear, angular)
+@given(linear=vectors, angular=vectors)
+def test_the_first_message_is_delivered_whole_in_the_tick_that_sees_it(linear: Vector3, angular: Vector3) -> None:
+    listening = Listening()
+    assert listening.hears(messages.Twist(messages.Vector3(*linear), messages.Vector3(*angular)))
+    assert listening.velocities == (linear, angular)
 
 
 @pytest.mark.parametrize("speed", [float("nan"), float("inf"), float("-inf")])
 def test_a_twist_that_is_not_finite_is_dropped_and_told(speed: float) -> None:
-    context = RecordingContext()
-    node = subscribing(context)
-    hear(context, twist(1.0, 2.0))
-    node.compute()
-    hear(context, twist(speed, 0.0))
-    assert node.compute() is None
-    assert (node.linear_velocity, node.angular_velocity) == ((1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
-    assert context.logged == [("warning", "/cmd_vel: a Twist that is not finite was dropped")]
-
-
-def test_a_message_is_delivered_once_and_its_values_stay() -> None:
-    context = RecordingContext()
-    node = subscribing(context)
-    hear(context, twist(1.0, 2.0))
-    node.compute()
-    hear(context)
-    assert node.compute() is None
-    assert (node.linear_velocity, node.angular_velocity) == ((1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
-
-
-def test_of_several_messages_in_a_tick_the_newest_is_delivered_and_the_others_are_counted() -> None:
-    context = RecordingContext()
-    node = subscribing(context)
-    hear(context, *(twist(float(speed), 0.0) for speed in range(1, 6)))
-    assert node.compute() == node.exec_out
-    assert node.linear_velocity == (5.0, 0.0, 0.0)
-    assert node.subscription.skipped == 4
-    hear(context)
-    assert node.compute() is None
-
-
-def test_what_arrives_during_a_tick_is_seen_in_the_next() -> None:
-    context = RecordingContext()
-    node = subscribing(context)
-    context.tick()
-    context.transport.inject("/cmd_vel", twist(1.0, 0.0))
-    assert node.compute() is None
-    context.tick()
-    assert node.compute() == node.exec_out
-
-
-def test_a_stop_zeroes_both_velocities() -> None:
-    context = RecordingContext()
-    node = subscribing(context)
-    hear(context, twist(1.0, 2.0))
-    node.compute()
-    context.stop(node)
-    assert (node.linear_velocity, node.angular_velocity) == (STILL, STILL)
+    listening = Listening()
+    assert [listening.hears(twist(1.0, 2.0)), listening.hears(twist(speed, 0.0))] == [True, False]
+    assert listening.velocities == ((1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
+    assert listening.context.logged == [("warning", "/cmd_vel: a Twist that is not finite was dropped")]
 
 
 # The command timeout
 
 
 def test_without_a_timeout_a_command_holds_for_ever() -> None:
-    context = RecordingContext()
-    node = subscribing(context)
-    hear(context, twist(1.0, 0.0))
-    node.compute()
-    context.tick(100_000)
-    assert node.compute() is None
-    assert node.linear_velocity == (1.0, 0.0, 0.0)
-
-
-def run(context: RecordingContext, node: ROS2SubscribeTwist, ticks: int) -> list[bool]:
-    """Whether each of the next ticks fires."""
-    fired = []
-    for _ in range(ticks):
-        context.tick()
-        fired.append(node.compute() is not None)
-    return fired
+    listening = Listening()
+    listening.hears(twist(1.0, 0.0))
+    listening.context.tick(100_000)
+    assert not listening.hears()
+    assert listening.velocities == ((1.0, 0.0, 0.0), STILL)
 
 
 def test_silence_for_the_timeout_zeroes_and_fires_once() -> None:
-    context = RecordingContext()
-    node = subscribing(context, timeout=0.5)
-    hear(context, twist(1.0, 2.0))
-    node.compute()
-    assert run(context, node, 29) == [False] * 29
-    assert node.linear_velocity == (1.0, 0.0, 0.0)
-    assert run(context, node, 61) == [True] + [False] * 60  # 30 ticks of 1/60 s after the message, and no more
-    assert (node.linear_velocity, node.angular_velocity) == (STILL, STILL)
+    listening = Listening(timeout=0.5)
+    listening.hears(twist(1.0, 2.0))
+    assert listening.silence(29) == [False] * 29
+    assert listening.velocities == ((1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
+    assert listening.silence(61) == [True] + [False] * 60  # 30 ticks of 1/60 s after the message, and no more
+    assert listening.velocities == (STILL, STILL)
 
 
 def test_a_message_in_time_puts_the_timeout_off() -> None:
-    context = RecordingContext()
-    node = subscribing(context, timeout=0.5)
+    listening = Listening(timeout=0.5)
     for _ in range(5):
-        hear(context, twist(1.0, 0.0))
-        assert node.compute() == node.exec_out
-        assert run(context, node, 20) == [False] * 20
+        assert listening.hears(twist(1.0, 0.0))
+        assert listening.silence(20) == [False] * 20
 
 
 def test_before_the_first_message_silence_is_no_timeout() -> None:
-    context = RecordingContext()
-    assert run(context, subscribing(context, timeout=0.1), 60) == [False] * 60
+    assert Listening(timeout=0.1).silence(60) == [False] * 60
 
 
 def test_a_message_after_a_timeout_is_a_command_again() -> None:
-    context = RecordingContext()
-    node = subscribing(context, timeout=0.5)
+    listening = Listening(timeout=0.5)
     for _ in range(2):
-        hear(context, twist(1.0, 0.0))
-        node.compute()
-        assert node.linear_velocity == (1.0, 0.0, 0.0)
-        assert sum(run(context, node, 60)) == 1
-        assert node.linear_velocity == STILL
+        listening.hears(twist(1.0, 0.0))
+        assert listening.velocities == ((1.0, 0.0, 0.0), STILL)
+        assert sum(listening.silence(60)) == 1
+        assert listening.velocities == (STILL, STILL)
 
 
 def test_a_stop_forgets_that_a_command_was_heard() -> None:
-    context = RecordingContext()
-    node = subscribing(context, timeout=0.5)
-    context.tick(100)
-    hear(context, twist(1.0, 0.0))
-    node.compute()
-    context.stop(node)
-    assert run(context, node, 60) == [False] * 60
+    listening = Listening(timeout=0.5)
+    listening.context.tick(100)
+    listening.hears(twist(1.0, 0.0))
+    listening.context.stop(listening.node)
+    assert listening.silence(60) == [False] * 60
 
 
 def test_a_negative_timeout_is_refused() -> None:
@@ -191,96 +134,45 @@ def stamped(v: float, w: float) -> messages.TwistStamped:
     [("auto", TWIST, (STAMPED,)), ("twist", TWIST, ()), ("twist_stamped", STAMPED, ())],
 )
 def test_the_type_that_is_asked_for_is_read(kind: str, message_type: str, alternatives: tuple[str, ...]) -> None:
-    context = RecordingContext()
-    subscribing(context, type_in=kind)
-    (claim,) = context.services.claims
+    (claim,) = Listening(type_in=kind).context.services.claims
     assert (claim.message_type, claim.alternatives) == (message_type, alternatives)
 
 
 def test_a_stamped_twist_is_delivered_without_its_stamp() -> None:
-    context = RecordingContext()
-    node = subscribing(context, type_in="twist_stamped")
-    context.transport.inject("/cmd_vel", stamped(1.0, 2.0))
-    context.tick()
-    assert node.compute() == node.exec_out
-    assert (node.linear_velocity, node.angular_velocity) == ((1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
+    listening = Listening(type_in="twist_stamped")
+    assert listening.hears(stamped(1.0, 2.0))
+    assert listening.velocities == ((1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
 
 
 def test_auto_takes_what_others_publish_and_goes_along_when_that_changes() -> None:
-    context, heard = RecordingContext(), list[float]()
-    node = subscribing(context)
-    for number, (kind, message) in enumerate([(STAMPED, stamped(1.0, 0.0)), (TWIST, twist(2.0, 0.0))] * 2):
-        writer = context.transport.writer("/cmd_vel", kind, QoS())
-        context.tick(LOOK_EVERY)
+    listening = Listening()
+    for kind, message, speed in [(STAMPED, stamped(1.0, 0.0), 1.0), (TWIST, twist(2.0, 0.0), 2.0)] * 2:
+        writer = listening.context.transport.writer("/cmd_vel", kind, QoS())
+        listening.context.tick(LOOK_EVERY)
         writer.write(messages.encode(message))
-        context.tick()
-        if node.compute():
-            heard.append(node.linear_velocity[0])
+        assert listening.hears()
+        assert listening.velocities == ((speed, 0.0, 0.0), STILL)
         writer.close()
-        assert len(heard) == number + 1
-    assert heard == [1.0, 2.0, 1.0, 2.0]
 
 
 def test_auto_stays_with_what_it_reads_for_as_long_as_that_is_published() -> None:
-    context = RecordingContext()
-    node = subscribing(context)
+    listening = Listening()
     for kind in (STAMPED, TWIST):
-        context.transport.writer("/cmd_vel", kind, QoS())
-    context.tick(2 * LOOK_EVERY)
-    context.transport.inject("/cmd_vel", twist(1.0, 0.0))
-    context.tick()
-    assert node.compute() == node.exec_out
-
-
-# Names and quality of service
-
-
-def test_the_topic_is_collected_from_the_nodes_prim_and_of_the_queues_depth() -> None:
-    context = RecordingContext("/robot/graph/Subscribe")
-    context.world.add_robot("/robot")
-    context.world.stage.find("/robot").namespace = "robot_1"
-    subscribing(context, topic_name="/platform/cmd_vel", queue_size=3)
-    (claim,) = context.services.claims
-    assert (claim.topic, claim.direction, claim.qos) == ("/robot_1/platform/cmd_vel", "subscribe", QoS(depth=3))
-
-
-def test_a_namespace_that_is_given_is_used_and_none_is_collected() -> None:
-    context = RecordingContext("/robot/graph/Subscribe")
-    context.world.add_robot("/robot")
-    context.world.stage.find("/robot").namespace = "robot_1"
-    subscribing(context, node_namespace="given")
-    assert context.services.claims[0].topic == "/given/cmd_vel"
-
-
-def test_a_profile_overrides_the_queue_size() -> None:
-    context = RecordingContext()
-    subscribing(context, queue_size=3, qos_profile='{"depth": 1, "reliability": "bestEffort"}')
-    assert context.services.claims[0].qos == QoS(depth=1, reliability="bestEffort")
-
-
-@pytest.mark.parametrize("inputs", [{"topic_name": ""}, {"topic_name": "a b"}, {"qos_profile": "{"}])
-def test_what_ros_refuses_is_refused_in_setup(inputs: dict[str, str]) -> None:
-    with pytest.raises(TopicError):
-        subscribing(RecordingContext(), **inputs)
+        listening.context.transport.writer("/cmd_vel", kind, QoS())
+    listening.context.tick(2 * LOOK_EVERY)
+    assert listening.hears(twist(1.0, 0.0))
 
 
 # In a graph
 
 GRAPH = """
-    nodes:
-      Tick: OnPlaybackTick
-      Twist: {type: SubscribeTwist, inputs: {timeout: 0.1}}
-      Heard: PublishClock
-    connections:
-      - Tick.tick -> Twist.execIn
-      - Twist.execOut -> Heard.execIn
-      - Tick.frame -> Heard.timeStamp
+    nodes: {Tick: OnPlaybackTick, Twist: {type: SubscribeTwist, inputs: {timeout: 0.1}}, Heard: PublishClock}
+    connections: [Tick.tick -> Twist.execIn, Twist.execOut -> Heard.execIn, Tick.frame -> Heard.timeStamp]
     """
 
 
 def test_in_a_graph_what_hangs_on_it_runs_on_a_message_and_once_on_a_timeout(play: Player) -> None:
-    playing = play.graph(GRAPH)
-    playing.tick(2)
+    playing = play.graph(GRAPH).tick(2)
     playing.transport.inject("/cmd_vel", twist(1.0, 0.0))
     playing.tick(20)
     # A message at tick 3, and 0.1 s or 6 ticks later silence.

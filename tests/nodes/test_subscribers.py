@@ -37,13 +37,13 @@ def drive(*numbers: float) -> Any:
     return messages.message_class("ackermann_msgs/msg/AckermannDriveStamped")(HEAD, command)
 
 
-SUBSCRIBERS: dict[type[SubscriberNode], tuple[str, Any]] = {
-    ROS2SubscribeTwist: ("cmd_vel", twist(1.0, 2.0)),
-    ROS2SubscribeClock: ("clock", messages.Clock(messages.stamp(2.5))),
-    ROS2SubscribeJointState: ("joint_command", joints([1, 2], [3, 4], [5, 6])),
-    ROS2SubscribeAckermannDrive: ("ackermann_cmd", drive(0.5, 0.25, 2.0, 1.0, 0.125)),
+SUBSCRIBERS: dict[type[SubscriberNode], tuple[str, Any, Any]] = {
+    ROS2SubscribeTwist: ("cmd_vel", twist(1.0, 2.0), twist(3.0, 0.0)),
+    ROS2SubscribeClock: ("clock", messages.Clock(messages.stamp(2.5)), messages.Clock(messages.stamp(1.0))),
+    ROS2SubscribeJointState: ("joint_command", joints([1, 2], [3, 4], [5, 6]), joints([7, 8], [], [])),
+    ROS2SubscribeAckermannDrive: ("ackermann_cmd", drive(0.5, 0.25, 2.0, 1.0, 0.125), drive(1.0, 1.0, 1.0, 1.0, 1.0)),
 }
-"""Default topics, and a message."""
+"""Default topics, a message, and another."""
 every_subscriber = pytest.mark.parametrize("cls", SUBSCRIBERS)
 
 
@@ -69,16 +69,14 @@ def test_what_follows_is_held_against_every_subscriber_of_one_kind_of_message() 
 
 
 @every_subscriber
-def test_the_topic_is_the_references(cls: type[SubscriberNode]) -> None:
-    context = RecordingContext()
+def test_the_topic_is_the_references(cls: type[SubscriberNode], context: RecordingContext) -> None:
     ready(cls, context)
     (claim,) = context.services.claims
     assert (claim.topic, claim.direction) == (f"/{SUBSCRIBERS[cls][0]}", "subscribe")
 
 
 @every_subscriber
-def test_it_fires_with_a_message_and_not_without(cls: type[SubscriberNode]) -> None:
-    context = RecordingContext()
+def test_it_fires_with_a_message_and_not_without(cls: type[SubscriberNode], context: RecordingContext) -> None:
     node = ready(cls, context)
     assert hear(context, node) is None
     assert hear(context, node, SUBSCRIBERS[cls][1]) == node.exec_out
@@ -86,8 +84,7 @@ def test_it_fires_with_a_message_and_not_without(cls: type[SubscriberNode]) -> N
 
 
 @every_subscriber
-def test_outputs_stay_until_a_stop_sets_them_back(cls: type[SubscriberNode]) -> None:
-    context = RecordingContext()
+def test_outputs_stay_until_a_stop_sets_them_back(cls: type[SubscriberNode], context: RecordingContext) -> None:
     node = ready(cls, context)
     before = outputs(node)
     hear(context, node, SUBSCRIBERS[cls][1])
@@ -101,18 +98,30 @@ def test_outputs_stay_until_a_stop_sets_them_back(cls: type[SubscriberNode]) -> 
 
 @every_subscriber
 def test_the_newest_of_several_is_delivered_and_the_others_are_counted(cls: type[SubscriberNode]) -> None:
-    context = RecordingContext()
-    node, message = ready(cls, context), SUBSCRIBERS[cls][1]
-    assert hear(context, node, message, message, message) == node.exec_out
+    context, alone = RecordingContext(), RecordingContext()
+    node, spared = ready(cls, context), ready(cls, alone)
+    _, message, other = SUBSCRIBERS[cls]
+    assert hear(context, node, other, other, message) == hear(alone, spared, message) == node.exec_out
+    assert outputs(node) == outputs(spared)
     assert node.subscription.skipped == 2
     assert hear(context, node) is None
 
 
 @every_subscriber
-def test_namespace_and_quality_of_service_are_those_of_the_ports(cls: type[SubscriberNode]) -> None:
-    context = RecordingContext()
-    ready(cls, context, node_namespace="robot", topic_name="/up/down", queue_size=3)
-    assert [(claim.topic, claim.qos) for claim in context.services.claims] == [("/robot/up/down", QoS(depth=3))]
+def test_quality_of_service_is_that_of_the_ports(cls: type[SubscriberNode], context: RecordingContext) -> None:
+    ready(cls, context, queue_size=3)
+    ready(cls, context, queue_size=3, qos_profile='{"depth": 1, "reliability": "bestEffort"}')
+    assert [claim.qos for claim in context.services.claims] == [QoS(depth=3), QoS(depth=1, reliability="bestEffort")]
+
+
+@every_subscriber
+def test_namespaces_are_collected_above_the_nodes_prim_unless_one_is_given(cls: type[SubscriberNode]) -> None:
+    context = RecordingContext("/robot/graph/Subscribe")
+    context.world.add_robot("/robot")
+    context.world.stage.find("/robot").namespace = "robot_1"
+    for given in ("", "given"):
+        ready(cls, context, topic_name="/up/down", node_namespace=given)
+    assert [claim.topic for claim in context.services.claims] == ["/robot_1/up/down", "/given/up/down"]
 
 
 @every_subscriber
@@ -126,8 +135,7 @@ def test_what_ros_refuses_is_refused_in_setup(cls: type[SubscriberNode], inputs:
 
 
 @pytest.mark.parametrize(("sec", "nanosec", "seconds"), [(0, 0, 0.0), (2, 500_000_000, 2.5), (-1, 750_000_000, -0.25)])
-def test_a_clock_is_delivered_in_seconds(sec: int, nanosec: int, seconds: float) -> None:
-    context = RecordingContext()
+def test_a_clock_is_delivered_in_seconds(sec: int, nanosec: int, seconds: float, context: RecordingContext) -> None:
     node = ready(ROS2SubscribeClock, context)
     hear(context, node, messages.Clock(messages.Time(sec, nanosec)))
     assert node.time_stamp == seconds
@@ -136,8 +144,7 @@ def test_a_clock_is_delivered_in_seconds(sec: int, nanosec: int, seconds: float)
 # Commands for joints
 
 
-def test_a_command_is_delivered_with_its_names_and_time() -> None:
-    context = RecordingContext()
+def test_a_command_is_delivered_with_its_names_and_time(context: RecordingContext) -> None:
     node = ready(ROS2SubscribeJointState, context)
     hear(context, node, joints([1, 2], [3, 4], [5, 6]))
     assert outputs(node) == [1.25, ("left", "right"), [1.0, 2.0], [3.0, 4.0], [5.0, 6.0]]
@@ -174,8 +181,7 @@ def test_a_command_that_says_nothing_or_too_much_is_dropped_and_told(message: An
     assert context.logged == [("warning", f"/joint_command: {told} was dropped")]
 
 
-def test_what_is_not_a_number_in_a_command_is_delivered() -> None:
-    context = RecordingContext()
+def test_what_is_not_a_number_in_a_command_is_delivered(context: RecordingContext) -> None:
     node = ready(ROS2SubscribeJointState, context)
     assert hear(context, node, joints([math.nan, 2], [], [])) == node.exec_out
     assert np.isnan(node.position_command).tolist() == [True, False]
@@ -184,16 +190,14 @@ def test_what_is_not_a_number_in_a_command_is_delivered() -> None:
 # Commands for a vehicle that steers
 
 
-def test_a_command_for_a_vehicle_is_delivered_whole() -> None:
-    context = RecordingContext()
+def test_a_command_for_a_vehicle_is_delivered_whole(context: RecordingContext) -> None:
     node = ready(ROS2SubscribeAckermannDrive, context)
     hear(context, node, drive(0.5, 0.25, 2.0, 1.0, 0.125))
     assert outputs(node) == ["base", 1.25, 0.5, 0.25, 2.0, 1.0, 0.125]
 
 
 @pytest.mark.parametrize("place", range(5))
-def test_a_command_for_a_vehicle_that_is_not_finite_is_dropped_and_told(place: int) -> None:
-    context = RecordingContext()
+def test_a_command_for_a_vehicle_that_is_not_finite_is_dropped_and_told(place: int, context: RecordingContext) -> None:
     node = ready(ROS2SubscribeAckermannDrive, context)
     numbers = [0.5, 0.25, 2.0, 1.0, 0.125]
     numbers[place] = math.nan

@@ -18,52 +18,35 @@ from graphengine.nodes.core.time import (
     IsaacTimeSplitter,
 )
 from graphengine.testing import RecordingContext, RecordingWorld
-from tests.nodes.harness import Player, ready
+from tests.nodes.harness import Player, computed, ready
 
 
-def reading(context: RecordingContext, **inputs: Any) -> IsaacReadSimulationTime:
-    node = IsaacReadSimulationTime(**inputs)
-    node.setup(context)
-    return node
+@pytest.mark.parametrize(
+    ("inputs", "plays", "expected"),
+    [
+        pytest.param({}, [90], 1.5, id="counts from play"),
+        pytest.param({}, [90, 30], 0.5, id="counts from play again after a stop"),
+        pytest.param({"reset_on_stop": False}, [90, 30], 2.0, id="goes on over stop and play without resetOnStop"),
+        pytest.param(
+            {"reference_time_numerator": 7, "reference_time_denominator": 4}, [90], 1.75, id="is the reference"
+        ),
+        pytest.param(
+            {"reference_time_numerator": 7}, [60], 1.0, id="is the clock's if the reference lacks a denominator"
+        ),
+    ],
+)
+def test_simulation_time(inputs: dict[str, Any], plays: list[int], expected: float, context: RecordingContext) -> None:
+    node = ready(IsaacReadSimulationTime, context, **inputs)
+    for ticks in plays:
+        context.stop(node)
+        assert node.simulation_time == 0.0
+        context.tick(ticks)
+        node.compute()
+    assert node.simulation_time == expected
 
 
-def test_simulation_time_is_0_before_it_is_read() -> None:
-    assert IsaacReadSimulationTime().simulation_time == 0.0
-
-
-def test_simulation_time_counts_from_play() -> None:
-    context = RecordingContext()
-    node = reading(context)
-    context.tick(90)
-    node.compute()
-    assert node.simulation_time == 1.5
-
-
-def test_simulation_time_counts_from_play_again_after_a_stop() -> None:
-    context = RecordingContext()
-    node = reading(context)
-    context.tick(90)
-    node.compute()
-    context.stop(node)
-    assert node.simulation_time == 0.0
-    context.tick(30)
-    node.compute()
-    assert node.simulation_time == 0.5
-
-
-def test_without_reset_on_stop_simulation_time_goes_on_over_stop_and_play() -> None:
-    context = RecordingContext()
-    node = reading(context, reset_on_stop=False)
-    context.tick(90)
-    context.stop(node)
-    context.tick(30)
-    node.compute()
-    assert node.simulation_time == 2.0
-
-
-def test_reset_on_stop_acts_when_it_is_set() -> None:
-    context = RecordingContext()
-    node = reading(context)
+def test_reset_on_stop_acts_when_it_is_set(context: RecordingContext) -> None:
+    node = ready(IsaacReadSimulationTime, context)
     context.tick(90)
     context.stop(node)
     context.tick(30)
@@ -73,48 +56,10 @@ def test_reset_on_stop_acts_when_it_is_set() -> None:
     assert node.simulation_time == 2.0
 
 
-def test_a_reference_time_overrides_the_clock() -> None:
-    context = RecordingContext()
-    node = reading(context, reference_time_numerator=7, reference_time_denominator=4)
-    context.tick(90)
-    node.compute()
-    assert node.simulation_time == 1.75
-
-
-def test_a_reference_time_without_denominator_is_the_clock() -> None:
-    context = RecordingContext()
-    node = reading(context, reference_time_numerator=7)
-    context.tick(60)
-    node.compute()
-    assert node.simulation_time == 1.0
-
-
-def test_everything_that_reads_simulation_time_in_a_tick_reads_the_same(play: Player) -> None:
-    playing = play.graph(
-        """
-        nodes:
-          Tick: OnPlaybackTick
-          Time: IsaacReadSimulationTime
-          One: {type: PublishClock, inputs: {topicName: one}}
-          Other: {type: PublishClock, inputs: {topicName: other}}
-        connections:
-          - Tick.tick -> One.execIn
-          - Tick.tick -> Other.execIn
-          - Time.simulationTime -> One.timeStamp
-          - Time.simulationTime -> Other.timeStamp
-        """,
-        RecordingWorld((1, 10)),
-    )
-    playing.tick(3)
-    one, other = ([m.clock.nanosec for m in playing.published(topic)] for topic in ("/one", "/other"))
-    assert one == other == [100_000_000, 200_000_000, 300_000_000]
-
-
 # IsaacReadSystemTime
 
 
-def test_system_time_is_the_wall_clock_when_the_tick_began() -> None:
-    context = RecordingContext()
+def test_system_time_is_the_wall_clock_when_the_tick_began(context: RecordingContext) -> None:
     node = ready(IsaacReadSystemTime, context)
     assert node.system_time == 0.0
     context.clock.wall_time = 1.7e9
@@ -123,32 +68,8 @@ def test_system_time_is_the_wall_clock_when_the_tick_began() -> None:
 
 
 def test_a_reference_time_overrides_the_wall_clock() -> None:
-    node = ready(IsaacReadSystemTime, RecordingContext(), reference_time_numerator=7, reference_time_denominator=4)
-    node.compute()
+    node = computed(IsaacReadSystemTime, RecordingContext(), reference_time_numerator=7, reference_time_denominator=4)
     assert node.system_time == 1.75
-
-
-def test_everything_that_reads_system_time_in_a_tick_reads_the_same(play: Player) -> None:
-    playing = play.graph(
-        """
-        nodes:
-          Tick: OnPlaybackTick
-          Time: ReadSystemTime
-          Read: ReadSystemTimeAnnotator
-          One: {type: PublishClock, inputs: {topicName: one}}
-          Other: {type: PublishClock, inputs: {topicName: other}}
-        connections:
-          - Tick.tick -> One.execIn
-          - Tick.tick -> Read.execIn
-          - Read.execOut -> Other.execIn
-          - Time.systemTime -> One.timeStamp
-          - Read.systemTime -> Other.timeStamp
-        """
-    )
-    playing.tick()
-    (one,), (other,) = playing.published("/one"), playing.published("/other")
-    assert one.clock == other.clock
-    assert one.clock.sec > 0
 
 
 # Annotators
@@ -156,18 +77,43 @@ def test_everything_that_reads_system_time_in_a_tick_reads_the_same(play: Player
 
 @pytest.mark.parametrize("cls", [IsaacReadSimulationTimeAnnotator, IsaacReadSystemTimeAnnotator])
 def test_an_annotator_is_executed_and_fires(cls: Any) -> None:
-    assert cls.kind() == "action"
-    assert not cls.gated
+    assert (cls.kind(), cls.gated) == ("action", False)
 
 
-def test_an_annotator_reads_simulation_time_when_it_is_executed() -> None:
-    context = RecordingContext()
+def test_an_annotator_reads_simulation_time_when_it_is_executed(context: RecordingContext) -> None:
     node = ready(IsaacReadSimulationTimeAnnotator, context, reset_on_stop=False)
     context.tick(30)
     context.stop(node)
     context.tick(30)
     node.compute()
     assert node.simulation_time == 1.0
+
+
+@pytest.mark.parametrize("kind", ["simulation", "system"])
+def test_everything_that_reads_a_time_in_a_tick_reads_the_same(play: Player, kind: str) -> None:
+    playing = play.graph(
+        f"""
+        nodes:
+          Tick: OnPlaybackTick
+          Time: IsaacRead{kind.title()}Time
+          Read: IsaacRead{kind.title()}TimeAnnotator
+          One: {{type: PublishClock, inputs: {{topicName: one}}}}
+          Other: {{type: PublishClock, inputs: {{topicName: other}}}}
+        connections:
+          - Tick.tick -> One.execIn
+          - Tick.tick -> Read.execIn
+          - Read.execOut -> Other.execIn
+          - Time.{kind}Time -> One.timeStamp
+          - Read.{kind}Time -> Other.timeStamp
+        """,
+        RecordingWorld((1, 10)),
+    ).tick(3)
+    one, other = (
+        [m.clock.sec + m.clock.nanosec / 1e9 for m in playing.published(topic)] for topic in ("/one", "/other")
+    )
+    assert one == other
+    assert len(one) == 3
+    assert one == [0.1, 0.2, 0.3] if kind == "simulation" else min(one) > 1e9
 
 
 # IsaacTimeSplitter
@@ -208,8 +154,7 @@ def test_in_a_graph_the_splitter_takes_what_is_wired_to_it(play: Player) -> None
           - Split.milliseconds -> Clock.timeStamp
         """,
         RecordingWorld((1, 8)),
-    )
-    playing.tick(9)
+    ).tick(9)
     assert [message.clock.sec for message in playing.published("/clock")] == [125, 250, 375, 500, 625, 750, 875, 0, 125]
 
 
@@ -242,8 +187,7 @@ def test_in_a_tick_of_several_steps_the_factor_is_that_of_whole_ticks() -> None:
     assert factors(*walls)[4:] == pytest.approx([1.0] * 12)
 
 
-def test_reading_twice_in_a_tick_changes_nothing() -> None:
-    context = RecordingContext()
+def test_reading_twice_in_a_tick_changes_nothing(context: RecordingContext) -> None:
     node = ready(IsaacRealTimeFactor, context)
     for wall_time in (1.0, 1.5):
         context.tick(60)
@@ -268,8 +212,7 @@ def test_in_a_graph_an_annotator_and_the_factor_are_read_and_a_stop_forgets_them
           - Factor.rtf -> Fast.a
           - Fast.result -> Once.condition
         """
-    )
-    playing.tick(3)
+    ).tick(3)
     assert playing.node("Time").simulation_time == 3 / 60
     assert playing.node("Factor").rtf > 0.0
     playing.session.stop()

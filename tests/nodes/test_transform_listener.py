@@ -162,7 +162,6 @@ def test_of_the_namespaces_only_the_outermost_counts() -> None:
 def test_a_box_hangs_in_the_air_until_a_stop(play: Player) -> None:
     files = scenes.cube_on_the_floor(5.0)
     files["graph.yaml"] = """
-        format: 1
         graph: graph
         nodes:
           Tick: OnPlaybackTick
@@ -196,7 +195,6 @@ def test_a_robot_follows_another_by_its_tf(play: Player) -> None:
     for link in links:
         pairs += [f"/twin/Geometry/{link}", link.rpartition("/")[2]]
     files["graph.yaml"] = f"""
-        format: 1
         graph: graph
         nodes:
           Tick: OnPlaybackTick

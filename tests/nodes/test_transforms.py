@@ -15,7 +15,7 @@ from graphengine.format.errors import ContextError, PrimError
 from graphengine.nodes.core.transforms import IsaacComputeTransformTree, IsaacReadWorldPose
 from graphengine.nodes.ros2.transforms import RobotStatePublisher, ROS2PublishRawTransformTree, ROS2PublishTransformTree
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, dd100, matrix, quaternion, ready, vector, yaw
+from tests.nodes.harness import Player, computed, dd100, matrix, quaternion, ready, vector, yaw
 
 numbers = st.floats(-10.0, 10.0)
 vectors = st.tuples(numbers, numbers, numbers)
@@ -55,8 +55,7 @@ def at(pose: tuple[Vector3, Quaternion]) -> Any:
 # IsaacComputeTransformTree: what it expands to, and what the frames are called
 
 
-def test_a_prim_without_parent_is_below_the_world() -> None:
-    context = RecordingContext()
+def test_a_prim_without_parent_is_below_the_world(context: RecordingContext) -> None:
     context.world.add_body("/World/Cube", (2.0, 3.0, 4.0))
     node = tree(context, "/World/Cube")
     assert edges(node) == [("world", "Cube")]
@@ -64,8 +63,7 @@ def test_a_prim_without_parent_is_below_the_world() -> None:
     assert node.orientations.tolist() == [[0.0, 0.0, 0.0, 1.0]]
 
 
-def test_frames_are_known_before_the_first_tick_and_again_after_a_stop() -> None:
-    context = RecordingContext()
+def test_frames_are_known_before_the_first_tick_and_again_after_a_stop(context: RecordingContext) -> None:
     context.world.add_body("/World/Cube")
     node = ready(IsaacComputeTransformTree, context, target_prims="/World/Cube")
     assert edges(node) == [("world", "Cube")]
@@ -93,68 +91,6 @@ def test_what_stands_for_a_robot_gives_every_link_by_kinematics_and_no_sensor(ta
         ("base_link", "wheel_right"),
     ]
     assert edges(tree(context, target)) == expected
-
-
-def test_a_link_that_is_the_parent_is_no_child_of_itself() -> None:
-    context = RecordingContext()
-    robot_with_two_wheels(context)
-    found = edges(tree(context, "/robot", parent="/robot/base_link"))
-    assert found == [("base_link", "wheel_left"), ("wheel_left", "hub"), ("base_link", "wheel_right")]
-
-
-def test_any_other_prim_gives_one_edge() -> None:
-    context = RecordingContext()
-    robot_with_two_wheels(context)
-    targets = ("/robot/base_link/sensor", "/robot/base_link/wheel_left")
-    assert edges(tree(context, *targets, parent="/robot")) == [("robot", "sensor"), ("robot", "wheel_left")]
-
-
-def test_a_name_override_renames_parent_and_child() -> None:
-    context = RecordingContext()
-    robot_with_two_wheels(context)
-    context.world.stage.find("/robot/base_link").name_override = "base_frame"
-    context.world.stage.find("/robot/base_link/sensor").name_override = "sensor_frame"
-    found = edges(tree(context, "/robot/base_link/sensor", parent="/robot/base_link"))
-    assert found == [("base_frame", "sensor_frame")]
-
-
-def named(*paths: str, **overrides: str) -> list[str]:
-    """Child frames of prims at those paths; overrides by last element."""
-    context = RecordingContext()
-    for path in paths:
-        context.world.add_body(path)
-    for prim in context.world.stage.prims("body"):
-        prim.name_override = overrides.get(prim.path.strip("/").replace("/", "_"), "")
-    return list(tree(context, *paths).child_frames)
-
-
-def test_of_prims_that_want_one_name_the_one_with_the_longest_path_keeps_it() -> None:
-    assert named("/World/lidar", "/World/robot/mast/lidar", "/World/robot/lidar")[1] == "lidar"
-
-
-def test_the_others_fall_back_to_their_own_name_if_an_override_was_shared() -> None:
-    overrides = {"World_Mount": "shared", "World_Mount_Sensor": "shared"}
-    assert named("/World/Mount", "/World/Mount/Sensor", **overrides) == ["Mount", "shared"]
-
-
-def test_then_to_the_nearest_free_name_with_an_ancestor_from_below_the_first_element() -> None:
-    assert named("/World/a1/b/lidar", "/World/a2/b/lidar", "/World/a2/c/lidar") == ["lidar", "a2_lidar", "c_lidar"]
-
-
-def test_and_last_to_the_whole_path() -> None:
-    assert named("/World/lidar", "/World/mast/lidar") == ["World_lidar", "lidar"]
-
-
-names = st.lists(st.sampled_from("abc"), min_size=1, max_size=4).map(lambda parts: "/" + "/".join(parts))
-
-
-@given(st.dictionaries(names, st.sampled_from(["", "a", "shared"]), min_size=1))
-def test_no_two_frames_are_alike(overrides: dict[str, str]) -> None:
-    context = RecordingContext()
-    for path in sorted(overrides):  # a prim is defined before those below it
-        context.world.stage.add(path, "frame", name_override=overrides[path])
-    found = tree(context, *overrides).child_frames
-    assert len(set(found)) == len(overrides)
 
 
 # IsaacComputeTransformTree: poses
@@ -197,8 +133,7 @@ def test_a_camera_turns_by_half_about_x_and_a_lidar_does_not(pose: tuple[Vector3
     assert np.allclose(lidar, matrix(pose[1]))
 
 
-def test_every_execution_reads_the_poses_of_its_tick_into_new_arrays() -> None:
-    context = RecordingContext()
+def test_every_execution_reads_the_poses_of_its_tick_into_new_arrays(context: RecordingContext) -> None:
     body = context.world.add_body("/World/Cube")
     node = tree(context, "/World/Cube")
     before = node.translations
@@ -224,8 +159,7 @@ def test_the_raw_transform_is_copied(pose: tuple[Vector3, Quaternion]) -> None:
     assert (vector(edge.transform.translation), quaternion(edge.transform.rotation)) == pose
 
 
-def test_the_raw_transforms_edge_is_claimed_for_the_checks() -> None:
-    context = RecordingContext()
+def test_the_raw_transforms_edge_is_claimed_for_the_checks(context: RecordingContext) -> None:
     ready(ROS2PublishRawTransformTree, context, parent_frame_id="map", child_frame_id="odom")
     assert [claim.transforms for claim in context.services.claims] == [(("map", "odom"),)]
 
@@ -245,8 +179,7 @@ ARRAYS: dict[str, Any] = {
 }
 
 
-def test_arrays_go_out_in_one_message_with_one_stamp() -> None:
-    context = RecordingContext()
+def test_arrays_go_out_in_one_message_with_one_stamp(context: RecordingContext) -> None:
     publishing(context, time_stamp=0.25, **ARRAYS).compute()
     (message,) = context.transport.messages("/tf")
     found = [(t.header.frame_id, t.child_frame_id, vector(t.transform.translation)) for t in message.transforms]
@@ -256,16 +189,14 @@ def test_arrays_go_out_in_one_message_with_one_stamp() -> None:
 
 
 @pytest.mark.parametrize("short", ["parent_frames", "child_frames", "translations", "orientations"])
-def test_arrays_of_different_lengths_are_an_error_and_nothing_goes_out(short: str) -> None:
-    context = RecordingContext()
+def test_arrays_of_different_lengths_are_an_error_and_nothing_goes_out(short: str, context: RecordingContext) -> None:
     node = publishing(context, **{**ARRAYS, short: ARRAYS[short][:1]})
     with pytest.raises(ValueError, match="parentFrames, childFrames, translations, orientations must be of one length"):
         node.compute()
     assert context.transport.messages("/tf") == []
 
 
-def test_without_arrays_target_prims_are_expanded_as_by_the_compute_node() -> None:
-    context = RecordingContext()
+def test_without_arrays_target_prims_are_expanded_as_by_the_compute_node(context: RecordingContext) -> None:
     robot_with_two_wheels(context)
     context.world.stage.add("/robot/Geometry/base_link/camera", "camera", position=(1.0, 0.0, 0.0))
     targets = ("/robot", "/robot/base_link/camera")
@@ -289,9 +220,8 @@ LOOPS = [
 
 @pytest.mark.parametrize(("target", "computed", "published"), LOOPS)
 def test_a_parent_among_the_targets_gives_an_edge_to_itself_where_isaac_sim_does(
-    target: str, computed: bool, published: bool
+    target: str, computed: bool, published: bool, context: RecordingContext
 ) -> None:
-    context = RecordingContext()
     robot_with_two_wheels(context)
     context.world.stage.find("/robot").facts["articulation_root"] = "/robot/Geometry/base_link"
     context.world.stage.add("/robot/Geometry/base_link/camera", "camera", position=(1.0, 0.0, 0.0))
@@ -306,15 +236,13 @@ def test_a_parent_among_the_targets_gives_an_edge_to_itself_where_isaac_sim_does
         assert node.translations.tolist()[edges(node).index((name, name))] == [0.0, 0.0, 0.0]
 
 
-def test_the_parent_alone_as_a_target_gives_an_empty_message() -> None:
-    context = RecordingContext()
+def test_the_parent_alone_as_a_target_gives_an_empty_message(context: RecordingContext) -> None:
     robot_with_two_wheels(context)
     wheel = "/robot/base_link/wheel_left"
     assert publishing(context, target_prims=(wheel,), parent_prim=wheel).message().transforms == []
 
 
-def test_target_prims_are_published_again_after_a_stop() -> None:
-    context = RecordingContext()
+def test_target_prims_are_published_again_after_a_stop(context: RecordingContext) -> None:
     robot_with_two_wheels(context)
     node = publishing(context, target_prims="/robot", static_publisher=True)
     node.compute()
@@ -337,8 +265,7 @@ def test_in_a_graph_the_frames_of_a_compute_node_are_claimed_before_the_first_ti
 
 
 def test_in_the_tutorials_graph_tf_static_goes_out_once_a_play_with_the_lidars_mount(play: Player) -> None:
-    playing = play.shipped("tutorial/joint_states", dd100())
-    playing.tick(5)
+    playing = play.shipped("tutorial/joint_states", dd100()).tick(5)
     playing.session.stop()
     playing.tick(5)
     sent = playing.published("/dd100_0000/tf_static")
@@ -419,8 +346,7 @@ def test_after_a_stop_the_robots_state_goes_out_again() -> None:
 
 
 def test_in_a_graph_robot_state_ships_for_any_robot(play: Player) -> None:
-    playing = play.shipped("robot_state", dd100())
-    playing.tick()
+    playing = play.shipped("robot_state", dd100()).tick()
     topics = {claim.topic for claim in playing.session.services.claims}
     assert topics == {"/dd100_0000/robot_description", "/dd100_0000/tf_static", "/dd100_0000/tf"}
 
@@ -435,14 +361,12 @@ def test_a_world_pose_is_that_of_all_that_carries_the_prim(
     context = RecordingContext()
     context.world.add_body("/body", *carrier)
     context.world.stage.add("/body/mount", "frame", position=mounted[0], orientation=mounted[1])
-    node = ready(IsaacReadWorldPose, context, prim="/body/mount")
-    node.compute()
+    node = computed(IsaacReadWorldPose, context, prim="/body/mount")
     np.testing.assert_allclose(at((node.translation, node.orientation)), at(carrier) @ at(mounted), atol=1e-9)
     assert node.scale == (1.0, 1.0, 1.0)
 
 
-def test_before_it_is_read_a_world_pose_has_the_references_defaults() -> None:
-    context = RecordingContext()
+def test_before_it_is_read_a_world_pose_has_the_references_defaults(context: RecordingContext) -> None:
     context.world.add_body("/body", (1.0, 2.0, 3.0))
     node = ready(IsaacReadWorldPose, context, prim="/body")
     assert (node.translation, node.orientation) == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))

@@ -9,33 +9,30 @@ from graphengine.node.variable import Variable
 from graphengine.nodes.action.events import OnVariableChange
 from graphengine.nodes.variables import ReadVariable, WriteVariable
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, ready
+from tests.nodes.harness import Player, computed, ready
 
 
+@pytest.fixture
 def context() -> RecordingContext:
     made = RecordingContext()
     made.variables["speed"] = Variable(1.5)
     return made
 
 
-def test_what_one_node_writes_another_reads() -> None:
-    shared = context()
-    reader = ready(ReadVariable, shared, variable_name="speed")
-    reader.compute()
+def test_what_one_node_writes_another_reads(context: RecordingContext) -> None:
+    reader = computed(ReadVariable, context, variable_name="speed")
     assert reader.value == 1.5
-    writer = ready(WriteVariable, shared, variable_name="speed", value_in=2.5)
-    writer.compute()
+    writer = computed(WriteVariable, context, variable_name="speed", value_in=2.5)
     reader.compute()
     assert (reader.value, writer.value_out) == (2.5, 2.5)
 
 
-def test_a_change_is_an_event_of_the_next_tick_only() -> None:
-    shared = context()
-    watcher = ready(OnVariableChange, shared, variable_name="speed")
+def test_a_change_is_an_event_of_the_next_tick_only(context: RecordingContext) -> None:
+    watcher = ready(OnVariableChange, context, variable_name="speed")
     seen = []
     for value in (1.5, 2.0, 2.0, 1.5):
-        shared.variables["speed"].value = value
-        shared.variables["speed"].freeze()
+        context.variables["speed"].value = value
+        context.variables["speed"].freeze()
         seen.append(watcher.compute() == watcher.changed)
     assert seen == [False, True, False, True]
 
@@ -50,8 +47,7 @@ def test_a_number_that_stays_none_does_not_change() -> None:
 @pytest.mark.parametrize(("port_type", "value"), [("double[2]", "[0.0, .nan]"), ("double[]", "[.nan]")])
 def test_a_variable_that_stays_no_number_does_not_change(play: Player, port_type: str, value: str) -> None:
     text = COUNTING.format(type=f"'{port_type}'", default=value, value=f"{{type: '{port_type}', value: {value}}}")
-    playing = play.graph(text)
-    playing.tick(4)
+    playing = play.graph(text).tick(4)
     assert playing.node("Count").count == 0
 
 
@@ -63,9 +59,7 @@ nodes:
   Read: {{type: ReadVariable, inputs: {{variableName: total}}}}
   Changed: {{type: OnVariableChange, inputs: {{variableName: total}}}}
   Count: Counter
-connections:
-  - Tick.tick -> Write.execIn
-  - Changed.changed -> Count.execIn
+connections: [Tick.tick -> Write.execIn, Changed.changed -> Count.execIn]
 """
 
 
@@ -83,8 +77,7 @@ connections:
 def test_a_literal_is_of_the_type_of_the_variable(
     play: Player, type_name: str, default: str, value: str, expected: object
 ) -> None:
-    playing = play.graph(COUNTING.format(type=f"'{type_name}'", default=default, value=value))
-    playing.tick(3)
+    playing = play.graph(COUNTING.format(type=f"'{type_name}'", default=default, value=value)).tick(3)
     written = playing.node("Write").value_out
     assert (written, type(written)) == (expected, type(expected))
     assert playing.node("Count").count == 1
@@ -102,12 +95,9 @@ def test_a_wire_from_a_variable_has_its_type(play: Player) -> None:
           Tick: OnPlaybackTick
           Read: {type: ReadVariable, inputs: {variableName: where}}
           Odometry: PublishOdometry
-        connections:
-          - Tick.tick -> Odometry.execIn
-          - Read.value -> Odometry.position
+        connections: [Tick.tick -> Odometry.execIn, Read.value -> Odometry.position]
         """
-    playing = play.graph(text)
-    playing.tick()
+    playing = play.graph(text).tick()
     position = playing.published(playing.topics["Odometry"])[0].pose.pose.position
     assert (position.x, position.y, position.z) == (1.0, 2.0, 3.0)
     with pytest.raises(CheckError, match=r"is a vectord\[3\], Odometry.timeStamp takes a double"):

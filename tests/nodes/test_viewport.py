@@ -15,7 +15,7 @@ from graphengine.nodes.core.viewport import (
     IsaacSetViewportResolution,
 )
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import ready
+from tests.nodes.harness import computed, ready
 
 WIDE, NARROW = "/robot/wide", "/robot/narrow"
 
@@ -30,15 +30,11 @@ def context() -> RecordingContext:
 
 def made(context: RecordingContext, **inputs: Any) -> str:
     """The name of a viewport that a node makes."""
-    node = ready(IsaacCreateViewport, context, **inputs)
-    node.compute()
-    return node.viewport
+    return computed(IsaacCreateViewport, context, **inputs).viewport
 
 
 def product(context: RecordingContext, viewport: str) -> str:
-    node = ready(IsaacGetViewportRenderProduct, context, viewport=viewport)
-    node.compute()
-    return node.render_product_path
+    return computed(IsaacGetViewportRenderProduct, context, viewport=viewport).render_product_path
 
 
 def show(context: RecordingContext, path: str, camera: str) -> IsaacSetCameraOnRenderProduct:
@@ -46,8 +42,7 @@ def show(context: RecordingContext, path: str, camera: str) -> IsaacSetCameraOnR
 
 
 @pytest.mark.parametrize(
-    ("inputs", "name"),
-    [({"name": "Front", "viewport_id": 2}, "Front"), ({"viewport_id": 2}, "2"), ({}, "Viewport")],
+    ("inputs", "name"), [({"name": "Front", "viewport_id": 2}, "Front"), ({"viewport_id": 2}, "2"), ({}, "Viewport")]
 )
 def test_a_viewport_is_called_by_its_name_else_by_its_id_and_0_is_the_one_there(
     context: RecordingContext, inputs: dict[str, Any], name: str
@@ -90,6 +85,17 @@ def test_its_size_is_the_one_that_was_set_before_or_after_the_camera(context: Re
     assert (camera.prim_path, camera.size) == (WIDE, (320, 200))
 
 
+def test_a_camera_that_was_set_stays_when_the_size_changes_until_a_stop(context: RecordingContext) -> None:
+    path = product(context, made(context))
+    show(context, path, WIDE)
+    camera = context.device(Camera, path)
+    show(context, path, NARROW).compute()
+    ready(IsaacSetViewportResolution, context, width=320, height=200)
+    assert (camera.prim_path, camera.size) == (NARROW, (320, 200))
+    context.services.render_products[path].reset()
+    assert (camera.prim_path, camera.size) == (WIDE, (320, 200))
+
+
 def test_the_resolution_of_no_viewport_in_particular_is_that_of_the_one_there(context: RecordingContext) -> None:
     ready(IsaacSetViewportResolution, context, width=100, height=50)
     path = product(context, "Viewport")
@@ -113,3 +119,16 @@ def test_a_viewport_that_nobody_made_is_refused_with_those_there_are(context: Re
 def test_a_viewport_without_a_camera_has_no_pictures(context: RecordingContext) -> None:
     with pytest.raises(ContextError, match="the viewport shows no camera"):
         context.device(Camera, product(context, made(context)))
+
+
+def test_a_camera_that_is_refused_is_not_shown(context: RecordingContext, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise ContextError("too many pixels")
+
+    path = product(context, made(context))
+    with monkeypatch.context() as patch:
+        patch.setattr(context.world, "device", refuse)
+        with pytest.raises(ContextError, match="too many pixels"):
+            show(context, path, WIDE)
+    with pytest.raises(ContextError, match="the viewport shows no camera"):
+        context.device(Camera, path)

@@ -9,9 +9,22 @@ import pytest
 from graphengine.nodes.action.custom import OnCustomEvent, SendCustomEvent
 from graphengine.nodes.action.waiting import Countdown, Delay, Timer
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, Playing, ready
+from tests.nodes.harness import Player, Playing, computed, ready
 
 # Later
+
+
+LATER = """
+nodes:
+  Tick: OnPlaybackTick
+  Start: Once
+  Wait: {node}
+  Done: Counter
+connections:
+  - Tick.tick -> Start.execIn
+  - Start.once -> Wait.execIn
+  - Wait.finished -> Done.execIn
+"""
 
 
 def ticks_until_done(playing: Playing, limit: int = 100) -> int:
@@ -26,24 +39,11 @@ def ticks_until_done(playing: Playing, limit: int = 100) -> int:
     ("duration", "ticks"), [(0.0, 1), (0.01, 1), (1 / 60, 1), (0.05, 3), (0.1, 6), (0.5, 30), (0.51, 31)]
 )
 def test_a_delay_fires_in_the_first_tick_at_or_after_its_time(play: Player, duration: float, ticks: int) -> None:
-    playing = play.graph(
-        f"""
-        nodes:
-          Tick: OnPlaybackTick
-          Start: Once
-          Wait: {{type: Delay, inputs: {{duration: {duration!r}}}}}
-          Done: Counter
-        connections:
-          - Tick.tick -> Start.execIn
-          - Start.once -> Wait.execIn
-          - Wait.finished -> Done.execIn
-        """
-    )
+    playing = play.graph(LATER.format(node=f"{{type: Delay, inputs: {{duration: {duration!r}}}}}"))
     assert ticks_until_done(playing) == 1 + ticks
 
 
-def test_a_delay_that_is_executed_again_waits_anew() -> None:
-    context = RecordingContext()
+def test_a_delay_that_is_executed_again_waits_anew(context: RecordingContext) -> None:
     node = ready(Delay, context, duration=0.1)
     for _ in range(20):
         context.tick()
@@ -67,8 +67,7 @@ def passes(node: Timer, context: RecordingContext, limit: int = 100) -> list[tup
     return fired
 
 
-def test_a_timer_moves_a_value_from_one_end_to_the_other() -> None:
-    context = RecordingContext()
+def test_a_timer_moves_a_value_from_one_end_to_the_other(context: RecordingContext) -> None:
     node = ready(Timer, context, duration=4 / 60, start_value=10.0, end_value=-10.0)
     context.tick()
     node.compute()
@@ -80,10 +79,8 @@ def test_a_timer_moves_a_value_from_one_end_to_the_other() -> None:
     assert (node.value, node.active) == (0.0, False)
 
 
-def test_a_timer_that_is_executed_again_moves_on() -> None:
-    context = RecordingContext()
-    node = ready(Timer, context, duration=0.1)
-    node.compute()
+def test_a_timer_that_is_executed_again_moves_on(context: RecordingContext) -> None:
+    node = computed(Timer, context, duration=0.1)
     before = node.update(), node.update()
     node.compute()
     assert before == (node.updated, node.updated)
@@ -93,10 +90,8 @@ def test_a_timer_that_is_executed_again_moves_on() -> None:
 
 
 @pytest.mark.parametrize("duration", [0.0, -1.0])
-def test_a_timer_without_a_duration_is_at_its_end_at_once(duration: float) -> None:
-    context = RecordingContext()
-    node = ready(Timer, context, duration=duration, end_value=3.0)
-    node.compute()
+def test_a_timer_without_a_duration_is_at_its_end_at_once(duration: float, context: RecordingContext) -> None:
+    node = computed(Timer, context, duration=duration, end_value=3.0)
     assert passes(node, context) == [("updated", 3.0), ("finished", 3.0)]
 
 
@@ -160,21 +155,8 @@ def test_a_period_of_no_ticks_is_one_of_one(period: int) -> None:
 
 
 def test_a_countdown_in_a_graph_ticks_once_a_tick(play: Player) -> None:
-    playing = play.graph(
-        """
-        nodes:
-          Tick: OnPlaybackTick
-          Start: Once
-          Down: {type: Countdown, inputs: {duration: 4}}
-          Ticks: Counter
-          Done: Counter
-        connections:
-          - Tick.tick -> Start.execIn
-          - Start.once -> Down.execIn
-          - Down.tick -> Ticks.execIn
-          - Down.finished -> Done.execIn
-        """
-    )
+    text = LATER.format(node="{type: Countdown, inputs: {duration: 4}}").replace("Done:", "Ticks: Counter\n  Done:")
+    playing = play.graph(f"{text}  - Wait.tick -> Ticks.execIn\n")
     assert ticks_until_done(playing) == 5
     assert playing.node("Ticks").count == 4
 
@@ -200,16 +182,11 @@ def test_every_event_sent_is_seen_once_in_the_next_tick_with_its_path(play: Play
           - Other.execOut -> Wrong.execIn
         """
     )
-    counts = []
-    for _ in range(3):
-        playing.tick()
-        counts.append(playing.node("Heard").count)
-    assert counts == [0, 3, 6]
+    assert playing.each_tick(3, lambda: playing.node("Heard").count) == [0, 3, 6]
     assert (playing.node("Hear").path, playing.node("Wrong").count) == ("/here", 0)
 
 
-def test_an_event_goes_from_node_to_node() -> None:
-    context = RecordingContext()
+def test_an_event_goes_from_node_to_node(context: RecordingContext) -> None:
     sender = ready(SendCustomEvent, context, event_name="e", path="p")
     listener = ready(OnCustomEvent, context, event_name="e")
     sender.compute()

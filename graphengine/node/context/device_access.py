@@ -101,14 +101,8 @@ class WorldHandles:
             parent: path of the parent frame's prim; empty for the world.
             loops: whether a link or body that is both parent and target has an edge from itself to itself.
         """
-        stage = self._services.stage
-        return expand(
-            stage,
-            [self._find(target) for target in targets],
-            self._find(parent) if parent else None,
-            self._services.world.frame,
-            loops=loops,
-        )
+        found, above = [self._find(target) for target in targets], self._find(parent) if parent else None
+        return expand(self._services.stage, found, above, self._services.world.frame, loops=loops)
 
     def _robot(self, path: str) -> Prim:
         stage = self._services.stage
@@ -189,8 +183,8 @@ class WorldHandles:
             product = products[path]
             product.size = size
             if product.camera is not None:
-                product.camera.own = self._camera(product)
-                product.camera.show(product.camera.own)
+                product.camera.own = self._camera(product.prim, size)
+                product.camera.show(self._camera(product.camera.source.prim_path, size))
         return path
 
     def _expect_ticks(self, found: Device) -> None:
@@ -234,8 +228,8 @@ class WorldHandles:
             raise ContextError(f"no render product {render_product!r}", render_product, known)
         self._expect_ticks(device_of(Camera))
         other, world = self._find(prim, "camera"), self._services.world
-        product.prim = product.prim or other.path
         world.device(Camera, other, size=product.size)  # which may be refused
+        product.prim = product.prim or other.path
 
         def exchange() -> None:
             self._camera_of(product).show(world.device(Camera, other, size=product.size))
@@ -247,13 +241,13 @@ class WorldHandles:
             raise ContextError(
                 "the viewport shows no camera", None, "let IsaacSetCameraOnRenderProduct be executed before"
             )
-        own = self._camera(product)
+        own = self._camera(product.prim, product.size)
         if product.camera is None:
             product.camera = ProductCamera(own)
         return product.camera
 
-    def _camera(self, product: RenderProduct) -> Camera:
-        return self._services.world.device(Camera, self._find(product.prim, "camera"), size=product.size)
+    def _camera(self, prim: str, size: tuple[int, int]) -> Camera:
+        return self._services.world.device(Camera, self._find(prim, "camera"), size=size)
 
     def stage(self) -> Prims:
         """All prims of the stage, those of spawned robots included."""

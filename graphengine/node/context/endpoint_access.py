@@ -8,13 +8,7 @@ from typing import Any, TypedDict, Unpack
 
 from graphengine.format.errors import ContextError, TopicError
 from graphengine.messages import names, qos
-from graphengine.messages.endpoints import (
-    EndpointClaim,
-    Publisher,
-    ServiceClient,
-    ServiceServer,
-    Subscription,
-)
+from graphengine.messages.endpoints import EndpointClaim, Publisher, ServiceClient, ServiceServer, Subscription
 from graphengine.node.context.session_services import Services
 
 

@@ -10,7 +10,6 @@ from typing import Any
 
 from graphengine.devices.backend import World
 from graphengine.devices.entity import Move
-from graphengine.devices.motion import Articulation
 from graphengine.devices.rotation import Pose, compose, relative
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import ContextError
@@ -27,12 +26,10 @@ class Attribute:
     """One attribute of a prim.
 
     Attributes:
-        type: USD name of its type.
         read: returns its value as JSON types.
         write: sets its value; None if it cannot change during a simulation.
     """
 
-    type: str
     read: Callable[[], Any]
     write: Callable[[Any], None] | None = None
 
@@ -54,147 +51,103 @@ def numbers(value: Any, count: int) -> list[float]:
     raise ContextError(f"must be {what}, not {given}", value)
 
 
-class _Pose:
-    """Pose attributes of a prim, relative to its parent."""
+def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
+    """Attributes for position (m) and orientation as a quaternion (w, x, y, z), relative to the parent prim."""
 
-    def __init__(self, world: World, prim: Prim) -> None:
-        self.movable = any(entity.prim_path == prim.path for entity in world.entities.all())
-        self._world = world
-        self._prim = prim
+    def parent() -> Pose:
+        assert prim.parent is not None  # the root has no pose
+        return world.frame(prim.parent).pose()
 
-    def translate(self) -> list[float]:
-        """Position, m."""
-        return list(self._read()[0])
+    def read() -> Pose:
+        return relative(parent(), world.frame(prim).pose())
 
-    def orient(self) -> list[float]:
-        """Orientation as a quaternion (w, x, y, z)."""
-        x, y, z, w = self._read()[1]
+    def put(pose: Pose) -> None:
+        """Set the pose and keep the velocity."""
+        world.entities.place(prim.path, Move(*compose(parent(), pose), *world.body(prim).velocity()))
+
+    def orient() -> list[float]:
+        x, y, z, w = read()[1]
         return [w, x, y, z]
 
-    def set_translate(self, value: Any) -> None:
-        """Set the position and keep the orientation."""
+    def set_translate(value: Any) -> None:
         x, y, z = numbers(value, 3)
-        self._put(((x, y, z), self._read()[1]))
+        put(((x, y, z), read()[1]))
 
-    def set_orient(self, value: Any) -> None:
-        """Set the orientation and keep the position."""
+    def set_orient(value: Any) -> None:
         w, x, y, z = numbers(value, 4)
-        self._put((self._read()[0], (x, y, z, w)))
+        put((read()[0], (x, y, z, w)))
 
-    def _parent(self) -> Pose:
-        assert self._prim.parent is not None  # the root has no pose
-        return self._world.frame(self._prim.parent).pose()
-
-    def _read(self) -> Pose:
-        return relative(self._parent(), self._world.frame(self._prim).pose())
-
-    def _put(self, pose: Pose) -> None:
-        """Set the pose and keep the velocity."""
-        there = Move(*compose(self._parent(), pose), *self._world.body(self._prim).velocity())
-        self._world.entities.place(self._prim.path, there)
-
-
-def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
-    """Attributes for position and orientation."""
-    pose = _Pose(world, prim)
+    movable = any(entity.prim_path == prim.path for entity in world.entities.all())
     return {
-        "xformOp:translate": Attribute("double3", pose.translate, pose.set_translate if pose.movable else None),
-        "xformOp:orient": Attribute("quatd", pose.orient, pose.set_orient if pose.movable else None),
+        "xformOp:translate": Attribute(lambda: list(read()[0]), set_translate if movable else None),
+        "xformOp:orient": Attribute(orient, set_orient if movable else None),
     }
 
 
-class _Joint:
-    """Attributes of a movable joint, in degrees or metres."""
-
-    def __init__(self, articulation: Articulation, name: str) -> None:
-        self._articulation = articulation
-        self._selection = articulation.select([name])
-        self._index = articulation.joint_names.index(name)
-        slides = articulation.prismatic[self._index]
-        self.kind, self.unit = ("linear", 1.0) if slides else ("angular", math.degrees(1.0))
-
-    def position(self) -> float:
-        """Joint position, degrees or m."""
-        return float(self._articulation.positions()[self._index]) * self.unit
-
-    def velocity(self) -> float:
-        """Joint velocity, degrees/s or m/s."""
-        return float(self._articulation.velocities()[self._index]) * self.unit
-
-    def target_position(self) -> float:
-        """Target position of the drive, degrees or m; NaN without stiffness."""
-        return float(self._articulation.set_points()[0][self._index]) * self.unit
-
-    def target_velocity(self) -> float:
-        """Target velocity of the drive, degrees/s or m/s; NaN without damping."""
-        return float(self._articulation.set_points()[1][self._index]) * self.unit
-
-    def set_target_position(self, value: Any) -> None:
-        """Tell the drive."""
-        self._selection.command(positions=[numbers([value], 1)[0] / self.unit])
-
-    def set_target_velocity(self, value: Any) -> None:
-        """Tell the drive."""
-        self._selection.command(velocities=[numbers([value], 1)[0] / self.unit])
-
-
 def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
-    """Attributes for the state of a joint and the targets of its drive."""
-    found = {"physics:jointEnabled": Attribute("bool", lambda: bool(prim.facts.get("enabled", True)))}
+    """Attributes for the state of a joint and the targets of its drive, in degrees or metres."""
+    found = {"physics:jointEnabled": Attribute(lambda: bool(prim.facts.get("enabled", True)))}
     robot, name = world.stage.robot_of(prim), prim.facts.get("joint", prim.name)
     if robot is None or name not in robot.facts.get("joints", ()):
         return found
-    joint = _Joint(world.articulation(robot), name)
-    state, drive = f"state:{joint.kind}:physics", f"drive:{joint.kind}:physics"
-    found[f"{state}:position"] = Attribute("float", joint.position)
-    found[f"{state}:velocity"] = Attribute("float", joint.velocity)
-    if not math.isnan(joint.target_position()):
-        found[f"{drive}:targetPosition"] = Attribute("float", joint.target_position, joint.set_target_position)
-    if not math.isnan(joint.target_velocity()):
-        found[f"{drive}:targetVelocity"] = Attribute("float", joint.target_velocity, joint.set_target_velocity)
+    articulation = world.articulation(robot)
+    selection, index = articulation.select([name]), articulation.joint_names.index(name)
+    kind, unit = ("linear", 1.0) if articulation.prismatic[index] else ("angular", math.degrees(1.0))
+
+    def add(attribute: str, read: Callable[[], Any], command: str = "") -> None:
+        """Add an attribute for the joint's number in an array; `command` is the argument that sets it."""
+
+        def write(value: Any) -> None:
+            selection.command(**{command: [numbers([value], 1)[0] / unit]})
+
+        found[attribute] = Attribute(lambda: float(read()[index]) * unit, write if command else None)
+
+    add(f"state:{kind}:physics:position", articulation.positions)
+    add(f"state:{kind}:physics:velocity", articulation.velocities)
+    stiff, damped = (not math.isnan(targets[index]) for targets in articulation.set_points())
+    if stiff:
+        add(f"drive:{kind}:physics:targetPosition", lambda: articulation.set_points()[0], "positions")
+    if damped:
+        add(f"drive:{kind}:physics:targetVelocity", lambda: articulation.set_points()[1], "velocities")
     return found
 
 
 def of_gravity(world: World) -> dict[str, Attribute]:
     """Attributes of gravity: direction as a unit vector, and magnitude, m/s2."""
 
+    def magnitude() -> float:
+        return math.hypot(*world.gravity)
+
     def direction() -> list[float]:
-        size = math.hypot(*world.gravity)
+        size = magnitude()
         return [part / size for part in world.gravity] if size else [0.0, 0.0, -1.0]
 
-    def fall(way: Sequence[float], magnitude: float) -> None:
+    def fall(way: Sequence[float], strength: float) -> None:
         size = math.hypot(*way)
-        if not 0.0 < size < math.inf or not 0.0 <= magnitude <= STRONGEST_GRAVITY:
-            raise ContextError(
-                f"gravity has a direction, and a magnitude of 0 to {STRONGEST_GRAVITY:g} m/s2", magnitude
-            )
-        x, y, z = (magnitude * part / size for part in way)
+        if not 0.0 < size < math.inf or not 0.0 <= strength <= STRONGEST_GRAVITY:
+            raise ContextError(f"gravity has a direction, and a magnitude of 0 to {STRONGEST_GRAVITY:g} m/s2", strength)
+        x, y, z = (strength * part / size for part in way)
         world.set_gravity((x, y, z))
 
     return {
-        "physics:gravityDirection": Attribute(
-            "vector3f", direction, lambda value: fall(numbers(value, 3), math.hypot(*world.gravity))
-        ),
-        "physics:gravityMagnitude": Attribute(
-            "float", lambda: math.hypot(*world.gravity), lambda value: fall(direction(), numbers([value], 1)[0])
-        ),
+        "physics:gravityDirection": Attribute(direction, lambda value: fall(numbers(value, 3), magnitude())),
+        "physics:gravityMagnitude": Attribute(magnitude, lambda value: fall(direction(), numbers([value], 1)[0])),
     }
 
 
 def of_friction(world: World, prim: Prim) -> dict[str, Attribute]:
     """Static and dynamic friction of a material; read-only if a collider of the world has the material."""
-
-    def static(value: Any) -> None:
-        world.set_friction(prim, (_not_negative(value), world.friction(prim)[1]))
-
-    def dynamic(value: Any) -> None:
-        world.set_friction(prim, (world.friction(prim)[0], _not_negative(value)))
-
     reachable = len(prim.facts["bodies"]) == len(prim.facts["bind"])
-    return {
-        "physics:staticFriction": Attribute("float", lambda: world.friction(prim)[0], static if reachable else None),
-        "physics:dynamicFriction": Attribute("float", lambda: world.friction(prim)[1], dynamic if reachable else None),
-    }
+
+    def coefficient(index: int) -> Attribute:
+        def write(value: Any) -> None:
+            changed = list(world.friction(prim))
+            changed[index] = _not_negative(value)
+            world.set_friction(prim, (changed[0], changed[1]))
+
+        return Attribute(lambda: world.friction(prim)[index], write if reachable else None)
+
+    return {"physics:staticFriction": coefficient(0), "physics:dynamicFriction": coefficient(1)}
 
 
 def of_light(world: World, prim: Prim) -> dict[str, Attribute]:
@@ -208,8 +161,8 @@ def of_light(world: World, prim: Prim) -> dict[str, Attribute]:
         world.set_light(prim, (world.light(prim)[0], (red, green, blue)))
 
     return {
-        "inputs:intensity": Attribute("float", lambda: world.light(prim)[0], brighten),
-        "inputs:color": Attribute("color3f", lambda: list(world.light(prim)[1]), colour),
+        "inputs:intensity": Attribute(lambda: world.light(prim)[0], brighten),
+        "inputs:color": Attribute(lambda: list(world.light(prim)[1]), colour),
     }
 
 

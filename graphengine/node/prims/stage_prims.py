@@ -19,7 +19,7 @@ from graphengine.format.wording import did_you_mean, listing, shown
 from graphengine.node.prims import attributes
 from graphengine.node.prims.attributes import Attribute
 from graphengine.node.types import coerce
-from graphengine.node.usd_types import PORT_TYPES, is_physics_scene, usd_type
+from graphengine.node.usd_types import ATTRIBUTE_TYPES, is_physics_scene, type_of_attribute, usd_type
 
 _WITHOUT_POSE = ("scope", "joint", "material", "graph")
 
@@ -44,7 +44,7 @@ class Prims:
         Raises:
             PrimError: no prim has the path.
         """
-        return {name: attribute.type for name, attribute in self._of(path).items()}
+        return {name: ATTRIBUTE_TYPES[name] for name in self._of(path)}
 
     def read(self, path: str, attribute: str) -> tuple[str, Any]:
         """The type and the value of an attribute.
@@ -52,8 +52,8 @@ class Prims:
         Raises:
             ContextError: the prim or attribute does not exist.
         """
-        found = self._find(path, attribute)
-        return found.type, found.read()
+        value = self._find(path, attribute).read()
+        return ATTRIBUTE_TYPES[attribute], value
 
     def write(self, path: str, attribute: str, value: Any) -> None:
         """Change an attribute.
@@ -61,9 +61,8 @@ class Prims:
         Raises:
             GraphError: the prim or attribute does not exist, is read-only, or does not take the value.
         """
-        found = self._find(path, attribute)
-        if found.write is None:
-            raise self._fixed(path, attribute)
+        found = self._find(path, attribute, writable=True)
+        assert found.write is not None
         found.write(value)
 
     def attribute(self, path: str, name: str, *, writable: bool) -> PrimAttribute:
@@ -72,22 +71,18 @@ class Prims:
         Raises:
             ContextError: the prim or attribute does not exist, or `writable` is set and the attribute is read-only.
         """
-        found = self._find(path, name)
-        if writable and found.write is None:
-            raise self._fixed(path, name)
-        return PrimAttribute(f"{name} of {path}", found)
+        return PrimAttribute(path, name, self._find(path, name, writable=writable))
 
-    def _fixed(self, path: str, name: str) -> ContextError:
-        changing = [other for other, attribute in self._of(path).items() if attribute.write is not None]
-        hint = listing(changing, "what can be changed there") if changing else "nothing can be changed there"
-        return ContextError(f"{name} of {path} cannot be changed while the simulation runs", name, hint)
-
-    def _find(self, path: str, attribute: str) -> Attribute:
+    def _find(self, path: str, name: str, *, writable: bool = False) -> Attribute:
         known = self._of(path)
-        if attribute not in known:
-            near = did_you_mean(attribute, known) or listing(known, "attributes")
-            raise ContextError(f"{path} has no attribute {attribute!r}", attribute, near)
-        return known[attribute]
+        if name not in known:
+            near = did_you_mean(name, known) or listing(known, "attributes")
+            raise ContextError(f"{path} has no attribute {name!r}", name, near)
+        if writable and known[name].write is None:
+            changing = [other for other, attribute in known.items() if attribute.write is not None]
+            hint = listing(changing, "what can be changed there") if changing else "nothing can be changed there"
+            raise ContextError(f"{name} of {path} cannot be changed while the simulation runs", name, hint)
+        return known[name]
 
     def _of(self, path: str) -> dict[str, Attribute]:
         world, prim = self._world, self._world.stage.find(path)
@@ -95,7 +90,7 @@ class Prims:
         if prim.kind not in _WITHOUT_POSE:
             found |= attributes.of_pose(world, prim)
         if prim.body is not None:
-            found["physics:mass"] = Attribute("float", partial(world.mass, prim))
+            found["physics:mass"] = Attribute(partial(world.mass, prim))
         if is_physics_scene(prim):
             found |= attributes.of_gravity(world)
         if prim.kind == "joint":
@@ -105,21 +100,21 @@ class Prims:
         if prim.kind == "light":
             found |= attributes.of_light(world, prim)
         if prim.kind == "camera":
-            found["clippingRange"] = Attribute("float2", lambda: list(world.device(Camera, prim).clip))
+            found["clippingRange"] = Attribute(lambda: list(world.device(Camera, prim).clip))
         if prim.namespace:
-            found["isaac:namespace"] = Attribute("string", lambda: prim.namespace)
+            found["isaac:namespace"] = Attribute(lambda: prim.namespace)
         if prim.name_override:
-            found["isaac:nameOverride"] = Attribute("string", lambda: prim.name_override)
+            found["isaac:nameOverride"] = Attribute(lambda: prim.name_override)
         return found
 
 
 class PrimAttribute:
     """A handle to one attribute of a prim; values are in the form of ports, with quaternions (x, y, z, w)."""
 
-    def __init__(self, place: str, attribute: Attribute) -> None:
-        self._place = place
+    def __init__(self, path: str, name: str, attribute: Attribute) -> None:
+        self._place = f"{name} of {path}"
         self._attribute = attribute
-        self._type = PORT_TYPES[attribute.type]
+        self._type = type_of_attribute(name)
 
     def read(self) -> Any:
         """Return the present value."""

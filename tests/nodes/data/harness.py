@@ -8,7 +8,8 @@ from typing import Any, TypeVar
 from graphengine.node import Node
 from graphengine.node.types import PortType, parse
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, ready
+from tests.nodes import harness
+from tests.nodes.harness import Player
 
 N = TypeVar("N", bound=Node)
 
@@ -22,9 +23,7 @@ def concrete(name: str) -> PortType:
 
 def computed(cls: type[N], /, **inputs: Any) -> N:
     """A node with those inputs, set up and computed."""
-    node = ready(cls, RecordingContext(), **inputs)
-    node.compute()
-    return node
+    return harness.computed(cls, RecordingContext(), **inputs)
 
 
 def typed(cls: type[N], types: Mapping[str, str], /, **inputs: Any) -> N:

@@ -105,8 +105,7 @@ def test_in_a_graph_the_sum_follows_what_changes(play: Player) -> None:
           - Total.value -> Sum.b
           - Sum.sum -> Write.value
         """
-    )
-    playing.tick(4)
+    ).tick(4)
     assert playing.node("Write").value_out == 1 + 2 + 3 + 4
 
 
@@ -163,8 +162,7 @@ def test_in_a_graph_division_by_zero_keeps_the_quotient_before_it(play: Player) 
           - Below.difference -> Ratio.b
           - Ratio.result -> Wait.duration
         """
-    )
-    playing.tick()
+    ).tick()
     playing.tick()
     assert playing.node("Ratio").result == -1.0
     assert playing.dropped == {"/World/graph/Ratio": 1}

@@ -201,16 +201,14 @@ def wheels(value: str, appended: str) -> str:
 
 
 def test_types_follow_from_the_elements_through_a_graph(play: Player) -> None:
-    playing = play.graph(wheels("{type: float, value: 0.5}", "1.5") + "  - Speed.time -> Both.input1\n")
-    playing.tick(2)
+    playing = play.graph(wheels("{type: float, value: 0.5}", "1.5") + "  - Speed.time -> Both.input1\n").tick(2)
     made = playing.node("More").array_out
     assert (made.dtype, made.tolist()) == (np.float64, [0.5, 2 / 60, 1.5])
     assert playing.node("Each").element == 1.5
 
 
 def test_a_literal_becomes_an_element_of_the_array(play: Player) -> None:
-    playing = play.graph(wheels("{type: float, value: 0.5}", "1.5"))
-    playing.tick()
+    playing = play.graph(wheels("{type: float, value: 0.5}", "1.5")).tick()
     made = playing.node("More").array_out
     assert (made.dtype, made.tolist()) == (np.float32, [0.5, 0.5, 1.5])
 
@@ -228,8 +226,7 @@ def test_an_index_beyond_the_end_of_a_constant_is_told_before_the_run(play: Play
 def test_an_index_beyond_the_end_from_a_wire_keeps_the_element_before_it(play: Player) -> None:
     playing = play.graph(
         INDEXED.replace(", index: 2", "") + "  - Count.count -> Third.index\n  - Tick.tick -> Count.execIn\n"
-    )
-    playing.tick()
+    ).tick()
     assert playing.node("Third").value == 2.0
     playing.tick()
     assert playing.node("Third").value == 2.0

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from graphengine.compiler.registry import default_registry
-from graphengine.nodes.data.constants import ConstantDouble3, ConstantE, ConstantPi
+from graphengine.nodes.data.constants import ConstantE, ConstantPi
 from tests.nodes.data.harness import computed, shown
 from tests.nodes.harness import Player, facts
 
@@ -17,6 +17,7 @@ TYPES = {
     for name, table in facts("kit_ports.json")["types"].items()
     if name.startswith("omni.graph.nodes.Constant") and "value" in table["inputs"]
 }
+DOUBLE3 = default_registry().types["omni.graph.nodes.ConstantDouble3"]
 
 
 def value_of(port_type: str) -> tuple[str, Any]:
@@ -54,14 +55,14 @@ def test_it_is_a_data_node_of_one_port(name: str) -> None:
 
 
 def test_alone_it_holds_its_value() -> None:
-    node: Any = ConstantDouble3(value=(1.0, 2.0, 3.0))
+    node: Any = DOUBLE3(value=(1.0, 2.0, 3.0))
     node.compute()
     assert node.value == (1.0, 2.0, 3.0)
 
 
 def test_a_value_of_another_type_is_refused() -> None:
     with pytest.raises(ValueError, match=r"ConstantDouble3\.value: expected 3 values, got 2"):
-        ConstantDouble3(value=(1.0, 2.0))
+        DOUBLE3(value=(1.0, 2.0))
 
 
 def test_pi_is_multiplied_and_e_is_raised(play: Player) -> None:

@@ -106,11 +106,7 @@ def test_in_a_graph_a_value_follows_another_from_tick_to_tick(play: Player) -> N
           - Step.result -> Write.value
         """
     )
-    seen = []
-    for _ in range(3):
-        playing.tick()
-        seen.append(playing.node("Write").value_out)
-    assert seen == pytest.approx([4.0, 6.0, 7.0])
+    assert playing.each_tick(3, lambda: playing.node("Write").value_out) == pytest.approx([4.0, 6.0, 7.0])
 
 
 def test_in_a_graph_the_ends_of_an_easing_may_be_of_several_types(play: Player) -> None:

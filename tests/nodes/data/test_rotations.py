@@ -45,6 +45,11 @@ def transform(
     return tuple(whole.ravel().tolist())
 
 
+def near(expected: tuple[float, ...]) -> Any:
+    """Equal but for rounding."""
+    return pytest.approx(expected, abs=1e-14)
+
+
 @given(POSITIONS, SCALES, ANGLES, st.sampled_from(ORDERS))
 def test_what_is_put_into_a_transform_is_read_from_it(position: Any, scale: Any, angles: Any, order: str) -> None:
     made = computed(
@@ -103,31 +108,23 @@ def test_a_translation_is_set_and_nothing_else() -> None:
 def test_a_scale_is_set_and_nothing_else() -> None:
     before = transform(matrix(QUARTER), (1.0, 2.0, 3.0), (5.0, 6.0, 7.0))
     after = transform(matrix(QUARTER), (1.0, 2.0, 3.0), (2.0, 3.0, 4.0))
-    assert computed(SetMatrix4Scale, matrix_in=before, scale=(2.0, 3.0, 4.0)).matrix_out == pytest.approx(
-        after, abs=1e-14
-    )
+    assert computed(SetMatrix4Scale, matrix_in=before, scale=(2.0, 3.0, 4.0)).matrix_out == near(after)
     two = computed(SetMatrix4Scale, matrix_in=before, scale=np.array([(2.0, 3.0, 4.0)])).matrix_out
-    assert two.tolist() == [pytest.approx(after, abs=1e-14)]
+    assert two.tolist() == [near(after)]
 
 
 def test_a_rotation_is_set_without_scale_and_the_translation_stays() -> None:
     before, after = transform(None, (1.0, 2.0, 3.0), (5.0, 6.0, 7.0)), transform(matrix(QUARTER), (1.0, 2.0, 3.0))
-    assert computed(SetMatrix4Quaternion, matrix_in=before, quaternion=QUARTER).matrix_out == pytest.approx(
-        after, abs=1e-14
-    )
+    assert computed(SetMatrix4Quaternion, matrix_in=before, quaternion=QUARTER).matrix_out == near(after)
     three = tuple(matrix(QUARTER).T.ravel().tolist())
     for rotation in (QUARTER, (0.0, 0.0, 90.0), three):
-        assert computed(SetMatrix4Rotation, matrix_in=before, rotation_angle=rotation).matrix_out == pytest.approx(
-            after, abs=1e-14
-        )
+        assert computed(SetMatrix4Rotation, matrix_in=before, rotation_angle=rotation).matrix_out == near(after)
     how: list[dict[str, Any]] = [
         {"fixed_rotation_axis": "Z"},
         {"fixed_rotation_axis": "Custom", "rotation_axis": (0.0, 0.0, 3.0)},
     ]
     for axis in how:
-        assert computed(SetMatrix4Rotation, matrix_in=before, rotation_angle=90.0, **axis).matrix_out == pytest.approx(
-            after, abs=1e-14
-        )
+        assert computed(SetMatrix4Rotation, matrix_in=before, rotation_angle=90.0, **axis).matrix_out == near(after)
 
 
 def test_each_angle_of_an_array_makes_a_matrix() -> None:

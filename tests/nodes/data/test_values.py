@@ -197,13 +197,9 @@ def test_a_converter_lets_a_wire_pass_what_it_may_not_by_itself(play: Player) ->
           Tick: OnPlaybackTick
           Text: {type: ToToken}
           Publish: {type: ROS2Publisher, inputs: {messagePackage: std_msgs, messageName: String, topicName: said}}
-        connections:
-          - Tick.tick -> Publish.execIn
-          - Tick.time -> Text.value
-          - Text.converted -> Publish.data
+        connections: [Tick.tick -> Publish.execIn, Tick.time -> Text.value, Text.converted -> Publish.data]
         """
-    playing = play.graph(text)
-    playing.tick(2)
+    playing = play.graph(text).tick(2)
     assert [message.data for message in playing.published("/said")] == ["0.0166667", "0.0333333"]
     with pytest.raises(CheckError, match=r"is a double, Publish\.data takes a token"):
         play.graph(text.replace("Text.converted", "Tick.time"))
@@ -212,8 +208,7 @@ def test_a_converter_lets_a_wire_pass_what_it_may_not_by_itself(play: Player) ->
 # ReadTime
 
 
-def test_time_is_read_in_every_form() -> None:
-    context = RecordingContext()
+def test_time_is_read_in_every_form(context: RecordingContext) -> None:
     node = ready(ReadTime, context)
     context.tick(3)
     node.compute()
@@ -241,9 +236,8 @@ every_random = pytest.mark.parametrize(("cls", "inputs"), RANDOM)
 
 @every_random
 def test_the_same_session_gives_the_same_again_and_so_does_a_play_after_a_stop(
-    cls: type[RandomNode], inputs: dict[str, Any]
+    cls: type[RandomNode], inputs: dict[str, Any], context: RecordingContext
 ) -> None:
-    context = RecordingContext()
     node = ready(cls, context, **inputs)
     first = drawn(node, 30)
     assert len({str(value) for value in first}) > 1
@@ -322,15 +316,12 @@ def test_a_normal_distribution_has_its_mean_and_deviation() -> None:
 
 def test_the_seed_of_the_session_decides_what_is_drawn(play: Player) -> None:
     text = """
-        nodes:
-          Tick: OnPlaybackTick
-          Draw: {type: RandomNumeric, inputs: {min: 0.0, max: 1.0}}
+        nodes: {Tick: OnPlaybackTick, Draw: {type: RandomNumeric, inputs: {min: 0.0, max: 1.0}}}
         connections: [Tick.tick -> Draw.execIn]
         """
     values = []
     for seed in (1, 1, 2):
-        playing = play.graph(text, options=Options(seed=seed))
-        playing.tick(2)
+        playing = play.graph(text, options=Options(seed=seed)).tick(2)
         values.append(playing.node("Draw").random)
     assert values[0] == values[1] != values[2]
 
@@ -358,11 +349,7 @@ def test_a_graph_knows_the_prim_that_it_is_put_at(play: Player) -> None:
           Where: GraphTarget
           Publish: {type: ROS2Publisher, inputs: {messagePackage: std_msgs, messageName: String, topicName: said}}
           Text: ToToken
-        connections:
-          - Tick.tick -> Publish.execIn
-          - Where.primPath -> Text.value
-          - Text.converted -> Publish.data
+        connections: [Tick.tick -> Publish.execIn, Where.primPath -> Text.value, Text.converted -> Publish.data]
         """
-    )
-    playing.tick()
+    ).tick()
     assert playing.published("/said")[0].data == "/World/there"

@@ -40,13 +40,9 @@ def from_variable(play: Player, port_type: str, value: str, node: str, port: str
           Given: {{type: ReadVariable, inputs: {{variableName: given}}}}
           Node: {node}
           Show: {{type: WriteVariable, inputs: {{variableName: shown}}}}
-        connections:
-          - Tick.tick -> Show.execIn
-          - Given.value -> Node.{port}
-          - Node.{wanted.split()[1]} -> Show.value
+        connections: [Tick.tick -> Show.execIn, Given.value -> Node.{port}, Node.{wanted.split()[1]} -> Show.value]
         """
-    )
-    playing.tick()
+    ).tick()
     return playing.node("Show").value_out
 
 

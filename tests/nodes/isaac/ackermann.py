@@ -11,18 +11,9 @@ import pytest
 from graphengine.nodes.wheeled_robots.ackermann import AckermannController
 from tests.nodes import scenes
 from tests.nodes.harness import Player
-from tests.nodes.isaac.book import Case, runs
+from tests.nodes.isaac.book import Case, made, runs
 
 ACKERMANN = "isaacsim.robot.wheeled_robots.AckermannController"
-
-
-def controller(case: Case) -> AckermannController:
-    ports = {port.name: port.field for port in AckermannController.fields.values()}
-    given = {name: value for name, value in case["inputs"].items() if name in ports}
-    whole: dict[str, Any] = {
-        ports[name]: value if isinstance(value, bool) else float(value) for name, value in given.items()
-    }
-    return AckermannController(**whole)
 
 
 def outputs(node: AckermannController) -> dict[str, list[float]]:
@@ -32,14 +23,14 @@ def outputs(node: AckermannController) -> dict[str, list[float]]:
 
 @runs(ACKERMANN, "instant case1", "instant case2 tiny steer (<0.0157 rad -> straight)")
 def without_ramps_the_wheels_follow_at_once(case: Case, play: Player) -> None:
-    found = outputs(controller(case))
+    found = outputs(made(AckermannController, case))
     for name, expected in case["expect"].items():
         assert found[name] == pytest.approx(expected, abs=case["tolerance"], rel=0.0)
 
 
 @runs(ACKERMANN, "ramp case 2", "ramp case 3")
 def ramps_reach_the_target_in_their_time(case: Case, play: Player) -> None:
-    node = controller(case)
+    node = made(AckermannController, case)
     trace = [outputs(node) for _ in range(case["inputs"]["iterations"] + 1)]
     for name, phases in case["expect"].items():
         before, after = sorted(phases)
@@ -51,8 +42,7 @@ def ramps_reach_the_target_in_their_time(case: Case, play: Player) -> None:
 
 @runs(ACKERMANN, "forklift closed loop")
 def a_forklift_drives_the_circle_that_it_steers(case: Case, play: Player) -> None:
-    playing = play.scene(scenes.forklift(case["inputs"]))
-    playing.tick(180)
+    playing = play.scene(scenes.forklift(case["inputs"])).tick(180)
     node: Any = playing.node("Compute")
     found = (node.linear_velocity[0], node.angular_velocity[2], node.linear_acceleration[0])
     assert all(tolerance >= 0.01 for tolerance in case["tolerance"].values())

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
 
+from graphengine.node import Node
 from tests.nodes.harness import HERE, Player, facts
 
 Case = dict[str, Any]
+N = TypeVar("N", bound=Node)
 Runs = Callable[[Case, Player], None]
 Differs = Callable[[Case, Player], Any]
 
@@ -48,6 +50,12 @@ def differs(node: str, case: str) -> Callable[[Differs], Differs]:
         return function
 
     return register
+
+
+def made(cls: type[N], case: Case, /, **others: Any) -> N:
+    """A node with the inputs that a case names, and others by their Python names."""
+    inputs = [port for port in cls.fields.values() if port.side == "inputs" and port.name in case["inputs"]]
+    return cls(**{port.field: case["inputs"][port.name] for port in inputs} | others)
 
 
 def at(numbers: Any) -> tuple[float, float, float]:

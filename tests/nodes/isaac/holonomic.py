@@ -11,28 +11,16 @@ import pytest
 from graphengine.nodes.wheeled_robots.holonomic import HolonomicController
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, matrix
-from tests.nodes.isaac.book import Case, differs, runs
+from tests.nodes.isaac.book import Case, differs, made, runs
 
 HOLONOMIC = "isaacsim.robot.wheeled_robots.HolonomicController"
 CLASS = "HolonomicController (python class)"
-ARRAYS = {
-    "wheelRadius": "wheel_radius",
-    "wheelPositions": "wheel_positions",
-    "wheelOrientations": "wheel_orientations",
-    "mecanumAngles": "mecanum_angles",
-}
-
-
-def controller(case: Case) -> HolonomicController:
-    given = case["inputs"]
-    arrays = {field: given[name] for name, field in ARRAYS.items()}
-    return HolonomicController(**arrays, input_velocity=given["inputVelocity"])
 
 
 @runs(HOLONOMIC, "kaya 3-wheel")
 @runs(CLASS, "class kaya")
 def three_wheels(case: Case, play: Player) -> None:
-    node = controller(case)
+    node = made(HolonomicController, case)
     node.compute()
     (expected,) = case["expect"].values()
     assert node.joint_velocity_command.tolist() == pytest.approx(expected, abs=case["tolerance"], rel=0.0)
@@ -40,7 +28,7 @@ def three_wheels(case: Case, play: Player) -> None:
 
 @runs(CLASS, "pure forward gives positive net x")
 def contributions_forward_are_positive(case: Case, play: Player) -> None:
-    node = controller(case)
+    node = made(HolonomicController, case)
     node.compute()
     angles, forward = case["inputs"]["mecanumAngles"], 0.0
     for speed, angle, (w, x, y, z) in zip(
@@ -64,7 +52,7 @@ def without_an_array_it_refuses(case: Case, play: Player) -> None:
 
 @differs(HOLONOMIC, "stop zeroes output")
 def output_after_a_stop(case: Case, play: Player) -> Any:
-    node = controller(case)
+    node = made(HolonomicController, case)
     node.compute()
     RecordingContext().stop(node)
     return node.joint_velocity_command.tolist()

@@ -11,7 +11,7 @@ from graphengine.nodes.ros2.state import ROS2PublishJointState
 from graphengine.testing import RecordingContext
 from tests.nodes import scenes
 from tests.nodes.harness import Player, ready
-from tests.nodes.isaac.book import CASES, Case, runs
+from tests.nodes.isaac.book import CASES, Case, made, runs
 
 JOINT_STATE = "isaacsim.ros2.bridge.ROS2PublishJointState"
 CONTROLLER = "isaacsim.core.nodes.IsaacArticulationController"
@@ -38,17 +38,8 @@ def velocities_are_published_in_rad_s_and_m_s(case: Case, play: Player) -> None:
 
 @runs(JOINT_STATE, "unit scaling prismatic/effort")
 def a_sliding_joint_is_scaled(case: Case, play: Player) -> None:
-    given = case["inputs"]
-    message = ready(
-        ROS2PublishJointState,
-        RecordingContext(),
-        joint_names=["slider"],
-        joint_positions=given["jointPositions"],
-        joint_velocities=[0.0],
-        joint_efforts=given["jointEfforts"],
-        joint_dof_types=given["jointDofTypes"],
-        stage_meters_per_unit=given["stageMetersPerUnit"],
-    ).message()
+    slider = {"joint_names": ["slider"], "joint_velocities": [0.0]}
+    message = made(ROS2PublishJointState, case, **slider).message()
     assert message.position.tolist() == pytest.approx(case["expect"]["position"], abs=case["tolerance"])
     assert message.effort.tolist() == pytest.approx(case["expect"]["effort"], abs=case["tolerance"])
 
@@ -56,8 +47,7 @@ def a_sliding_joint_is_scaled(case: Case, play: Player) -> None:
 @runs(CONTROLLER, "by name", "by index")
 def the_selected_joints_go_where_they_are_told(case: Case, play: Player) -> None:
     joints = [f"panda_joint{number}" for number in range(1, 5)]
-    playing = play.scene(scenes.arm(joints, stiffness=2000.0, damping=200.0, **case["inputs"]))
-    playing.tick(120)
+    playing = play.scene(scenes.arm(joints, stiffness=2000.0, damping=200.0, **case["inputs"])).tick(120)
     position = playing.published("/joint_states")[-1].position
     tolerance = case["tolerance"] if isinstance(case["tolerance"], float) else min(case["tolerance"].values())
     assert position[1] == pytest.approx(case["expect"]["q[1]"], abs=tolerance)
@@ -69,14 +59,8 @@ def the_selected_joints_go_where_they_are_told(case: Case, play: Player) -> None
 def a_wrong_width_applies_nothing(case: Case, play: Player) -> None:
     context = RecordingContext()
     robot = context.world.add_robot("/Robot", ["a", "b", "c"])
-    node = ready(
-        IsaacArticulationController,
-        context,
-        target_prim="/Robot",
-        joint_indices=case["inputs"]["jointIndices"],
-        position_command=case["inputs"]["positionCommand"],
-        effort_command=case["inputs"]["effortCommand"],
-    )
+    node = made(IsaacArticulationController, case, target_prim="/Robot")
+    node.setup(context)
     with pytest.raises(ValueError, match="must be one per joint") as caught:
         node.compute()
     assert all(word in str(caught.value) for word in case["expect"]["one error mentioning"])

@@ -13,48 +13,37 @@ from graphengine.nodes.ros2.laser_scan import ROS2PublishLaserScan
 from graphengine.nodes.ros2.lidar import ROS2RtxLidarHelper
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, ready
-from tests.nodes.isaac.book import Case, differs, runs
+from tests.nodes.isaac.book import Case, differs, made, runs
 
 SCAN = "isaacsim.ros2.bridge.ROS2PublishLaserScan"
 RAYS = 360
 
 
-def scan_of(rays: int = RAYS, horizontal_fov: float = 360.0, **inputs: Any) -> Any:
+def scan_of(case: Case, rays: int = RAYS, **inputs: Any) -> Any:
     """The message of a row of ranges, all of one metre."""
-    ranges = np.ones(rays, np.float32)
-    node = ROS2PublishLaserScan(
-        linear_depth_data=ranges, num_rows=1, num_cols=rays, horizontal_fov=horizontal_fov, **inputs
-    )
-    return node.message()
+    row = {"linear_depth_data": np.ones(rays, np.float32), "num_rows": 1, "num_cols": rays}
+    return made(ROS2PublishLaserScan, case, **row, **inputs).message()
 
 
 @runs(SCAN, "rotationRate 0 -> scan_time 0, time_increment 0")
 def without_a_rate_beams_are_of_one_instant(case: Case, play: Player) -> None:
-    given = case["inputs"]
-    scan = scan_of(
-        rotation_rate=given["rotationRate"], depth_range=given["depthRange"], azimuth_range=given["azimuthRange"]
-    )
+    scan = scan_of(case, horizontal_fov=360.0)
     assert (scan.time_increment, scan.scan_time) == (case["expect"]["time_increment"], 0.0)
     assert len(scan.ranges) == len(scan.intensities) == RAYS
 
 
 @runs(SCAN, "time_increment decreases with rotationRate")
 def the_faster_it_turns_the_less_time_is_between_two_beams(case: Case, play: Player) -> None:
-    slow, fast = (scan_of(rotation_rate=rate).time_increment for rate in case["inputs"]["rotationRate"])
+    slow, fast = (
+        scan_of(case, horizontal_fov=360.0, rotation_rate=rate).time_increment
+        for rate in case["inputs"]["rotationRate"]
+    )
     assert slow > fast > 0.0
 
 
 @runs(SCAN, "fields formula")
 def fields_of_a_full_turn(case: Case, play: Player) -> None:
-    given, expected = case["inputs"], case["expect"]
-    scan = scan_of(
-        given["n"],
-        given["horizontalFov"],
-        horizontal_resolution=given["horizontalResolution"],
-        azimuth_range=given["azimuthRange"],
-        depth_range=given["depthRange"],
-        rotation_rate=given["rotationRate"],
-    )
+    scan, expected = scan_of(case, case["inputs"]["n"]), case["expect"]
     assert {name: getattr(scan, name) for name in expected} == pytest.approx(expected, abs=case["tolerance"])
 
 

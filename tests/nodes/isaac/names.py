@@ -18,7 +18,7 @@ from graphengine.nodes.ros2.state import ROS2PublishClock
 from graphengine.nodes.ros2.transforms import ROS2PublishRawTransformTree
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, ready
-from tests.nodes.isaac.book import Case, runs
+from tests.nodes.isaac.book import Case, made, runs
 
 PROFILE = "isaacsim.ros2.bridge.ROS2QoSProfile"
 NAMESPACE = "namespace collection"
@@ -32,8 +32,7 @@ def profile(qos: Any) -> Case:
 
 @runs(PROFILE, "default", "Services", "System Default", "Custom passthrough")
 def a_profile(case: Case, play: Player) -> None:
-    fields = {port.name: port.field for port in ROS2QoSProfile.fields.values()}
-    node = ROS2QoSProfile(**{fields[name]: value for name, value in case["inputs"].items()})
+    node = made(ROS2QoSProfile, case)
     node.compute()
     assert json.loads(node.qos_profile) == profile(parse_qos(node.qos_profile)) == case["expect"]
 

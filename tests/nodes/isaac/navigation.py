@@ -13,7 +13,7 @@ from graphengine.nodes.wheeled_robots.quintic import QuinticPathPlanner
 from graphengine.nodes.wheeled_robots.stanley import StanleyControlPID
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, ready
-from tests.nodes.isaac.book import Case, runs
+from tests.nodes.isaac.book import Case, made, runs
 
 PREFIX = "isaacsim.robot.wheeled_robots"
 NOWHERE = (0.0, 0.0, 0.0, 0.0)
@@ -48,31 +48,15 @@ def angles_are_within_half_a_turn(case: Case, play: Player) -> None:
 
 @runs(f"{PREFIX}.CheckGoal2D", "default zero quaternion")
 def a_base_without_orientation_looks_along_x(case: Case, play: Player) -> None:
-    given = case["inputs"]
-    node = CheckGoal2D(
-        current_position=given["currentPosition"],
-        current_orientation=given["currentOrientation"],
-        target=given["target"],
-        target_changed=given["targetChanged"],
-        thresholds=given["thresholds"],
-    )
+    node = made(CheckGoal2D, case)
     node.compute()
     assert node.reached_goal.tolist() == case["expect"]["outputs:reachedGoal"]
 
 
 @runs(f"{PREFIX}.QuinticPathPlanner", "default zero quaternions")
 def a_path_between_places_without_orientation_is_finite(case: Case, play: Player) -> None:
-    given = case["inputs"]
-    node = ready(
-        QuinticPathPlanner,
-        RecordingContext(),
-        current_position=given["currentPosition"],
-        current_orientation=NOWHERE,
-        target_position=given["targetPosition"],
-        target_orientation=NOWHERE,
-        max_accel=given["maxAccel"],
-        max_jerk=given["maxJerk"],
-    )
+    node = made(QuinticPathPlanner, case, current_orientation=NOWHERE, target_orientation=NOWHERE)
+    node.setup(RecordingContext())
     node.compute()
     assert np.isfinite(node.target).all()
     assert len(node.path_arrays) > 0
@@ -81,18 +65,7 @@ def a_path_between_places_without_orientation_is_finite(case: Case, play: Player
 
 @runs(f"{PREFIX}.StanleyControlPID", "default zero quaternion")
 def a_base_without_orientation_is_told_finite_speeds(case: Case, play: Player) -> None:
-    given = case["inputs"]
-    node = StanleyControlPID(
-        current_position=given["currentPosition"],
-        current_orientation=NOWHERE,
-        current_speed=given["currentSpeed"],
-        path_arrays=np.array([]),
-        reached_goal=given["reachedGoal"],
-        target=given["target"],
-        thresholds=given["thresholds"],
-        wheel_base=given["wheelBase"],
-        step=given["step"],
-    )
+    node = made(StanleyControlPID, case, current_orientation=NOWHERE, path_arrays=[])
     node.compute()
     assert case["expect"] == {"outputs": "finite"}
     assert np.isfinite((node.linear_velocity, node.angular_velocity)).all()

@@ -13,7 +13,7 @@ from graphengine.nodes.ros2.state import ROS2PublishOdometry
 from graphengine.testing import RecordingContext, RecordingWorld
 from tests.nodes import scenes
 from tests.nodes.harness import Player, quaternion, ready, twist, vector, yaw
-from tests.nodes.isaac.book import Case, at, runs
+from tests.nodes.isaac.book import Case, at, made, runs
 
 ODOMETRY = "isaacsim.core.nodes.IsaacComputeOdometry"
 PUBLISH_ODOMETRY = "isaacsim.ros2.bridge.ROS2PublishOdometry"
@@ -43,8 +43,7 @@ def before_play_odometry_is_at_rest(case: Case, play: Player) -> None:
 
 @runs(ODOMETRY, "cube at rest 180 frames")
 def a_cube_at_rest_has_neither_velocity_nor_acceleration(case: Case, play: Player) -> None:
-    playing = play.scene(scenes.cube_on_the_floor(height=0.25))
-    playing.tick(180)
+    playing = play.scene(scenes.cube_on_the_floor(height=0.25)).tick(180)
     node, tolerance = playing.node("Compute"), case["tolerance"]
     for port in IsaacComputeOdometry.fields.values():
         if port.side == "outputs" and str(port.type) == "vectord[3]":
@@ -100,8 +99,7 @@ def pose_in_the_start_frame(case: Case, play: Player) -> None:
 
 @runs(PUBLISH_ODOMETRY, "cube dropped 1.0 -> rest 0.25")
 def a_cube_that_falls_and_comes_to_rest(case: Case, play: Player) -> None:
-    playing = play.scene(scenes.cube_on_the_floor(case["inputs"]["start_z"], case["inputs"]["cube_scale"]))
-    playing.tick(150)
+    playing = play.scene(scenes.cube_on_the_floor(case["inputs"]["start_z"], case["inputs"]["cube_scale"])).tick(150)
     newest = playing.published("/odom")[-1]
     assert vector(newest.pose.pose.position) == pytest.approx(
         case["expect"]["pose.position"], abs=case["tolerance"]["z"]
@@ -127,20 +125,14 @@ def velocities_of_the_world_stay_those_of_the_world(case: Case, play: Player) ->
           - Compute.{case["inputs"]["connected"]} -> Publish.linearVelocity
         """,
         world,
-    )
-    playing.tick(2)
+    ).tick(2)
     newest = playing.published("/odom")[-1]
     assert vector(newest.twist.twist.linear) == pytest.approx(case["expect"]["twist.linear"], abs=case["tolerance"])
 
 
 @runs(PUBLISH_ODOMETRY, "robotFront (0,1,0), raw=False", "raw=True ignores robotFront")
 def the_front_turns_the_twist_unless_it_is_raw(case: Case, play: Player) -> None:
-    given = case["inputs"]
-    message = ROS2PublishOdometry(
-        linear_velocity=at(given["linearVelocity"]),
-        robot_front=at(given["robotFront"]),
-        publish_raw_velocities=given["publishRawVelocities"],
-    ).message()
+    message = made(ROS2PublishOdometry, case).message()
     assert vector(message.twist.twist.linear) == pytest.approx(case["expect"]["twist.linear"], abs=case["tolerance"])
 
 
@@ -149,8 +141,7 @@ def a_drive_straight_ahead(case: Case, play: Player) -> None:
     given, places = case["inputs"], 0.5 * 10.0 ** -case["tolerance"]["places"]
     # It falls 0.25 m and lands, which is a part of the pose that the case expects; then it drives.
     geometry = {"wheelRadius": scenes.CARTER_WHEEL_RADIUS, "wheelDistance": scenes.CARTER_WHEEL_DISTANCE}
-    playing = play.scene(scenes.carter(given["start"], given["yaw_deg"], geometry))
-    playing.tick(120)
+    playing = play.scene(scenes.carter(given["start"], given["yaw_deg"], geometry)).tick(120)
     playing.transport.inject("/cmd_vel", twist(*map(float, given["cmd"])))
     playing.tick(given["seconds"] * 60)
     odom = playing.published("/odom")[-1].pose.pose

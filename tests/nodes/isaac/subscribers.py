@@ -15,7 +15,6 @@ from tests.nodes.isaac.book import Case, runs
 SUBSCRIBER = "isaacsim.ros2.bridge.ROS2SubscribeJointState"
 JOINTS = ["CenterRevoluteJoint", "PrismaticJoint", "DistalRevoluteJoint"]
 GRAPH = """
-    format: 1
     graph: graph
     nodes:
       Tick: OnPlaybackTick

@@ -90,8 +90,7 @@ def stamps_are_truncated_to_nanoseconds(case: Case, play: Player) -> None:
 
 @runs(CLOCK, "sim clock from OnTick exceeds 2 s within 150 frames")
 def the_clock_is_beyond_two_seconds_after_150_frames(case: Case, play: Player) -> None:
-    playing = play.shipped("clock", RecordingWorld((1, 60)))
-    playing.tick(150)
+    playing = play.shipped("clock", RecordingWorld((1, 60))).tick(150)
     assert playing.published("/clock")[-1].clock.sec >= case["expect"]["clock"]["gt"]
 
 

@@ -11,7 +11,7 @@ import pytest
 from graphengine.nodes.core.transforms import IsaacComputeTransformTree
 from graphengine.nodes.ros2.transforms import ROS2PublishTransformTree
 from graphengine.testing import RecordingContext, RecordingWorld
-from tests.nodes.harness import Player, ready, yaw
+from tests.nodes.harness import Player, computed, ready, yaw
 from tests.nodes.isaac.book import Case, at, differs, runs
 
 TREE = "isaacsim.core.nodes.IsaacComputeTransformTree"
@@ -19,9 +19,7 @@ PUBLISH_TREE = "isaacsim.ros2.bridge.ROS2PublishTransformTree"
 
 
 def tree_of(context: RecordingContext, *targets: str, parent: str = "") -> IsaacComputeTransformTree:
-    node = ready(IsaacComputeTransformTree, context, target_prims=targets, parent_prim=parent)
-    node.compute()
-    return node
+    return computed(IsaacComputeTransformTree, context, target_prims=targets, parent_prim=parent)
 
 
 def translation(node: IsaacComputeTransformTree) -> Any:
@@ -146,8 +144,7 @@ def a_parent_that_is_moved_or_replaced_during_play(case: Case, play: Player) -> 
         connections: [Tick.tick -> Tree.execIn]
         """,
         world,
-    )
-    playing.tick()
+    ).tick()
     assert translation(playing.node("Tree"))[0] == expect["x before"]
     playing.set("Tree", "parent_prim", ("/Other",))
     playing.tick()
@@ -209,8 +206,7 @@ def a_robot_gives_all_of_its_links(case: Case, play: Player) -> None:
           - Tree.orientations -> Publish.orientations
         """,
         world,
-    )
-    playing.tick()
+    ).tick()
     (message,) = playing.published("/tf")
     assert len(message.transforms) == case["expect"]["number of transforms"]
     assert case["expect"]["some frame_id"] in [t.header.frame_id for t in message.transforms]

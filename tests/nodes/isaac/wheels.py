@@ -10,16 +10,10 @@ import pytest
 from graphengine.nodes.wheeled_robots.differential import DifferentialController
 from graphengine.testing import RecordingWorld
 from tests.nodes.harness import Player
-from tests.nodes.isaac.book import Case, differs, runs
+from tests.nodes.isaac.book import Case, differs, made, runs
 
 WHEELS = "isaacsim.robot.wheeled_robots.DifferentialController"
 CLASS = "DifferentialController (python class)"
-
-
-def controller(case: Case) -> DifferentialController:
-    given = case["inputs"]
-    ports = {port.name: port.field for port in DifferentialController.fields.values()}
-    return DifferentialController(**{ports[name]: value for name, value in given.items() if name in ports})
 
 
 @runs(
@@ -30,7 +24,7 @@ def controller(case: Case) -> DifferentialController:
     "tutorial cmd_vel 1.0/1.0",
 )
 def wheel_speeds_are_those_of_the_case(case: Case, play: Player) -> None:
-    node = controller(case)
+    node = made(DifferentialController, case)
     node.compute()
     expected = case["expect"]["outputs:velocityCommand"]
     assert node.velocity_command.tolist() == pytest.approx(expected, abs=case["tolerance"], rel=0.0)
@@ -38,7 +32,7 @@ def wheel_speeds_are_those_of_the_case(case: Case, play: Player) -> None:
 
 @runs(WHEELS, "accel limits ramp")
 def after_four_updates_the_ramp_is_not_through(case: Case, play: Player) -> None:
-    node = controller(case)
+    node = made(DifferentialController, case)
     for _ in range(4):
         node.compute()
     left, right = node.velocity_command.tolist()
@@ -62,7 +56,7 @@ def the_nodes_wheel_speeds_are_those_of_the_class(case: Case, play: Player) -> N
 
 @differs(WHEELS, "dt<=0 with any accel limit -> compute fails")
 def a_ramp_without_dt(case: Case, play: Player) -> Any:
-    node = controller(case)
+    node = made(DifferentialController, case)
     before = node.velocity_command
     with pytest.raises(ValueError, match=r"dt, .* must be above 0") as caught:
         node.compute()
@@ -85,14 +79,10 @@ def wheel_targets_of_the_second_play(case: Case, play: Player) -> Any:
           Tick: OnPlaybackTick
           Diff: {{type: DifferentialController, inputs: {json.dumps(inputs)}}}
           Art: {{type: ArticulationController, inputs: {{targetPrim: /jetbot}}}}
-        connections:
-          - Tick.tick -> Diff.execIn
-          - Tick.tick -> Art.execIn
-          - Diff.velocityCommand -> Art.velocityCommand
+        connections: [Tick.tick -> Diff.execIn, Tick.tick -> Art.execIn, Diff.velocityCommand -> Art.velocityCommand]
         """,
         world,
-    )
-    playing.tick(10)
+    ).tick(10)
     playing.session.stop()
     playing.tick(120)
     return robot.targets["velocity"]

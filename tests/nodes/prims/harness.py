@@ -17,7 +17,6 @@ def box() -> RecordingContext:
 
 
 GRAPH = """
-format: 1
 graph: prims
 nodes:
   Tick: OnPlaybackTick

@@ -10,6 +10,7 @@ import pytest
 
 from graphengine.format.errors import BadValueError, CheckError, ContextError, NodeError
 from graphengine.node.prims.stage_prims import Prims
+from graphengine.node.types import coerce
 from graphengine.node.usd_types import PORT_TYPES, type_of_attribute
 from graphengine.nodes.prims import (
     GetPrimDirectionVector,
@@ -18,17 +19,15 @@ from graphengine.nodes.prims import (
     ReadPrimLocalTransform,
     WritePrimAttribute,
 )
-from tests.nodes.harness import Player, matrix, ready, yaw
+from tests.nodes.harness import Player, computed, matrix, ready, yaw
 from tests.nodes.prims.harness import BOX, READING, READING_WIRES, arm, box
 
 
 @pytest.mark.parametrize("where", [{"prim": BOX}, {"prim_path": BOX, "use_path": True}])
 def test_an_attribute_is_read_as_ports_carry_it(where: dict[str, Any]) -> None:
-    node = ready(ReadPrimAttribute, box(), name="xformOp:translate", **where)
-    node.compute()
+    node = computed(ReadPrimAttribute, box(), name="xformOp:translate", **where)
     assert node.value == (1.0, 2.0, 3.0)
-    node = ready(ReadPrimAttribute, box(), name="xformOp:orient", **where)
-    node.compute()
+    node = computed(ReadPrimAttribute, box(), name="xformOp:orient", **where)
     assert node.value == pytest.approx(yaw(0.5))
 
 
@@ -43,8 +42,7 @@ def test_an_attribute_is_read_as_ports_carry_it(where: dict[str, Any]) -> None:
 def test_what_is_written_is_read(name: str, value: Any, read: Any) -> None:
     context = box()
     ready(WritePrimAttribute, context, prim=BOX, name=name, value=value).compute()
-    node = ready(ReadPrimAttribute, context, prim=BOX, name=name)
-    node.compute()
+    node = computed(ReadPrimAttribute, context, prim=BOX, name=name)
     assert node.value == pytest.approx(read)
 
 
@@ -83,21 +81,18 @@ def test_a_prim_on_the_other_input_is_pointed_at() -> None:
 def test_a_pose_is_a_matrix_for_row_vectors() -> None:
     context = box()
     context.world.add_body("/World/box/lid", (1.0, 0.0, 0.0), yaw(0.25))
-    whole = ready(GetPrimLocalToWorldTransform, context, prim_path=BOX)
-    whole.compute()
+    whole = computed(GetPrimLocalToWorldTransform, context, prim_path=BOX)
     made = np.array(whole.local_to_world_transform).reshape(4, 4)
     assert made[:3, :3] == pytest.approx(matrix(yaw(0.5)).T)
     assert made[3].tolist() == [1.0, 2.0, 3.0, 1.0]
-    local = ready(ReadPrimLocalTransform, context, prim="/World/box/lid")
-    local.compute()
+    local = computed(ReadPrimLocalTransform, context, prim="/World/box/lid")
     world = context.world.body(context.world.stage.find("/World/box/lid")).pose()
     row = np.array([*world[0], 1.0])
     assert np.array([0.0, 0.0, 0.0, 1.0]) @ np.array(local.value).reshape(4, 4) @ made == pytest.approx(row)
 
 
 def test_the_axes_of_a_prim_point_where_it_is_turned_to() -> None:
-    node = ready(GetPrimDirectionVector, box(), prim_path=BOX)
-    node.compute()
+    node = computed(GetPrimDirectionVector, box(), prim_path=BOX)
     right, up, backward = matrix(yaw(0.5)).T
     assert [node.right_vector, node.left_vector] == [pytest.approx(right), pytest.approx(-right)]
     assert [node.up_vector, node.down_vector] == [pytest.approx(up), pytest.approx(-up)]
@@ -111,8 +106,7 @@ def test_in_a_graph_the_axes_of_a_prim_are_those_of_now(play: Player) -> None:
   Look: {type: PublishOdometry}
 """
     wires = "  - Tick.tick -> Turn.execIn\n  - Turn.execOut -> Look.execIn\n  - Axes.rightVector -> Look.position"
-    playing = arm(play, nodes, wires)
-    playing.tick()
+    playing = arm(play, nodes, wires).tick()
     assert playing.node("Look").position == pytest.approx((-1.0, 0.0, 0.0))
 
 
@@ -137,8 +131,7 @@ WIRES = """
 
 
 def test_a_drive_is_told_where_to_go_in_degrees_and_goes_there(play: Player) -> None:
-    playing = arm(play, DRIVE, WIRES)
-    playing.tick()
+    playing = arm(play, DRIVE, WIRES).tick()
     angle, target = playing.node("Both").array.tolist()
     assert target == 45.0
     assert abs(angle) < 1.0
@@ -166,8 +159,7 @@ def test_a_value_of_another_kind_is_told_before_the_run(play: Player, value: str
 
 
 def test_a_list_needs_no_type_to_be_written(play: Player) -> None:
-    playing = arm(play, READING.replace("{type: 'double[3]', value: [7, 8, 9]}", "[7, 8, 9]"), READING_WIRES)
-    playing.tick()
+    playing = arm(play, READING.replace("{type: 'double[3]', value: [7, 8, 9]}", "[7, 8, 9]"), READING_WIRES).tick()
     assert playing.node("Read").value == pytest.approx((7.0, 8.0, 9.0))
 
 
@@ -181,7 +173,9 @@ def test_the_types_by_name_are_those_that_prims_have(play: Player) -> None:
     prims, seen = Prims(playing.session.services.world), set()
     for path, _ in prims.below("/"):
         for name, kind in prims.attributes(path).items():
-            assert type_of_attribute(name) == PORT_TYPES[kind]
+            found, value = prims.read(path, name)
+            assert type_of_attribute(name) == PORT_TYPES[kind] == PORT_TYPES[found]
+            coerce(value, PORT_TYPES[kind])
             seen.add(name)
     assert len(seen) > 6
     with pytest.raises(ContextError, match="no prim has an attribute 'drive:angular:physics:stiffness'"):

@@ -43,7 +43,6 @@ graphs:
   friction: {use: friction.yaml, at: /World/friction}
 """,
     "friction.yaml": """
-format: 1
 graph: friction
 nodes:
   Tick: OnPlaybackTick
@@ -120,8 +119,7 @@ def test_a_stop_and_a_robot_more_leave_friction_as_it_should_be(play: Player) ->
 
 @pytest.mark.parametrize("value", [-0.1, math.nan, math.inf, "slippery"])
 @pytest.mark.parametrize("name", ["physics:staticFriction", "physics:dynamicFriction"])
-def test_a_friction_of_no_sense_is_refused(name: str, value: Any) -> None:
-    context = RecordingContext()
+def test_a_friction_of_no_sense_is_refused(name: str, value: Any, context: RecordingContext) -> None:
     material = context.world.stage.add(RUBBER, "material", facts=dict(MATERIAL))
     node = ready(WritePrimAttribute, context, prim=RUBBER, name=name)
     node.value = value
@@ -139,8 +137,7 @@ def test_the_friction_of_a_link_that_is_the_world_cannot_be_changed(play: Player
         play.scene(SLIDING | files)
 
 
-def test_each_of_the_two_frictions_is_written_alone() -> None:
-    context = RecordingContext()
+def test_each_of_the_two_frictions_is_written_alone(context: RecordingContext) -> None:
     material = context.world.stage.add(RUBBER, "material", facts=dict(MATERIAL))
     ready(WritePrimAttribute, context, prim=RUBBER, name="physics:staticFriction", value=1).compute()
     assert context.world.friction(material) == (1.0, 0.6)

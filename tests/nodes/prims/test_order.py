@@ -10,8 +10,7 @@ from tests.nodes.prims.harness import READING, READING_WIRES, arm
 
 
 def test_a_write_is_seen_by_what_reads_after_it_in_the_same_pass(play: Player) -> None:
-    playing = arm(play, READING, READING_WIRES)
-    playing.tick()
+    playing = arm(play, READING, READING_WIRES).tick()
     before, after, last = (playing.node(name).position for name in ("Before", "After", "Last"))
     assert before == pytest.approx((0.0, 3.0, 1.0))
     assert after == last == (7.0, 8.0, 9.0)
@@ -20,8 +19,7 @@ def test_a_write_is_seen_by_what_reads_after_it_in_the_same_pass(play: Player) -
 def test_a_world_pose_that_was_written_is_read_in_the_same_pass(play: Player) -> None:
     wires = READING_WIRES.replace("Point.translation -> Last", "Look.translation -> Last")
     wires = wires.replace("Read.value -> Before", "Look.translation -> Before")
-    playing = arm(play, f"{READING}  Look: {{type: IsaacReadWorldPose, inputs: {{prim: /World/box}}}}\n", wires)
-    playing.tick()
+    playing = arm(play, f"{READING}  Look: {{type: IsaacReadWorldPose, inputs: {{prim: /World/box}}}}\n", wires).tick()
     assert playing.node("Before").position == pytest.approx((0.0, 3.0, 1.0))
     assert playing.node("Last").position == (7.0, 8.0, 9.0)
 
@@ -71,6 +69,5 @@ def test_a_drive_that_a_controller_tells_is_read_in_the_same_pass(play: Player) 
   - Text.converted -> Before.message
   - Text.converted -> After.message
 """
-    playing = arm(play, nodes, wires)
-    playing.tick()
+    playing = arm(play, nodes, wires).tick()
     assert (playing.node("Before").message, playing.node("After").message) == ("0", "57.2958")

@@ -57,8 +57,7 @@ def test_gravity_that_is_written_is_what_bodies_fall_by_and_a_stop_takes_it_back
 
 
 @pytest.mark.parametrize("value", [-1.0, 1e9, math.nan, "up"])
-def test_gravity_of_no_sense_is_refused(value: Any) -> None:
-    context = RecordingContext()
+def test_gravity_of_no_sense_is_refused(value: Any, context: RecordingContext) -> None:
     context.world.stage.add("/physicsScene", "scope")
     node = ready(WritePrimAttribute, context, prim="/physicsScene", name="physics:gravityMagnitude")
     node.value = value
@@ -70,8 +69,7 @@ def test_gravity_of_no_sense_is_refused(value: Any) -> None:
     assert context.world.gravity == (0.0, 0.0, -9.81)
 
 
-def test_a_direction_is_of_length_one_and_keeps_the_magnitude() -> None:
-    context = RecordingContext()
+def test_a_direction_is_of_length_one_and_keeps_the_magnitude(context: RecordingContext) -> None:
     context.world.stage.add("/physicsScene", "scope")
     ready(WritePrimAttribute, context, prim="/physicsScene", name="physics:gravityDirection", value=(3, 0, 4)).compute()
     assert context.world.gravity == pytest.approx((9.81 * 0.6, 0.0, 9.81 * 0.8))
@@ -126,8 +124,7 @@ def test_a_light_is_read_and_written_until_a_stop(play: Player) -> None:
         *(("inputs:color", value) for value in ((0.0, -0.1, 0.0), (0.0, 0.0, math.nan), (1e30, 0.0, 0.0), (1.0, 1.0))),
     ],
 )
-def test_a_light_of_no_sense_is_refused(name: str, value: Any) -> None:
-    context = RecordingContext()
+def test_a_light_of_no_sense_is_refused(name: str, value: Any, context: RecordingContext) -> None:
     light = context.world.stage.add("/World/sun", "light", facts={"diffuse": (0.5, 0.5, 0.5)})
     node = ready(WritePrimAttribute, context, prim="/World/sun", name=name)
     node.value = value
