@@ -122,10 +122,10 @@ def _arrange_level(group: str, view: GraphView, nodes: dict[str, NodeBox], level
     places = {node.id: node.place for node in view.nodes} | {name: at for name, (_, at) in view.groups.items()}
     sizes = {name: nodes[name] if name in nodes else levels[name] for name in names}
     boxes = [LayoutBox(sizes[name].width, sizes[name].height, place=places[name]) for name in names]
-    numbers: dict[str | Pin, int] = {name: number for number, name in enumerate(names)}
+    numbers = {name: number for number, name in enumerate(names)}
     links: dict[LayoutLink, int] = {}
     carried: dict[int, int] = {}
-    pins: list[Pin] = []
+    pins: dict[Pin, int] = {}
 
     def end(wire: WireView, *, begins: bool) -> tuple[int, float]:
         """Box and height at which the part of a wire in this level begins or ends."""
@@ -133,11 +133,10 @@ def _arrange_level(group: str, view: GraphView, nodes: dict[str, NodeBox], level
         if not _holds(group, node):
             inner = (wire.target, wire.target_port) if begins else (wire.source, wire.source_port)
             pin = (group, begins, inner)
-            if pin not in numbers:
-                numbers[pin] = len(boxes)
+            if pin not in pins:
+                pins[pin] = len(boxes)
                 boxes.append(LayoutBox(0.0, 2 * _PIN, "first" if begins else "last"))
-                pins.append(pin)
-            return numbers[pin], _PIN
+            return pins[pin], _PIN
         if node in numbers:
             return numbers[node], nodes[node].heights[port]
         child = _child(group, node)
@@ -150,7 +149,7 @@ def _arrange_level(group: str, view: GraphView, nodes: dict[str, NodeBox], level
         link = LayoutLink(source, source_y, target, target_y)
         carried[number] = links.setdefault(link, len(links))
     made = _way(view, boxes, links)(boxes, list(links))
-    return _framed(group, names, boxes, made, carried, {pin: numbers[pin] for pin in pins}, links)
+    return _framed(group, names, boxes, made, carried, pins, links)
 
 
 def _way(
