@@ -77,6 +77,12 @@ def test_a_wire_is_made_by(call: str, tmp_path: Path) -> None:
     assert ([str(wire) for wire in graph.wires], told) == (["a.outputs:o -> b.inputs:i"], [])
 
 
+def test_two_handles_to_one_attribute_are_equal(tmp_path: Path) -> None:
+    text = "one, same, other = (a.get_attribute(f'inputs:{name}') for name in 'xxy')\n"
+    graph, _ = built(tmp_path, f"{text}one.set([one == same, hash(one) == hash(same), one == other, one == a])")
+    assert graph.nodes["a"].values["inputs:x"].data == [True, True, False, False]
+
+
 @pytest.mark.parametrize(
     ("call", "told"),
     [
