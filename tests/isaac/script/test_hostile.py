@@ -49,10 +49,7 @@ def told(folder: Path, text: str | bytes, seconds: float = SECONDS) -> list[str]
         ("open('/etc/passwd')", "3:1: error G401: the script may not do this: '/etc/passwd' lies outside"),
         ("import os\nos.listdir('/')", "'/' lies outside the folder of the file you gave"),
         ("import os\nos.open('owned', os.O_CREAT | os.O_RDWR)", "'owned' cannot be written from here"),
-        (
-            "open('owned', 'w').write('x')",
-            "3:1: note N302: the file 'owned', which the script writes, belongs to no graph",
-        ),
+        ("open('owned', 'w').write('x')", "note N302: the file 'owned', which the script writes, belongs to no graph"),
         ("from pathlib import Path\nPath(__file__).unlink()", "os.remove is not allowed here"),
         ("import os\nos.fork()", "os.fork is not allowed here"),
         ("import os\nos.kill(os.getppid(), 9)", "os.kill is not allowed here"),
@@ -327,10 +324,7 @@ GRAPHS = [RecordedGraph("/" + "g/" * 100_000), *(RecordedGraph("/g", nodes={"n":
         (at("n" * 300), "sends a malformed answer"),
         (at("/etc/passwd"), "sends a malformed answer"),
         (ScriptAnswer(findings=MANY), "4000 more findings are left out"),
-        (
-            ScriptAnswer(findings=[Finding("N302", "\n" * 10**7, None, ("",) * 10**5)]),
-            "\N{REPLACEMENT CHARACTER}\u2026",
-        ),
+        (ScriptAnswer(findings=[Finding("N302", "\n" * 10**7, None, ("",) * 10**5)]), "\ufffd\u2026"),
         (encoded(at("script.py")).replace("N302", "X999").encode(), "sends a malformed answer"),
         (ScriptAnswer(findings=MANY * 5), "sends a malformed answer"),
         (ScriptAnswer(GRAPHS), "4001 graphs left out; legal: at most 1000"),
@@ -369,7 +363,7 @@ GRAPHS = [RecordedGraph("/" + "g/" * 100_000), *(RecordedGraph("/g", nodes={"n":
         "variable",
         "namespace",
         "texts",
-    ],
+    ],  # fmt: skip
 )
 def test_a_forged_answer_is_refused_or_bounded(
     answer: Any, complaint: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
