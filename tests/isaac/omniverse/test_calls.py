@@ -13,6 +13,7 @@ from graphengine.isaac.graph_file import compose
 from graphengine.isaac.omniverse.og_types import AttributeRole, BaseDataType, Type
 from graphengine.isaac.recorded_graph import RecordedGraph
 from graphengine.isaac.script.script_reader import read_script
+from tests.isaac.harness import read_text
 
 START = (
     "import math, numpy as np, omni.graph.core as og, usdrt.Sdf\n"
@@ -22,10 +23,7 @@ START = (
 
 
 def built(folder: Path, text: str) -> tuple[RecordedGraph, list[str]]:
-    path = folder / "script.py"
-    path.write_text(START + text, encoding="utf-8")
-    findings = Findings()
-    (graph,) = read_script(path, findings)
+    (graph,), _, findings = read_text(folder, START + text)
     return graph, [finding.message for finding in findings.warnings]
 
 

@@ -310,6 +310,21 @@ def at(path: object, line: int = 1, column: int = 1) -> ScriptAnswer:
 
 MANY = [Finding("N302", str(number)) for number in range(5000)]
 NODE = RecordedNode("n", "x.y")
+FORGED = [
+    "stages",
+    "many stages",
+    "column",
+    "line",
+    "loop",
+    "name",
+    "path",
+    "findings",
+    "lines",
+    "code",
+    "many",
+    "graphs",
+]
+FORGED += ["no path", "path of lines", "node", "type", "port", "variable", "namespace", "texts"]
 GRAPHS = [RecordedGraph("/" + "g/" * 100_000), *(RecordedGraph("/g", nodes={"n": RecordedNode("n", "x.y")}),) * 5000]
 
 
@@ -342,28 +357,7 @@ GRAPHS = [RecordedGraph("/" + "g/" * 100_000), *(RecordedGraph("/g", nodes={"n":
         (ScriptAnswer(namespaces={"/p": "n" * 1_000_000}), "1 namespaces left out"),
         (ScriptAnswer(findings=[Finding("W302", "x" * 10**7, None, ("y" * 10**7,))]), "xxx\u2026\n"),
     ],
-    ids=[
-        "stages",
-        "many stages",
-        "column",
-        "line",
-        "loop",
-        "name",
-        "path",
-        "findings",
-        "lines",
-        "code",
-        "many",
-        "graphs",
-        "no path",
-        "path of lines",
-        "node",
-        "type",
-        "port",
-        "variable",
-        "namespace",
-        "texts",
-    ],  # fmt: skip
+    ids=FORGED,
 )
 def test_a_forged_answer_is_refused_or_bounded(
     answer: Any, complaint: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
