@@ -165,12 +165,19 @@ def test_a_script_of_literals_finds_the_graphs_of_a_stage_too(imports: Graphrun,
     assert sorted(path.name for path in tmp_path.glob("*.yaml")) == ["g.yaml", "h.yaml"]
 
 
+NAMED = """from nowhere import Base
+class Task(Base):
+    def __init__(self):
+        Base.__init__(self, name='task')
+Task()
+"""
+
+
 @pytest.mark.parametrize(
     "text",
     [
         '"""Docstring."""\n\nfrom __future__ import annotations\nfrom __future__ import division\n' + START,
-        f"{START}from nowhere import Base\nclass Task(Base):\n"
-        + "    def __init__(self):\n        Base.__init__(self, name='task')\nTask()\n",
+        START + NAMED,
     ],
     ids=["future imports below a docstring", "the __init__ of an unknown base class"],
 )
