@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol, TypeVar
+from typing import NamedTuple, TypeVar
 
+from graphengine.compiler.budget import Via
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.subgraph_expansion import NodeEntry, WireEntry
 from graphengine.format.diagnostics import Finding, Findings, Span
@@ -15,15 +16,14 @@ CIRCLES = ("G209", "G210")
 """Codes of findings that name wires which run in a circle."""
 
 
-class FileEntry(Protocol):
-    """A node or wire of a file, which graphs may use several times."""
+class _EndNode(NamedTuple):
+    """The node at an end of a wire, and where the subgraphs that the wire came through were used."""
 
-    @property
-    def via(self) -> tuple[tuple[Span, str], ...]:
-        """Where they use it."""
+    node: str
+    via: Via
 
 
-T = TypeVar("T", bound=FileEntry)
+T = TypeVar("T", NodeEntry, WireEntry, _EndNode)
 
 
 @dataclass(slots=True)
@@ -75,27 +75,14 @@ def _circle(finding: Finding, graph: Graph) -> Sequence[WireEntry]:
     return _told_of(finding, [wire for wire in graph.flat.wires if (str(wire.span), wire.span.length) in places])
 
 
-@dataclass(frozen=True, slots=True)
-class _EndNode:
-    """The node at an end of a wire."""
-
-    node: str
-    via: tuple[tuple[Span, str], ...]
-
-
 def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
     """The node at each span of a wire, for a whole wire its target; the other end if that node is unknown."""
     names = {entry.id for entry in graph.flat.nodes}
     places: dict[tuple[str, int], list[_EndNode]] = {}
     for wire in graph.flat.wires:
-        source, target = wire.source, wire.target
-        for span, ends in (
-            (wire.span, (target, source)),
-            (source.span, (source, target)),
-            (target.span, (target, source)),
-        ):
-            known = [_EndNode(end.node, wire.via) for end in ends if end.node in names]
-            places.setdefault((str(span), span.length), []).extend(known[:1])
+        known = [_EndNode(end.node, wire.via) for end in (wire.source, wire.target) if end.node in names]
+        for span, ends in ((wire.source.span, known[:1]), (wire.target.span, known[-1:]), (wire.span, known[-1:])):
+            places.setdefault((str(span), span.length), []).extend(ends)
     return places
 
 

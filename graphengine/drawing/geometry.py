@@ -48,9 +48,7 @@ def bounds(
     points = [point for route in routes for point in route]
     points += corners
     points += [(x + box.width, y + box.height) for box, (x, y) in zip(boxes, corners, strict=True)]
-    if not points:
-        return (0.0, 0.0, 0.0, 0.0)
-    xs, ys = zip(*points, strict=True)
+    xs, ys = zip(*(points or [(0.0, 0.0)]), strict=True)
     return min(xs), min(ys), max(xs), max(ys)
 
 

@@ -25,8 +25,7 @@ def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangem
 
 def _corners(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> tuple[Point, ...]:
     found = _stretched(boxes)
-    placed = list(found)
-    left, top, right, bottom = bounds([boxes[i] for i in placed], list(found.values()), ())
+    left, top, right, bottom = bounds([boxes[index] for index in found], list(found.values()), ())
     others = [index for index, box in enumerate(boxes) if index not in found and not box.edge]
     numbers = {index: number for number, index in enumerate(others)}
     inner = [link for link in links if link.source in numbers and link.target in numbers]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from graphengine.drawing import column_layout, layered_layout, manual_layout
 from graphengine.drawing.geometry import Arrangement, LayoutBox, LayoutLink, Point, Route, bounds, simplified
 from graphengine.drawing.node_box import NodeBox, make_box
-from graphengine.drawing.view_model import GraphView, WireView
+from graphengine.drawing.view_model import GraphView, PortPlace, WireView
 
 MAX_LEVEL, MAX_WHOLE = 200, 600
 """Boxes and links, of one subgraph and of the whole graph, up to which crossings are avoided: the time grows with the cube."""
@@ -24,7 +24,7 @@ _CAPTION = 24.0
 _PIN = 1.0
 """Half the height of the box that stands for a port on the border."""
 
-Pin = tuple[str, bool, tuple[str, tuple[str, str]]]
+Pin = tuple[str, bool, PortPlace]
 """A port on a subgraph's border: the subgraph, whether wires lead in, and the node and port inside that they mean."""
 
 
@@ -122,22 +122,20 @@ def _arrange_level(group: str, view: GraphView, nodes: dict[str, NodeBox], level
     places = {node.id: node.place for node in view.nodes} | {name: at for name, (_, at) in view.groups.items()}
     sizes = {name: nodes[name] if name in nodes else levels[name] for name in names}
     boxes = [LayoutBox(sizes[name].width, sizes[name].height, place=places[name]) for name in names]
-    numbers: dict[str | Pin, int] = {name: number for number, name in enumerate(names)}
+    numbers = {name: number for number, name in enumerate(names)}
     links: dict[LayoutLink, int] = {}
     carried: dict[int, int] = {}
-    pins: list[Pin] = []
+    pins: dict[Pin, int] = {}
 
     def end(wire: WireView, *, begins: bool) -> tuple[int, float]:
         """Box and height at which the part of a wire in this level begins or ends."""
-        node, port = (wire.source, wire.source_port) if begins else (wire.target, wire.target_port)
+        (node, port), inner = (wire.source, wire.target) if begins else (wire.target, wire.source)
         if not _holds(group, node):
-            inner = (wire.target, wire.target_port) if begins else (wire.source, wire.source_port)
             pin = (group, begins, inner)
-            if pin not in numbers:
-                numbers[pin] = len(boxes)
+            if pin not in pins:
+                pins[pin] = len(boxes)
                 boxes.append(LayoutBox(0.0, 2 * _PIN, "first" if begins else "last"))
-                pins.append(pin)
-            return numbers[pin], _PIN
+            return pins[pin], _PIN
         if node in numbers:
             return numbers[node], nodes[node].heights[port]
         child = _child(group, node)
@@ -150,7 +148,7 @@ def _arrange_level(group: str, view: GraphView, nodes: dict[str, NodeBox], level
         link = LayoutLink(source, source_y, target, target_y)
         carried[number] = links.setdefault(link, len(links))
     made = _way(view, boxes, links)(boxes, list(links))
-    return _framed(group, names, boxes, made, carried, {pin: numbers[pin] for pin in pins}, links)
+    return _framed(group, names, boxes, made, carried, pins, links)
 
 
 def _way(
@@ -168,19 +166,15 @@ def _holds(group: str, node: str) -> bool:
 
 
 def _child(group: str, node: str) -> str:
-    """The subgraph directly in a group that a node lies in."""
-    rest = node.removeprefix(f"{group}/") if group else node
-    first = rest.partition("/")[0]
-    return f"{group}/{first}" if group else first
+    """A node if it lies directly in a group, else the subgraph directly in the group that it lies in."""
+    start = len(group) + 1 if group else 0
+    return node[:start] + node[start:].partition("/")[0]
 
 
 def _touches(group: str, wire: WireView) -> bool:
     """Whether a part of a wire lies in a group, and not wholly within one of the subgraphs in it."""
-    ends = [node for node in (wire.source, wire.target) if _holds(group, node)]
-    if len(ends) == 2:
-        within = [_child(group, node) if node.rpartition("/")[0] != group else node for node in ends]
-        return within[0] != within[1] or wire.source.rpartition("/")[0] == group
-    return bool(ends)
+    children = [_child(group, node) for node, _ in (wire.source, wire.target) if _holds(group, node)]
+    return len(children) == 1 or len(set(children)) == 2 or children[:1] == [wire.source[0]]
 
 
 def _framed(

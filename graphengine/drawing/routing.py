@@ -37,6 +37,8 @@ def routes(boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence
 
 Line = tuple[int, float]
 """A column (axis 0) at an x, or a row (axis 1) at a y."""
+Step = tuple[int, int, int]
+"""Column and row of a place on the grid, and the axis of the line that the way came along."""
 
 
 class _Router:
@@ -72,9 +74,9 @@ class _Router:
         goal = self._column(end[0] - _FRAME[0]), int(np.searchsorted(self.rows, end[1]))
         columns, rows = self.places
         goal_x, goal_y = columns[goal[0]], rows[goal[1]]
-        best: dict[tuple[int, int, int], float] = {(*start, 1): 0.0}
-        before: dict[tuple[int, int, int], tuple[int, int, int]] = {}
-        queue = [(0.0, (*start, 1))]  # the last number is the axis of the line that the way came along
+        best: dict[Step, float] = {(*start, 1): 0.0}
+        before: dict[Step, Step] = {}
+        queue = [(0.0, (*start, 1))]
         while queue:
             _, here = heapq.heappop(queue)
             if here[:2] == goal:
@@ -94,7 +96,7 @@ class _Router:
         """The column of a frame's side, which is at most a rounding away."""
         return int(np.abs(self.columns - x).argmin())
 
-    def _steps(self, here: tuple[int, int, int], own: tuple[int, int]) -> Iterator[tuple[int, int, int]]:
+    def _steps(self, here: Step, own: tuple[int, int]) -> Iterator[Step]:
         """The places next to one, rows of other ports passed over."""
         column, row, _ = here
         for way in (-1, 1):
@@ -109,9 +111,7 @@ class _Router:
         if column + 1 < len(self.columns) and self.open[1][row][column]:
             yield column + 1, row, 1
 
-    def _lines_to(
-        self, here: tuple[int, int, int], before: Mapping[tuple[int, int, int], tuple[int, int, int]], last: int
-    ) -> list[Line]:
+    def _lines_to(self, here: Step, before: Mapping[Step, Step], last: int) -> list[Line]:
         found: list[Line] = [(1, self.places[1][last])]
         while True:
             axis = here[2]

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import html
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
 from importlib import resources
 from itertools import pairwise
 from string import Template
@@ -33,21 +32,14 @@ _LEAST = 560.0
 _ABOUT = 2000
 """Characters of a tooltip."""
 
-_MEANINGS = {
-    "exec": "execution",
-    "later": "execution in a later tick",
-    "data-wire": "value",
-    "circle": "in a circle",
-    "refused": "connection with a mistake",
+_STYLES = {
+    "exec": ("execution", "exec-tip"),
+    "later": ("execution in a later tick", "exec-tip"),
+    "data-wire": ("value", "data-tip"),
+    "circle": ("in a circle", "wrong-tip"),
+    "refused": ("connection with a mistake", "wrong-tip"),
 }
-"""Of each style of a wire."""
-_TIPS = {
-    "exec": "exec-tip",
-    "later": "exec-tip",
-    "data-wire": "data-tip",
-    "circle": "wrong-tip",
-    "refused": "wrong-tip",
-}
+"""Meaning of each style of a wire, and the class of its arrow head."""
 
 STYLE = "\n" + Template(resources.files(__package__).joinpath("svg.css").read_text(encoding="utf-8")).substitute(
     fonts=FONTS,
@@ -59,15 +51,6 @@ STYLE = "\n" + Template(resources.files(__package__).joinpath("svg.css").read_te
 """Of every drawing. What knows no media queries draws the light one."""
 
 
-@dataclass(frozen=True, slots=True)
-class _DrawnGraph:
-    """One graph, drawn with its corner at zero."""
-
-    lines: list[str]
-    width: float
-    height: float
-
-
 def draw(views: Sequence[GraphView]) -> str:
     """One SVG with all graphs, one below the other.
 
@@ -75,12 +58,12 @@ def draw(views: Sequence[GraphView]) -> str:
         UsageError: the layout library is not installed.
     """
     parts = [_draw_graph(view) for view in views]
-    wide = max([_LEAST, *(part.width for part in parts)]) + 2 * _SPACE
+    wide = max([_LEAST, *(drawn for _, drawn, _ in parts)]) + 2 * _SPACE
     body: list[str] = []
     top = _SPACE
-    for part in parts:
-        body += [f'<g transform="translate({_number(_SPACE)} {_number(top)})">', *part.lines, "</g>"]
-        top += part.height + 2 * _SPACE
+    for lines, _, height in parts:
+        body += [f'<g transform="translate({_number(_SPACE)} {_number(top)})">', *lines, "</g>"]
+        top += height + 2 * _SPACE
     body += _signs({_style(wire) for view in views for wire in view.wires}, _SPACE, top)
     high = top + _SPACE + 4
     size = f'width="{_number(wide)}" height="{_number(high)}" viewBox="0 0 {_number(wide)} {_number(high)}"'
@@ -116,7 +99,8 @@ def _text(x: float, y: float, text: str, kind: str) -> str:
     return f'<text class="{kind}" x="{_number(x)}" y="{_number(y)}">{escape(text)}</text>'
 
 
-def _draw_graph(view: GraphView) -> _DrawnGraph:
+def _draw_graph(view: GraphView) -> tuple[list[str], float, float]:
+    """One graph with its corner at zero; its width and height."""
     layout = arrange(view)
     heading, head_width, head_height = _heading(view, max(layout.width, _LEAST))
     lines = [*heading, f'<g transform="translate(0 {_number(head_height)})">']
@@ -138,7 +122,7 @@ def _draw_graph(view: GraphView) -> _DrawnGraph:
     for node, box in layout.boxes.items():
         lines += _node(box, layout.corners[node])
     lines.append("</g>")
-    return _DrawnGraph(lines, max(layout.width, head_width), head_height + layout.height)
+    return lines, max(layout.width, head_width), head_height + layout.height
 
 
 def _heading(view: GraphView, limit: float) -> tuple[list[str], float, float]:
@@ -151,9 +135,12 @@ def _heading(view: GraphView, limit: float) -> tuple[list[str], float, float]:
     for finding in view.findings:
         y += _LINE
         text = fitted(_sentence(finding), TYPE_SIZE, limit, bold=True)
-        about = f"<title>{escape(_about(finding))}</title>"
-        lines.append(f"<g>{_text(0, y, text, f'mark {finding.severity}')}{about}</g>")
+        lines.append(_mark(0, y, text, finding.severity, _about(finding)))
     return lines, wide, y + 16
+
+
+def _mark(x: float, y: float, text: str, severity: str, about: str) -> str:
+    return f"<g>{_text(x, y, text, f'mark {severity}')}<title>{escape(about)}</title></g>"
 
 
 def _sentence(finding: Finding) -> str:
@@ -180,22 +167,18 @@ def _node(box: NodeBox, corner: Point) -> list[str]:
         _text(MARGIN, 17, box.name, "name"),
         _text(MARGIN, 33, box.type_name, "type"),
     ]
-    for label in box.labels:
-        lines += _port(label, box.width)
-    for mark in box.marks:
-        lines.append(
-            f"<g>{_text(MARGIN, mark.y + 4, mark.text, f'mark {mark.severity}')}<title>{escape(mark.about)}</title></g>"
-        )
+    lines += [_port(label, box.width) for label in box.labels]
+    lines += [_mark(MARGIN, mark.y + 4, mark.text, mark.severity, mark.about) for mark in box.marks]
     return [*lines, "</g>"]
 
 
-def _port(label: Label, box_width: float) -> list[str]:
+def _port(label: Label, box_width: float) -> str:
     right = label.side == "right"
     x = box_width - MARGIN if right else MARGIN
     value = f'<tspan class="value"> {escape(label.value)}</tspan>' if label.value else ""
     anchor = ' text-anchor="end"' if right else ""
     text = f'<text x="{_number(x)}" y="{_number(label.y + 4)}"{anchor}>{escape(label.name)}{value}</text>'
-    return [f'<g class="port"><title>{escape(label.view.about)}</title>{text}</g>']
+    return f'<g class="port"><title>{escape(label.view.about)}</title>{text}</g>'
 
 
 def _wire(wire: WireView, route: Route) -> list[str]:
@@ -206,7 +189,7 @@ def _wire(wire: WireView, route: Route) -> list[str]:
     return [
         f'<g class="connection"><title>{escape(wire.about)}</title>',
         f'<path class="wire {style}" d="{line}"/>',
-        f'<path class="{_TIPS[style]}" d="{_tip(x, y, style)}"/>',
+        _tip(x, y, style),
         "</g>",
     ]
 
@@ -218,7 +201,8 @@ def _style(wire: WireView) -> str:
 
 def _tip(x: float, y: float, style: str) -> str:
     half = 3.5 if style == "data-wire" else 5.0
-    return f"M{_number(x - 1)} {_number(y)}l-{_ARROW:g}-{half:g}v{2 * half:g}z"
+    triangle = f"M{_number(x - 1)} {_number(y)}l-{_ARROW:g}-{half:g}v{2 * half:g}z"
+    return f'<path class="{_STYLES[style][1]}" d="{triangle}"/>'
 
 
 def _path(route: Sequence[Point]) -> str:
@@ -247,10 +231,10 @@ def _towards(corner: Point, other: Point, distance: float) -> Point:
 
 def _signs(styles: Collection[str], x: float, y: float) -> Iterator[str]:
     """The legend of the wires."""
-    for style, meaning in _MEANINGS.items():
+    for style, (meaning, _) in _STYLES.items():
         if style not in styles:
             continue
         yield f'<path class="wire {style}" d="M{_number(x)} {_number(y)}h24"/>'
-        yield f'<path class="{_TIPS[style]}" d="{_tip(x + 24 + _ARROW, y, style)}"/>'
+        yield _tip(x + 24 + _ARROW, y, style)
         yield _text(x + 40, y + 4, meaning, "sign")
         x += 40 + width(meaning, TYPE_SIZE) + 24

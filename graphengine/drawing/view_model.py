@@ -38,6 +38,8 @@ Mistake = Literal["", "refused", "circle"]
 """Of a wire: that it is refused, or that it and others run in a circle."""
 Key = tuple[str, str]
 """Side of the box (`left` or `right`) and the port's name."""
+PortPlace = tuple[str, Key]
+"""A node and a port on its box."""
 
 
 @dataclass(slots=True)
@@ -63,6 +65,8 @@ class NodeView:
     about: str
     pace: str = ""
     """How often it is executed, where the file says."""
+    instance: Instance | None = None
+    """None for a node of an unknown type."""
     ports: dict[Key, PortView] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
 
@@ -82,19 +86,15 @@ class WireView:
     """A wire between two ports.
 
     Attributes:
-        source: node that it begins at.
-        source_port: where on its box.
-        target: node that it ends at.
-        target_port: where on its box.
+        source: where it begins.
+        target: where it ends.
         form: what it carries.
         mistake: what is wrong with it.
         about: what is told of it.
     """
 
-    source: str
-    source_port: Key
-    target: str
-    target_port: Key
+    source: PortPlace
+    target: PortPlace
     form: Literal["exec", "later", "data"]
     mistake: Mistake
     about: str
@@ -130,9 +130,9 @@ def make_graph_view(graph: Graph, findings: Findings) -> GraphView:
     for wire in graph.flat.wires:
         if wire.source.node in nodes and wire.target.node in nodes:
             mistake: Mistake = "refused" if id(wire) not in made else "circle" if wire in assigned.circular else ""
-            wires.append(_wire(wire, nodes, instances, mistake))
+            wires.append(_wire(wire, nodes, mistake))
     for node in nodes.values():
-        _sort_ports(node, instances.get(node.id))
+        _sort_ports(node)
     groups: dict[str, tuple[str, Point | None]] = {}
     for entry in graph.flat.nodes:
         parts = entry.id.split("/")[:-1]
@@ -155,9 +155,10 @@ def _node(graph: Graph, entry: NodeEntry, instance: Instance | None) -> NodeView
     cls = instance.cls
     doc = (inspect.getdoc(cls) or "").partition("\n\n")[0]
     about = "\n".join(filter(None, (f"{entry.id} ({cls.kind()})", cls.type_name, entry.spec.doc, doc)))
-    node = NodeView(entry.id, cls.type_name, cls.kind(), place, about, _pace(entry.spec.every))
-    for name in (port.field for port in cls.fields.values() if port.field in instance.literals):
-        _add_port(node, "left", cls.fields[name], instance)
+    node = NodeView(entry.id, cls.type_name, cls.kind(), place, about, _pace(entry.spec.every), instance)
+    for port in cls.fields.values():
+        if port.field in instance.literals:
+            _add_port(node, "left", port, instance)
     return node
 
 
@@ -170,8 +171,7 @@ def _pace(every: EverySpec | None) -> str:
 def _layout(entry: NodeEntry) -> Point | None:
     """The position that a node's own file gives."""
     found = entry.document.find("layout", str(entry.location[-1]))
-    data = found.to_data() if found is not None else None
-    return _place(data)
+    return _place(found.to_data()) if found is not None else None
 
 
 def _place(data: Any) -> Point | None:
@@ -199,9 +199,8 @@ def _about(port: Port, instance: Instance) -> str:
     if port.is_exec:
         return "\n".join(filter(None, (f"{port.name}: execution", port.doc)))
     first = f"{port.name}: {brief(settled_type(instance, port))}{f', {port.unit}' if port.unit else ''}"
-    default = (
-        f"default {_value(port.default, whole=True)}" if port.side == "inputs" and port.default is not None else ""
-    )
+    has_default = port.side == "inputs" and port.default is not None
+    default = f"default {_value(port.default, whole=True)}" if has_default else ""
     return "\n".join(filter(None, (first, default, port.constraint, port.doc)))
 
 
@@ -231,32 +230,30 @@ def _with_unit(text: str, unit: str) -> str:
     return f"{text} {unit}" if unit else text
 
 
-def _wire(entry: WireEntry, nodes: dict[str, NodeView], instances: dict[str, Instance], mistake: Mistake) -> WireView:
-    source, is_exec = _end(entry.source, "right", ("outputs", "state", "inputs"), nodes, instances)
-    target, _ = _end(entry.target, "left", ("inputs", "state"), nodes, instances)
+def _wire(entry: WireEntry, nodes: dict[str, NodeView], mistake: Mistake) -> WireView:
+    source, is_exec = _end(entry.source, "right", ("outputs", "state", "inputs"), nodes)
+    target, _ = _end(entry.target, "left", ("inputs", "state"), nodes)
     later = nodes[entry.source.node].kind == "latent"
     form: Literal["exec", "later", "data"] = "data" if not is_exec else "later" if later else "exec"
-    about = f"{entry.source} -> {entry.target}"
-    return WireView(entry.source.node, source, entry.target.node, target, form, mistake, printable(about))
+    return WireView(source, target, form, mistake, printable(f"{entry.source} -> {entry.target}"))
 
 
-def _end(
-    end: WireEnd, side: str, sides: Sequence[str], nodes: dict[str, NodeView], instances: dict[str, Instance]
-) -> tuple[Key, bool]:
+def _end(end: WireEnd, side: str, sides: Sequence[str], nodes: dict[str, NodeView]) -> tuple[PortPlace, bool]:
     """The port that a wire begins or ends at, which is put on its box; whether it carries execution."""
-    node, instance = nodes[end.node], instances.get(end.node)
+    node = nodes[end.node]
+    instance = node.instance
     port = find_port(instance.cls, end.port, [end.side] if end.side else sides) if instance else None
     if instance is None or port is None:
         view = node.ports.setdefault((side, end.port), PortView(end.port, False))
     else:
         view = _add_port(node, side, port, instance)
     view.wired = True
-    return (side, end.port), view.is_exec
+    return (node.id, (side, end.port)), view.is_exec
 
 
-def _sort_ports(node: NodeView, instance: Instance | None) -> None:
+def _sort_ports(node: NodeView) -> None:
     """Execution first, then in the order of the type. An input that is only read by others is shown on the right only."""
-    names = list(dict.fromkeys(port.name for port in instance.cls.fields.values())) if instance else []
+    names = dict.fromkeys(port.name for port in node.instance.cls.fields.values()) if node.instance else ()
     order = {name: number for number, name in enumerate(names)}
     for side, name in list(node.ports):
         if side == "left" and not node.ports[side, name].wired and ("right", name) in node.ports:

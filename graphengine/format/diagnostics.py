@@ -11,9 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from graphengine.format.errors import (
-    CheckError,
-)
+from graphengine.format.errors import CheckError
 from graphengine.format.wording import did_you_mean, printable
 
 Severity = Literal["error", "warning", "note"]

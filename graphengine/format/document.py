@@ -32,12 +32,9 @@ _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 _NULL = re.compile(r"(?:~|null|Null|NULL|)\Z")
 _BOOL = re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z")
-_INT = re.compile(r"[-+]?[0-9]+\Z")
-_OCTAL = re.compile(r"0o[0-7]+\Z")
-_HEX = re.compile(r"0x[0-9a-fA-F]+\Z")
+_INT = re.compile(r"(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)\Z")
 _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\Z")
-_INF = re.compile(r"([-+]?)\.(?:inf|Inf|INF)\Z")
-_NAN = re.compile(r"\.(?:nan|NaN|NAN)\Z")
+_NOT_FINITE = re.compile(r"(?:[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))\Z")
 
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 """What the parser takes for the end of a line."""
@@ -110,12 +107,11 @@ class Document:
         """The value at a location such as `("nodes", "Diff", "inputs")`."""
         value: Value | None = self.root
         for part in location:
-            if value is None:
-                return None
-            if isinstance(value.data, dict):
-                value = value.data.get(part)
-            elif isinstance(value.data, list) and isinstance(part, int) and 0 <= part < len(value.data):
-                value = value.data[part]
+            data = value.data if value is not None else None
+            if isinstance(data, dict):
+                value = data.get(part)
+            elif isinstance(data, list) and isinstance(part, int) and 0 <= part < len(data):
+                value = data[part]
             else:
                 return None
         return value
@@ -139,29 +135,26 @@ class Document:
 def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None) -> Document | None:
     """Read a YAML file. Errors are added to `findings`; None if the file could not be read."""
     shown = shown_as or os.fspath(path)
-    nowhere = Span(Source(shown, ()), 1, 1)
+    start = Span(Source(shown, ()), 1, 1)
     try:
         with open_regular(path) as file:
             raw = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        findings.add("G101", f"cannot read {shown!r}: {reason}", nowhere)
+        findings.add("G101", f"cannot read {shown!r}: {reason}", start)
         return None
     if len(raw) > MAX_BYTES:
-        findings.add(
-            "G105", f"{shown!r} is larger than {MAX_BYTES // 1_000_000} MB", nowhere, "split it into several files"
-        )
+        what = f"{shown!r} is larger than {MAX_BYTES // 1_000_000} MB"
+        findings.add("G105", what, start, "split it into several files")
         return None
     raw = raw.removeprefix(codecs.BOM_UTF8)
     try:
         text = raw.decode()
     except UnicodeDecodeError as error:
-        before = _LINE_END.split(raw[: error.start].decode("utf-8", "ignore"))
         source = Source(shown, tuple(_LINE_END.split(raw.decode("utf-8", "replace"))))
-        span = Span(source, len(before), len(before[-1]) + 1)
-        findings.add(
-            "G101", f"{shown!r} is not UTF-8 text: byte 0x{raw[error.start]:02x}", span, "save the file as UTF-8"
-        )
+        span = _span_behind(raw[: error.start].decode("utf-8", "ignore"), source)
+        what = f"{shown!r} is not UTF-8 text: byte 0x{raw[error.start]:02x}"
+        findings.add("G101", what, span, "save the file as UTF-8")
         return None
     return parse(text, shown, findings)
 
@@ -170,8 +163,7 @@ def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
     """Read YAML text; `shown_as` is the path that messages name."""
     source = Source(shown_as, tuple(_LINE_END.split(text)))
     if illegal := _ILLEGAL.search(text):
-        before = _LINE_END.split(text[: illegal.start()])
-        span = Span(source, len(before), len(before[-1]) + 1)
+        span = _span_behind(text[: illegal.start()], source)
         number = f"{ord(illegal[0]):04X}"  # none is above U+FFFF
         advice = f"remove it, or write \\u{number} in double quotes"
         findings.add("G102", f"YAML syntax: character U+{number} is not allowed", span, advice)
@@ -192,6 +184,12 @@ def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
         findings.add("G102", "the file is empty", Span(source, 1, 1))
         return None
     return Document(source, builder.root, builder.count)
+
+
+def _span_behind(text: str, source: Source) -> Span:
+    """The place of the character that follows a text from the beginning of a file."""
+    lines = _LINE_END.split(text)
+    return Span(source, len(lines), len(lines[-1]) + 1)
 
 
 def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findings) -> None:
@@ -225,8 +223,8 @@ def _events(text: str) -> Iterator[Any]:
 @dataclass(slots=True)
 class _Open:
     value: Value
-    key: str | None = None
-    key_span: Span | None = None
+    key: tuple[str, Span] | None = None
+    """Of the value that follows, in a mapping."""
     drop: bool = False
     """The key was refused, so its value goes nowhere."""
     anchor: str | None = None
@@ -319,7 +317,7 @@ class _ValueBuilder:
 
     def _key(self, event: Any, plain: bool, span: Span) -> bool:
         frame, text = self.stack[-1], event.value
-        frame.key, frame.key_span, frame.drop = text, span, False
+        frame.key, frame.drop = (text, span), False
         if plain and text == "<<":
             self.findings.add("G104", "merge keys are not allowed", span, "write the keys out")
             frame.drop = True
@@ -356,8 +354,7 @@ class _ValueBuilder:
             frame.value.data.append(value)
             return True
         assert frame.key is not None
-        assert frame.key_span is not None
-        key, span, frame.key = frame.key, frame.key_span, None
+        (key, span), frame.key = frame.key, None
         if key in frame.value.data:
             first = frame.value.keys[key]
             self.findings.add(
@@ -374,7 +371,7 @@ class _ValueBuilder:
             return None
         if _BOOL.match(text):
             return text[0] in "tT"
-        if _INT.match(text) or _OCTAL.match(text) or _HEX.match(text):
+        if _INT.match(text):
             if len(text) > 40:
                 self.findings.add("G109", "a whole number of more than 40 characters", span)
                 return 0
@@ -385,8 +382,4 @@ class _ValueBuilder:
                 self.findings.add("G109", f"{text[:80]} is too large for a number", span, "infinity is written .inf")
                 return 0.0
             return number
-        if match := _INF.match(text):
-            return float(match[1] + "inf")
-        if _NAN.match(text):
-            return float("nan")
-        return text
+        return float(text.replace(".", "")) if _NOT_FINITE.match(text) else text

@@ -80,10 +80,10 @@ class ContextError(GraphError):
     code = "G307"
 
     def __init__(self, message: str, value: object = None, *help: str) -> None:
-        super().__init__("\n".join((message, *(line for line in help if line))))
         self.message = message
         self.value = value
-        self.help = tuple(line for line in help if line)
+        self.help = tuple(filter(None, help))
+        super().__init__("\n".join((message, *self.help)))
 
 
 class PrimError(ContextError):

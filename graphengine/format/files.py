@@ -155,11 +155,8 @@ def find_given(name: str, folder: str) -> Path:
             return place
     known = sorted(str(path.relative_to(base / folder).with_suffix("")) for path in (base / folder).rglob("*.yaml"))
     known = [name for name in known if name.partition("/")[0] not in ("robots", "sensors")]  # parts, which nobody runs
-    raise NotFoundError(
-        f"no file {name!r}",
-        did_you_mean(name, known),
-        f"{folder} that ship: {', '.join(known)}" if known else "",
-    )
+    shipping = f"{folder} that ship: {', '.join(known)}" if known else ""
+    raise NotFoundError(f"no file {name!r}", did_you_mean(name, known), shipping)
 
 
 def find_file(name: str) -> Path:
@@ -171,11 +168,9 @@ def find_file(name: str) -> Path:
     failures = []
     for folder in ("scenes", "graphs"):
         try:
-            path = find_given(name, folder)
+            return Path(near(str(find_given(name, folder))))
         except NotFoundError as error:
             failures.append(error)
-            continue
-        return Path(near(str(path)))
     if os.path.exists(name):
         require_file(name)
     hints = [_beside(name), *(line for failure in failures for line in failure.help)]

@@ -41,9 +41,7 @@ class Permissions:
         if name not in self.environment:
             allow = f"allow it with --env {name}" if name.isidentifier() else "write the name of one variable"
             near = did_you_mean(name, self.environment)
-            raise ContextError(
-                f"the environment's variable {name!r} may not be read", name, *filter(None, (allow, near))
-            )
+            raise ContextError(f"the environment's variable {name!r} may not be read", name, allow, near)
         return self.environment[name]
 
     def read(self, reference: str, folder: Path) -> tuple[Path, str]:
@@ -76,6 +74,5 @@ class Permissions:
             ContextError: the user does not allow it.
         """
         if not self.scripts:
-            raise ContextError(
-                "it runs Python code, which graph files may not", None, "read it, then allow it with --allow-scripts"
-            )
+            advice = "read it, then allow it with --allow-scripts"
+            raise ContextError("it runs Python code, which graph files may not", None, advice)

@@ -6,12 +6,12 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from graphengine.format.kinds import DEVICES
+from graphengine.format.legal_names import Name, Namespace, NamespacePattern, PrimPath, RobotPath
 from graphengine.format.wording import shown
 
 FORMAT = 1
@@ -50,53 +50,8 @@ def _evaluator(value: Any) -> Any:
     return value
 
 
-def _plain_path(path: str) -> str:
-    if any(part in (".", "..") for part in path.split("/")):
-        raise ValueError("a prim path is written without '.' and '..'")
-    if any(letter.isspace() for letter in path):
-        raise ValueError(f"a prim path is written without blanks, got {shown(path)}")
-    return path
-
-
-_PART = "[A-Za-z_][A-Za-z0-9_]*"
-
-
-def _robot_path(path: str) -> str:
-    if not re.fullmatch(f"(/{_PART})+", path):
-        raise ValueError(
-            f"{path!r} is not the path of a robot's prim; write it as in /World/robot: from '/' on, names of letters, "
-            "digits and '_', not beginning with a digit"
-        )
-    return path
-
-
-_NAMESPACE = re.compile(rf"[^A-Za-z0-9_]*({_PART}(/{_PART})*)?[^A-Za-z0-9_]*")
-NAMESPACE_FIELD = re.compile(r"\{(name|index)(?::0([1-9]))?\}")
-"""Placeholders of a robot's name or number in a namespace."""
-
-
-def _namespace(value: str) -> str:
-    """Check that a text can be part of a ROS 2 namespace. Its ends are free, as those of a whole namespace are trimmed."""
-    if not _NAMESPACE.fullmatch(value):
-        legal = "legal: letters A-Z a-z, digits and _, in parts separated by /; no part is empty or starts with a digit"
-        raise ValueError(f"{value!r} cannot be part of a ROS 2 namespace; {legal}")
-    return value
-
-
-def _namespace_pattern(value: str) -> str:
-    if re.search(r"[{}]", NAMESPACE_FIELD.sub("", value)):
-        raise ValueError(f"{value!r} is not a pattern; legal: {{name}}, {{index}}, {{index:04}}")
-    _namespace(NAMESPACE_FIELD.sub(lambda field: "name" if field[1] == "name" else "0", value))
-    return value
-
-
-Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=200)]
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
-PrimPath = Annotated[str, AfterValidator(_plain_path)]
-RobotPath = Annotated[str, Field(max_length=500), AfterValidator(_robot_path)]
-Namespace = Annotated[str, AfterValidator(_namespace)]
-NamespacePattern = Annotated[str, AfterValidator(_namespace_pattern)]
 Connection = Annotated[str, Field(max_length=1000)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -107,15 +62,20 @@ Format = Annotated[
 ]
 
 
-class ParameterSpec(Spec):
+class FileSpec(Spec, use_attribute_docstrings=True):
+    """Base of the specs of files: the docstring of a key is its description in messages and in the schema."""
+
+
+class ParameterSpec(FileSpec):
     """A value that a user of the graph gives; it replaces `$(name)`."""
 
-    type: str = Field(description="A port type such as double, string or target.")
+    type: str
+    """A port type such as double, string or target."""
     default: Any = None
     doc: str = ""
 
 
-class VariableSpec(Spec):
+class VariableSpec(FileSpec):
     """A typed variable of the graph, written and read by its nodes."""
 
     type: str
@@ -123,14 +83,15 @@ class VariableSpec(Spec):
     doc: str = ""
 
 
-class EverySpec(Spec):
+class EverySpec(FileSpec):
     """How often a node is executed or an event fires: `once`, every n-th time, or at a rate."""
 
-    once: bool = Field(default=False, description="Only the first time since play.")
-    ticks: int | None = Field(default=None, ge=1, le=MAX_TICKS, description="Every n-th time, starting with the n-th.")
-    hz: Positive | None = Field(
-        default=None, le=MAX_HZ, description="The first time at or after each k / hz seconds of simulation."
-    )
+    once: bool = False
+    """Only the first time since play."""
+    ticks: int | None = Field(default=None, ge=1, le=MAX_TICKS)
+    """Every n-th time, starting with the n-th."""
+    hz: Positive | None = Field(default=None, le=MAX_HZ)
+    """The first time at or after each k / hz seconds of simulation."""
 
     @model_validator(mode="before")
     @classmethod
@@ -146,14 +107,19 @@ class EverySpec(Spec):
         return self
 
 
-class NodeSpec(Spec):
+class NodeSpec(FileSpec):
     """A node: a type or a subgraph, and values of its inputs."""
 
-    type: str = Field(default="", description="Registered OmniGraph name, or only its last part for included types.")
-    subgraph: str = Field(default="", description="A graph file with declared inputs and outputs, in place of type.")
-    parameters: dict[Name, Any] = Field(default={}, description="Values for the parameters of the subgraph.")
-    inputs: dict[str, Any] = Field(default={}, description="Values by port name.")
-    every: EverySpec | None = Field(default=None, description="How often it is executed: once, {ticks: 3} or {hz: 10}.")
+    type: str = ""
+    """Registered OmniGraph name, or only its last part for included types."""
+    subgraph: str = ""
+    """A graph file with declared inputs and outputs, in place of type."""
+    parameters: dict[Name, Any] = {}
+    """Values for the parameters of the subgraph."""
+    inputs: dict[str, Any] = {}
+    """Values by port name."""
+    every: EverySpec | None = None
+    """How often it is executed: once, {ticks: 3} or {hz: 10}."""
     doc: str = ""
 
     @model_validator(mode="before")
@@ -176,33 +142,38 @@ class NodeSpec(Spec):
         return self
 
 
-class GraphSpec(Spec):
+class GraphSpec(FileSpec):
     """A graph file: nodes, wires, and the graph's place in the prim tree."""
 
     format: Format = 1
-    graph: Name = Field(description="Name of the graph.")
+    graph: Name
+    """Name of the graph."""
     doc: str = ""
-    at: PrimPath = Field(default="", description="The graph's own prim; namespaces are collected from here.")
-    parameters: dict[Name, ParameterSpec] = Field(default={}, description="Name to {type: …, default: …}.")
-    runs: Literal["tick", "physics_step"] = Field(default="tick", description="How often the graph runs.")
-    evaluator: Annotated[Literal["execution", "push"], BeforeValidator(_evaluator)] = Field(
-        default="execution",
-        description="`execution` runs the nodes that execution reaches, `push` runs all nodes in each pass.",
-    )
-    variables: dict[Name, VariableSpec] = Field(default={}, description="Name to {type: …, default: …}.")
-    nodes: dict[Name, NodeSpec] = Field(default={}, description="Name to a type, or to {type: …, inputs: {…}}.")
-    connections: tuple[Connection, ...] = Field(
-        default=(), description="One wire per line: Node.port -> Node.port", strict=False
-    )
-    inputs: dict[str, str] = Field(default={}, description="Ports that the graph has as a subgraph: name to Node.port.")
-    outputs: dict[str, str] = Field(
-        default={}, description="Ports that the graph has as a subgraph: name to Node.port."
-    )
-    layout: dict[Name, Pair] = Field(default={}, description="Node to [x, y], for drawings.")
-    scene: str = Field(default="", description="Scene file that `graphrun run` loads for this graph.")
+    at: PrimPath = ""
+    """The graph's own prim; namespaces are collected from here."""
+    parameters: dict[Name, ParameterSpec] = {}
+    """Name to {type: …, default: …}."""
+    runs: Literal["tick", "physics_step"] = "tick"
+    """How often the graph runs."""
+    evaluator: Annotated[Literal["execution", "push"], BeforeValidator(_evaluator)] = "execution"
+    """`execution` runs the nodes that execution reaches, `push` runs all nodes in each pass."""
+    variables: dict[Name, VariableSpec] = {}
+    """Name to {type: …, default: …}."""
+    nodes: dict[Name, NodeSpec] = {}
+    """Name to a type, or to {type: …, inputs: {…}}."""
+    connections: tuple[Connection, ...] = Field(default=(), strict=False)
+    """One wire per line: Node.port -> Node.port"""
+    inputs: dict[str, str] = {}
+    """Ports that the graph has as a subgraph: name to Node.port."""
+    outputs: dict[str, str] = {}
+    """Ports that the graph has as a subgraph: name to Node.port."""
+    layout: dict[Name, Pair] = {}
+    """Node to [x, y], for drawings."""
+    scene: str = ""
+    """Scene file that `graphrun run` loads for this graph."""
 
 
-class Orientation(Spec):
+class Orientation(FileSpec):
     """A rotation: about the fixed x, then y, then z axis as in URDF, or a unit quaternion with the scalar last."""
 
     rpy_deg: Vector | None = None
@@ -220,58 +191,55 @@ class Orientation(Spec):
 UPRIGHT = Orientation(rpy_deg=(0.0, 0.0, 0.0))
 
 
-class GraphUse(Spec):
+class GraphUse(FileSpec):
     """The use of a graph file at a prim, with values for its parameters."""
 
     use: str
-    at: PrimPath = Field(default="", description="Overrides the graph file's own `at`.")
+    at: PrimPath = ""
+    """Overrides the graph file's own `at`."""
     parameters: dict[Name, Any] = {}
 
 
 MAX_ROBOTS = 1000
 
 
-class PhysicsSpec(Spec):
+class PhysicsSpec(FileSpec):
     """The rate of ticks, and the number of physics steps in a tick."""
 
-    tick_rate: Positive = Field(default=60.0, le=10_000, description="Ticks of graphs and physics per second.")
-    substeps: int = Field(default=4, ge=1, le=1000, description="MuJoCo steps per tick.")
+    tick_rate: Positive = Field(default=60.0, le=10_000)
+    """Ticks of graphs and physics per second."""
+    substeps: int = Field(default=4, ge=1, le=1000)
+    """MuJoCo steps per tick."""
 
 
-class PlaceSpec(Spec):
+class PlaceSpec(FileSpec):
     """The pose of one robot of a fleet."""
 
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
 
 
-class RobotUse(Spec):
+class RobotUse(FileSpec):
     """The use of a robot file in a scene, once or as a fleet: `NAME_0000`, `NAME_0001` and so on."""
 
-    use: str = Field(
-        description="Robot file, or a description alone: a file of URDF, xacro or MJCF, or the text of a URDF or MJCF."
-    )
-    at: RobotPath | None = Field(
-        default=None,
-        description="Path of the robot's prim, as in /World/robot; default /NAME. A fleet's number is appended.",
-    )
+    use: str
+    """Robot file, or a description alone: a file of URDF, xacro or MJCF, or the text of a URDF or MJCF."""
+    at: RobotPath | None = None
+    """Path of the robot's prim, as in /World/robot; default /NAME. A fleet's number is appended."""
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
-    count: int | None = Field(
-        default=None, ge=1, le=MAX_ROBOTS, description="Number of robots, in rows along the x axis."
-    )
-    spacing: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = Field(
-        default=None, description="Distances between robots in a row, and between rows along the y axis, m."
-    )
-    per_row: int | None = Field(default=None, ge=1, description="Robots per row; default all.")
-    places: Annotated[tuple[PlaceSpec, ...], Field(strict=False, max_length=MAX_ROBOTS)] | None = Field(
-        default=None, description="Pose of each robot, relative to position and orientation; replaces count."
-    )
-    namespace: NamespacePattern | None = Field(
-        default=None,
-        description="Replaces the robot file's namespace on its base link; {name} is the robot's name, {index:04} its number.",
-    )
-    robot_state: bool = Field(default=False, description="Publish the topics of robot_state_publisher.")
+    count: int | None = Field(default=None, ge=1, le=MAX_ROBOTS)
+    """Number of robots, in rows along the x axis."""
+    spacing: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
+    """Distances between robots in a row, and between rows along the y axis, m."""
+    per_row: int | None = Field(default=None, ge=1)
+    """Robots per row; default all."""
+    places: Annotated[tuple[PlaceSpec, ...], Field(strict=False, max_length=MAX_ROBOTS)] | None = None
+    """Pose of each robot, relative to position and orientation; replaces count."""
+    namespace: NamespacePattern | None = None
+    """Replaces the robot file's namespace on its base link; {name} is the robot's name, {index:04} its number."""
+    robot_state: bool = False
+    """Publish the topics of robot_state_publisher."""
 
     @model_validator(mode="after")
     def _one_fleet(self) -> RobotUse:
@@ -284,56 +252,63 @@ class RobotUse(Spec):
         return self
 
 
-class SceneSpec(Spec):
+class SceneSpec(FileSpec):
     """A scene file: a world, its robots, and graphs outside of robots."""
 
     format: Format = 1
     scene: Name
     doc: str = ""
-    world: str = Field(description="MJCF file of everything except the robots.")
+    world: str
+    """MJCF file of everything except the robots."""
     physics: PhysicsSpec = PhysicsSpec()
-    settle: bool = Field(default=False, description="Simulate until the robots are at rest before t = 0.")
+    settle: bool = False
+    """Simulate until the robots are at rest before t = 0."""
     robots: dict[Name, RobotUse] = {}
     graphs: dict[Name, GraphUse] = {}
-    namespaces: dict[PrimPath, Namespace] = Field(
-        default={}, description="`isaac:namespace` by prim: of the world, a robot, a graph or a node."
-    )
+    namespaces: dict[PrimPath, Namespace] = {}
+    """`isaac:namespace` by prim: of the world, a robot, a graph or a node."""
 
 
-class DriveSpec(Spec):
+class DriveSpec(FileSpec):
     """A joint's drive in SI units."""
 
-    damping: Gain = Field(default=0.0, description="N m s/rad, or N s/m.")
-    stiffness: Gain = Field(default=0.0, description="N m/rad, or N/m.")
-    target_velocity: Speed = Field(default=0.0, description="rad/s, or m/s, until the first command to the joint.")
-    max_force: Positive | None = Field(
-        default=None, description="Limit of the drive's torque or force, N m or N; default: the description's effort."
-    )
-    max_acceleration: Positive | None = Field(
-        default=None, description="Limit on the slope of the velocity set point, rad/s2, or m/s2."
-    )
+    damping: Gain = 0.0
+    """N m s/rad, or N s/m."""
+    stiffness: Gain = 0.0
+    """N m/rad, or N/m."""
+    target_velocity: Speed = 0.0
+    """rad/s, or m/s, until the first command to the joint."""
+    max_force: Positive | None = None
+    """Limit of the drive's torque or force, N m or N; default: the description's effort."""
+    max_acceleration: Positive | None = None
+    """Limit on the slope of the velocity set point, rad/s2, or m/s2."""
 
 
-class UsdDriveSpec(Spec):
+class UsdDriveSpec(FileSpec):
     """A joint's drive in USD's units: angles in degrees."""
 
-    damping: Gain = Field(default=0.0, description="N m s/deg.")
-    stiffness: Gain = Field(default=0.0, description="N m/deg.")
-    target_velocity: Speed = Field(default=0.0, description="deg/s, or m/s.")
-    max_force: Positive | None = Field(
-        default=None, description="Limit of the drive's torque or force, N m or N; default: the description's effort."
-    )
+    damping: Gain = 0.0
+    """N m s/deg."""
+    stiffness: Gain = 0.0
+    """N m/deg."""
+    target_velocity: Speed = 0.0
+    """deg/s, or m/s."""
+    max_force: Positive | None = None
+    """Limit of the drive's torque or force, N m or N; default: the description's effort."""
 
 
-class JointSpec(Spec):
+class JointSpec(FileSpec):
     """Changes to a joint of the robot description."""
 
     enabled: bool = True
-    weld: bool = Field(default=False, description="Weld a child that a disabled joint would let fall off.")
-    position: Vector | None = Field(default=None, description="Overrides the joint's origin in its parent link, m.")
+    weld: bool = False
+    """Weld a child that a disabled joint would let fall off."""
+    position: Vector | None = None
+    """Overrides the joint's origin in its parent link, m."""
     drive: DriveSpec | None = None
     usd_drive: UsdDriveSpec | None = None
-    armature: NotNegative = Field(default=0.0, description="Rotor inertia seen at the joint, kg m2, or kg.")
+    armature: NotNegative = 0.0
+    """Rotor inertia seen at the joint, kg m2, or kg."""
 
     @model_validator(mode="after")
     def _one_drive(self) -> JointSpec:
@@ -342,25 +317,25 @@ class JointSpec(Spec):
         return self
 
 
-class MaterialSpec(Spec):
+class MaterialSpec(FileSpec):
     """A physics material."""
 
-    static_friction: NotNegative = Field(
-        default=0.5, description="No effect if it differs: MuJoCo has one friction, which is the dynamic one."
-    )
+    static_friction: NotNegative = 0.5
+    """No effect if it differs: MuJoCo has one friction, which is the dynamic one."""
     dynamic_friction: NotNegative = 0.5
-    restitution: float = Field(default=0.0, ge=0, le=1, description="No effect: MuJoCo's contacts have no restitution.")
-    combine: Literal["average", "min", "multiply", "max"] = Field(
-        default="average",
-        description="How to combine with the floor's friction; applied at build and when a graph writes it.",
-    )
-    bind: tuple[str, ...] = Field(default=(), description="Links whose colliders have this material.", strict=False)
+    restitution: float = Field(default=0.0, ge=0, le=1)
+    """No effect: MuJoCo's contacts have no restitution."""
+    combine: Literal["average", "min", "multiply", "max"] = "average"
+    """How to combine with the floor's friction; applied at build and when a graph writes it."""
+    bind: tuple[str, ...] = Field(default=(), strict=False)
+    """Links whose colliders have this material."""
 
 
-class FrameSpec(Spec):
+class FrameSpec(FileSpec):
     """An empty Xform."""
 
-    parent: str = Field(description="Parent prim, relative to the robot.")
+    parent: str
+    """Parent prim, relative to the robot."""
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
 
@@ -377,56 +352,46 @@ class SensorSpec(FrameSpec, defer_build=True):
     """A sensor on a link."""
 
     type: Annotated[str, _TypeOfSensor]
-    profile: str = Field(default="", description="Name of a sensor profile, such as microscan3_9m_20hz.")
-    noise_std: NotNegative | None = Field(
-        default=None, description="Standard deviation of measured distances, m; default is the profile's."
-    )
+    profile: str = ""
+    """Name of a sensor profile, such as microscan3_9m_20hz."""
+    noise_std: NotNegative | None = None
+    """Standard deviation of measured distances, m; default is the profile's."""
 
 
-class RobotSpec(Spec, defer_build=True):
+class RobotSpec(FileSpec, defer_build=True):
     """A robot file: a description, changes to it, mounted sensors, and graphs."""
 
     format: Format = 1
     robot: Name
     doc: str = ""
-    extends: str = Field(default="", description="Robot file that this one extends.")
-    urdf: str = Field(default="", description="URDF file, or a .xacro file that expands to one.")
-    xacro_arguments: dict[str, str | bool | int | float] = Field(
-        default={}, description="Values of the xacro file's arguments, as in `xacro file name:=value`."
-    )
-    package_paths: tuple[str, ...] = Field(
-        default=(),
-        description="ROS packages, or folders that contain them, for package:// and $(find …).",
-        strict=False,
-    )
-    base_link: str = Field(default="base_link", description="Root link; the free joint moves it.")
-    fixed_base: bool = Field(
-        default=False,
-        description="Fix the root link to the world, as for an arm; a root link named `world` is always fixed.",
-    )
-    articulation_root: str = Field(
-        default="", description="Link that stands for the robot in graphs; empty: the freely moving link."
-    )
-    self_collision: bool = Field(
-        default=False,
-        description="Let the robot's links collide with each other, except those connected by a joint.",
-    )
+    extends: str = ""
+    """Robot file that this one extends."""
+    urdf: str = ""
+    """URDF file, or a .xacro file that expands to one."""
+    xacro_arguments: dict[str, str | bool | int | float] = {}
+    """Values of the xacro file's arguments, as in `xacro file name:=value`."""
+    package_paths: tuple[str, ...] = Field(default=(), strict=False)
+    """ROS packages, or folders that contain them, for package:// and $(find …)."""
+    base_link: str = "base_link"
+    """Root link; the free joint moves it."""
+    fixed_base: bool = False
+    """Fix the root link to the world, as for an arm; a root link named `world` is always fixed."""
+    articulation_root: str = ""
+    """Link that stands for the robot in graphs; empty: the freely moving link."""
+    self_collision: bool = False
+    """Let the robot's links collide with each other, except those connected by a joint."""
     joints: dict[str, JointSpec] = {}
-    keep_only_joints: tuple[str, ...] = Field(
-        (), description="Disables every other joint of the description.", strict=False
-    )
-    wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"]] = Field(
-        default={}, description="Wheel link to collider shape."
-    )
+    keep_only_joints: tuple[str, ...] = Field(default=(), strict=False)
+    """Disables every other joint of the description."""
+    wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"]] = {}
+    """Wheel link to collider shape."""
     materials: dict[Name, MaterialSpec] = {}
     frames: dict[Name, FrameSpec] = {}
     sensors: dict[Name, SensorSpec] = {}
-    namespaces: dict[str, Namespace] = Field(
-        default={}, description="`isaac:namespace` by prim, relative to the robot."
-    )
-    name_overrides: dict[str, str] = Field(
-        default={}, description="`isaac:nameOverride` by prim, relative to the robot."
-    )
+    namespaces: dict[str, Namespace] = {}
+    """`isaac:namespace` by prim, relative to the robot."""
+    name_overrides: dict[str, str] = {}
+    """`isaac:nameOverride` by prim, relative to the robot."""
     graphs: dict[Name, GraphUse] = {}
 
 

@@ -7,6 +7,7 @@ import re
 import types
 import typing
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -155,14 +156,12 @@ def _description(model: type[Spec], location: Location) -> str:
     return ""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class Loaded(typing.Generic[S]):
     """A spec with its document, which gives later findings their places."""
 
-    __slots__ = ("document", "spec")
-
-    def __init__(self, spec: S, document: Document) -> None:
-        self.spec = spec
-        self.document = document
+    spec: S
+    document: Document
 
     @property
     def folder(self) -> Path:

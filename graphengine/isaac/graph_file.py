@@ -26,13 +26,10 @@ from graphengine.node.port import Port
 WIDTH = 120
 SCRIPT_NODE = "omni.graph.scriptnode.ScriptNode"
 GONE = {
-    (
-        "isaacsim.core.nodes.IsaacReadSimulationTime",
-        "swhFrameNumber",
-    ): "referenceTimeNumerator and -Denominator follow it",
-    ("isaacsim.core.nodes.IsaacArticulationController", "usePath"): "robotPath is used where targetPrim is not given",
-    ("isaacsim.ros2.bridge.ROS2CameraHelper", "viewport"): "wire renderProductPath from IsaacCreateRenderProduct",
-    ("isaacsim.ros2.bridge.ROS2SubscribeJointState", "targetPrim"): "it had no use",
+    "isaacsim.core.nodes.IsaacReadSimulationTime.swhFrameNumber": "referenceTimeNumerator and -Denominator follow it",
+    "isaacsim.core.nodes.IsaacArticulationController.usePath": "robotPath is used where targetPrim is not given",
+    "isaacsim.ros2.bridge.ROS2CameraHelper.viewport": "wire renderProductPath from IsaacCreateRenderProduct",
+    "isaacsim.ros2.bridge.ROS2SubscribeJointState.targetPrim": "it had no use",
 }
 """Ports that older versions of Isaac Sim had, and what to do without them."""
 
@@ -179,8 +176,7 @@ class _Composer:
             advice = "write evaluator_name 'execution' there if its events are to decide what is computed"
             self.findings.add("N301", f"{graph.path} is a push graph: every node is computed", graph.span, advice)
         if graph.evaluator == "dirty_push":
-            what = "that it computes only what changed (dirty_push)"
-            self._leave_out(what, graph.span)
+            self._leave_out("that it computes only what changed (dirty_push)", graph.span)
 
     def _leave_out(self, what: str, span: Span | None, *help: str) -> None:
         self.findings.add("W302", f"{self.graph.path}: left out is {what}", span, *help)
@@ -238,7 +234,7 @@ class _Composer:
             if port is None:
                 inputs = port_names(cls, "inputs")
                 what = f"{cls.__name__} has no such input"
-                advice = GONE.get((cls.type_name, name)) or self.findings.guess(name, inputs)
+                advice = GONE.get(f"{cls.type_name}.{name}") or self.findings.guess(name, inputs)
                 advice = advice or listing(inputs, "inputs")
             elif port.is_exec:
                 return False  # scripts set what was once a state of execution pins
@@ -281,7 +277,7 @@ class _Composer:
             cls = self.classes[node]
             if not _PORT.match(name) or (cls is not None and f"{side}:{name}" not in cls.ports):
                 legal = port_names(cls, side) if cls is not None else []
-                gone = GONE.get((cls.type_name, name), "") if cls is not None else ""
+                gone = GONE.get(f"{cls.type_name}.{name}") if cls is not None else None
                 near = gone or self.findings.guess(name, legal) or listing(legal, side)
                 self._leave_out(f"the wire {wire}: {cls.__name__ if cls else node} has no {key}", wire.span, near)
                 return ""

@@ -5,6 +5,7 @@ Compounds are flat: a node inside of one is called `Compound/Node`, and wires le
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -113,6 +114,12 @@ class RecordedGraph:
         yield from (end for wire in self.wires for ends in wire.ends for end in ends)
         for node in self.nodes.values():
             yield from (node.type, *node.values, *node.attributes, *node.attributes.values())
+
+
+def pipeline_stage(name: str) -> PipelineStage | None:
+    """The pipeline stage of an enumerator's name or of a USD token such as `pipelineStageOnDemand`; None of others."""
+    word = re.sub(".*_STAGE_|^pipelineStage|_", "", name).lower()
+    return next((stage for stage in PIPELINE_STAGES if stage.replace("_", "") == word), None)
 
 
 def carried(items: Collection[Any], names: Callable[[Any], Iterable[str]], what: str, findings: Findings) -> list[Any]:

@@ -16,29 +16,11 @@ from graphengine.scene import build
 from tests.cli.harness import GRAPHS, ROOT
 from tests.drawing.reading import mistakes, read
 
-TYPES = [
-    "OnPlaybackTick",
-    "Branch",
-    "Counter",
-    "Delay",
-    "ROS2PublishClock",
-    "ROS2PublishOdometry",
-    "BooleanNot",
-    "Nothing",
-]
+TYPES = ["OnPlaybackTick", "Branch", "Counter", "Delay", "ROS2PublishClock", "ROS2PublishOdometry", "BooleanNot"]
+TYPES += ["Nothing"]
 INPUTS = ["execIn", "condition", "reset", "duration", "timeStamp", "position", "valueIn", "nothing"]
-OUTPUTS = [
-    "tick",
-    "execTrue",
-    "execFalse",
-    "execOut",
-    "count",
-    "finished",
-    "valueOut",
-    "time",
-    "nothing",
-    "inputs:valueIn",
-]
+OUTPUTS = ["tick", "execTrue", "execFalse", "execOut", "count", "finished", "valueOut", "time", "nothing"]
+OUTPUTS += ["inputs:valueIn"]
 PART = """graph: part
 inputs: {go: Branch.execIn, condition: Not.valueIn}
 outputs: {done: Count.execOut, value: Not.valueOut}

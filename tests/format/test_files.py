@@ -61,13 +61,8 @@ def test_files_outside_are_refused(home: Path, refer: Refer) -> None:
     secret = home.parent / "outside" / "secret.yaml"
     (home / "link.yaml").symlink_to(secret)
     (home / "door").symlink_to(secret.parent)
-    for reference in (
-        "../outside/secret.yaml",
-        str(secret),
-        "link.yaml",
-        "door/secret.yaml",
-        "below/../../outside/secret.yaml",
-    ):
+    outside = "../outside/secret.yaml"
+    for reference in (outside, str(secret), "link.yaml", "door/secret.yaml", f"below/../{outside}"):
         assert refer(reference) == [f"G214 subgraph: {reference!r} lies outside the folder of the file you gave"]
         assert refer(reference, secret.parent) == []
 
@@ -102,28 +97,27 @@ def test_names_that_no_file_can_have(reference: str, home: Path) -> None:
         Files.of(home / "given.yaml").find(reference, home)
 
 
+def help_for(reference: str, home: Path) -> tuple[str, ...]:
+    """What is told to do where there is no such file."""
+    with pytest.raises(NotFoundError) as missing:
+        Files.of(home / "given.yaml").find(reference, home)
+    return missing.value.help
+
+
 def test_near_names_are_suggested(home: Path) -> None:
-    reader = Files.of(home / "given.yaml")
-    with pytest.raises(NotFoundError) as missing:
-        reader.find("iner.yaml", home)
-    assert missing.value.help[0] == "did you mean 'inner.yaml'?"
-    with pytest.raises(NotFoundError) as missing:
-        reader.find("below/inner.yml", home)
-    assert missing.value.help[0] == "did you mean 'below/inner.yaml'?"
-    assert missing.value.help[1] == f"looked in {str(home / 'below')!r}, and among the included graphs and scenes"
+    assert help_for("iner.yaml", home)[0] == "did you mean 'inner.yaml'?"
+    near, looked = help_for("below/inner.yml", home)
+    assert near == "did you mean 'below/inner.yaml'?"
+    assert looked == f"looked in {str(home / 'below')!r}, and among the included graphs and scenes"
 
 
 def test_nothing_is_told_of_folders_outside(home: Path) -> None:
-    with pytest.raises(NotFoundError) as missing:
-        Files.of(home / "given.yaml").find("../outside/secrets.yaml", home)
-    assert missing.value.help[0] == ""
+    assert help_for("../outside/secrets.yaml", home)[0] == ""
 
 
 def test_a_folder_that_cannot_be_listed_gives_no_suggestion(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "access", lambda path, mode: False)
-    with pytest.raises(NotFoundError) as missing:
-        Files.of(home / "given.yaml").find("iner.yaml", home)
-    assert missing.value.help[0] == ""
+    assert help_for("iner.yaml", home)[0] == ""
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes in the file system")

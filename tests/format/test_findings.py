@@ -16,12 +16,8 @@ from graphengine.scene import build
 
 CASES = Path(__file__).parent / "cases"
 
-PLACE: dict[str, Any] = {
-    "path": {"type": ["string", "null"]},
-    "line": {"type": ["integer", "null"], "minimum": 1},
-    "column": {"type": ["integer", "null"], "minimum": 1},
-    "length": {"type": ["integer", "null"], "minimum": 1},
-}
+NUMBER = {"type": ["integer", "null"], "minimum": 1}
+PLACE: dict[str, Any] = {"path": {"type": ["string", "null"]}, "line": NUMBER, "column": NUMBER, "length": NUMBER}
 RECORD: dict[str, Any] = {
     "$schema": "https://json-schema.org/draft/2020-12/schema",
     "type": "array",
@@ -184,28 +180,20 @@ def test_a_message_of_several_lines_is_indented_behind_its_place() -> None:
 @pytest.mark.parametrize(
     ("name", "legal", "said"),
     [
-        ("whel", ["wheel", "arm"], "did you mean 'wheel'?"),
-        ("WHEEL", ["wheel", "arm"], "did you mean 'wheel'?"),
-        ("left_wheel", ["left_wheel_joint", "right_wheel_joint"], "did you mean 'left_wheel_joint'?"),
-        (
-            "wheel_joint",
-            ["left_wheel_joint", "lift_wheel_joint"],
-            "did you mean 'left_wheel_joint' or 'lift_wheel_joint'?",
-        ),
+        ("whel", ["wheel", "arm"], "'wheel'"),
+        ("WHEEL", ["wheel", "arm"], "'wheel'"),
+        ("left_wheel", ["left_wheel_joint", "right_wheel_joint"], "'left_wheel_joint'"),
+        ("wheel_joint", ["left_wheel_joint", "lift_wheel_joint"], "'left_wheel_joint' or 'lift_wheel_joint'"),
         ("zzz", ["wheel", "arm"], ""),
         ("", ["wheel"], ""),
         ("wheel", [], ""),
         ("x" * 100_000, ["wheel"], ""),
-        ("griper", [*(f"wheel_{i}" for i in range(20_000)), "gripper"], "did you mean 'gripper'?"),
-        (
-            "wheel_x7_front",
-            [*(f"wheel_{i:05}_rear" for i in range(20_000)), "wheel_x_front"],
-            "did you mean 'wheel_x_front'?",
-        ),
+        ("griper", [*(f"wheel_{i}" for i in range(20_000)), "gripper"], "'gripper'"),
+        ("wheel_x7_front", [*(f"wheel_{i:05}_rear" for i in range(20_000)), "wheel_x_front"], "'wheel_x_front'"),
     ],
 )
 def test_near_names(name: str, legal: list[str], said: str) -> None:
-    assert did_you_mean(name, legal) == said
+    assert did_you_mean(name, legal) == (f"did you mean {said}?" if said else "")
 
 
 def test_listings_end_after_twenty() -> None:
@@ -217,12 +205,5 @@ def test_listings_end_after_twenty() -> None:
 
 def test_values_in_few_words() -> None:
     values = [True, None, {"a": 1}, [1], 1.5, "text", "x" * 100]
-    assert [shown(value) for value in values] == [
-        "true",
-        "nothing",
-        "a mapping",
-        "a list",
-        "1.5",
-        "'text'",
-        f"'{'x' * 56}...",
-    ]
+    told = ["true", "nothing", "a mapping", "a list", "1.5", "'text'", f"'{'x' * 56}..."]
+    assert list(map(shown, values)) == told

@@ -112,14 +112,18 @@ def test_wires_to_a_subgraph_that_cannot_be_opened(subgraph: str | None, tmp_pat
 # Inputs
 
 
-def test_a_required_input_of_a_wrong_type(tmp_path: Path) -> None:
-    text = f"{TICK}  A: {{type: IsaacComputeOdometry, inputs: {{chassisPrim: 5}}}}\n"
-    assert told(tmp_path, f"{text}{PUBLISH}") == ["G211 a.yaml:4"]
-
-
-def test_a_required_input_whose_name_is_misspelt(tmp_path: Path) -> None:
-    text = f"{TICK}  A: {{type: IsaacComputeOdometry, inputs: {{chasisPrim: /rover}}}}\n"
-    assert told(tmp_path, f"{text}{PUBLISH}") == ["G204 a.yaml:4"]
+@pytest.mark.parametrize(
+    ("kind", "inputs", "code"),
+    [
+        ("IsaacComputeOdometry", "chassisPrim: 5", "G211"),
+        ("IsaacComputeOdometry", "chasisPrim: /rover", "G204"),
+        ("DifferentialController", "wheelRadius: 0.1", "G208"),
+    ],
+    ids=["of a wrong type", "misspelt", "missing beside another"],
+)
+def test_a_required_input(kind: str, inputs: str, code: str, tmp_path: Path) -> None:
+    text = f"{TICK}  A: {{type: {kind}, inputs: {{{inputs}}}}}\n{PUBLISH}"
+    assert told(tmp_path, text) == [f"{code} a.yaml:4"]
 
 
 @pytest.mark.parametrize("helper", ["ROS2CameraHelper", "ROS2CameraInfoHelper", "ROS2RtxLidarHelper"])
@@ -141,11 +145,6 @@ def test_a_wire_that_was_refused_settles_no_type_and_is_told_once(tmp_path: Path
     text = f"{TICK}  B: BreakVector3\n  A: ROS2PublishClock\n"
     wires = "connections: [Tick.tick -> A.execIn, Tick.tim -> B.tuple, B.x -> A.timeStamp]\n"
     assert told(tmp_path, f"{text}{wires}") == ["G204 a.yaml:6"]
-
-
-def test_a_controller_without_wheels(tmp_path: Path) -> None:
-    text = f"{TICK}  A: {{type: DifferentialController, inputs: {{wheelRadius: 0.1}}}}\n"
-    assert told(tmp_path, f"{text}{PUBLISH}") == ["G208 a.yaml:4"]
 
 
 # Variables and attributes, whose types nodes have for their own

@@ -104,88 +104,45 @@ def test_specs_are_frozen() -> None:
         graph.doc = "changed"
 
 
+GRAPH, SCENE, ROBOT = "graph: g\n", "scene: s\nworld: w\n", "robot: r\n"
+USD_DRIVE = "keys: damping, stiffness, target_velocity, max_force"
+FRICTIONS = "did you mean 'static_friction' or 'dynamic_friction'?"
+QUATERNION = "did you mean 'quaternion_xyzw'?"
+MODELS: dict[str, type[Spec]] = {GRAPH: GraphSpec, SCENE: SceneSpec, ROBOT: RobotSpec}
+
+
 @pytest.mark.parametrize(
-    ("model", "text", "message"),
+    ("head", "text", "place", "key", "help"),
     [
-        (GraphSpec, "graph: g\nnode: {}", "2:1 unknown key 'node'; did you mean 'nodes'?"),
-        (
-            GraphSpec,
-            "graph: g\nnodes: {A: {typ: OnPlaybackTick, type: x}}",
-            "2:13 unknown key 'typ'; did you mean 'type'?",
-        ),
-        (
-            GraphSpec,
-            "graph: g\nparameters: {a: {type: double, defalt: 1.0}}",
-            "2:32 unknown key 'defalt'; did you mean 'default'?",
-        ),
-        (
-            GraphSpec,
-            "graph: g\nvariables: {a: {type: double, value: 1.0}}",
-            "2:31 unknown key 'value'; keys: type, default, doc",
-        ),
-        (
-            SceneSpec,
-            "scene: s\nworld: w\nphysics: {substep: 1}",
-            "3:11 unknown key 'substep'; did you mean 'substeps'?",
-        ),
-        (
-            SceneSpec,
-            "scene: s\nworld: w\nrobots: {x: {use: r, orientation: {rpy_rad: [0, 0, 0]}}}",
-            "3:36 unknown key 'rpy_rad'; did you mean 'rpy_deg'?",
-        ),
-        (
-            SceneSpec,
-            "scene: s\nworld: w\nrobots: {x: {use: r, namspace: a}}",
-            "3:22 unknown key 'namspace'; did you mean 'namespace'?",
-        ),
-        (
-            SceneSpec,
-            "scene: s\nworld: w\ngraphs: {x: {use: r, parameter: {}}}",
-            "3:22 unknown key 'parameter'; did you mean 'parameters'?",
-        ),
-        (RobotSpec, "robot: r\njoint: {}", "2:1 unknown key 'joint'; did you mean 'joints'?"),
-        (
-            RobotSpec,
-            "robot: r\njoints: {j: {drive: {dampening: 1.0}}}",
-            "2:22 unknown key 'dampening'; did you mean 'damping'?",
-        ),
-        (
-            RobotSpec,
-            "robot: r\njoints: {j: {usd_drive: {max_acceleration: 1.0}}}",
-            "2:26 unknown key 'max_acceleration'; keys: damping, stiffness, target_velocity, max_force",
-        ),
-        (
-            RobotSpec,
-            "robot: r\nmaterials: {m: {friction: 1.0}}",
-            "2:17 unknown key 'friction'; did you mean 'static_friction' or 'dynamic_friction'?",
-        ),
-        (
-            RobotSpec,
-            "robot: r\nframes: {f: {parent: a, orientation: {quaternion: [0, 0, 0, 1]}}}",
-            "2:39 unknown key 'quaternion'; did you mean 'quaternion_xyzw'?",
-        ),
-        (
-            RobotSpec,
-            "robot: r\nsensors: {s: {type: lidar, parent: a, noise: 1.0}}",
-            "2:39 unknown key 'noise'; did you mean 'noise_std'?",
-        ),
+        (GRAPH, "node: {}", "2:1", "node", "did you mean 'nodes'?"),
+        (GRAPH, "nodes: {A: {typ: OnPlaybackTick, type: x}}", "2:13", "typ", "did you mean 'type'?"),
+        (GRAPH, "parameters: {a: {type: double, defalt: 1.0}}", "2:32", "defalt", "did you mean 'default'?"),
+        (GRAPH, "variables: {a: {type: double, value: 1.0}}", "2:31", "value", "keys: type, default, doc"),
+        (SCENE, "physics: {substep: 1}", "3:11", "substep", "did you mean 'substeps'?"),
+        (SCENE, "robots: {x: {use: r, orientation: {rpy_rad: [0]}}}", "3:36", "rpy_rad", "did you mean 'rpy_deg'?"),
+        (SCENE, "robots: {x: {use: r, namspace: a}}", "3:22", "namspace", "did you mean 'namespace'?"),
+        (SCENE, "graphs: {x: {use: r, parameter: {}}}", "3:22", "parameter", "did you mean 'parameters'?"),
+        (ROBOT, "joint: {}", "2:1", "joint", "did you mean 'joints'?"),
+        (ROBOT, "joints: {j: {drive: {dampening: 1.0}}}", "2:22", "dampening", "did you mean 'damping'?"),
+        (ROBOT, "joints: {j: {usd_drive: {max_acceleration: 1}}}", "2:26", "max_acceleration", USD_DRIVE),
+        (ROBOT, "materials: {m: {friction: 1.0}}", "2:17", "friction", FRICTIONS),
+        (ROBOT, "frames: {f: {parent: a, orientation: {quaternion: []}}}", "2:39", "quaternion", QUATERNION),
+        (ROBOT, "sensors: {s: {type: lidar, parent: a, noise: 1.0}}", "2:39", "noise", "did you mean 'noise_std'?"),
     ],
 )
-def test_unknown_keys_at_every_level(model: type[Spec], text: str, message: str) -> None:
-    assert message in told(model, text)
+def test_unknown_keys_at_every_level(head: str, text: str, place: str, key: str, help: str) -> None:
+    assert f"{place} unknown key {key!r}; {help}" in told(MODELS[head], head + text)
 
 
-ROBOT = "scene: s\nworld: w\nrobots:\n  r:\n    use: r.yaml\n    orientation: "
+TURNED = f"{SCENE}robots:\n  r:\n    use: r.yaml\n    orientation: "
+BOTH = "6:5 orientation: give one of rpy_deg: [roll, pitch, yaw] and quaternion_xyzw: [x, y, z, w]"
 
 
 @pytest.mark.parametrize(
     ("orientation", "message"),
     [
-        ("{}", "6:5 orientation: give one of rpy_deg: [roll, pitch, yaw] and quaternion_xyzw: [x, y, z, w]"),
-        (
-            "{rpy_deg: [0, 0, 0], quaternion_xyzw: [0, 0, 0, 1]}",
-            "6:5 orientation: give one of rpy_deg: [roll, pitch, yaw] and quaternion_xyzw: [x, y, z, w]",
-        ),
+        ("{}", BOTH),
+        ("{rpy_deg: [0, 0, 0], quaternion_xyzw: [0, 0, 0, 1]}", BOTH),
         ("[0, 0, 90]", "6:18 orientation: expected a mapping, got a list; keys: rpy_deg, quaternion_xyzw"),
         ("90", "6:18 orientation: expected a mapping, got 90; keys: rpy_deg, quaternion_xyzw"),
         ("{rpy_deg: 90}", "6:28 rpy_deg: expected a list, got 90"),
@@ -198,12 +155,12 @@ ROBOT = "scene: s\nworld: w\nrobots:\n  r:\n    use: r.yaml\n    orientation: "
     ],
 )
 def test_orientations(orientation: str, message: str) -> None:
-    assert told(SceneSpec, ROBOT + orientation) == [message]
+    assert told(SceneSpec, TURNED + orientation) == [message]
 
 
 def test_both_orientations_are_accepted() -> None:
-    assert told(SceneSpec, ROBOT + "{rpy_deg: [0, 0.5, 90]}") == []
-    assert told(SceneSpec, ROBOT + "{quaternion_xyzw: [0, 0, 0, 1]}") == []
+    assert told(SceneSpec, TURNED + "{rpy_deg: [0, 0.5, 90]}") == []
+    assert told(SceneSpec, TURNED + "{quaternion_xyzw: [0, 0, 0, 1]}") == []
 
 
 def test_every_mistake_of_a_file_is_told_at_once() -> None:

@@ -9,6 +9,7 @@ import pytest
 from graphengine.nodes.data.construction import ARRAY_TYPES
 from graphengine.scene import build
 
+ONE_TYPE = ": a variable is of one type, such as double or token, and not"
 TICK = "graph: g\nnodes:\n  Tick: OnPlaybackTick\n"
 
 
@@ -26,35 +27,19 @@ def first(folder: Path, text: str) -> tuple[str, str, tuple[str, ...]]:
 @pytest.mark.parametrize(
     ("variable", "message", "marked"),
     [
-        ("{type: uint, default: -1}", "variable 'v' is a uint: expected 0 to 4294967295, got -1", "-1"),
-        ("{type: 'double[3]', default: [1, 2]}", "variable 'v' is a double[3]: expected 3 values, got 2", "["),
-        ("{type: token, default: 3}", "variable 'v' is a token: expected text, got 3", "3"),
-        ("{type: double, default: fast}", "variable 'v' is a double: expected a number, got 'fast'", "fast"),
-        ("{type: duble}", "variable 'v': 'duble' is not a port type", "duble"),
-        (
-            "{type: execution}",
-            "variable 'v': a variable is of one type, such as double or token, and not an execution",
-            "execution",
-        ),
-        (
-            "{type: any, default: 1}",
-            "variable 'v': a variable is of one type, such as double or token, and not an any",
-            "any",
-        ),
-        (
-            "{type: bundle}",
-            "variable 'v': a variable is of one type, such as double or token, and not a bundle",
-            "bundle",
-        ),
-        (
-            "{type: int|double}",
-            "variable 'v': a variable is of one type, such as double or token, and not an int | double",
-            "int|double",
-        ),
+        ("{type: uint, default: -1}", " is a uint: expected 0 to 4294967295, got -1", "-1"),
+        ("{type: 'double[3]', default: [1, 2]}", " is a double[3]: expected 3 values, got 2", "["),
+        ("{type: token, default: 3}", " is a token: expected text, got 3", "3"),
+        ("{type: double, default: fast}", " is a double: expected a number, got 'fast'", "fast"),
+        ("{type: duble}", ": 'duble' is not a port type", "duble"),
+        ("{type: execution}", f"{ONE_TYPE} an execution", "execution"),
+        ("{type: any, default: 1}", f"{ONE_TYPE} an any", "any"),
+        ("{type: bundle}", f"{ONE_TYPE} a bundle", "bundle"),
+        ("{type: int|double}", f"{ONE_TYPE} an int | double", "int|double"),
     ],
 )
 def test_a_variable_that_makes_no_sense(variable: str, message: str, marked: str, tmp_path: Path) -> None:
-    assert first(tmp_path, f"graph: g\nvariables:\n  v: {variable}\n")[:2] == (message, marked)
+    assert first(tmp_path, f"graph: g\nvariables:\n  v: {variable}\n")[:2] == (f"variable 'v'{message}", marked)
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,14 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
 from graphengine.isaac.script import script_reader
 from graphengine.sandbox.confinement import ProcessError
+from tests.cli.conftest import graphrun as graphrun
+from tests.cli.harness import Graphrun, Result
 
 READY = """
 import contextlib, gc, importlib, os, socket, sys
@@ -76,3 +79,16 @@ def write(end: int, request: bytes) -> None:
 def scripts_in_forks(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     if request.path.stem not in IN_NEW_PROCESSES:
         monkeypatch.setattr(script_reader, "ask", request.getfixturevalue("ask_fork"))
+
+
+@pytest.fixture
+def imports(graphrun: Graphrun, tmp_path: Path) -> Graphrun:
+    """`graphrun import` of a file, or of a text that becomes `script.py`, into the folder of the test."""
+
+    def run(script: Path | str, *given: str) -> Result:
+        if isinstance(script, str):
+            (tmp_path / "script.py").write_text(script, encoding="utf-8")
+            script = tmp_path / "script.py"
+        return graphrun("import", str(script), "-o", str(tmp_path), *given)
+
+    return run

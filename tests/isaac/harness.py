@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -63,6 +63,24 @@ def recorded(script: Path, *arguments: str) -> tuple[list[RecordedGraph], list[F
     """The graphs of a script and what is told, found out once."""
     findings = Findings()
     return read_script(script, findings, arguments, types=default_registry().types), findings.items
+
+
+class Read(NamedTuple):
+    """What a script gives."""
+
+    graphs: list[RecordedGraph]
+    warnings: list[str]
+    """Each with its line, counted from the end of the beginning that all scripts of a test share."""
+    findings: Findings
+
+
+def read_text(folder: Path, text: str, start: str = "", **given: Any) -> Read:
+    """Read a script that has a beginning and a text; it builds some graph."""
+    path, findings, begun = folder / "script.py", Findings(), start.count("\n")
+    path.write_text(start + text, encoding="utf-8")
+    graphs = read_script(path, findings, **given)
+    assert findings.errors == []
+    return Read(graphs, [f"{f.span.line - begun}: {f.message}" for f in findings.warnings if f.span], findings)
 
 
 def imported(script: Path, folder: Path, *arguments: str) -> tuple[list[Path], Findings]:

@@ -6,43 +6,43 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.cli import main
+from tests.cli.harness import Graphrun, Result
 from tests.isaac.harness import ROOT, SCRIPTS
 
 SCAN = SCRIPTS / "tutorial" / "scan.py"
 
 
-def test_import_writes_a_file_for_each_graph_and_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["import", str(SCRIPTS / "two_robots.py"), "-o", str(tmp_path)]) == 0
-    out = capsys.readouterr().out
+def test_import_writes_a_file_for_each_graph_and_says_so(imports: Graphrun, graphrun: Graphrun, tmp_path: Path) -> None:
+    done = imports(SCRIPTS / "two_robots.py")
+    assert done.code == 0
     assert [path.name for path in sorted(tmp_path.iterdir())] == ["beta_01_tf.yaml", "tf.yaml"]
-    assert "beta_01_tf.yaml: 3 nodes, 6 wires, at /World/beta_01/tf" in out
-    assert "left out is what belongs to no graph: stage.DefinePrim('/World/alpha_00/frames')," in out
-    assert main(["check", *map(str, sorted(tmp_path.iterdir()))]) == 0
+    assert "beta_01_tf.yaml: 3 nodes, 6 wires, at /World/beta_01/tf" in done.out
+    assert "left out is what belongs to no graph: stage.DefinePrim('/World/alpha_00/frames')," in done.out
+    assert graphrun("check", *map(str, sorted(tmp_path.iterdir()))).code == 0
 
 
-def test_import_makes_the_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["import", str(SCAN), "-o", str(tmp_path / "new/folder")]) == 0
+def test_import_makes_the_folder(imports: Graphrun, tmp_path: Path) -> None:
+    assert imports(SCAN, "-o", str(tmp_path / "new/folder")).code == 0
     assert list((tmp_path / "new/folder").glob("*.yaml"))
 
 
-def test_import_writes_over_nothing_unless_it_is_told_to(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_import_writes_over_nothing_unless_it_is_told_to(imports: Graphrun, tmp_path: Path) -> None:
     (tmp_path / "scan.yaml").write_text("mine", encoding="utf-8")
-    assert main(["import", str(SCAN), "-o", str(tmp_path)]) == 2
-    assert "scan.yaml: already exists; --force overwrites it" in capsys.readouterr().err
+    done = imports(SCAN)
+    assert (done.code, "scan.yaml: already exists; --force overwrites it" in done.err) == (2, True)
     assert (tmp_path / "scan.yaml").read_text(encoding="utf-8") == "mine"
-    assert main(["import", str(SCAN), "-o", str(tmp_path), "--force"]) == 0
+    assert imports(SCAN, "--force").code == 0
     line = SCAN.read_text(encoding="utf-8").split("\n").index("og.Controller.edit(") + 1
     text = (tmp_path / "scan.yaml").read_text(encoding="utf-8")
     assert text.startswith(f"# Imported from scan.py, line {line}\nformat: 1\n")
 
 
 def test_import_of_a_script_with_a_type_that_is_not_here_succeeds_and_check_fails(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    imports: Graphrun, graphrun: Graphrun, tmp_path: Path
 ) -> None:
-    assert main(["import", str(SCRIPTS / "unknown_types.py"), "-o", str(tmp_path)]) == 0
-    assert "warning W301: Mine: there is no node type" in capsys.readouterr().err
-    assert main(["check", str(tmp_path / "custom.yaml")]) == 1
+    done = imports(SCRIPTS / "unknown_types.py")
+    assert (done.code, "warning W301: Mine: there is no node type" in done.err) == (0, True)
+    assert graphrun("check", str(tmp_path / "custom.yaml")).code == 1
 
 
 @pytest.mark.parametrize(
@@ -54,29 +54,25 @@ def test_import_of_a_script_with_a_type_that_is_not_here_succeeds_and_check_fail
         ([str(SCAN), "--allow", "nowhere"], "no folder 'nowhere'"),
     ],
 )
-def test_import_refuses_what_makes_no_sense(
-    arguments: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["import", *arguments]) == 2
-    assert complaint in capsys.readouterr().err
+def test_import_refuses_what_makes_no_sense(arguments: list[str], complaint: str, graphrun: Graphrun) -> None:
+    done = graphrun("import", *arguments)
+    assert (done.code, complaint in done.err) == (2, True)
 
 
-def test_import_of_what_builds_no_graph_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["import", str(SCRIPTS / "extension.py"), "-o", str(tmp_path)]) == 1
-    assert "builds no graph" in capsys.readouterr().err
+def test_import_of_what_builds_no_graph_fails(imports: Graphrun, tmp_path: Path) -> None:
+    done = imports(SCRIPTS / "extension.py")
+    assert (done.code, "builds no graph" in done.err) == (1, True)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_import_of_a_stage_without_a_graph_shows_its_namespaces(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_import_of_a_stage_without_a_graph_shows_its_namespaces(imports: Graphrun, tmp_path: Path) -> None:
     stage = tmp_path / "robot.usda"
     stage.write_text('#usda 1.0\ndef Xform "dd100" {\n    custom string isaac:namespace = "dd100_0000"\n}\n')
-    assert main(["import", str(stage), "-o", str(tmp_path)]) == 0
-    assert capsys.readouterr().out == "in a scene:\nnamespaces:\n  /dd100: dd100_0000\n"
+    done = imports(stage)
+    assert (done.code, done.out) == (0, "in a scene:\nnamespaces:\n  /dd100: dd100_0000\n")
     stage.write_text('#usda 1.0\ndef Xform "dd100" {\n}\n')
-    assert main(["import", str(stage), "-o", str(tmp_path)]) == 1
-    assert "builds no graph" in capsys.readouterr().err
+    done = imports(stage)
+    assert (done.code, "builds no graph" in done.err) == (1, True)
 
 
 VARIANTS = """#usda 1.0
@@ -99,40 +95,42 @@ def Xform "World" (
 
 
 def test_import_of_a_stage_whose_graphs_are_in_other_variants_says_which_are_chosen(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    imports: Graphrun, tmp_path: Path
 ) -> None:
     stage = tmp_path / "robot.usda"
     stage.write_text(VARIANTS, encoding="utf-8")
-    assert main(["import", str(stage), "-o", str(tmp_path)]) == 1
-    assert "a variant may: /World: ros = none, of none, ros2" in capsys.readouterr().err
+    done = imports(stage)
+    assert (done.code, "a variant may: /World: ros = none, of none, ros2" in done.err) == (1, True)
     stage.write_text(VARIANTS.replace('ros = "none"', 'ros = "ros2"'), encoding="utf-8")
-    assert main(["import", str(stage), "-o", str(tmp_path)]) == 0
+    assert imports(stage).code == 0
 
 
-def test_import_gives_a_script_its_arguments(tmp_path: Path) -> None:
-    script = str(SCRIPTS / "with_arguments.py")
-    assert main(["import", script, "-o", str(tmp_path)]) == 1
-    assert main(["import", script, "-o", str(tmp_path), "--", "--rate", "2"]) == 0
+def test_import_gives_a_script_its_arguments(imports: Graphrun, tmp_path: Path) -> None:
+    assert imports(SCRIPTS / "with_arguments.py").code == 1
+    assert imports(SCRIPTS / "with_arguments.py", "--", "--rate", "2").code == 0
     assert "step: 2" in (tmp_path / "gate.yaml").read_text(encoding="utf-8")
 
 
 EDIT = "og.Controller.edit({path!r}, {{'create_nodes': ('T', 'omni.graph.action.OnTick')}})\n"
-START = "import omni.graph.core as og\nimport omni.usd\nfrom pxr import Gf, Sdf, UsdGeom\n" + EDIT.format(
-    path="/World/g"
+START = (
+    f"import omni.graph.core as og\nimport omni.usd\nfrom pxr import Gf, Sdf, UsdGeom\n{EDIT.format(path='/World/g')}"
 )
 
 
-def graph_and_out(tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]) -> tuple[str, str, str]:
-    """The graph file of a script, and what is told on both outputs."""
-    (tmp_path / "build.py").write_text(START + text, encoding="utf-8")
-    assert main(["import", str(tmp_path / "build.py"), "-o", str(tmp_path)]) == 0
-    told = capsys.readouterr()
-    return (tmp_path / "g.yaml").read_text(encoding="utf-8"), told.out, told.err
+@pytest.fixture
+def builds(imports: Graphrun, tmp_path: Path) -> Graphrun:
+    """`graphrun import` of a script that builds a graph and goes on."""
+
+    def run(text: str) -> Result:
+        done = imports(START + text)
+        assert done.code == 0
+        assert (tmp_path / "g.yaml").is_file()
+        return done
+
+    return run
 
 
-def test_namespaces_of_a_script_are_shown_as_a_scene_has_them(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_namespaces_of_a_script_are_shown_as_a_scene_has_them(builds: Graphrun) -> None:
     text = (
         "from isaacsim.core.utils.prims import create_prim\n"
         "stage = omni.usd.get_context().get_stage()\n"
@@ -146,7 +144,7 @@ def test_namespaces_of_a_script_are_shown_as_a_scene_has_them(
         "stage.GetPrimAtPath('/World/g').CreateAttribute('isaac:namespace', 0).Set('of_the_graph')\n"
         "assert robot.GetAttribute('isaac:namespace').Get() == 'r1'\n"
     )
-    out = graph_and_out(tmp_path, text, capsys)[1]
+    out = builds(text).out
     block = (
         "namespaces:\n  /World/robot: r1\n  /World/robot/arm: arm\n  /World/lidar: front\n  /World/g: of_the_graph\n"
     )
@@ -154,26 +152,24 @@ def test_namespaces_of_a_script_are_shown_as_a_scene_has_them(
     assert "AddTranslateOp.Set()" in out
 
 
-def test_what_a_script_built_before_it_failed_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    _, _, err = graph_and_out(tmp_path, "memoryview(og.get_frame())\n", capsys)
+def test_what_a_script_built_before_it_failed_is_written(builds: Graphrun) -> None:
+    err = builds("memoryview(og.get_frame())\n").err
     assert "warning W302: TypeError" in err
     assert "the script goes no further; what it would have built later is not in the graphs" in err
 
 
-def test_an_attribute_that_only_omniverse_knows_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_attribute_that_only_omniverse_knows_is_told(builds: Graphrun) -> None:
     text = (
         "import omni.syntheticdata as sd\n"
         "gate = sd.SyntheticData._get_node_path('Gate', '/Render')\n"
         "og.Controller.attribute(gate + '.inputs:step').set(5)\n"
         "og.Controller.set(og.Controller.attribute(f'{gate}.inputs:step'), 5)\n"
     )
-    err = graph_and_out(tmp_path, text, capsys)[2]
-    assert err.count("what is set at <unknown: omni.syntheticdata.SyntheticData._get_node_path()>") == 2
+    told = "what is set at <unknown: omni.syntheticdata.SyntheticData._get_node_path()>"
+    assert builds(text).err.count(told) == 2
 
 
-def test_a_script_finds_numpy_and_isaac_sims_environment_and_may_keep_a_log(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_script_finds_numpy_and_isaac_sims_environment_and_may_keep_a_log(builds: Graphrun, tmp_path: Path) -> None:
     text = (
         "import os, numpy as np\n"
         "from pathlib import Path\n"
@@ -183,19 +179,15 @@ def test_a_script_finds_numpy_and_isaac_sims_environment_and_may_keep_a_log(
         "np.save('c.npy', np.zeros(3))\n"
         "og.Controller.set('/World/g/T.inputs:framePeriod', int(np.random.default_rng(1).integers(3, 4)))\n"
     )
-    graph, out, err = graph_and_out(tmp_path, text, capsys)
-    assert (err, "framePeriod: 3" in graph) == ("", True)
-    assert "the folder 'logs', the file 'logs/b.txt', which the script writes," in out
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["build.py", "g.yaml"]
+    done = builds(text)
+    assert (done.err, "framePeriod: 3" in (tmp_path / "g.yaml").read_text(encoding="utf-8")) == ("", True)
+    assert "the folder 'logs', the file 'logs/b.txt', which the script writes," in done.out
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["g.yaml", "script.py"]
 
 
-def test_functions_that_build_graphs_and_are_never_called_are_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    script = tmp_path / "library.py"
-    script.write_text(f"import omni.graph.core as og\ndef build():\n    {EDIT.format(path='/g')}", encoding="utf-8")
-    assert main(["import", str(script), "-o", str(tmp_path)]) == 1
-    assert "build(), line 2" in capsys.readouterr().err
+def test_functions_that_build_graphs_and_are_never_called_are_named(imports: Graphrun) -> None:
+    done = imports(f"import omni.graph.core as og\ndef build():\n    {EDIT.format(path='/g')}")
+    assert (done.code, "build(), line 2" in done.err) == (1, True)
 
 
 CAUGHT = """
@@ -210,10 +202,9 @@ except Exception as error:
 """
 
 
-def test_what_a_script_catches_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    _, _, err = graph_and_out(tmp_path, CAUGHT, capsys)
+def test_what_a_script_catches_is_told(builds: Graphrun) -> None:
     lost = "nodes: T; the script goes on without connect T.outputs:tick"
-    assert f"build.py:9:5: warning W302: no node 'U' in /World/more; {lost}" in err
+    assert f"script.py:9:5: warning W302: no node 'U' in /World/more; {lost}" in builds(CAUGHT).err
 
 
 @pytest.mark.parametrize(
@@ -224,22 +215,15 @@ def test_what_a_script_catches_is_told(tmp_path: Path, capsys: pytest.CaptureFix
             ["builds nothing", "it printed: no 'MY_ROBOT'"],
         ),
         ("import carb\ncarb.log_error('no assets')\nraise SystemExit(3)", ["exit(3)", "it printed: no assets"]),
-        (
-            "for n in range(9): print(f'line {n}\\n')",
-            ["it printed: line 6\n  it printed: line 7\n  it printed: line 8"],
-        ),
+        ("for n in range(9): print(f'{n}\\n')", ["it printed: 6\n  it printed: 7\n  it printed: 8"]),
     ],
 )
-def test_what_a_script_that_builds_nothing_printed_last_is_told(
-    text: str, told: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "build.py").write_text(text, encoding="utf-8")
-    assert main(["import", str(tmp_path / "build.py"), "-o", str(tmp_path)]) == 1
-    err = capsys.readouterr().err
-    assert [part for part in told if part not in err] == []
+def test_what_a_script_that_builds_nothing_printed_last_is_told(text: str, told: list[str], imports: Graphrun) -> None:
+    done = imports(text)
+    assert (done.code, [part for part in told if part not in done.err]) == (1, [])
 
 
-def test_a_script_reads_a_folder_that_is_allowed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_script_reads_a_folder_that_is_allowed(imports: Graphrun, tmp_path: Path) -> None:
     (tmp_path / "facts.txt").write_text("/World/there", encoding="utf-8")
     (tmp_path / "scripts").mkdir()
     script = tmp_path / "scripts" / "build.py"
@@ -249,33 +233,37 @@ def test_a_script_reads_a_folder_that_is_allowed(tmp_path: Path, capsys: pytest.
         "og.Controller.edit(path, {'create_nodes': ('T', 'omni.graph.action.OnTick')})\n",
         encoding="utf-8",
     )
-    given = ["import", str(script), "-o", str(tmp_path)]
-    assert main(given) == 1
-    assert f"allow it with --allow {tmp_path}" in capsys.readouterr().err
-    assert main([*given, "--allow", str(tmp_path)]) == 0
+    done = imports(script)
+    assert (done.code, f"allow it with --allow {tmp_path}" in done.err) == (1, True)
+    assert imports(script, "--allow", str(tmp_path)).code == 0
     assert (tmp_path / "there.yaml").is_file()
 
 
-def test_export_writes_a_script_that_import_reads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+SCRIPT_OF_SCAN = ("export", "tutorial/scan", "--to", "isaac-script")
+
+
+def test_export_writes_a_script_that_import_reads(imports: Graphrun, graphrun: Graphrun, tmp_path: Path) -> None:
     script = tmp_path / "scan.py"
-    assert main(["export", "tutorial/scan", "--to", "isaac-script", "-o", str(script)]) == 0
-    assert main(["import", str(script), "-o", str(tmp_path)]) == 0
-    capsys.readouterr()
-    assert main(["export", "tutorial/scan", "--to", "isaac-script"]) == 0
-    assert capsys.readouterr().out == script.read_text(encoding="utf-8")
-    assert main(["export", "tutorial/scan", "--to", "isaac-script", "-o", str(script)]) == 2
-    assert main(["export", "tutorial/scan", "--to", "isaac-script", "-o", str(script), "--force"]) == 0
+    assert graphrun(*SCRIPT_OF_SCAN, "-o", str(script)).code == 0
+    assert imports(script).code == 0
+    done = graphrun(*SCRIPT_OF_SCAN)
+    assert (done.code, done.out) == (0, script.read_text(encoding="utf-8"))
+    assert graphrun(*SCRIPT_OF_SCAN, "-o", str(script)).code == 2
+    assert graphrun(*SCRIPT_OF_SCAN, "-o", str(script), "--force").code == 0
 
 
-def test_export_takes_one_graph_and_no_node_of_our_own(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["export", "dd100_flat", "--to", "isaac-script"]) == 1
-    assert "export them one by one" in capsys.readouterr().err
-    assert main(["export", "robot_state", "--to", "isaac-script"]) == 1
-    assert "there is no graphengine.ros2.RobotStatePublisher in Isaac Sim" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [
+        ("dd100_flat", "export them one by one"),
+        ("robot_state", "there is no graphengine.ros2.RobotStatePublisher in Isaac Sim"),
+    ],
+)
+def test_export_takes_one_graph_and_no_node_of_our_own(name: str, complaint: str, graphrun: Graphrun) -> None:
+    done = graphrun("export", name, "--to", "isaac-script")
+    assert (done.code, complaint in done.err) == (1, True)
 
 
-def test_export_takes_values_of_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert (
-        main(["export", "tutorial/cmd_vel", "--to", "isaac-script", "--set", "DiffController.wheelRadius=0.049"]) == 0
-    )
-    assert '("DiffController.inputs:wheelRadius", 0.049)' in capsys.readouterr().out
+def test_export_takes_values_of_the_command_line(graphrun: Graphrun) -> None:
+    given = ("export", "tutorial/cmd_vel", "--to", "isaac-script", "--set", "DiffController.wheelRadius=0.049")
+    assert '("DiffController.inputs:wheelRadius", 0.049)' in graphrun(*given).out

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -51,6 +50,16 @@ def again(graph: Graph, folder: Path) -> tuple[Graph, str]:
     return resolved(path)[0], text
 
 
+def there_and_back(text: str, folder: Path) -> str:
+    """The script of a graph file that comes back as it was."""
+    path = folder / "graph.yaml"
+    path.write_text(text, encoding="utf-8")
+    graph, _ = resolved(path)
+    back, script = again(graph, folder)
+    assert meaning(back) == meaning(graph)
+    return script
+
+
 @pytest.mark.parametrize("path", [path for path in SHIPPED if name_of(path) not in REFUSED], ids=name_of)
 def test_a_graph_that_ships_comes_back_as_it_was(path: Path, tmp_path: Path) -> None:
     graph, _ = resolved(path)
@@ -77,38 +86,21 @@ def test_what_isaac_sim_has_not_is_refused_by_name(name: str) -> None:
 
 
 def test_a_bundle_is_named_as_omnigraph_names_it(tmp_path: Path) -> None:
-    path = tmp_path / "events.yaml"
-    path.write_text(
+    text = (
         "graph: events\nnodes:\n  Heard: {type: OnCustomEvent, inputs: {eventName: a}}\n"
         "  Send: {type: SendCustomEvent, inputs: {eventName: b}}\n"
-        "connections: [Heard.execOut -> Send.execIn, Heard.bundle -> Send.bundle]\n",
-        encoding="utf-8",
+        "connections: [Heard.execOut -> Send.execIn, Heard.bundle -> Send.bundle]\n"
     )
-    graph, _ = resolved(path)
-    back, text = again(graph, tmp_path)
-    assert '("Heard.outputs_bundle", "Send.inputs:bundle")' in text
-    assert meaning(back) == meaning(graph)
+    assert '("Heard.outputs_bundle", "Send.inputs:bundle")' in there_and_back(text, tmp_path)
 
 
 def test_between_numbered_outputs_there_is_none_missing(tmp_path: Path) -> None:
-    path = tmp_path / "graph.yaml"
-    path.write_text(
-        """graph: graph
+    text = """graph: graph
 nodes: {Tick: OnPlaybackTick, Gate: Multigate, First: Counter, Last: Counter}
 connections: [Tick.tick -> Gate.execIn, Gate.output0 -> First.execIn, Gate.output3 -> Last.execIn]
-""",
-        "utf-8",
-    )
-    graph, _ = resolved(path)
-    back, text = again(graph, tmp_path)
-    assert meaning(back) == meaning(graph)
-    assert [f'("Gate.outputs:output{number}", "execution")' in text for number in range(5)] == [
-        False,
-        True,
-        True,
-        True,
-        False,
-    ]
+"""
+    script = there_and_back(text, tmp_path)
+    assert [n for n in range(5) if f'("Gate.outputs:output{n}", "execution")' in script] == [1, 2, 3]
 
 
 def test_an_exported_script_that_is_run_builds_the_same(tmp_path: Path) -> None:
@@ -165,15 +157,9 @@ def test_subgraphs_are_expanded_and_parameters_filled_in(tmp_path: Path) -> None
 
 
 def test_messages_are_named_before_their_fields_are_wired(tmp_path: Path) -> None:
-    nodes = (
-        "  C: ConstantDouble\n  P: {type: ROS2Publisher, inputs: {messagePackage: std_msgs, messageName: Float64}}\n"
-    )
-    text = f"graph: g\nat: /World/g\nnodes:\n{nodes}connections: ['C.inputs:value -> P.data']\n"
-    (tmp_path / "g.yaml").write_text(text, encoding="utf-8")
-    graph, _ = resolved(tmp_path / "g.yaml")
-    back, script = again(graph, tmp_path)
-    assert meaning(back) == meaning(graph)
-    first, second = script.split("og.Controller.edit(")[1:]
+    publisher = "P: {type: ROS2Publisher, inputs: {messagePackage: std_msgs, messageName: Float64}}"
+    text = f"graph: g\nnodes:\n  C: ConstantDouble\n  {publisher}\nconnections: ['C.inputs:value -> P.data']\n"
+    first, second = there_and_back(text, tmp_path).split("og.Controller.edit(")[1:]
     assert '("P.inputs:messageName", "Float64")' in first
     assert "CONNECT" not in first
     assert '("C.inputs:value", "P.inputs:data")' in second
@@ -313,14 +299,9 @@ def graphs(draw: st.DrawFn) -> str:
 @settings(max_examples=150, deadline=None)
 @given(graphs())
 def test_a_random_graph_comes_back_as_it_was(text: str) -> None:
-    folder = Path(tempfile.mkdtemp())
-    try:
-        path = folder / "g.yaml"
-        path.write_text(text, encoding="utf-8")
-        graph, _ = resolved(path)
-        assert len(graph.instances) == text.count("\n  N")
-        names_of_nothing = {"variable_name", "name"}  # there is no variable and no attribute of a random name
-        assert not any(instance.refused - names_of_nothing for instance in graph.instances)
-        assert meaning(again(graph, folder)[0]) == meaning(graph)
-    finally:
-        shutil.rmtree(folder)
+    with tempfile.TemporaryDirectory() as folder:
+        there_and_back(text, Path(folder))
+        graph, _ = resolved(Path(folder) / "graph.yaml")
+    assert len(graph.instances) == text.count("\n  N")
+    names_of_nothing = {"variable_name", "name"}  # there is no variable and no attribute of a random name
+    assert not any(instance.refused - names_of_nothing for instance in graph.instances)

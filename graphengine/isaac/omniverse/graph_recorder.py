@@ -193,10 +193,11 @@ class GraphRecorder:
 
     def graph_of(self, path: str) -> tuple[RecordedGraph, str] | None:
         """The graph whose prim is at a path or above it, and the rest of the path; None if there is none."""
-        path = self.meant(path)
-        for end in _ends(path):
-            if path[:end] in self.graphs:
-                return self.graphs[path[:end]], path[end + 1 :]
+        above = path = self.meant(path)
+        while above:
+            if above in self.graphs:
+                return self.graphs[above], path[len(above) + 1 :]
+            above = above.rpartition("/")[0]
         return None
 
     def open_stage(self, path: str) -> None:
@@ -413,7 +414,3 @@ class GraphRecorder:
             return
         with self.leaving_out_unknown(f"the default of variable {name!r}", name):
             graph.variables[name] = RecordedValue(plain_data(value), known.type, known.span)
-
-
-def _ends(path: str) -> list[int]:
-    return [len(path), *(i for i in range(len(path) - 1, 0, -1) if path[i] == "/")]

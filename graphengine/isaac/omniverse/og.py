@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import functools
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from graphengine.format.wording import shown
 from graphengine.isaac.omniverse.asyncio_stub import Task
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
-from graphengine.isaac.omniverse.og_edit import Edit, Keys, name_lost
+from graphengine.isaac.omniverse.og_edit import OPENED, Edit, Keys, name_lost
 from graphengine.isaac.omniverse.og_handles import (
     ExecutionAttributeState,
     GraphPipelineStage,
@@ -18,8 +19,7 @@ from graphengine.isaac.omniverse.og_handles import (
     OgVariable,
 )
 from graphengine.isaac.omniverse.og_lookup import edited_graph, graph_above, graph_at, is_hidden, node_at, place_at
-from graphengine.isaac.omniverse.og_members import Open, either
-from graphengine.isaac.omniverse.og_names import OmniGraphError
+from graphengine.isaac.omniverse.og_names import NotThereError, OmniGraphError
 from graphengine.isaac.omniverse.og_types import (
     AttributePortType,
     AttributeRole,
@@ -29,7 +29,39 @@ from graphengine.isaac.omniverse.og_types import (
     Type,
 )
 from graphengine.isaac.omniverse.plain_data import unknown
-from graphengine.isaac.omniverse.stubs import ELSEWHERE, OWN, StubObject, draw
+from graphengine.isaac.omniverse.stubs import ELSEWHERE, OWN, StubObject, draw, member
+
+
+class either:  # noqa: N801  used as a decorator
+    """A method of the class and of its instances, as those of OmniGraph's controllers are; the class makes an instance."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+
+    def __get__(self, instance: Controller | None, owner: type[Controller]) -> Callable[..., Any]:
+        if instance is None:
+            instance = object.__new__(owner)
+            Controller.__init__(instance)  # not that of a subclass in a script, which may take arguments
+        return functools.partial(self.call, instance)
+
+    def call(self, controller: Controller, /, *arguments: Any, **named: Any) -> Any:
+        """Call it; what a USD file may hold is left out where that is assumed."""
+        try:
+            return self.function(controller, *arguments, **named)
+        except NotThereError as error:
+            if not controller.recorder.assumed:
+                raise
+            controller.recorder.leave_out(str(error), "", OPENED)
+            return StubObject(ELSEWHERE, controller.recorder)
+
+
+class Open(type):
+    """A class whose other members are stubs."""
+
+    recorder: GraphRecorder
+
+    def __getattr__(cls, name: str) -> Any:
+        return member("omni.graph.core.Controller", name, cls.recorder)
 
 
 class Controller(metaclass=Open):
@@ -45,12 +77,9 @@ class Controller(metaclass=Open):
     def __getattr__(self, name: str) -> Any:
         return getattr(type(self), name)
 
-    # Each takes the class, then the instance or None.
-
     @either
     def edit(
-        cls: Any,
-        self: Any,
+        self,
         graph_id: Any = None,
         edit_commands: Mapping[Any, Any] | None = None,
         *,
@@ -59,7 +88,7 @@ class Controller(metaclass=Open):
         **_: Any,
     ) -> tuple[Any, Any, Any, dict[str, Any]]:
         """Find or make a graph, and do all that the commands say in the documented order."""
-        recorder: GraphRecorder = cls.recorder
+        recorder = self.recorder
         if isinstance(graph_id, StubObject):
             recorder.leave_out(f"an edit of {graph_id} is left out: only Omniverse knows that graph")
             return graph_id, graph_id, graph_id, {}
@@ -71,87 +100,84 @@ class Controller(metaclass=Open):
             raise
         if len(recorder.graphs) > known and not isinstance(graph_id, Mapping) and Keys.CREATE_NODES not in commands:
             recorder.opened.add(graph.path)
-        names = path_to_object_map if path_to_object_map is not None else self.known if self else {}
+        names = path_to_object_map if path_to_object_map is not None else self.known
         edit = Edit(recorder, graph, names, allow_exists_node)
         edit.run(commands, "")
         return OgGraph(recorder, graph), edit.made, edit.prims, names
 
     @either
-    def create_graph(cls: Any, self: Any, graph_id: Any, *_: Any, **__: Any) -> OgGraph:
+    def create_graph(self, graph_id: Any, *_: Any, **__: Any) -> OgGraph:
         """Make a graph."""
-        return OgGraph(cls.recorder, edited_graph(cls.recorder, graph_id))
+        return OgGraph(self.recorder, edited_graph(self.recorder, graph_id))
 
     @either
-    def graph(cls: Any, self: Any, graph_id: Any) -> OgGraph | None:
+    def graph(self, graph_id: Any) -> OgGraph | None:
         """A graph by its path."""
-        return graph_at(cls.recorder, graph_id)
+        return graph_at(self.recorder, graph_id)
 
     @either
-    def node(cls: Any, self: Any, node_id: Any = None, graph_id: Any = None, **named: Any) -> OgNode:
+    def node(self, node_id: Any = None, graph_id: Any = None, **named: Any) -> OgNode:
         """A node by its path, by its name and graph, or by `(name, graph)`."""
-        return node_at(cls.recorder, node_id if node_id is not None else named.get("path"), graph_id, _known(self))
+        return node_at(self.recorder, node_id if node_id is not None else named.get("path"), graph_id, self.known)
 
     @either
-    def attribute(cls: Any, self: Any, attribute_id: Any, node_id: Any = None, graph_id: Any = None) -> Any:
+    def attribute(self, attribute_id: Any, node_id: Any = None, graph_id: Any = None) -> Any:
         """An attribute by its path, by its name and node, or by `(name, node)`."""
-        if is_hidden(cls.recorder, attribute_id):
-            return _leave_attribute(cls.recorder, attribute_id)
-        return OgAttribute(cls.recorder, _place(cls, self, attribute_id, node_id, graph_id))
+        if is_hidden(self.recorder, attribute_id):
+            return self._leave_attribute(attribute_id)
+        return OgAttribute(self.recorder, self._place(attribute_id, node_id, graph_id))
 
     @either
-    def variable(cls: Any, self: Any, variable_id: Any, graph_id: Any = None) -> OgVariable:
+    def variable(self, variable_id: Any, graph_id: Any = None) -> OgVariable:
         """A variable by its name and graph; one itself too."""
         if isinstance(variable_id, OgVariable):
             return variable_id
         name, graph = variable_id if isinstance(variable_id, tuple) else (variable_id, graph_id)
-        found = graph_at(cls.recorder, graph)
+        found = graph_at(self.recorder, graph)
         if found is None or name not in found.graph.variables:
             raise OmniGraphError(f"no variable {shown(name)} in {shown(graph)}")
-        return OgVariable(cls.recorder, found.graph, name)
+        return OgVariable(self.recorder, found.graph, name)
 
     @either
-    def create_node(
-        cls: Any, self: Any, node_id: Any, node_type_id: Any, allow_exists: bool = False, **_: Any
-    ) -> OgNode:
+    def create_node(self, node_id: Any, node_type_id: Any, allow_exists: bool = False, **_: Any) -> OgNode:
         """Make a node at a path, or with a name in a graph: `(name, graph)`."""
-        recorder = cls.recorder
+        recorder = self.recorder
         name, graph_id = node_id if isinstance(node_id, tuple) else (node_id, None)
         inside = edited_graph(recorder, graph_id) if graph_id is not None else graph_above(recorder, str(name))
         return OgNode(recorder, inside, recorder.create_node(inside, str(name), node_type_id, exist_ok=allow_exists))
 
     @either
-    def delete_node(cls: Any, self: Any, node_id: Any, *_: Any, **__: Any) -> None:
+    def delete_node(self, node_id: Any, *_: Any, **__: Any) -> None:
         """Remove a node."""
-        node = node_at(cls.recorder, node_id, None, _known(self))
-        cls.recorder.delete_node(node.graph, node.name)
+        node = node_at(self.recorder, node_id, None, self.known)
+        self.recorder.delete_node(node.graph, node.name)
 
     @either
-    def create_variable(cls: Any, self: Any, graph_id: Any, name: str, type: Any, *_: Any, **__: Any) -> OgVariable:
+    def create_variable(self, graph_id: Any, name: str, type: Any, *_: Any, **__: Any) -> OgVariable:
         """Add a variable to a graph."""
-        return OgGraph(cls.recorder, edited_graph(cls.recorder, graph_id)).create_variable(name, type)
+        return OgGraph(self.recorder, edited_graph(self.recorder, graph_id)).create_variable(name, type)
 
     @either
-    def set_variable_default_value(cls: Any, self: Any, variable_id: Any, value: Any) -> None:
+    def set_variable_default_value(self, variable_id: Any, value: Any) -> None:
         """Set the default of a variable."""
-        cls.variable(variable_id).set(None, value)
+        self.variable(variable_id).set(None, value)
 
     @either
-    def get_variable_default_value(cls: Any, self: Any, variable_id: Any) -> Any:
+    def get_variable_default_value(self, variable_id: Any) -> Any:
         """The default of a variable."""
-        return cls.variable(variable_id).get()
+        return self.variable(variable_id).get()
 
     @either
-    def node_type(cls: Any, self: Any, type_id: Any) -> NodeType:
+    def node_type(self, type_id: Any) -> NodeType:
         """A type of nodes by its name, or that of a node."""
         name = type_id.get_type_name() if isinstance(type_id, OgNode) else str(type_id)
-        if name not in cls.recorder.types and not cls.recorder.assumed:
+        if name not in self.recorder.types and not self.recorder.assumed:
             raise OmniGraphError(f"there is no node type {name!r}")
         return NodeType(name)
 
     @either
     def create_attribute(
-        cls: Any,
-        self: Any,
+        self,
         node_id: Any,
         attr_name: str,
         attr_type: Any,
@@ -161,80 +187,74 @@ class Controller(metaclass=Open):
         **__: Any,
     ) -> OgAttribute:
         """Add an attribute to a node."""
-        node = node_at(cls.recorder, node_id, None, _known(self))
-        place = cls.recorder.create_attribute(Place(node.graph, node.name, attr_name), attr_type, attr_port)
+        node = node_at(self.recorder, node_id, None, self.known)
+        place = self.recorder.create_attribute(Place(node.graph, node.name, attr_name), attr_type, attr_port)
         if attr_default is not None:
-            cls.recorder.set_value(place, attr_default)
-        return OgAttribute(cls.recorder, place)
+            self.recorder.set_value(place, attr_default)
+        return OgAttribute(self.recorder, place)
 
     @either
-    def connect(cls: Any, self: Any, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:
+    def connect(self, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:
         """Wire two attributes."""
-        cls.recorder.connect(_place(cls, self, src_spec), _place(cls, self, dst_spec))
+        self.recorder.connect(self._place(src_spec), self._place(dst_spec))
 
     @either
-    def disconnect(cls: Any, self: Any, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:
+    def disconnect(self, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:
         """Remove a wire."""
-        cls.recorder.disconnect(_place(cls, self, src_spec), _place(cls, self, dst_spec))
+        self.recorder.disconnect(self._place(src_spec), self._place(dst_spec))
 
     @either
-    def disconnect_all(cls: Any, self: Any, attribute_spec: Any, *_: Any, **__: Any) -> None:
+    def disconnect_all(self, attribute_spec: Any, *_: Any, **__: Any) -> None:
         """Remove the wires of an attribute."""
-        cls.recorder.disconnect_all(_place(cls, self, attribute_spec))
+        self.recorder.disconnect_all(self._place(attribute_spec))
 
     @either
-    def get(cls: Any, self: Any, attribute: Any = None, *_: Any, **named: Any) -> Any:
+    def get(self, attribute: Any = None, *_: Any, **named: Any) -> Any:
         """What an attribute was set to."""
-        spec = attribute if attribute is not None else named.get("attribute_id", self and self.attribute_id)
+        spec = attribute if attribute is not None else named.get("attribute_id", self.attribute_id)
         if isinstance(spec, OgVariable):
             return spec.get()
-        if is_hidden(cls.recorder, spec):
-            return _leave_attribute(cls.recorder, spec)
-        return OgAttribute(cls.recorder, _place(cls, self, spec, named.get("node"), named.get("graph"))).get()
+        if is_hidden(self.recorder, spec):
+            return self._leave_attribute(spec)
+        return OgAttribute(self.recorder, self._place(spec, named.get("node"), named.get("graph"))).get()
 
     @either
-    def set(cls: Any, self: Any, *arguments: Any, **named: Any) -> None:
+    def set(self, *arguments: Any, **named: Any) -> None:
         """Set an attribute: of the instance, or the first argument."""
         given = list(arguments)
-        spec = named.get("attribute", named.get("attribute_id", self and self.attribute_id))
+        spec = named.get("attribute", named.get("attribute_id", self.attribute_id))
         spec = given.pop(0) if spec is None and given else spec
         if "value" in named:
             given = [named["value"]]
         if spec is None or not given:
             raise OmniGraphError("set: which attribute, and to which value?")
-        if is_hidden(cls.recorder, spec):
-            _leave_attribute(cls.recorder, spec)
+        if is_hidden(self.recorder, spec):
+            self._leave_attribute(spec)
         elif isinstance(spec, OgVariable):
             spec.set(None, given[-1])
         else:
-            place = _place(cls, self, spec, named.get("node"), named.get("graph"))
-            cls.recorder.set_value(place, given[0], named.get("type", ""))
+            place = self._place(spec, named.get("node"), named.get("graph"))
+            self.recorder.set_value(place, given[0], named.get("type", ""))
 
     @either
-    def evaluate(cls: Any, self: Any, *_: Any, **__: Any) -> Task:
+    def evaluate(self, *_: Any, **__: Any) -> Task:
         """Nothing: what a graph does is no part of it."""
-        draw(cls.recorder)
-        return Task(None, cls.recorder)
+        draw(self.recorder)
+        return Task(None, self.recorder)
 
     @either
-    def evaluate_sync(cls: Any, self: Any, *_: Any, **__: Any) -> None:
+    def evaluate_sync(self, *_: Any, **__: Any) -> None:
         """Nothing: what a graph does is no part of it."""
-        draw(cls.recorder)
+        draw(self.recorder)
 
+    def _leave_attribute(self, spec: Any) -> StubObject:
+        """Tell of an attribute of a graph that Omniverse makes itself, as its renderer does; once, where it is told already."""
+        if str(spec) not in map(unknown, (ELSEWHERE, OWN)):
+            self.recorder.leave_out(f"what is set at {str(spec)[:200]}: only Omniverse knows that node")
+        return StubObject(OWN, self.recorder)
 
-def _leave_attribute(recorder: GraphRecorder, spec: Any) -> StubObject:
-    """Tell of an attribute of a graph that Omniverse makes itself, as its renderer does; once, where it is told already."""
-    if str(spec) not in map(unknown, (ELSEWHERE, OWN)):
-        recorder.leave_out(f"what is set at {str(spec)[:200]}: only Omniverse knows that node")
-    return StubObject(OWN, recorder)
-
-
-def _known(controller: Any) -> Mapping[str, Any]:
-    return controller.known if controller is not None else {}
-
-
-def _place(cls: Any, controller: Any, spec: Any, node_id: Any = None, graph_id: Any = None) -> Place:
-    return place_at(cls.recorder, spec, node_id, graph_id, _known(controller))
+    def _place(self, spec: Any, node_id: Any = None, graph_id: Any = None) -> Place:
+        return place_at(self.recorder, spec, node_id, graph_id, self.known)
 
 
 _CONTROLLERS = ("Controller", "GraphController", "NodeController", "ObjectLookup", "DataView", "AttributeValueHelper")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Callable
 from typing import Any
 
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
@@ -28,9 +29,11 @@ ExecutionAttributeState = enum.IntEnum(
 
 
 class OgHandle:
-    """Base of the handles."""
+    """Base of the handles, which are equal if their objects have one path."""
 
     recorder: GraphRecorder
+    plain_data: Callable[[], str]
+    """The path."""
 
     def is_valid(self) -> bool:
         """Whether the object still exists."""
@@ -40,6 +43,12 @@ class OgHandle:
 
     def __bool__(self) -> bool:
         return self.is_valid()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, type(self)) and other.plain_data() == self.plain_data()
+
+    def __hash__(self) -> int:
+        return hash(self.plain_data())
 
     def __getattr__(self, name: str) -> Any:
         return member(f"og.{type(self).__name__.removeprefix('Og')}", name, self.recorder)
@@ -111,12 +120,6 @@ class OgGraph(OgHandle):
 
     plain_data = get_path_to_graph
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, OgGraph) and other.graph is self.graph
-
-    def __hash__(self) -> int:
-        return hash(self.graph.path)
-
 
 class OgNode(OgHandle):
     """`og.Node`: a node, or a compound."""
@@ -155,12 +158,6 @@ class OgNode(OgHandle):
         return True
 
     plain_data = get_prim_path
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, OgNode) and (other.graph, other.name) == (self.graph, self.name)
-
-    def __hash__(self) -> int:
-        return hash(self.get_prim_path())
 
 
 class OgAttribute(OgHandle):

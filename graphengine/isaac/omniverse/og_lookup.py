@@ -25,9 +25,8 @@ def edited_graph(recorder: GraphRecorder, graph_id: Any) -> RecordedGraph:
         evaluator = graph_id.get("evaluator_name", "push")
         return recorder.create_graph(str(graph_id["graph_path"]), evaluator, stage_of(stage))
     if isinstance(graph_id, str | UsdPrim):
-        path = graph_id if isinstance(graph_id, str) else graph_id.path
-        found = recorder.graph_at(str(path))
-        return found if found is not None else recorder.create_graph(str(path))
+        path = str(graph_id if isinstance(graph_id, str) else graph_id.path)
+        return recorder.graph_at(path) or recorder.create_graph(path)
     raise OmniGraphError(f"expected the path of a graph, or {{'graph_path': …}}, got {shown(graph_id)}")
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from typing import Any
 
 from graphengine.format.wording import listing, shown
 from graphengine.isaac.omniverse.plain_data import is_unknown, plain_data
-from graphengine.isaac.recorded_graph import PIPELINE_STAGES, PipelineStage
+from graphengine.isaac.recorded_graph import PIPELINE_STAGES, PipelineStage, pipeline_stage
 
 MAX_NAME = 1000
 """Characters of a name or path."""
@@ -75,12 +74,15 @@ def type_name(type: Any) -> str:
 
 
 def stage_of(value: Any) -> PipelineStage:
-    """The pipeline stage of an enumerator or of a USD token such as `pipelineStageOnDemand`."""
-    word = re.sub(".*_STAGE_|^pipelineStage|_", "", str(getattr(value, "name", value))).lower()
-    for stage in PIPELINE_STAGES:
-        if stage.replace("_", "") == word:
-            return stage
-    raise OmniGraphError(f"no pipeline stage {shown(value)}; {listing(PIPELINE_STAGES)}")
+    """The pipeline stage of an enumerator or of a USD token.
+
+    Raises:
+        OmniGraphError: it is none.
+    """
+    stage = pipeline_stage(str(getattr(value, "name", value)))
+    if stage is None:
+        raise OmniGraphError(f"no pipeline stage {shown(value)}; {listing(PIPELINE_STAGES)}")
+    return stage
 
 
 def items(commands: Any) -> Iterable[Any]:

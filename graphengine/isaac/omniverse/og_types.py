@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import enum
-import math
 from dataclasses import dataclass
+
+from graphengine.node import PortType
 
 BaseDataType = enum.IntEnum(
     "BaseDataType", "UNKNOWN BOOL UCHAR INT UINT INT64 UINT64 HALF FLOAT DOUBLE TOKEN RELATIONSHIP", start=0
@@ -44,26 +45,12 @@ class AttributePortType(enum.IntEnum):
     ATTRIBUTE_PORT_TYPE_UNKNOWN = 3
 
 
-_WITH_PRECISION = {
-    AttributeRole.VECTOR: "vector",
-    AttributeRole.NORMAL: "normal",
-    AttributeRole.POSITION: "point",
-    AttributeRole.COLOR: "color",
-    AttributeRole.TEXCOORD: "texcoord",
-    AttributeRole.QUATERNION: "quat",
-}
-_MATRICES = {AttributeRole.MATRIX: "matrixd", AttributeRole.FRAME: "frame", AttributeRole.TRANSFORM: "transform"}
-_WHOLE = {
-    AttributeRole.TIMECODE: "timecode",
-    AttributeRole.EXECUTION: "execution",
-    AttributeRole.OBJECT_ID: "objectId",
-    AttributeRole.BUNDLE: "bundle",
-    AttributeRole.TARGET: "target",
-    AttributeRole.TEXT: "string",
-    AttributeRole.PATH: "path",
-}
-_OF_LETTERS = (AttributeRole.TEXT, AttributeRole.PATH)
+_OGN_NAMES = {"position": "point", "quaternion": "quat", "matrix": "matrixd", "text": "string", "object_id": "objectId"}
+"""Names of roles in `.ogn` files, where they differ."""
+_OF_LETTERS = ("string", "path")
 """Roles whose values are arrays of letters."""
+_BASES = ("timecode", "execution", "objectId", "bundle", "target", *_OF_LETTERS)
+"""Roles that are the base of a type themselves."""
 
 
 @dataclass(unsafe_hash=True)
@@ -77,19 +64,13 @@ class Type:
 
     def get_ogn_type_name(self) -> str:
         """As `.ogn` files write it, such as `double[3]`."""
-        depth = self.array_depth - (self.role in _OF_LETTERS)
-        return f"{self._element()}{'[]' if depth > 0 else ''}"
+        base = "target" if self.base_type == BaseDataType.RELATIONSHIP else BaseDataType(self.base_type).name.lower()
+        role = AttributeRole(self.role).name.lower()
+        role = _OGN_NAMES.get(role, role)
+        array = self.array_depth > (role in _OF_LETTERS)
+        return str(PortType(role if role in _BASES else base, self.tuple_count, array, role))
 
     __str__ = get_ogn_type_name
-
-    def _element(self) -> str:
-        base = "target" if self.base_type == BaseDataType.RELATIONSHIP else BaseDataType(self.base_type).name.lower()
-        if self.role in _WHOLE:
-            return _WHOLE[self.role]
-        if self.role in _MATRICES:
-            return f"{_MATRICES[self.role]}[{math.isqrt(self.tuple_count)}]"
-        name = f"{_WITH_PRECISION[self.role]}{base[0]}" if self.role in _WITH_PRECISION else base
-        return f"{name}[{self.tuple_count}]" if self.tuple_count > 1 else name
 
 
 class AttributeType:

@@ -296,9 +296,7 @@ class StubModule(ModuleType):
         self, name: str, recorder: GraphRecorder, known: Mapping[str, ModuleType], members: Mapping[str, Any] = {}
     ) -> None:
         super().__init__(name)
-        self.__dict__.update(members)
-        self.__dict__["_recorder"] = recorder
-        self.__dict__["_known"] = known
+        vars(self).update(members, _recorder=recorder, _known=known)
 
     def __getattr__(self, name: str) -> Any:
         if name == "__all__":  # `from … import *`

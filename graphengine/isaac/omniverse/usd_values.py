@@ -8,6 +8,8 @@ from typing import Any, Self
 
 import numpy as np
 
+_SEVERAL = (Sequence, np.ndarray)
+
 
 class SdfPath(str):
     """`Sdf.Path`; also a string."""
@@ -75,7 +77,7 @@ class Vector(tuple[float, ...]):
 
     def __new__(cls, *values: Any) -> Self:
         """From numbers, a sequence of numbers, one number for all components, or zero."""
-        many = tuple(values[0]) if len(values) == 1 and isinstance(values[0], Sequence | np.ndarray) else values
+        many = tuple(values[0]) if len(values) == 1 and isinstance(values[0], _SEVERAL) else values
         return super().__new__(cls, (many or (0.0,)) * cls.size if len(many) < 2 else many)
 
     def __add__(self, other: Any) -> Self:
@@ -152,16 +154,17 @@ class Matrix:
     size = 4
 
     def __init__(self, *values: Any) -> None:
-        first = values[0] if values else 1.0
-        if len(values) == 1 and isinstance(first, int | float):
+        first: Any = values[0] if values else 1.0
+        if len(values) < 2 and isinstance(first, int | float):
             self.rows = [[float(first) if i == j else 0.0 for j in range(self.size)] for i in range(self.size)]
         else:
-            numbers = values if len(values) > 1 and not isinstance(first, Sequence) else _joined(values)
+            rows = first if len(values) == 1 else values
+            numbers = [number for row in rows for number in (row if isinstance(row, _SEVERAL) else [row])]
             self.rows = [list(numbers[i : i + self.size]) for i in range(0, len(numbers), self.size)]
 
     def SetIdentity(self) -> Matrix:
         """Set the identity."""
-        self.rows = [[float(i == j) for j in range(self.size)] for i in range(self.size)]
+        self.rows = type(self)().rows
         return self
 
     def plain_data(self) -> list[list[float]]:
@@ -179,8 +182,3 @@ class Matrix2(Matrix):
     """`Gf.Matrix2d`."""
 
     size = 2
-
-
-def _joined(values: Sequence[Any]) -> list[Any]:
-    flat = values[0] if len(values) == 1 else values
-    return [number for row in flat for number in (row if isinstance(row, Sequence) else [row])]

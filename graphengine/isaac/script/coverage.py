@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator
 from typing import NamedTuple
 
 from graphengine.isaac.script.builders import Function, called
-from graphengine.isaac.script.script_source import Script
+from graphengine.isaac.script.script_source import Position, Script
 
 MARK = "__ran__"
 """Function that each statement calls before it runs, with the file, the line and the column."""
@@ -17,9 +17,6 @@ FAILED = -1
 """The column of the mark of a statement that failed."""
 Ran = Collection[tuple[str, int, int]]
 """Of the statements that ran: file, line, column."""
-
-Position = tuple[int, int, int, int]
-"""Of an expression: line and column of its beginning, and of its end."""
 
 _EXITS = (ast.Return, ast.Raise, ast.Continue, ast.Break)
 _BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
@@ -56,12 +53,7 @@ def _with_mark(owner: ast.AST, statement: ast.stmt, path: str, forgiving: bool) 
 
     The docstring and the future imports of a module have no mark: no statement may precede such an import.
     """
-    mark, failed = (
-        ast.Expr(
-            ast.Call(ast.Name(MARK, ast.Load()), [ast.Constant(part) for part in (path, statement.lineno, column)], [])
-        )
-        for column in (statement.col_offset, FAILED)
-    )
+    mark = _mark(path, statement.lineno, statement.col_offset)
     loops = isinstance(owner, ast.For | ast.AsyncFor | ast.While)
     ast.fix_missing_locations(ast.copy_location(mark, owner if loops else statement))
     first = isinstance(statement, ast.ImportFrom) and statement.module == "__future__"
@@ -69,10 +61,15 @@ def _with_mark(owner: ast.AST, statement: ast.stmt, path: str, forgiving: bool) 
     if first and isinstance(owner, ast.Module):
         return (statement,)
     if forgiving:
+        failed = _mark(path, statement.lineno, FAILED)
         handler = ast.ExceptHandler(ast.parse("Exception, SystemExit", mode="eval").body, None, [failed])
         attempt = ast.Try([statement], [handler], [], [])
         return mark, ast.fix_missing_locations(ast.copy_location(attempt, statement))
     return (statement, mark) if first else (mark, statement)
+
+
+def _mark(*place: str | int) -> ast.Expr:
+    return ast.Expr(ast.Call(ast.Name(MARK, ast.Load()), [ast.Constant(part) for part in place], []))
 
 
 class Why(NamedTuple):
@@ -119,13 +116,18 @@ class Unreached:
         ran: which of its statements did.
         names: functions and methods that build graphs.
         failures: errors of the run.
+        foreign: modules that are not there, nothing of which builds graphs.
     """
 
-    foreign: Collection[str] = ()
-    """Modules that are not there, nothing of which builds graphs."""
-
-    def __init__(self, script: Script, ran: Ran, names: Collection[str] = (), failures: Iterable[Failure] = ()) -> None:
-        self.script, self._ran, self._names = script, ran, names
+    def __init__(
+        self,
+        script: Script,
+        ran: Ran,
+        names: Collection[str] = (),
+        failures: Iterable[Failure] = (),
+        foreign: Collection[str] = (),
+    ) -> None:
+        self.script, self._ran, self._names, self._foreign = script, ran, names, foreign
         self._failures = [failure for failure in failures if failure.path == script.source.path]
 
     def ran(self, node: ast.stmt) -> bool:
@@ -191,7 +193,7 @@ class Unreached:
     def _building(self, tree: ast.AST) -> Iterator[ast.Call]:
         """Graph-building calls."""
         for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and called(node, self.foreign) in self._names:
+            if isinstance(node, ast.Call) and called(node, self._foreign) in self._names:
                 yield node
 
 
@@ -203,10 +205,8 @@ def holds(statement: ast.stmt, line: int) -> bool:
 def asking(tree: ast.Module, line: int) -> list[int]:
     """Lines that decide the condition at a line: its own, and the assignments of its names."""
     nodes = [node for node in ast.walk(tree) if isinstance(node, ast.stmt)]
-    asked = [node for node in nodes if node.lineno == line and _asks(node)][:1]
-    parts: list[ast.AST] = [
-        getattr(node, name) for node in asked for name in ("test", "iter", "subject") if hasattr(node, name)
-    ]
+    asked = next((node for node in nodes if node.lineno == line and _asks(node)), None)
+    parts: list[ast.AST] = [getattr(asked, name) for name in ("test", "iter", "subject") if hasattr(asked, name)]
     lines = [line]
     for part in parts:  # grows
         lines += range(part.lineno, (part.end_lineno or 0) + 1)  # type: ignore[attr-defined]

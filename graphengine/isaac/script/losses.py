@@ -16,8 +16,7 @@ from graphengine.isaac.omniverse.og_names import NotThereError, OmniGraphError
 from graphengine.isaac.omniverse.stubs import EndlessError
 from graphengine.isaac.script.builders import BUILDING, builders, called, entries, handed_over
 from graphengine.isaac.script.coverage import Failure, Unreached, Why, asking, holds
-from graphengine.isaac.script.script_source import Script
-from graphengine.isaac.script.stack import Scripts
+from graphengine.isaac.script.script_source import Script, Scripts
 from graphengine.sandbox.confinement import MAX_MEMORY_BYTES, AccessDeniedError
 
 MOST_ASKED = 5
@@ -134,9 +133,7 @@ class Losses:
         names = BUILDING | {one.name for one in builders(*(script.tree for script in scripts), foreign=foreign)}
         failures = {failure: None for caught in self._caught for failure in self._failures(*caught)}
         for script in scripts:
-            unreached = Unreached(script, self.ran, names, failures)
-            unreached.foreign = foreign
-            for call, why in unreached.calls():
+            for call, why in Unreached(script, self.ran, names, failures, foreign).calls():
                 what = f"{called(call)}() is never reached, because of {why.text}"
                 place = script.span(call.lineno, call.end_lineno, call.col_offset)
                 remedies = *self._remedies(script, why.condition), *why.advice

@@ -36,6 +36,8 @@ STARTING_SECONDS = 20.0
 """That its process gets beside, to start and to answer."""
 MAX_RUNS = 4
 """Of a script on a stage that holds what it asks for; each shows what else the script makes itself."""
+ReadStage = Callable[[Path], Iterable[RecordedGraph]]
+"""Returns the graphs of a USD file."""
 _PROCESS = "graphengine.isaac.script.script_process"
 
 
@@ -65,7 +67,7 @@ def read_script(
     namespaces: dict[str, str] | None = None,
     types: Collection[str] = (),
     options: ScriptOptions = ScriptOptions(),
-    read_stage: Callable[[Path], Iterable[RecordedGraph]] = lambda _: (),
+    read_stage: ReadStage = lambda _: (),
     *,
     trusted: bool = False,
 ) -> list[RecordedGraph]:
@@ -132,9 +134,7 @@ def decoded(raw: bytes) -> str:
     return io.IncrementalNewlineDecoder(None, translate=True).decode(raw.decode(encoding))
 
 
-def _run(
-    path: Path, request: dict[str, Any], findings: Findings, read_stage: Callable[[Path], Iterable[RecordedGraph]]
-) -> ScriptAnswer:
+def _run(path: Path, request: dict[str, Any], findings: Findings, read_stage: ReadStage) -> ScriptAnswer:
     """Run a script on an empty stage; if it fails or builds nothing there, on one that holds what it asks for.
 
     Of what it asks for, that stage lacks what the script makes itself: which prims these are, an earlier run shows.

@@ -23,7 +23,7 @@ from graphengine.isaac.script.coverage import FAILED, MARK, NUMBER, marked
 from graphengine.isaac.script.import_finder import PACKAGE
 from graphengine.isaac.script.losses import UNFORGIVEN, Losses, TimeIsUpError
 from graphengine.isaac.script.script_answer import ScriptAnswer
-from graphengine.isaac.script.stack import Scripts
+from graphengine.isaac.script.script_source import Scripts
 from graphengine.isaac.script.static_evaluation import evaluate
 from graphengine.sandbox.untrusted import typed
 

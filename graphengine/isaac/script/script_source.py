@@ -1,10 +1,23 @@
-"""Parsed scripts, with the spans of calls and of texts such as node names."""
+"""Parsed scripts, with the spans of calls and of texts such as node names, and the position of the one that runs."""
 
 from __future__ import annotations
 
 import ast
+import contextlib
+import functools
+import importlib.util
+import itertools
+import os
+import sys
+import types
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from graphengine.format.diagnostics import Source, Span
+from graphengine.isaac.omniverse.frames import Call, Loop
+
+Position = tuple[int, int, int, int]
+"""Of an expression: line and column of its beginning, and of its end."""
 
 _COUNTING = frozenset(("range", "count", "repeat"))
 """Functions whose numbers loops count."""
@@ -44,6 +57,86 @@ class Script:
         return offset if text.isascii() else len(text[:offset].encode()[:offset].decode("utf-8", "ignore"))
 
 
+class Scripts:
+    """A script and the modules beside it that run with it.
+
+    Args:
+        folders: that may be read.
+    """
+
+    main: Script
+    """The script itself, parsed when it runs: the process is confined by then."""
+
+    def __init__(self, folders: Sequence[str]) -> None:
+        self.folders = folders
+        self._known: dict[str, Script | None] = {}
+
+    def load(self, path: str, text: str) -> None:
+        """Parse the script itself, which may raise what `Script` does."""
+        self.main = self._known[path] = Script(path, text)
+
+    def __iter__(self) -> Iterator[Script]:
+        return filter(None, self._known.values())
+
+    def at(self, path: str) -> Script | None:
+        """The script itself, or a module in a folder that may be read."""
+        if path not in self._known:
+            self._known[path] = None
+            if path.startswith(tuple(folder + os.sep for folder in self.folders)) and path.endswith(".py"):
+                with contextlib.suppress(OSError, SyntaxError, ValueError, RecursionError):
+                    self._known[path] = Script(path, importlib.util.decode_source(Path(path).read_bytes()))
+        return self._known[path]
+
+    def where(self, text: str) -> Span | None:
+        """The place of the call that the script makes, or of a text in it."""
+        for script, frame in self._frames():
+            line, column, end, _ = _position(frame.f_code, frame.f_lasti, frame.f_lineno)
+            return script.span(line, end, column, text)
+        return None
+
+    def stack(self) -> tuple[Call, list[Loop]]:
+        """The call that the script makes, and the loops that it is in, innermost first."""
+        call, loops = ("", 0, 0), list[Loop]()
+        for script, frame in self._frames():
+            call = call if call[0] else (script.source.path, frame.f_code.co_firstlineno, frame.f_lasti)
+            inside = [first for first, last in script.loops if first <= frame.f_lineno <= last]
+            loops += ((script.source.path, first) for first in reversed(inside))
+            if not any(known.loops for known in self):
+                break
+        return call, loops
+
+    def place(self, error: BaseException) -> Span | None:
+        """The innermost line of the scripts that an error came through."""
+        place = None
+        for script, (line, column, end, _) in self.trace(error):
+            place = script.span(line, end, column)
+        return place
+
+    def trace(self, error: BaseException) -> Iterator[tuple[Script, Position]]:
+        """The places in the scripts that an error came through, outermost first."""
+        trace = error.__traceback__
+        while trace is not None:
+            if script := self.at(trace.tb_frame.f_code.co_filename):
+                yield script, _position(trace.tb_frame.f_code, trace.tb_lasti, trace.tb_lineno)
+            trace = trace.tb_next
+
+    def _frames(self) -> Iterator[tuple[Script, types.FrameType]]:
+        """Frames of the stack that are the scripts', innermost first."""
+        frame: types.FrameType | None = sys._getframe(1)
+        while frame is not None:
+            if script := self.at(frame.f_code.co_filename):
+                yield script, frame
+            frame = frame.f_back
+
+
 def _counts(node: ast.expr) -> bool:
     """Whether a loop's expression is a counter such as `range(100)`."""
     return any(getattr(part, "id", getattr(part, "attr", "")) in _COUNTING for part in ast.walk(node))
+
+
+@functools.lru_cache(maxsize=1000)  # an instruction makes many nodes
+def _position(code: types.CodeType, instruction: int, near: int) -> Position:
+    """Line and column of the beginning and of the end of an instruction, which is near a line."""
+    found = next(itertools.islice(code.co_positions(), instruction // 2, None), (near, near, 0, 0))
+    line, end, column, last = (number or 0 for number in found)
+    return line or near, column, end or near, last

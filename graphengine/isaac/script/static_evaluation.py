@@ -133,9 +133,7 @@ class _Evaluator(Guard):
         return result
 
     def operate(self, name: str, /, *operands: Any) -> Any:
-        if any(
-            type(part) is not type(operands[0]) or not isinstance(part, str | int | float | list) for part in operands
-        ):
+        if len(set(map(type, operands))) > 1 or not isinstance(operands[0], str | int | float | list):
             raise NotStaticError
         return super().operate(name, *operands)
 

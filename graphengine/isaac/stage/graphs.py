@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from graphengine.compiler.registry import Registry
 from graphengine.format.diagnostics import Findings
+from graphengine.isaac.graph_file import SCRIPT_NODE
 from graphengine.isaac.node_replacements import upgrade
 from graphengine.isaac.recorded_graph import (
     EVALUATORS,
@@ -15,21 +16,16 @@ from graphengine.isaac.recorded_graph import (
     NODE,
     POSITION,
     VARIABLE,
-    PipelineStage,
     RecordedGraph,
     RecordedNode,
     RecordedValue,
     RecordedWire,
+    pipeline_stage,
 )
 from graphengine.isaac.stage.instances import instances
 from graphengine.isaac.stage.prim_spans import PrimSpans
 from graphengine.isaac.stage.stage_contents import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
 
-_STAGES: dict[str, PipelineStage] = {
-    "pipelineStagePreRender": "pre_render",
-    "pipelineStagePostRender": "post_render",
-    "pipelineStageOnDemand": "on_demand",
-}
 _GENERATED = ("/Render/", "SDGPipeline")
 """Where graphs lie that render products and Replicator make while they run, and what they are called."""
 MAX_DEPTH = 50
@@ -38,7 +34,6 @@ MAX_LEVELS = 200
 """Prims between a node and its graph."""
 MAX_PARTS = 500_000
 """Values, wires and nodes of all graphs; compounds and instances multiply what a file holds."""
-_SCRIPT = "omni.graph.scriptnode.ScriptNode"
 _SCRIPT_PORTS = ("inputs:script", "inputs:scriptPath", "inputs:usePath", "inputs:execIn", "outputs:execOut")
 
 
@@ -152,7 +147,7 @@ class _GraphReader:
             graph.evaluator = evaluator
         elif evaluator:
             self.tell("W302", f"{prim.path} has an evaluator {evaluator!r}, which is taken for push", prim)
-        graph.pipeline_stage = _STAGES.get(prim.text("pipelineStage"), "simulation")
+        graph.pipeline_stage = pipeline_stage(prim.text("pipelineStage")) or "simulation"
         for name, attribute in prim.attributes.items():
             if name.startswith(VARIABLE):
                 variable = RecordedValue(attribute.value, attribute.type, place)
@@ -167,22 +162,18 @@ class _GraphReader:
         """Name the nodes of the graph at a path; compounds are flattened."""
         for prim in self.nodes_in.get(path, ()):
             name = prefix + prim.path[len(path) + 1 :]
-            if prim.path not in self.inside:
+            inside = self.inside.get(prim.path)
+            if inside is None:
                 self.names[prim.path] = name
-            elif prefix.count("/") == MAX_DEPTH or not self.inside[prim.path]:
+            elif prefix.count("/") == MAX_DEPTH or not inside:
                 what = f"it is more than {MAX_DEPTH} deep" if prefix.count("/") == MAX_DEPTH else "no graph is below it"
                 self.tell("W302", f"the compound {prim.path} is left out: {what}", prim)
             elif prim.path not in self.opened:
                 self.opened.add(prim.path)
-                self._open(prim, f"{name}/")
-
-    def _open(self, compound: StagePrim, prefix: str) -> None:
-        """Name the nodes of a compound."""
-        for path in self.inside[compound.path]:
-            graph = self.prims.get(path)
-            if graph is not None and any(name.startswith(VARIABLE) for name in graph.attributes):
-                self.tell("W302", f"variables of the compound {compound.path} are left out", compound)
-            self._name_nodes(path, prefix)
+                for graph in inside:
+                    if graph in self.prims and any(name.startswith(VARIABLE) for name in self.prims[graph].attributes):
+                        self.tell("W302", f"variables of the compound {prim.path} are left out", prim)
+                    self._name_nodes(graph, f"{name}/")
 
     def _graph_above(self, path: str) -> str:
         """The graph that contains a prim."""
@@ -199,7 +190,7 @@ class _GraphReader:
         for port, attribute in prim.attributes.items():
             if port.startswith("inputs:"):
                 self._input(node, prim, port, attribute, graph)
-            if node.type == _SCRIPT and port.startswith(("inputs:", "outputs:")) and port not in _SCRIPT_PORTS:
+            if node.type == SCRIPT_NODE and port.startswith(("inputs:", "outputs:")) and port not in _SCRIPT_PORTS:
                 node.attributes[port] = "execution" if attribute.execution else attribute.type
         for port, targets in prim.targets.items():
             if port.startswith("inputs:"):

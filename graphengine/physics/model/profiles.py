@@ -11,7 +11,8 @@ from graphengine.devices.device import Device
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files, NotFoundError, shipped
 from graphengine.format.kinds import DEVICES
-from graphengine.format.spec import UPRIGHT, Format, Name, Orientation, Spec, Vector
+from graphengine.format.legal_names import Name
+from graphengine.format.spec import UPRIGHT, Format, Orientation, Spec, Vector
 from graphengine.format.spec_reader import Loaded, read
 from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS, Offsets, Profile

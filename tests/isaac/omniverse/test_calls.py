@@ -8,11 +8,12 @@ from typing import Any
 import pytest
 
 from graphengine.compiler.registry import default_registry
-from graphengine.format.diagnostics import Findings
+from graphengine.format.diagnostics import Finding, Findings
 from graphengine.isaac.graph_file import compose
 from graphengine.isaac.omniverse.og_types import AttributeRole, BaseDataType, Type
 from graphengine.isaac.recorded_graph import RecordedGraph
 from graphengine.isaac.script.script_reader import read_script
+from tests.isaac.harness import read_text
 
 START = (
     "import math, numpy as np, omni.graph.core as og, usdrt.Sdf\n"
@@ -22,10 +23,7 @@ START = (
 
 
 def built(folder: Path, text: str) -> tuple[RecordedGraph, list[str]]:
-    path = folder / "script.py"
-    path.write_text(START + text, encoding="utf-8")
-    findings = Findings()
-    (graph,) = read_script(path, findings)
+    (graph,), _, findings = read_text(folder, START + text)
     return graph, [finding.message for finding in findings.warnings]
 
 
@@ -40,6 +38,10 @@ def built(folder: Path, text: str) -> tuple[RecordedGraph, list[str]]:
         ("Gf.Vec3d(1, 2, 3) * Gf.Vec3d(1, 0, 2)", 7),
         ("Gf.Vec3d(3, 0, 4).GetLength()", 5.0),
         ("Gf.Quatd(1, 0, 0, 0)", [0, 0, 0, 1]),
+        ("Gf.Matrix2d()", [[1.0, 0.0], [0.0, 1.0]]),
+        ("Gf.Matrix2d(np.array([[1.0, 2.0], [3.0, 4.0]]))", [[1.0, 2.0], [3.0, 4.0]]),
+        ("Gf.Matrix2d(1, 2, 3, 4)", [[1, 2], [3, 4]]),
+        ("Gf.Matrix3d(2).SetIdentity()", [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
         ('Vt.TokenArray(["a", "b"])', ["a", "b"]),
         ('Sdf.Path("/World/a").GetParentPath().AppendChild("b")', "/World/b"),
         ('usdrt.Sdf.Path("/World/a").GetString()', "/World/a"),
@@ -73,35 +75,30 @@ def test_a_wire_is_made_by(call: str, tmp_path: Path) -> None:
     assert ([str(wire) for wire in graph.wires], told) == (["a.outputs:o -> b.inputs:i"], [])
 
 
+def test_two_handles_to_one_attribute_are_equal(tmp_path: Path) -> None:
+    text = "one, same, other = (a.get_attribute(f'inputs:{name}') for name in 'xxy')\n"
+    graph, _ = built(tmp_path, f"{text}one.set([one == same, hash(one) == hash(same), one == other, one == a])")
+    assert graph.nodes["a"].values["inputs:x"].data == [True, True, False, False]
+
+
+X = "og.Controller.set(a.get_attribute('inputs:x'), {})"
+KIND = "a.get_attribute('outputs:o').get_resolved_type()"
+EDIT = "og.Controller.edit(og.made_up.graph, {'create_nodes': ('c', 'x.C')})"
+LEFT = "does to graphs is left out"
+FROM = "it comes from"
+
+
 @pytest.mark.parametrize(
     ("call", "told"),
     [
-        (
-            "og.cmds.SetAttr(attr=a.get_attribute('inputs:x'), value=1)",
-            "what omni.graph.core.cmds.SetAttr() does to graphs is left out",
-        ),
-        ("og.Controller.expose_prim(1, 2)", "what omni.graph.core.Controller.expose_prim() does to graphs is left out"),
-        ("graph.make_it_so()", "what og.Graph.make_it_so() does to graphs is left out"),
-        (
-            "graph.create_variable('v', a.get_attribute('outputs:o').get_resolved_type())",
-            "the type of variable 'v' cannot be told",
-        ),
-        (
-            "a.create_attribute('inputs:n', og.made_up)",
-            "the type of a.inputs:n cannot be told: it comes from omni.graph.core.made_up",
-        ),
-        (
-            "og.Controller.set(a.get_attribute('inputs:x'), Gf.Rotation().GetQuat())",
-            "it comes from pxr.Gf.Rotation().GetQuat()",
-        ),
-        (
-            "og.Controller.set(a.get_attribute('inputs:x'), og.made_up.name + '/end')",
-            "it holds '<unknown: omni.graph.core.made_up.name>/end'",
-        ),
-        (
-            "og.Controller.edit(og.made_up.graph, {'create_nodes': ('c', 'x.C')})",
-            "an edit of <unknown: omni.graph.core.made_up.graph> is left out",
-        ),
+        ("og.cmds.SetAttr(attr=a.get_attribute('inputs:x'), value=1)", f"what omni.graph.core.cmds.SetAttr() {LEFT}"),
+        ("og.Controller.expose_prim(1, 2)", f"what omni.graph.core.Controller.expose_prim() {LEFT}"),
+        ("graph.make_it_so()", f"what og.Graph.make_it_so() {LEFT}"),
+        (f"graph.create_variable('v', {KIND})", "the type of variable 'v' cannot be told"),
+        ("a.create_attribute('inputs:n', og.made_up)", f"of a.inputs:n cannot be told: {FROM} omni.graph.core.made_up"),
+        (X.format("Gf.Rotation().GetQuat()"), f"{FROM} pxr.Gf.Rotation().GetQuat()"),
+        (X.format("og.made_up.name + '/end'"), "it holds '<unknown: omni.graph.core.made_up.name>/end'"),
+        (EDIT, "an edit of <unknown: omni.graph.core.made_up.graph> is left out"),
     ],
     ids=lambda text: text[:30],
 )
@@ -113,12 +110,17 @@ def test_what_a_graph_lacks_is_told(call: str, told: str, tmp_path: Path) -> Non
     assert not any(node.values or node.attributes for node in graph.nodes.values())
 
 
+def refused(folder: Path, text: str) -> list[Finding]:
+    """The findings of a script that gives no graph."""
+    (folder / "script.py").write_text(text, encoding="utf-8")
+    findings = Findings()
+    assert read_script(folder / "script.py", findings) == []
+    return findings.items
+
+
 def test_an_asset_s_graph_alone_is_told_with_what_to_do(tmp_path: Path) -> None:
     text = "import omni.graph.core as og\nog.Controller.set(og.Controller.attribute('/World/Carter/tf.inputs:x'), 1)"
-    (tmp_path / "script.py").write_text(text, encoding="utf-8")
-    findings = Findings()
-    assert read_script(tmp_path / "script.py", findings) == []
-    (finding,) = findings.items
+    (finding,) = refused(tmp_path, text)
     assert finding.message == "OmniGraphError: no graph holds the node '/World/Carter/tf'"
     assert finding.help == ("a USD file that the script opens may hold it; import that file too",)
 
@@ -131,10 +133,8 @@ def test_a_file_of_omniverse_is_only_named(tmp_path: Path) -> None:
 
 
 def test_a_bad_name_in_a_graph_of_the_script_is_a_mistake(tmp_path: Path) -> None:
-    (tmp_path / "script.py").write_text(f"{START}og.Controller.node('/g/c')", encoding="utf-8")
-    findings = Findings()
-    assert read_script(tmp_path / "script.py", findings) == []
-    assert [finding.message for finding in findings.items] == ["OmniGraphError: no node 'c' in /g; nodes: a, b"]
+    (finding,) = refused(tmp_path, f"{START}og.Controller.node('/g/c')")
+    assert finding.message == "OmniGraphError: no node 'c' in /g; nodes: a, b"
 
 
 @pytest.mark.parametrize(
@@ -168,17 +168,14 @@ nodes = [("tick", "omni.graph.action.OnPlaybackTick"), ("outer", outer)]
 og.Controller.edit("/g", {"create_nodes": nodes, "connect": WIRES})
 """
 """A compound in a compound: `b` is called by its short name, and has the events and the time of an input of its compound."""
+A_EXEC = "outer/box/a.inputs:execIn"
 
 
 @pytest.mark.parametrize(
     ("wires", "drives", "lost"),
     [
         ("('tick.outputs:tick', 'outer.inputs:execIn')", ["tick.tick -> outer_box_b.execIn"], []),
-        (
-            "[]",
-            [],
-            ["outer/box/a.inputs:execIn -> outer/box/b.inputs:execIn: nothing drives outer/box/a.inputs:execIn"],
-        ),
+        ("[]", [], [f"{A_EXEC} -> outer/box/b.inputs:execIn: nothing drives {A_EXEC}"]),
     ],
 )
 def test_an_input_of_a_compound_drives_what_it_is_wired_to(

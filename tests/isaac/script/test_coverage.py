@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.format.diagnostics import Findings
-from graphengine.isaac.script.script_reader import ScriptOptions, read_script
+from graphengine.isaac.script.script_reader import ScriptOptions
+from tests.isaac.harness import Read, read_text
 
 START = """\
 import os, sys
@@ -30,14 +30,8 @@ class Robot:
 LINES = START.count("\n")
 
 
-def told(folder: Path, text: str, *assume: str) -> tuple[list[str], list[str]]:
-    """The paths of the graphs of a script, and warnings with lines counted from the end of the beginning that all share."""
-    (folder / "script.py").write_text(START + text, encoding="utf-8")
-    findings = Findings()
-    graphs = read_script(folder / "script.py", findings, options=ScriptOptions(assume=assume))
-    assert findings.errors == []
-    lines = [f"{f.span.line - LINES}: {f.message}" for f in findings.warnings if f.span is not None]
-    return [graph.path for graph in graphs], lines
+def told(folder: Path, text: str, *assume: str) -> Read:
+    return read_text(folder, text, START, options=ScriptOptions(assume=assume))
 
 
 @pytest.mark.parametrize(
@@ -64,7 +58,7 @@ def test_what_a_condition_keeps_from_being_built_is_told(
     text: str, where: tuple[int, str, int], tmp_path: Path
 ) -> None:
     line, name, condition = where
-    _, (warning,) = told(tmp_path, text)
+    (warning,) = told(tmp_path, text).warnings
     what = f"{name}() is never reached, because of the condition at line {condition + LINES}"
     assert warning == f"{line}: {what}"
 
@@ -83,38 +77,30 @@ def test_what_a_condition_keeps_from_being_built_is_told(
     ],
 )
 def test_what_is_built_or_is_called_by_nobody_is_no_warning(text: str, tmp_path: Path) -> None:
-    assert told(tmp_path, text)[1] == []
+    assert told(tmp_path, text).warnings == []
 
 
 def test_a_prim_that_is_assumed_answers_a_condition(tmp_path: Path) -> None:
     text = "if is_prim_path_valid('/World/robot'): build()"
-    (tmp_path / "script.py").write_text(START + text, encoding="utf-8")
-    findings = Findings()
-    read_script(tmp_path / "script.py", findings)
-    assert findings.warnings[0].help == ("--assume /World/robot takes a prim to be there",)
-    graphs, warnings = told(tmp_path, text, "/World/robot")
-    assert (graphs, warnings) == (["/World/first", "/World/second"], [])
+    assert told(tmp_path, text).findings.warnings[0].help == ("--assume /World/robot takes a prim to be there",)
+    graphs, warnings, _ = told(tmp_path, text, "/World/robot")
+    assert ([graph.path for graph in graphs], warnings) == (["/World/first", "/World/second"], [])
 
 
 def test_a_script_of_literals_with_a_condition_is_run(tmp_path: Path) -> None:
     text = 'import omni.graph.core as og\nROS = "no"\nif ROS == "yes":\n    og.Controller.create_graph("/World/x")\n'
-    (tmp_path / "script.py").write_text(f"{text}og.Controller.edit('/World/y', {{'create_nodes': ('T', 'x.T')}})")
-    findings = Findings()
-    read_script(tmp_path / "script.py", findings)
-    assert "never reached, because of the condition at line 3" in findings.warnings[0].message
+    text += "og.Controller.edit('/World/y', {'create_nodes': ('T', 'x.T')})"
+    assert "never reached, because of the condition at line 3" in read_text(tmp_path, text).warnings[0]
 
 
 def test_a_module_beside_a_script_is_looked_at_too(tmp_path: Path) -> None:
     beside = "import omni.graph.core as og\ndef more(ask):\n    if ask: og.Controller.create_graph('/World/x')\n"
     (tmp_path / "beside.py").write_text(beside, encoding="utf-8")
-    _, (warning,) = told(tmp_path, "from beside import more\nmore(False)")
+    (warning,) = told(tmp_path, "from beside import more\nmore(False)").warnings
     assert "create_graph() is never reached, because of the condition at line 3" in warning
 
 
 def test_functions_that_nobody_calls_are_one_note(tmp_path: Path) -> None:
-    (tmp_path / "script.py").write_text(START, encoding="utf-8")
-    findings = Findings()
-    read_script(tmp_path / "script.py", findings)
-    (note,) = [f for f in findings.items if "not called" in f.message]
+    (note,) = [f for f in told(tmp_path, "").findings.items if "not called" in f.message]
     assert note.message.endswith("not called: build(path='/World/second') (line 8), Robot(path).build() (line 13)")
     assert note.code == "N302"

@@ -49,10 +49,7 @@ def told(folder: Path, text: str | bytes, seconds: float = SECONDS) -> list[str]
         ("open('/etc/passwd')", "3:1: error G401: the script may not do this: '/etc/passwd' lies outside"),
         ("import os\nos.listdir('/')", "'/' lies outside the folder of the file you gave"),
         ("import os\nos.open('owned', os.O_CREAT | os.O_RDWR)", "'owned' cannot be written from here"),
-        (
-            "open('owned', 'w').write('x')",
-            "3:1: note N302: the file 'owned', which the script writes, belongs to no graph",
-        ),
+        ("open('owned', 'w').write('x')", "note N302: the file 'owned', which the script writes, belongs to no graph"),
         ("from pathlib import Path\nPath(__file__).unlink()", "os.remove is not allowed here"),
         ("import os\nos.fork()", "os.fork is not allowed here"),
         ("import os\nos.kill(os.getppid(), 9)", "os.kill is not allowed here"),
@@ -313,6 +310,21 @@ def at(path: object, line: int = 1, column: int = 1) -> ScriptAnswer:
 
 MANY = [Finding("N302", str(number)) for number in range(5000)]
 NODE = RecordedNode("n", "x.y")
+FORGED = [
+    "stages",
+    "many stages",
+    "column",
+    "line",
+    "loop",
+    "name",
+    "path",
+    "findings",
+    "lines",
+    "code",
+    "many",
+    "graphs",
+]
+FORGED += ["no path", "path of lines", "node", "type", "port", "variable", "namespace", "texts"]
 GRAPHS = [RecordedGraph("/" + "g/" * 100_000), *(RecordedGraph("/g", nodes={"n": RecordedNode("n", "x.y")}),) * 5000]
 
 
@@ -327,10 +339,7 @@ GRAPHS = [RecordedGraph("/" + "g/" * 100_000), *(RecordedGraph("/g", nodes={"n":
         (at("n" * 300), "sends a malformed answer"),
         (at("/etc/passwd"), "sends a malformed answer"),
         (ScriptAnswer(findings=MANY), "4000 more findings are left out"),
-        (
-            ScriptAnswer(findings=[Finding("N302", "\n" * 10**7, None, ("",) * 10**5)]),
-            "\N{REPLACEMENT CHARACTER}\u2026",
-        ),
+        (ScriptAnswer(findings=[Finding("N302", "\n" * 10**7, None, ("",) * 10**5)]), "\ufffd\u2026"),
         (encoded(at("script.py")).replace("N302", "X999").encode(), "sends a malformed answer"),
         (ScriptAnswer(findings=MANY * 5), "sends a malformed answer"),
         (ScriptAnswer(GRAPHS), "4001 graphs left out; legal: at most 1000"),
@@ -348,28 +357,7 @@ GRAPHS = [RecordedGraph("/" + "g/" * 100_000), *(RecordedGraph("/g", nodes={"n":
         (ScriptAnswer(namespaces={"/p": "n" * 1_000_000}), "1 namespaces left out"),
         (ScriptAnswer(findings=[Finding("W302", "x" * 10**7, None, ("y" * 10**7,))]), "xxx\u2026\n"),
     ],
-    ids=[
-        "stages",
-        "many stages",
-        "column",
-        "line",
-        "loop",
-        "name",
-        "path",
-        "findings",
-        "lines",
-        "code",
-        "many",
-        "graphs",
-        "no path",
-        "path of lines",
-        "node",
-        "type",
-        "port",
-        "variable",
-        "namespace",
-        "texts",
-    ],
+    ids=FORGED,
 )
 def test_a_forged_answer_is_refused_or_bounded(
     answer: Any, complaint: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

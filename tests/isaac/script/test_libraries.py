@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.cli import main
+from tests.cli.harness import Graphrun
 
 LIBRARY = """\
 import omni.graph.core as og
@@ -49,32 +49,32 @@ def library(tmp_path: Path) -> Path:
     return folder.parent / "build.py"
 
 
-def test_what_can_be_called_is_listed_with_its_arguments(
-    library: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_can_be_called_is_listed_with_its_arguments(library: Path, imports: Graphrun) -> None:
     library.write_text(LIBRARY.partition("if __name__")[0], encoding="utf-8")
-    assert main(["import", str(library), "-o", str(tmp_path)]) == 1
-    err = capsys.readouterr().err
-    assert [line.strip() for line in err.split("\n") if ", line " in line] == [
+    done = imports(library)
+    assert done.code == 1
+    assert [line.strip() for line in done.err.split("\n") if ", line " in line] == [
         "Builder.plain(path), line 16",
         "build_one(robot: str, rate: float=2.0), line 19",
     ]
 
 
 @pytest.mark.parametrize("call", ["build_one('/World/x')", "Builder('/World/x', world=None).build('Clock', rate=3)"])
-def test_what_is_called_builds_its_graph_as_part_of_its_package(call: str, library: Path, tmp_path: Path) -> None:
-    given = ["import", str(library), "-o", str(tmp_path), "--allow", str(tmp_path), "--call", call]
-    assert main(given) == 0
+def test_what_is_called_builds_its_graph_as_part_of_its_package(
+    call: str, library: Path, imports: Graphrun, tmp_path: Path
+) -> None:
+    assert imports(library, "--allow", str(tmp_path), "--call", call).code == 0
     text = (tmp_path / "x.yaml").read_text(encoding="utf-8")
     assert "OnTick: omni.graph.action.OnPlaybackTick" in text
     assert "OnTick.tick -> Clock.execIn" in text
 
 
 def test_modules_above_a_script_are_named_with_the_folder_that_may_be_allowed(
-    library: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    library: Path, imports: Graphrun, tmp_path: Path
 ) -> None:
-    assert main(["import", str(library), "-o", str(tmp_path), "--call", "build_one('/World/x')"]) == 1
-    err = capsys.readouterr().err
+    done = imports(library, "--call", "build_one('/World/x')")
+    err = done.err
+    assert done.code == 1
     assert f"build.py:2:1: module 'my_ext' is not imported; --allow {tmp_path} lets it be imported" in err
     assert f"build.py:3:1: module 'names' is not imported; --allow {tmp_path / 'my_ext'} lets it be imported" in err
     assert "'parts" not in err
@@ -82,10 +82,9 @@ def test_modules_above_a_script_are_named_with_the_folder_that_may_be_allowed(
 
 
 @pytest.mark.parametrize("call", ["build", "__import__('os').system", "(", "build(\0)", "x = build()"])
-def test_a_call_is_a_call(call: str, library: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit, match="2"):
-        main(["import", str(library), "--call", call])
-    assert "is not a call; write build('/World/robot', rate=2)" in capsys.readouterr().err
+def test_a_call_is_a_call(call: str, library: Path, imports: Graphrun) -> None:
+    done = imports(library, "--call", call)
+    assert (done.code, "is not a call; write build('/World/robot', rate=2)" in done.err) == (2, True)
 
 
 BROKEN = """
@@ -101,18 +100,16 @@ def build(place, world):
 
 
 def test_a_script_that_fails_lists_what_can_be_called_and_a_call_goes_on_behind_the_error(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    imports: Graphrun, tmp_path: Path
 ) -> None:
-    (tmp_path / "broken.py").write_text(BROKEN, encoding="utf-8")
-    given = ["import", str(tmp_path / "broken.py"), "-o", str(tmp_path)]
-    assert main(given) == 1
-    said = capsys.readouterr().err
-    assert "broken.py:3:24: error G401: NameError: name 'arguments' is not defined" in said
-    assert "  build(place, world), line 7" in said
-    assert main([*given, "--call", "build(Place('/World/' + 'g'), world)"]) == 0
-    out, said = capsys.readouterr()
-    assert "note: world in the call: taken to be what only Omniverse knows" in out
-    assert "3:24: warning W302: NameError: name 'arguments' is not defined; what follows is built without" in said
+    done = imports(BROKEN)
+    assert done.code == 1
+    assert "script.py:3:24: error G401: NameError: name 'arguments' is not defined" in done.err
+    assert "  build(place, world), line 7" in done.err
+    done = imports(BROKEN, "--call", "build(Place('/World/' + 'g'), world)")
+    assert done.code == 0
+    assert "note: world in the call: taken to be what only Omniverse knows" in done.out
+    assert "3:24: warning W302: NameError: name 'arguments' is not defined; what follows is built without" in done.err
     assert (tmp_path / "g.yaml").is_file()
 
 
@@ -128,8 +125,7 @@ class Robot(omni.ext.IExt):
 
 
 @pytest.mark.parametrize("start", ["", "Robot().on_startup('mine')\n"])
-def test_an_extension_is_started_once(start: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "extension.py").write_text(EXTENSION + start, encoding="utf-8")
-    assert main(["import", str(tmp_path / "extension.py"), "-o", str(tmp_path)]) == 0
-    assert ("Robot.on_startup is called" in capsys.readouterr().out) == (not start)
+def test_an_extension_is_started_once(start: str, imports: Graphrun, tmp_path: Path) -> None:
+    done = imports(EXTENSION + start)
+    assert (done.code, "Robot.on_startup is called" in done.out) == (0, not start)
     assert (tmp_path / "g.yaml").is_file()

@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from graphengine.format.diagnostics import Findings
-from graphengine.isaac.recorded_graph import RecordedGraph
 from graphengine.isaac.script.script_reader import ScriptOptions, read_script
-from tests.isaac.harness import SCRIPTS
+from tests.isaac.harness import SCRIPTS, read_text
 
 START = """\
 from isaacsim import SimulationApp
@@ -25,16 +24,6 @@ x = og.Controller.attribute("/G/a.inputs:x")
 def step():
     app.update()
 """
-
-
-def told(folder: Path, text: str, **named: float) -> tuple[list[RecordedGraph], list[str]]:
-    """The graphs of a script, and its warnings with their lines counted from the end of the beginning that all share."""
-    (folder / "script.py").write_text(START + text, encoding="utf-8")
-    findings = Findings()
-    graphs = read_script(folder / "script.py", findings, **named)  # type: ignore[arg-type]
-    assert findings.errors == []
-    lines = START.count("\n")
-    return graphs, [f"{f.span.line - lines}: {f.message}" for f in findings.warnings if f.span is not None]
 
 
 SETS = "the script sets /G/a.inputs:x while it runs the simulation; the file keeps the value from before"
@@ -62,7 +51,7 @@ SETS = "the script sets /G/a.inputs:x while it runs the simulation; the file kee
     ],
 )
 def test_what_is_set_while_frames_go_by_is_told_and_is_not_frozen(text: str, line: int, tmp_path: Path) -> None:
-    (graph,), warnings = told(tmp_path, text)
+    (graph,), warnings, _ = read_text(tmp_path, text, START)
     assert warnings == [f"{line}: {SETS}"]
     assert graph.nodes["a"].values["inputs:x"].data == 1.0
 
@@ -78,7 +67,7 @@ def test_what_is_set_while_frames_go_by_is_told_and_is_not_frozen(text: str, lin
     ],
 )
 def test_what_is_set_before_or_between_frames_is_how_the_graph_is_built(text: str, tmp_path: Path) -> None:
-    (graph,), warnings = told(tmp_path, text)
+    (graph,), warnings, _ = read_text(tmp_path, text, START)
     assert warnings == []
     assert graph.nodes["a"].values["inputs:x"].data == 2.0
 
@@ -97,7 +86,7 @@ def test_a_graph_that_a_loop_builds_is_whole(loop: str, tmp_path: Path) -> None:
     else:
         og.Controller.attribute("/H/c.inputs:y").set(3)
 """
-    (_, graph), warnings = told(tmp_path, f"built = False\n{loop}{text}")
+    (_, graph), warnings, _ = read_text(tmp_path, f"built = False\n{loop}{text}", START)
     assert {name: value.data for name, value in graph.nodes["c"].values.items()} == {"inputs:x": 1, "inputs:y": 2}
     assert [warning.partition(":")[0] for warning in warnings] == ["9"]
 
@@ -110,7 +99,7 @@ speed.set(graph, 0.5)
 while app.is_running():
     og.Controller.set_variable_default_value(("speed", graph), 0.0)
 """
-    (graph,), warnings = told(tmp_path, text)
+    (graph,), warnings, _ = read_text(tmp_path, text, START)
     assert graph.variables["speed"].data == 0.5
     assert [warning[: warning.index(" while")] for warning in warnings] == ["6: the script sets /G/speed"]
 
@@ -125,14 +114,14 @@ while app.is_running():
     ],
 )
 def test_a_loop_that_fails_leaves_what_was_built(text: str, complaint: str, tmp_path: Path) -> None:
-    (graph,), (warning,) = told(tmp_path, text, seconds=2.0)
+    (graph,), (warning,), _ = read_text(tmp_path, text, START, seconds=2.0)
     assert complaint in warning
     assert list(graph.nodes) == ["a", "b"]
 
 
 def test_a_graph_that_is_removed_after_the_loop_is_kept(tmp_path: Path) -> None:
     text = "while app.is_running():\n    app.update()\nomni.usd.get_context().get_stage().RemovePrim('/G')"
-    graphs, warnings = told(tmp_path, text)
+    graphs, warnings, _ = read_text(tmp_path, text, START)
     assert ([graph.path for graph in graphs], warnings) == (["/G"], [])
 
 

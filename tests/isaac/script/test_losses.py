@@ -7,11 +7,10 @@ from typing import Any
 
 import pytest
 
-from graphengine.format.diagnostics import Findings
-from graphengine.isaac.recorded_graph import RecordedGraph
 from graphengine.isaac.script.losses import TimeIsUpError
-from graphengine.isaac.script.script_reader import ScriptOptions, read_script
+from graphengine.isaac.script.script_reader import ScriptOptions
 from graphengine.isaac.script.script_run import ScriptRun
+from tests.isaac.harness import Read, read_text
 
 START = """\
 import omni.graph.core as og
@@ -32,14 +31,8 @@ def publish(name):
 LINES = START.count("\n")
 
 
-def told(folder: Path, text: str, **options: Any) -> tuple[list[RecordedGraph], list[str], Findings]:
-    """The graphs of a script, and its warnings with lines counted from the end of the beginning that all share."""
-    (folder / "script.py").write_text(START + text, encoding="utf-8")
-    findings = Findings()
-    graphs = read_script(folder / "script.py", findings, seconds=5.0, options=ScriptOptions(**options))
-    assert findings.errors == []
-    lines = [f"{f.span.line - LINES}: {f.message}" for f in findings.warnings if f.span is not None]
-    return graphs, lines, findings
+def told(folder: Path, text: str, **options: Any) -> Read:
+    return read_text(folder, text, START, seconds=5.0, options=ScriptOptions(**options))
 
 
 @pytest.mark.parametrize(
@@ -187,40 +180,22 @@ def test_a_stand_in_that_is_assumed_to_be_true_answers_a_condition(tmp_path: Pat
 
 
 def test_a_script_that_builds_nothing_where_a_stand_in_says_no_is_run_where_it_says_yes(tmp_path: Path) -> None:
-    script = tmp_path / "asks.py"
-    script.write_text(
-        "import ros\nimport omni.graph.core as og\nif not ros.is_there(): exit()\n" + START, encoding="utf-8"
-    )
-    findings = Findings()
-    assert [graph.path for graph in read_script(script, findings)] == ["/A"]
-    assert findings.warnings == []
+    text = "import ros\nimport omni.graph.core as og\nif not ros.is_there(): exit()\n"
+    graphs, warnings, _ = read_text(tmp_path, text + START)
+    assert ([graph.path for graph in graphs], warnings) == (["/A"], [])
 
 
 def test_a_script_that_catches_the_end_of_its_time_keeps_what_it_built(tmp_path: Path) -> None:
     text = "for _ in range(2): print()\ntry:\n    while True: pass\nexcept BaseException: pass"
-    (tmp_path / "script.py").write_text(
-        f"{START}import omni.kit.app\nfor n in range(9):\n    omni.kit.app.get_app().update()\n{text}"
-    )
-    findings = Findings()
-    (graph,) = read_script(tmp_path / "script.py", findings, seconds=1.0)
-    assert (graph.path, [finding.message for finding in findings.warnings]) == ("/A", ["the script takes too long"])
+    start = f"{START}import omni.kit.app\nfor n in range(9):\n    omni.kit.app.get_app().update()\n"
+    (graph,), (warning,), _ = read_text(tmp_path, text, start, seconds=1.0)
+    assert (graph.path, warning.partition(": ")[2]) == ("/A", "the script takes too long")
 
 
 def test_the_end_of_the_time_ends_nothing_but_the_script(tmp_path: Path) -> None:
     lists = dict.fromkeys(("arguments", "allowed", "types", "absent", "assume", "calls"), ())
-    run = ScriptRun(
-        {
-            "path": str(tmp_path / "x.py"),
-            "text": "",
-            "stages": {},
-            "impulse_every": 0,
-            "assumed": False,
-            "forgiving": False,
-            "literals": False,
-            "run": True,
-            **lists,
-        }
-    )
+    settings = {"assumed": False, "forgiving": False, "literals": False, "run": True, "impulse_every": 0, "stages": {}}
+    run = ScriptRun({"path": str(tmp_path / "x.py"), "text": "", **settings, **lists})
     run.end()
     run.running = True
     with pytest.raises(TimeIsUpError):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from graphengine.cli import main
+from tests.cli.harness import Graphrun
 
 START = """\
 import os
@@ -17,12 +18,18 @@ import omni.graph.core as og
 BUILD = "og.Controller.edit('/World/g', {'create_nodes': ('T', 'omni.graph.action.OnTick')})\n"
 
 
-def told(folder: Path, text: str, capsys: pytest.CaptureFixture[str], *given: str) -> tuple[bool, str]:
+Told = Callable[..., tuple[bool, str]]
+
+
+@pytest.fixture
+def told(imports: Graphrun, tmp_path: Path) -> Told:
     """Whether a script that ends with a graph builds it, and the findings."""
-    (folder / "script.py").write_text(START + text, encoding="utf-8")
-    main(["import", str(folder / "script.py"), "-o", str(folder), *given])
-    said = capsys.readouterr()
-    return (folder / "g.yaml").is_file(), said.out + said.err
+
+    def run(text: str, *given: str) -> tuple[bool, str]:
+        done = imports(START + text, *given)
+        return (tmp_path / "g.yaml").is_file(), done.out + done.err
+
+    return run
 
 
 @pytest.mark.parametrize(
@@ -46,12 +53,10 @@ def told(folder: Path, text: str, capsys: pytest.CaptureFixture[str], *given: st
         ("from parts.clock import name\nfrom .parts.clock import name as same\nassert name == same == 'clock'\n", []),
     ],
 )
-def test_a_script_gets_what_it_asks_for(
-    text: str, given: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_script_gets_what_it_asks_for(text: str, given: list[str], told: Told, tmp_path: Path) -> None:
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "clock.py").write_text("name = 'clock'\n")
-    built, said = told(tmp_path, text + BUILD, capsys, *given)
+    built, said = told(text + BUILD, *given)
     assert built, said
 
 
@@ -66,31 +71,29 @@ def test_a_script_gets_what_it_asks_for(
         ),
     ],
 )
-def test_a_script_that_fails_is_told_what_it_lacks_and_imported_without(
-    text: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    built, everything = told(tmp_path, text + BUILD, capsys)
+def test_a_script_that_fails_is_told_what_it_lacks_and_imported_without(text: str, said: str, told: Told) -> None:
+    built, everything = told(text + BUILD)
     assert built
     assert "what follows is built without that" in everything
     assert said in everything
 
 
-def test_what_fails_in_each_turn_of_a_loop_is_told_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_fails_in_each_turn_of_a_loop_is_told_once(told: Told) -> None:
     text = "for n in range(1500):\n    int(f'x{n}')\n{}['robot']\n"
-    built, everything = told(tmp_path, text + BUILD, capsys)
+    built, everything = told(text + BUILD)
     assert built
     assert everything.count("invalid literal for int()") == 1
     assert "KeyError: 'robot'" in everything
 
 
-def test_a_script_catches_that_a_value_cannot_be_called(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_script_catches_that_a_value_cannot_be_called(told: Told) -> None:
     text = "value = None\ntry:\n    value(1)\nexcept TypeError:\n    " + BUILD.strip() + "\n"
-    built, everything = told(tmp_path, text, capsys)
+    built, everything = told(text)
     assert built
     assert "AttributeError" not in everything
 
 
-def test_an_iterator_of_a_script_that_fails_elsewhere_ends(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_iterator_of_a_script_that_fails_elsewhere_ends(told: Told) -> None:
     text = """
 class Once:
     turns = 0
@@ -105,26 +108,22 @@ class Once:
 for turn in Once():
     pass
 """
-    built, everything = told(tmp_path, text + BUILD, capsys)
+    built, everything = told(text + BUILD)
     assert built
     assert "takes too long" not in everything
 
 
-def test_what_a_script_imports_of_a_module_that_is_not_there_is_unknown(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    built, everything = told(tmp_path, "from missing import *\nmake_robot()\n" + BUILD, capsys)
+def test_what_a_script_imports_of_a_module_that_is_not_there_is_unknown(told: Told) -> None:
+    built, everything = told("from missing import *\nmake_robot()\n" + BUILD)
     assert built
     assert "warning" not in everything
     assert "script.py:5:1: module 'missing' is not imported" in everything
 
 
 @pytest.mark.parametrize("given", ["=1", "MY_WS_THAT_NOBODY_SETS"])
-def test_a_variable_has_a_name_and_a_value(given: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "script.py").write_text(BUILD)
-    with pytest.raises(SystemExit, match="2"):
-        main(["import", str(tmp_path / "script.py"), "--env", given])
-    assert "write NAME=VALUE" in capsys.readouterr().err
+def test_a_variable_has_a_name_and_a_value(given: str, imports: Graphrun) -> None:
+    done = imports(BUILD, "--env", given)
+    assert (done.code, "write NAME=VALUE" in done.err) == (2, True)
 
 
 STAGE = """#usda 1.0
@@ -147,37 +146,41 @@ og.Controller.edit("/World/g", {"create_nodes": nodes, "connect": ("/World/g/Tic
 
 @pytest.mark.parametrize(("stage", "said"), [(STAGE, "2 nodes, 1 wire"), ("no USD", "USD")])
 def test_a_script_finds_the_graphs_of_the_stage_beside_it_that_it_opens(
-    stage: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    stage: str, said: str, told: Told, tmp_path: Path
 ) -> None:
     pytest.importorskip("pxr")
     (tmp_path / "robot.usda").write_text(stage, encoding="utf-8")
-    built, everything = told(tmp_path, CONNECTS, capsys)
+    built, everything = told(CONNECTS)
     assert built
     assert said in everything
     if stage == STAGE:
         assert "Tick.tick -> Clock.execIn" in (tmp_path / "g.yaml").read_text(encoding="utf-8")
 
 
-def test_a_script_of_literals_finds_the_graphs_of_a_stage_too(tmp_path: Path) -> None:
+def test_a_script_of_literals_finds_the_graphs_of_a_stage_too(imports: Graphrun, tmp_path: Path) -> None:
     pytest.importorskip("pxr")
     (tmp_path / "robot.usda").write_text(STAGE, encoding="utf-8")
     text = "import omni.graph.core as og\nimport omni.usd\nomni.usd.get_context().open_stage('robot.usda')\n"
-    (tmp_path / "script.py").write_text(text + BUILD.replace("/g'", "/h'"), encoding="utf-8")
-    assert main(["import", str(tmp_path / "script.py"), "-o", str(tmp_path)]) == 0
+    assert imports(text + BUILD.replace("/g'", "/h'")).code == 0
     assert sorted(path.name for path in tmp_path.glob("*.yaml")) == ["g.yaml", "h.yaml"]
+
+
+NAMED = """from nowhere import Base
+class Task(Base):
+    def __init__(self):
+        Base.__init__(self, name='task')
+Task()
+"""
 
 
 @pytest.mark.parametrize(
     "text",
     [
         '"""Docstring."""\n\nfrom __future__ import annotations\nfrom __future__ import division\n' + START,
-        START
-        + "from nowhere import Base\n"
-        + "class Task(Base):\n    def __init__(self):\n        Base.__init__(self, name='task')\nTask()\n",
+        START + NAMED,
     ],
     ids=["future imports below a docstring", "the __init__ of an unknown base class"],
 )
-def test_ordinary_beginnings_do_not_end_a_script(tmp_path: Path, text: str) -> None:
-    (tmp_path / "script.py").write_text(text + BUILD, encoding="utf-8")
-    assert main(["import", str(tmp_path / "script.py"), "-o", str(tmp_path)]) == 0
+def test_ordinary_beginnings_do_not_end_a_script(text: str, imports: Graphrun, tmp_path: Path) -> None:
+    assert imports(text + BUILD).code == 0
     assert (tmp_path / "g.yaml").is_file()

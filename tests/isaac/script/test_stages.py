@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.format.diagnostics import Findings
-from graphengine.isaac.script.script_reader import read_script
+from tests.isaac.harness import read_text
 
 START = """\
 import omni.graph.core as og
@@ -56,10 +55,8 @@ if not is_prim_path_valid("/World"):
     ids=["the graph", "its nodes", "the prim above it"],
 )
 def test_a_graph_is_whole_that_is_built_where_it_is_not_there_yet(text: str, tmp_path: Path) -> None:
-    (tmp_path / "script.py").write_text(START + text + NEEDS_A_ROBOT, encoding="utf-8")
-    findings = Findings()
-    (graph,) = read_script(tmp_path / "script.py", findings)
-    assert findings.errors + findings.warnings == []
+    (graph,), warnings, _ = read_text(tmp_path, START + text + NEEDS_A_ROBOT)
+    assert warnings == []
     assert list(graph.nodes) == ["Tick", "Time", "Clock"]
     assert [str(wire) for wire in graph.wires] == ["Tick.outputs:tick -> Clock.inputs:execIn"]
 
@@ -71,6 +68,4 @@ if not is_prim_path_valid("/World/robot"):
 og.Controller.edit("/World/H", BUILD)
 range(omni.usd.get_stage_units())
 """
-    (tmp_path / "script.py").write_text(START + text, encoding="utf-8")
-    findings = Findings()
-    assert [graph.path for graph in read_script(tmp_path / "script.py", findings)] == ["/World/G", "/World/H"]
+    assert [graph.path for graph in read_text(tmp_path, START + text).graphs] == ["/World/G", "/World/H"]

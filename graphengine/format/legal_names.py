@@ -1,0 +1,57 @@
+"""Texts of names, prim paths and namespaces that are legal in files."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+from graphengine.format.wording import shown
+
+
+def _plain_path(path: str) -> str:
+    if any(part in (".", "..") for part in path.split("/")):
+        raise ValueError("a prim path is written without '.' and '..'")
+    if any(letter.isspace() for letter in path):
+        raise ValueError(f"a prim path is written without blanks, got {shown(path)}")
+    return path
+
+
+_PART = "[A-Za-z_][A-Za-z0-9_]*"
+
+
+def _robot_path(path: str) -> str:
+    if not re.fullmatch(f"(/{_PART})+", path):
+        raise ValueError(
+            f"{path!r} is not the path of a robot's prim; write it as in /World/robot: from '/' on, names of letters, "
+            "digits and '_', not beginning with a digit"
+        )
+    return path
+
+
+_NAMESPACE = re.compile(rf"[^A-Za-z0-9_]*({_PART}(/{_PART})*)?[^A-Za-z0-9_]*")
+NAMESPACE_FIELD = re.compile(r"\{(name|index)(?::0([1-9]))?\}")
+"""Placeholders of a robot's name or number in a namespace."""
+
+
+def _namespace(value: str) -> str:
+    """Check that a text can be part of a ROS 2 namespace. Its ends are free, as those of a whole namespace are trimmed."""
+    if not _NAMESPACE.fullmatch(value):
+        legal = "legal: letters A-Z a-z, digits and _, in parts separated by /; no part is empty or starts with a digit"
+        raise ValueError(f"{value!r} cannot be part of a ROS 2 namespace; {legal}")
+    return value
+
+
+def _namespace_pattern(value: str) -> str:
+    if re.search(r"[{}]", NAMESPACE_FIELD.sub("", value)):
+        raise ValueError(f"{value!r} is not a pattern; legal: {{name}}, {{index}}, {{index:04}}")
+    _namespace(NAMESPACE_FIELD.sub(lambda field: "name" if field[1] == "name" else "0", value))
+    return value
+
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=200)]
+PrimPath = Annotated[str, AfterValidator(_plain_path)]
+RobotPath = Annotated[str, Field(max_length=500), AfterValidator(_robot_path)]
+Namespace = Annotated[str, AfterValidator(_namespace)]
+NamespacePattern = Annotated[str, AfterValidator(_namespace_pattern)]
