@@ -31,6 +31,8 @@ PRESETS: Mapping[str, QoS] = MappingProxyType(
 )
 """The profiles that `ROS2QoSProfile` offers by name; its `Custom` is whatever its other inputs say."""
 
+_SYSTEM_DEFAULT = QoS(liveliness="automatic")
+"""What `rmw_cyclonedds_cpp` takes system defaults for."""
 _MAX_DEPTH = 2**31 - 1
 _KEYS = {"lease_duration": "leaseDuration"}
 _FIELDS: dict[str, str] = {_KEYS.get(field.name, field.name): field.name for field in fields(QoS)}
@@ -76,15 +78,9 @@ def qos_json(qos: QoS) -> str:
 
 
 def settled(qos: QoS) -> QoS:
-    """The same without system defaults, which are taken as `rmw_cyclonedds_cpp` takes them."""
-    return replace(
-        qos,
-        history="keepLast" if qos.history == "systemDefault" else qos.history,
-        depth=qos.depth or 1,
-        reliability="reliable" if qos.reliability == "systemDefault" else qos.reliability,
-        durability="volatile" if qos.durability == "systemDefault" else qos.durability,
-        liveliness="automatic" if qos.liveliness == "systemDefault" else qos.liveliness,
-    )
+    """The same without system defaults."""
+    chosen = {name: getattr(_SYSTEM_DEFAULT, name) for name in _CHOICES if getattr(qos, name) == "systemDefault"}
+    return replace(qos, depth=qos.depth or 1, **chosen)
 
 
 def short_of(offered: QoS, requested: QoS) -> tuple[str, ...]:

@@ -81,7 +81,7 @@ def test_bytes_are_little_endian_xcdr1_padded_to_words() -> None:
 
 @pytest.mark.parametrize(("message_type", "value"), HASHES.items())
 def test_type_hashes_are_those_of_ros_2_jazzy(message_type: str, value: str) -> None:
-    assert messages.type_hash(message_type) == value
+    assert DEFINITIONS.type_hash(message_type) == value
 
 
 def test_every_message_that_is_exported_has_its_ros_name() -> None:
@@ -92,7 +92,7 @@ def test_every_message_that_is_exported_has_its_ros_name() -> None:
 
 
 def test_an_unknown_type_is_an_error_with_a_suggestion() -> None:
-    for ask in (messages.message_class, messages.type_hash, lambda name: decode(b"", name)):
+    for ask in (messages.message_class, DEFINITIONS.type_hash, lambda name: decode(b"", name)):
         with pytest.raises(MessageTypeError, match="did you mean 'Odometry'"):
             ask("nav_msgs/msg/Odometri")
 

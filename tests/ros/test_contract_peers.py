@@ -8,8 +8,8 @@ from functools import partial
 import pytest
 
 from graphengine.format.errors import TransportError
+from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
-from graphengine.messages.messages import type_hash
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.network_graph import discover
 from graphengine.ros.transport import Transport
@@ -48,7 +48,7 @@ def test_the_graph_tells_who_writes_and_reads_what(
         writer, reader = (end for end in transport.graph().endpoints if end.topic == "/chatter")
         assert (writer.qos.reliability, writer.qos.durability) == ("reliable", "transientLocal")
         assert (reader.qos.reliability, reader.qos.durability) == ("bestEffort", "volatile")
-        assert writer.type_hash == reader.type_hash == type_hash(STRING)
+        assert writer.type_hash == reader.type_hash == DEFINITIONS.type_hash(STRING)
         assert len({writer.gid, reader.gid}) == 2
         assert {len(writer.gid), len(reader.gid)} == {16}
         assert writer.serves(reader)

@@ -19,7 +19,7 @@ import graphengine
 from graphengine.format.errors import TransportError
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
-from graphengine.messages.messages import String, decode, encode, type_hash
+from graphengine.messages.messages import String, decode, encode
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
@@ -181,7 +181,7 @@ def test_names_types_and_hashes_are_announced_as_ros_2_does(alice: DdsTransport)
     assert writer.entity.topic.get_name() == "rt/robot/odom"
     assert writer.entity.topic.get_type_name() == dds_name("nav_msgs/msg/Odometry")
     policies = {type(policy).__name__: policy for policy in writer.entity.get_qos()}
-    assert policies["Userdata"].data == f"typehash={type_hash('nav_msgs/msg/Odometry')};".encode()
+    assert policies["Userdata"].data == f"typehash={DEFINITIONS.type_hash('nav_msgs/msg/Odometry')};".encode()
     assert not policies["WriterDataLifecycle"].autodispose
     assert policies["DataRepresentation"].use_cdrv0_representation
     assert not policies["DataRepresentation"].use_xcdrv2_representation

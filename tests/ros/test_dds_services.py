@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from graphengine.format.errors import TransportError
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
-from graphengine.messages.messages import String, encode, type_hash
+from graphengine.messages.messages import String, encode
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds import cyclone, dds
@@ -117,8 +117,8 @@ def test_both_ends_of_a_service_tell_their_identity_and_the_hash_of_their_own_me
     assert eventually(lambda: cyclone.readers_of(asking) and cyclone.writers_of(hearing))
     (asked,), (answering,) = cyclone.readers_of(asking).values(), cyclone.writers_of(hearing).values()
     own = identity(asked.gid, 1)
-    assert asked.user_data.decode() == f"serviceid={own};typehash={type_hash(f'{TRIGGER}_Request')};"
-    assert answering.user_data.decode() == f"serviceid={own};typehash={type_hash(f'{TRIGGER}_Response')};"
+    assert asked.user_data.decode() == f"serviceid={own};typehash={DEFINITIONS.type_hash(f'{TRIGGER}_Request')};"
+    assert answering.user_data.decode() == f"serviceid={own};typehash={DEFINITIONS.type_hash(f'{TRIGGER}_Response')};"
     server.close()
     assert eventually(lambda: not cyclone.readers_of(asking) and not cyclone.writers_of(hearing))
 

@@ -174,13 +174,10 @@ def _write_state(session: SessionCore, name: str, message: Any) -> None:
     state: EntityState = session.services.world.entities.state(name)
     message.header = messages.header(session.time, WORLD)
     message.pose = messages.Pose(messages.Point(*state.position), messages.Quaternion(*state.orientation))
-    message.twist = messages.Twist(_message(state.linear_velocity), _message(state.angular_velocity))
-    message.acceleration.linear = _message(state.linear_acceleration)
-    message.acceleration.angular = _message(state.angular_acceleration)
-
-
-def _message(vector: Vector3) -> Any:
-    return messages.Vector3(*vector)
+    message.twist.linear = messages.Vector3(*state.linear_velocity)
+    message.twist.angular = messages.Vector3(*state.angular_velocity)
+    message.acceleration.linear = messages.Vector3(*state.linear_acceleration)
+    message.acceleration.angular = messages.Vector3(*state.angular_acceleration)
 
 
 def _vector(message: Any) -> Vector3:
