@@ -141,11 +141,8 @@ class FrameTree:
             yield f"the tree is in {len(roots)} pieces, with the roots {', '.join(roots)}"
 
     def _parents(self, names: Mapping[bytes, str]) -> Iterator[str]:
-        found: dict[str, list[Edge]] = {}
-        for edge in self.edges:
-            found.setdefault(edge.child, []).append(edge)
-        for child, edges in found.items():
-            if len(edges) > 1:
+        for child, group in itertools.groupby(self.edges, lambda edge: edge.child):
+            if len(edges := [*group]) > 1:
                 told = (f"{edge.parent} (by {broadcasters(edge, names)})" for edge in edges)
                 yield f"{child} has {len(edges)} parents: {', '.join(told)}"
 
@@ -153,14 +150,13 @@ class FrameTree:
         parents = {edge.child: edge.parent for edge in self.edges}
         seen: set[str] = set()
         for frame in parents:
-            path: dict[str, None] = {}
+            path: list[str] = []
             while frame in parents and frame not in seen:
                 seen.add(frame)
-                path[frame] = None
+                path.append(frame)
                 frame = parents[frame]
             if frame in path:
-                loop = [*path][[*path].index(frame) :]
-                yield f"frames in a circle: {' in '.join([*loop, frame])}"
+                yield f"frames in a circle: {' in '.join([*path[path.index(frame) :], frame])}"
 
     def _rivals(self, names: Mapping[bytes, str]) -> Iterator[str]:
         for edge in self.edges:

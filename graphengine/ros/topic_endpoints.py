@@ -118,12 +118,7 @@ class LiveSubscription(Subscription, Stateful):
 
     def freeze(self) -> Sequence[bytes]:
         """Begin a tick; what has arrived since the last one. Only appends run at the same time, and a full queue's drops."""
-        arrived: list[bytes] = []
-        for _ in range(len(self._arrived)):
-            try:
-                arrived.append(self._arrived.popleft())
-            except IndexError:
-                break
+        arrived = [self._arrived.popleft() for _ in range(len(self._arrived))]
         before = len(self._visible)
         self._visible.extend(arrived)
         self._frozen += len(self._visible) - before

@@ -12,7 +12,6 @@ import sys
 import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, Literal, NamedTuple
 
 from cyclonedds import _clayer
@@ -53,12 +52,8 @@ _MAX_PARTICIPANTS = 32
 
 def write(entity: Any, data: bytes) -> int:
     """Send one CDR message; negative for one of Cyclone's error codes."""
-    return sender(entity)(data)
-
-
-def sender(entity: Any) -> Callable[[bytes], int]:
-    """The same for all that one writer sends."""
-    return partial(_clayer.ddspy_write, entity._ref)
+    code: int = _clayer.ddspy_write(entity._ref, data)
+    return code
 
 
 def take(entity: Any) -> list[tuple[bytes, int]]:
