@@ -34,9 +34,9 @@ class LivePublisher(Publisher, Shared):
     def close(self) -> None:
         """Leave the topic, once all that was published is sent."""
         self._network.flush()
-        self._network.past_drops[self.topic] += self._writer.dropped
         self._writer.close()
         if self in self._network.publishers:
+            self._network.past_drops[self.topic] += self._writer.dropped
             self._network.publishers.remove(self)
 
     @property
