@@ -19,7 +19,7 @@ from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.select import open_transport
 from tests import waiting
-from tests.ros.contract import AnyTransport
+from tests.ros.contract import ALL, AnyTransport, Join
 
 StartPeer: TypeAlias = "Callable[..., subprocess.Popen[bytes]]"
 
@@ -29,23 +29,28 @@ settings.load_profile("untimed")
 os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).with_name("fast_dds.xml")))
 
 
+@pytest.fixture(params=ALL)
+def kind(request: pytest.FixtureRequest) -> str:
+    """The kind of the transports that `join` opens."""
+    return str(request.param)
+
+
 @pytest.fixture
-def join(kind: str) -> Iterator[Callable[[int, str], AnyTransport]]:
-    """Joins a domain as a node; in memory, all that join one domain are one transport.
+def join(kind: str, domain_id: int) -> Iterator[Join]:
+    """Joins a domain, the test's or another, as a node; in memory, all that join one domain are one transport.
 
     A kind such as `dds to rclpy` means that the node called alice is of the first, and all others are of the second.
     """
     joined: list[AnyTransport] = []
     in_memory: dict[int, MemoryTransport] = {}
 
-    def join(domain_id: int, name: str) -> AnyTransport:
-        domain = Domain(domain_id, "LOCALHOST")
+    def join(name: str, number: int = domain_id) -> AnyTransport:
         transport: AnyTransport
         if kind == "memory":
-            transport = in_memory.setdefault(domain_id, MemoryTransport())
+            transport = in_memory.setdefault(number, MemoryTransport())
         else:
             side = kind.partition(" to ")[0] if name == "alice" else kind.rpartition(" to ")[2]
-            transport = cast(AnyTransport, open_transport(side, JoinOptions(domain, name)))
+            transport = cast(AnyTransport, open_transport(side, JoinOptions(Domain(number, "LOCALHOST"), name)))
         joined.append(transport)
         return transport
 
@@ -84,11 +89,6 @@ def end_peer(process: subprocess.Popen[bytes]) -> None:
     assert process.stdin
     process.stdin.close()
     process.wait(timeout=waiting.PATIENCE)
-
-
-@pytest.fixture
-def eventually() -> Callable[[Callable[[], object]], bool]:
-    return waiting.eventually
 
 
 @pytest.fixture(autouse=True)

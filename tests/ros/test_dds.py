@@ -28,7 +28,7 @@ from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.dds.idl import dds_name, idl_type
 from tests.cli.harness import process
 from tests.ros.conftest import StartPeer, end_peer
-from tests.waiting import PATIENCE
+from tests.waiting import PATIENCE, eventually
 
 Eventually: TypeAlias = Callable[[Callable[[], object]], bool]
 
@@ -49,26 +49,19 @@ def alice(domain: Domain) -> Iterator[DdsTransport]:
     transport.close()
 
 
-def test_two_processes_hear_each_other(
-    alice: DdsTransport, domain: Domain, start_peer: StartPeer, eventually: Eventually
-) -> None:
+def test_two_processes_hear_each_other(alice: DdsTransport, domain: Domain, start_peer: StartPeer) -> None:
     heard: list[bytes] = []
     alice.reader("/pong", STRING, QoS(), heard.append)
     ping = alice.writer("/ping", STRING, QoS())
     process = start_peer("echo", domain.id)
     assert eventually(lambda: ping.matched)
-
-    def answered() -> bool:
-        ping.write(encode(String("hello")))
-        return bool(heard)
-
-    assert eventually(answered)
+    assert eventually(lambda: heard, lambda: ping.write(encode(String("hello"))))
     assert decode(heard[0], STRING) == String("hello")
     end_peer(process)
     assert eventually(lambda: not ping.matched)
 
 
-def test_what_comes_while_the_process_is_busy_is_all_delivered(alice: DdsTransport, eventually: Eventually) -> None:
+def test_what_comes_while_the_process_is_busy_is_all_delivered(alice: DdsTransport) -> None:
     heard: list[bytes] = []
     busy, free = threading.Event(), threading.Event()
 
@@ -89,19 +82,15 @@ def test_what_comes_while_the_process_is_busy_is_all_delivered(alice: DdsTranspo
 
 
 def test_a_patient_writer_loses_what_it_counts_as_given_up_and_nothing_else(
-    domain: Domain, start_peer: StartPeer, eventually: Eventually
+    domain: Domain, start_peer: StartPeer
 ) -> None:
     patient, heard, number = DdsTransport(JoinOptions(domain, "patient", patient=True)), set(), 0
     patient.reader("/pong", STRING, QoS(), lambda data: heard.add(data[8:10]))
     ping = patient.writer("/ping", STRING, QoS(depth=2))
     process = start_peer("echo", domain.id)
 
-    def answered() -> bool:
-        ping.write(encode(String("first")))
-        return bool(heard)
-
     assert eventually(lambda: ping.matched)
-    assert eventually(answered)
+    assert eventually(lambda: heard, lambda: ping.write(encode(String("first"))))
     heard.clear()
     process.send_signal(signal.SIGSTOP)
     while ping.dropped < 3 and number < 99:
@@ -146,9 +135,7 @@ def graph(domain: Domain) -> Iterator[Graph]:
     cyclone.leave(domain, seen.participant)
 
 
-def test_the_node_and_its_endpoints_are_in_the_ros_graph_until_it_closes(
-    alice: DdsTransport, graph: Graph, eventually: Eventually
-) -> None:
+def test_the_node_and_its_endpoints_are_in_the_ros_graph_until_it_closes(alice: DdsTransport, graph: Graph) -> None:
     def endpoints() -> tuple[int, int] | None:
         node = graph.nodes().get("/robots/alice")
         return (len(node.reader_gid_seq), len(node.writer_gid_seq)) if node else None
@@ -167,9 +154,7 @@ def test_the_node_and_its_endpoints_are_in_the_ros_graph_until_it_closes(
     assert eventually(lambda: graph.nodes() == {})
 
 
-def test_nodes_of_other_processes_are_in_the_ros_graph(
-    graph: Graph, domain: Domain, start_peer: StartPeer, eventually: Eventually
-) -> None:
+def test_nodes_of_other_processes_are_in_the_ros_graph(graph: Graph, domain: Domain, start_peer: StartPeer) -> None:
     process = start_peer("echo", domain.id)
     assert eventually(lambda: "//peer_echo" in graph.nodes())
     end_peer(process)
@@ -203,7 +188,7 @@ def test_a_message_of_another_type_is_refused_by_the_writer(alice: DdsTransport)
         writer.write(encode(String("hi")))
 
 
-def test_a_message_that_is_not_padded_is_padded(alice: DdsTransport, eventually: Eventually) -> None:
+def test_a_message_that_is_not_padded_is_padded(alice: DdsTransport) -> None:
     heard: list[bytes] = []
     alice.reader("/chatter", STRING, QoS(), heard.append)
     writer = alice.writer("/chatter", STRING, QoS())
@@ -232,7 +217,7 @@ def test_one_process_is_in_a_domain_with_one_configuration(alice: DdsTransport, 
         DdsTransport(JoinOptions(Domain(domain.id, "SUBNET"), "bob"))
 
 
-def test_close_leaves_no_thread_and_no_socket(domain: Domain, eventually: Eventually) -> None:
+def test_close_leaves_no_thread_and_no_socket(domain: Domain) -> None:
     def sockets() -> int:
         links = (os.readlink(link) for link in Path("/proc/self/fd").iterdir() if link.is_symlink())
         return sum(target.startswith("socket:") for target in links)
@@ -248,7 +233,7 @@ def test_close_leaves_no_thread_and_no_socket(domain: Domain, eventually: Eventu
     assert sockets() == open_sockets
 
 
-def test_a_process_that_ends_without_closing_leaves_the_graph(graph: Graph, eventually: Eventually) -> None:
+def test_a_process_that_ends_without_closing_leaves_the_graph(graph: Graph) -> None:
     program = f"""
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
@@ -266,7 +251,7 @@ raise SystemExit(3)
 
 
 def test_a_transport_that_could_not_be_made_leaves_nothing_behind(
-    domain: Domain, monkeypatch: pytest.MonkeyPatch, eventually: Eventually
+    domain: Domain, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object) -> None:
         raise TransportError("on purpose")

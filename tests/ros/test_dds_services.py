@@ -27,8 +27,9 @@ from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.dds.dds_services import identity, with_header, without_header
 from graphengine.ros.transports.dds.idl import idl_type
 from tests.ros.conftest import StartPeer
-from tests.ros.contract import STRING, Eventually
+from tests.ros.contract import STRING
 from tests.ros.test_malformed import send_forged
+from tests.waiting import eventually
 
 TRIGGER = "std_srvs/srv/Trigger"
 # The first call of a client on rmw_cyclonedds_cpp, as it came: encapsulation, client, number, a placeholder and padding.
@@ -58,15 +59,10 @@ class Participant:
         return self.opened[-1]
 
 
-def heard(reader: Any, eventually: Eventually) -> list[bytes]:
+def heard(reader: Any) -> list[bytes]:
     """What a reader holds, once it holds something."""
     taken: list[tuple[bytes, int]] = []
-
-    def take() -> bool:
-        taken.extend(cyclone.take(reader))
-        return bool(taken)
-
-    assert eventually(take)
+    assert eventually(lambda: taken, lambda: taken.extend(cyclone.take(reader)))
     return [data for data, _ in taken]
 
 
@@ -109,7 +105,7 @@ def test_identities_are_written_as_rmw_cyclonedds_cpp_writes_them() -> None:
 
 
 def test_both_ends_of_a_service_tell_their_identity_and_the_hash_of_their_own_messages(
-    bob: DdsTransport, peer: Participant, eventually: Eventually
+    bob: DdsTransport, peer: Participant
 ) -> None:
     server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: None)
     asking = peer.open(DataWriter, "rq/triggerRequest", "Request", "")
@@ -123,9 +119,7 @@ def test_both_ends_of_a_service_tell_their_identity_and_the_hash_of_their_own_me
     assert eventually(lambda: not cyclone.readers_of(asking) and not cyclone.writers_of(hearing))
 
 
-def test_an_answer_waits_for_the_reader_that_it_is_for(
-    bob: DdsTransport, peer: Participant, eventually: Eventually
-) -> None:
+def test_an_answer_waits_for_the_reader_that_it_is_for(bob: DdsTransport, peer: Participant) -> None:
     asked: list[bytes] = []
     server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
     asking = peer.open(DataWriter, "rq/triggerRequest", "Request", "clientid=ours;")
@@ -137,12 +131,10 @@ def test_an_answer_waits_for_the_reader_that_it_is_for(
     server.answer(asked[0], answer)
     assert cyclone.take(other) == []
     ours = peer.open(DataReader, "rr/triggerReply", "Response", "clientid=ours;")
-    assert heard(ours, eventually) == [with_header(answer, CLIENT, 1)]
+    assert heard(ours) == [with_header(answer, CLIENT, 1)]
 
 
-def test_an_answer_that_waits_for_a_client_that_goes_is_forgotten(
-    bob: DdsTransport, peer: Participant, eventually: Eventually
-) -> None:
+def test_an_answer_that_waits_for_a_client_that_goes_is_forgotten(bob: DdsTransport, peer: Participant) -> None:
     asked: list[bytes] = []
     server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
     asking = peer.open(DataWriter, "rq/triggerRequest", "Request", "clientid=ours;")
@@ -159,9 +151,7 @@ def test_an_answer_that_waits_for_a_client_that_goes_is_forgotten(
     assert cyclone.take(again) == []
 
 
-def test_clients_and_servers_of_early_versions_have_no_identity(
-    bob: DdsTransport, peer: Participant, eventually: Eventually
-) -> None:
+def test_clients_and_servers_of_early_versions_have_no_identity(bob: DdsTransport, peer: Participant) -> None:
     client = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: None)
     peer.open(DataReader, "rq/triggerRequest", "Request", "")
     assert not client.ready
@@ -178,9 +168,7 @@ def test_clients_and_servers_of_early_versions_have_no_identity(
     assert eventually(lambda: cyclone.take(hearing))
 
 
-def test_a_server_whose_reader_and_writer_do_not_belong_together_is_none(
-    bob: DdsTransport, peer: Participant, eventually: Eventually
-) -> None:
+def test_a_server_whose_reader_and_writer_do_not_belong_together_is_none(bob: DdsTransport, peer: Participant) -> None:
     client = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: None)
     asked = peer.open(DataReader, "rq/triggerRequest", "Request", "serviceid=one;")
     answering = peer.open(DataWriter, "rr/triggerReply", "Response", "serviceid=another;")
@@ -190,16 +178,14 @@ def test_a_server_whose_reader_and_writer_do_not_belong_together_is_none(
     assert eventually(lambda: client.ready)
 
 
-def test_answers_to_others_and_to_nobody_are_passed_over(
-    bob: DdsTransport, peer: Participant, eventually: Eventually
-) -> None:
+def test_answers_to_others_and_to_nobody_are_passed_over(bob: DdsTransport, peer: Participant) -> None:
     answers: list[int] = []
     client = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: answers.append(number))
     asked = peer.open(DataReader, "rq/triggerRequest", "Request", "serviceid=one;")
     answering = peer.open(DataWriter, "rr/triggerReply", "Response", "serviceid=one;")
     assert eventually(lambda: client.ready and cyclone.readers_of(answering))
     client.call(encode(DEFINITIONS.initial(f"{TRIGGER}_Request")))
-    call = without_header(heard(asked, eventually)[0])
+    call = without_header(heard(asked)[0])
     assert call is not None
     answer = encode(DEFINITIONS.initial(f"{TRIGGER}_Response"))
     for to, number in ((call[0] ^ 1, 1), (call[0], 2), (call[0], 0), (call[0], -1), (call[0], 1), (call[0], 1)):
@@ -213,7 +199,7 @@ def test_answers_to_others_and_to_nobody_are_passed_over(
 
 @pytest.mark.parametrize("data", [b"\0\1\0\0", SEEN[:12], SEEN[:20], b"\0\1\0\0rubbish!"])
 def test_a_request_without_a_header_or_a_message_is_dropped_and_counted(
-    bob: DdsTransport, domain_id: int, start_peer: StartPeer, eventually: Eventually, data: bytes
+    bob: DdsTransport, domain_id: int, start_peer: StartPeer, data: bytes
 ) -> None:
     asked: list[bytes] = []
     server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
@@ -221,20 +207,10 @@ def test_a_request_without_a_header_or_a_message_is_dropped_and_counted(
     start_peer("ask", domain_id)
     assert eventually(lambda: ping.matched and cyclone.writers_of(server.entities[0]))
     (client,) = cyclone.writers_of(server.entities[0]).values()
-
-    def dropped() -> bool:
-        send_forged(domain_id, client.gid, data)
-        return bool(bob.malformed)
-
-    assert eventually(dropped)
+    assert eventually(lambda: bob.malformed, lambda: send_forged(domain_id, client.gid, data))
     assert set(bob.malformed) == {"/trigger"}
     assert asked == []
-
-    def called() -> bool:
-        ping.write(encode(String("call")))
-        return bool(asked)
-
-    assert eventually(called)
+    assert eventually(lambda: asked, lambda: ping.write(encode(String("call"))))
 
 
 def test_a_service_that_cannot_be_opened_leaves_nothing_of_it(

@@ -22,6 +22,7 @@ from graphengine.ros.transports.dds import cyclone, discovery
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.dds.discovery import ros_type
 from graphengine.ros.transports.dds.idl import idl_type
+from tests.waiting import eventually
 
 Eventually: TypeAlias = Callable[[Callable[[], object]], bool]
 Join: TypeAlias = "Callable[[str], Stranger]"
@@ -72,9 +73,7 @@ def join(domain: Domain) -> Iterator[Join]:
         cyclone.leave(domain, stranger.participant)
 
 
-def test_a_program_that_is_no_ros_node_is_seen_and_not_waited_for(
-    alice: DdsTransport, join: Join, eventually: Eventually
-) -> None:
+def test_a_program_that_is_no_ros_node_is_seen_and_not_waited_for(alice: DdsTransport, join: Join) -> None:
     join("").write("rt/chatter")
     assert eventually(lambda: alice.graph().publishers("/chatter"))
     graph = discover(alice, 0.0, names=True)
@@ -93,9 +92,7 @@ def test_a_ros_process_that_has_told_nothing_is_waited_for(alice: DdsTransport, 
     assert (graph.complete, graph.named) == (True, False)
 
 
-def test_rubbish_about_nodes_is_passed_over(
-    alice: DdsTransport, domain: Domain, join: Join, eventually: Eventually
-) -> None:
+def test_rubbish_about_nodes_is_passed_over(alice: DdsTransport, domain: Domain, join: Join) -> None:
     liar = join("").write(discovery.TOPIC)
     assert cyclone.write(liar, encode(String("rubbish"))) == 0
     bob = DdsTransport(JoinOptions(domain, "bob"))
@@ -104,9 +101,7 @@ def test_rubbish_about_nodes_is_passed_over(
     bob.close()
 
 
-def test_a_node_that_came_and_went_between_two_looks_leaves_nothing(
-    alice: DdsTransport, domain: Domain, eventually: Eventually
-) -> None:
+def test_a_node_that_came_and_went_between_two_looks_leaves_nothing(alice: DdsTransport, domain: Domain) -> None:
     ready: list[bytes] = []
     alice.reader("/chatter", STRING, LATCHED, ready.append)
     alice.graph()

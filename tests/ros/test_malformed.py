@@ -25,7 +25,8 @@ from graphengine.ros.transports.dds.cyclone_log import CycloneLog
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from tests.messages.test_messages import random_message
 from tests.ros.conftest import StartPeer
-from tests.ros.contract import STRING, Eventually, Inbox, Join, needs_rclpy, text
+from tests.ros.contract import STRING, Inbox, Join, needs_rclpy, text
+from tests.waiting import eventually
 
 TYPES = [
     STRING,
@@ -142,37 +143,26 @@ def test_a_forged_message_is_dropped_and_counted_and_the_next_ones_come(
     join: Join,
     domain_id: int,
     start_peer: StartPeer,
-    eventually: Eventually,
     data: bytes,
     capfd: pytest.CaptureFixture[str],
 ) -> None:
-    alice = join(domain_id, "alice")
+    alice = join("alice")
     inbox = Inbox()
     alice.reader("/pong", STRING, QoS(), inbox)
     ping = alice.writer("/ping", STRING, QoS())
     start_peer("echo", domain_id)
     assert eventually(lambda: ping.matched and alice.graph().publishers("/pong"))
     (pong,) = alice.graph().publishers("/pong")
-
-    def dropped() -> bool:
-        send_forged(domain_id, pong.gid, data)
-        return "/pong" in alice.malformed
-
-    assert eventually(dropped)
+    assert eventually(lambda: "/pong" in alice.malformed, lambda: send_forged(domain_id, pong.gid, data))
     assert inbox.texts == []
-
-    def answered() -> bool:
-        ping.write(text("hello"))
-        return "hello" in inbox.texts
-
-    assert eventually(answered)
+    assert eventually(lambda: "hello" in inbox.texts, lambda: ping.write(text("hello")))
     assert capfd.readouterr().err == ""
 
 
 @pytest.mark.parametrize("kind", [pytest.param("rclpy to dds", marks=needs_rclpy)])
-def test_rubbish_from_a_node_of_ros_is_dropped_and_counted(join: Join, domain_id: int, eventually: Eventually) -> None:
+def test_rubbish_from_a_node_of_ros_is_dropped_and_counted(join: Join) -> None:
     inbox = Inbox()
-    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+    alice, bob = join("alice"), join("bob")
     bob.reader("/chatter", STRING, QoS(), inbox)
     writer = alice.writer("/chatter", STRING, QoS())
     assert eventually(lambda: writer.matched)
