@@ -300,9 +300,8 @@ class Definitions:
         return self._folders.find(name) if name else None
 
     def _has(self, message_type: str) -> bool:
-        if message_type in self._known or self._file(message_type) is not None:
-            return True
-        return self._below is not None and self._below._has(message_type)
+        is_below = self._below is not None and self._below._has(message_type)
+        return is_below or message_type in self._known or self._file(message_type) is not None
 
     def _unknown(self, message_type: str, within: Sequence[str], found: dict[str, Definition]) -> MessageTypeError:
         """No such type: what is near, and what to do."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass
+from statistics import fmean, pstdev
 
 SECOND = 1_000_000_000
 
@@ -29,10 +29,7 @@ class Summary:
         """The summary of a window; None of an empty one."""
         if not window:
             return None
-        number = len(window)
-        mean = sum(window) / number
-        deviation = math.sqrt(sum((value - mean) ** 2 for value in window) / number)
-        return Summary(mean, min(window), max(window), deviation, number)
+        return Summary(fmean(window), min(window), max(window), pstdev(window), len(window))
 
 
 class Intervals:

@@ -12,8 +12,7 @@ from graphengine.format.errors import TransportError
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import decode
 from graphengine.messages.qos import LATCHED
-from graphengine.ros.network_graph import discover
-from graphengine.ros.transport import Writer
+from graphengine.ros.transport import Writer, discover
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from tests.ros.contract import FAITHFUL, NETWORKED, RCLPY, STRING, Inbox, Join, chatter, connect, text

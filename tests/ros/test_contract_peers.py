@@ -11,8 +11,7 @@ from graphengine.format.errors import TransportError
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
-from graphengine.ros.network_graph import discover
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import Transport, discover
 from tests.ros.conftest import StartPeer
 from tests.ros.contract import FAITHFUL, NETWORKED, RCLPY, STRING, Inbox, Join, connect, text
 from tests.waiting import eventually

@@ -16,8 +16,7 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import Gid, NodeEntitiesInfo, ParticipantEntitiesInfo, String, encode
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
-from graphengine.ros.network_graph import discover
-from graphengine.ros.transport import JoinOptions
+from graphengine.ros.transport import JoinOptions, discover
 from graphengine.ros.transports.dds import cyclone, discovery
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.dds.discovery import ros_type
