@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import queue
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -27,12 +26,6 @@ UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
 TIME, STATE, SPAWNED = 1, 2, 4
 EMPTY, BOX, CONVEX_HULL, SPHERE = range(4)
-
-
-@pytest.fixture
-def sim(tmp_path: Path) -> Iterator[Simulator]:
-    with simulator(tmp_path) as running:
-        yield running
 
 
 def state(sim: Simulator, entity: str = "ball") -> Any:
@@ -154,28 +147,16 @@ def test_a_full_reset_is_as_the_start(sim: Simulator, scope: int) -> None:
     assert "crate" not in names(sim)
 
 
-def test_a_reset_of_the_time_alone_leaves_everything_where_it_is(sim: Simulator) -> None:
-    step(sim, 20)
-    there = position(sim)
-    assert sim.call("reset_simulation", scope=TIME).result.result == OK
-    assert position(sim) == there
-    assert state(sim).header.stamp == messages.Time(0, 0)
-
-
-def test_a_reset_of_the_state_alone_lets_the_time_go_on(sim: Simulator) -> None:
+@pytest.mark.parametrize("scope", [TIME, STATE, SPAWNED])
+def test_a_reset_of_one_scope_leaves_all_else_as_it_is(sim: Simulator, scope: int) -> None:
     start = position(sim)
-    step(sim, 20)
-    stamp = state(sim).header.stamp
-    assert sim.call("reset_simulation", scope=STATE).result.result == OK
-    assert (position(sim), state(sim).header.stamp) == (start, stamp)
-
-
-def test_a_reset_of_what_was_spawned_takes_it_away_and_nothing_else(sim: Simulator) -> None:
     spawn(sim)
     step(sim, 20)
-    there = position(sim)
-    assert sim.call("reset_simulation", scope=SPAWNED).result.result == OK
-    assert (names(sim), position(sim)) == (["bot", "ball", "shelf"], there)
+    there, stamp = position(sim), state(sim).header.stamp
+    assert sim.call("reset_simulation", scope=scope).result.result == OK
+    assert position(sim) == (start if scope == STATE else there)
+    assert state(sim).header.stamp == (messages.Time(0, 0) if scope == TIME else stamp)
+    assert ("crate" in names(sim)) == (scope != SPAWNED)
 
 
 def test_a_reset_of_no_known_scope_is_refused(sim: Simulator) -> None:

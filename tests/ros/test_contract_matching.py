@@ -14,32 +14,9 @@ from graphengine.ros.domain import MAX_DOMAIN_ID, Domain
 from graphengine.ros.transport import JoinOptions, Transport
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport
+from tests.messages.test_qos import TABLE
 from tests.ros.contract import FAITHFUL, RCLPY, STRING, Inbox, Join, connect, text
 from tests.waiting import eventually, reserved_domain
-
-# The table "QoS compatibilities" of the ROS 2 documentation.
-TABLE = [
-    (QoS(), QoS(), True),
-    (QoS(reliability="reliable"), QoS(reliability="bestEffort"), True),
-    (QoS(reliability="bestEffort"), QoS(reliability="bestEffort"), True),
-    (QoS(reliability="bestEffort"), QoS(reliability="reliable"), False),
-    (QoS(durability="transientLocal"), QoS(durability="transientLocal"), True),
-    (QoS(durability="transientLocal"), QoS(durability="volatile"), True),
-    (QoS(durability="volatile"), QoS(durability="transientLocal"), False),
-    (QoS(deadline=1.0), QoS(), True),
-    (QoS(deadline=1.0), QoS(deadline=1.0), True),
-    (QoS(deadline=1.0), QoS(deadline=2.0), True),
-    (QoS(deadline=2.0), QoS(deadline=1.0), False),
-    (QoS(), QoS(deadline=1.0), False),
-    (QoS(liveliness="manualByTopic"), QoS(liveliness="automatic"), True),
-    (QoS(liveliness="automatic"), QoS(liveliness="manualByTopic"), False),
-    (QoS(lease_duration=1.0), QoS(), True),
-    (QoS(lease_duration=1.0), QoS(lease_duration=2.0), True),
-    (QoS(lease_duration=2.0), QoS(lease_duration=1.0), False),
-    (QoS(), QoS(lease_duration=1.0), False),
-    (QoS(history="keepAll", lifespan=10.0), QoS(history="keepLast", depth=50), True),
-    (QoS(history="keepLast", depth=1), QoS(history="keepAll"), True),
-]
 
 
 def test_every_transport_is_a_transport(join: Join, domain_id: int, kind: str) -> None:
