@@ -60,6 +60,16 @@ def join(kind: str, domain_id: int) -> Iterator[Join]:
 
 
 @pytest.fixture
+def alice(join: Join) -> AnyTransport:
+    return join("alice")
+
+
+@pytest.fixture
+def bob(join: Join) -> AnyTransport:
+    return join("bob")
+
+
+@pytest.fixture
 def start_peer() -> Iterator[StartPeer]:
     """Starts a process that plays a part of `peer.py` in a domain, with other variables of the environment if need be."""
     started: list[subprocess.Popen[bytes]] = []

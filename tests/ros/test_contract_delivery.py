@@ -15,7 +15,7 @@ from graphengine.messages.qos import LATCHED
 from graphengine.ros.transport import Writer, discover
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from tests.ros.contract import FAITHFUL, NETWORKED, RCLPY, STRING, Inbox, Join, chatter, connect, text
+from tests.ros.contract import FAITHFUL, NETWORKED, RCLPY, STRING, AnyTransport, Inbox, Join, chatter, connect, text
 from tests.waiting import eventually
 
 
@@ -28,9 +28,8 @@ def test_messages_arrive_in_the_order_they_were_written(join: Join) -> None:
     assert inbox.texts == written
 
 
-def test_a_node_hears_itself(join: Join) -> None:
+def test_a_node_hears_itself(alice: AnyTransport) -> None:
     inbox = Inbox()
-    alice = join("alice")
     writer = alice.writer("/chatter", STRING, QoS())
     alice.reader("/chatter", STRING, QoS(), inbox)
     connect(writer, inbox)
@@ -61,9 +60,8 @@ def test_ten_megabytes_arrive_whole(join: Join) -> None:
     indirect=["kind"],
 )
 def test_many_topics_are_opened_matched_served_and_closed(
-    join: Join, number: int, caplog: pytest.LogCaptureFixture
+    alice: AnyTransport, number: int, caplog: pytest.LogCaptureFixture
 ) -> None:
-    alice = join("alice")
     inboxes = [Inbox() for _ in range(number)]
     readers = [alice.reader(f"/topic{n}", STRING, QoS(), inbox) for n, inbox in enumerate(inboxes)]
     writers = [alice.writer(f"/topic{n}", STRING, QoS()) for n in range(number)]
@@ -112,9 +110,8 @@ def test_a_late_joiner_of_a_volatile_topic_gets_nothing_old(join: Join) -> None:
     assert set(inbox.texts) == {"new"}
 
 
-def test_a_reader_that_is_closed_gets_no_more(join: Join) -> None:
+def test_a_reader_that_is_closed_gets_no_more(bob: AnyTransport, join: Join) -> None:
     gone, stays = Inbox(), Inbox()
-    bob = join("bob")
     reader = bob.reader("/chatter", STRING, QoS(), gone)
     bob.reader("/chatter", STRING, QoS(), stays)
     writer = join("alice").writer("/chatter", STRING, QoS())
@@ -148,8 +145,7 @@ def test_an_error_in_a_delivery_does_not_end_deliveries(join: Join, caplog: pyte
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_people_can_read_the_log_on_rosout(join: Join) -> None:
-    alice = join("alice")
+def test_people_can_read_the_log_on_rosout(alice: AnyTransport, join: Join) -> None:
     assert not isinstance(alice, MemoryTransport)
     alice.log("warning", "wheel slips")
     entries: list[bytes] = []
@@ -162,8 +158,7 @@ def test_people_can_read_the_log_on_rosout(join: Join) -> None:
 
 
 @pytest.mark.parametrize("kind", ["memory", "dds"], indirect=True)
-def test_who_takes_a_message_can_ask_who_sent_it(join: Join) -> None:
-    alice, bob = join("alice"), join("bob")
+def test_who_takes_a_message_can_ask_who_sent_it(alice: AnyTransport, bob: AnyTransport) -> None:
     senders: dict[str, bytes] = {}
     writers = [transport.writer("/map", STRING, LATCHED) for transport in (alice, bob)]
     for writer, name in zip(writers, ("alice", "bob"), strict=True):
@@ -202,10 +197,9 @@ class Flood:
 
 
 @pytest.mark.parametrize("leave", ["writer", "transport"])
-def test_a_writer_may_be_closed_while_messages_fly(join: Join, leave: str) -> None:
+def test_a_writer_may_be_closed_while_messages_fly(alice: AnyTransport, join: Join, leave: str) -> None:
     inbox = Inbox()
     join("bob").reader("/chatter", STRING, QoS(), inbox)
-    alice = join("alice")
     writer = alice.writer("/chatter", STRING, QoS())
     flood = Flood(writer)
     assert eventually(lambda: inbox.texts)

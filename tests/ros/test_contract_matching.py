@@ -15,7 +15,7 @@ from graphengine.ros.transport import JoinOptions, Transport
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport
 from tests.messages.test_qos import TABLE
-from tests.ros.contract import FAITHFUL, RCLPY, STRING, Inbox, Join, connect, text
+from tests.ros.contract import FAITHFUL, RCLPY, STRING, AnyTransport, Inbox, Join, connect, text
 from tests.waiting import eventually, reserved_domain
 
 
@@ -26,8 +26,7 @@ def test_every_transport_is_a_transport(join: Join, domain_id: int, kind: str) -
         assert f"domain {domain_id}, discovery range LOCALHOST" in transport.description
 
 
-def test_readers_match_who_offers_at_least_what_they_ask_for(join: Join) -> None:
-    bob, alice = join("bob"), join("alice")
+def test_readers_match_who_offers_at_least_what_they_ask_for(bob: AnyTransport, alice: AnyTransport) -> None:
     inboxes = [Inbox() for _ in TABLE]
     for number, (_, requested, _) in enumerate(TABLE):
         bob.reader(f"/row{number}", STRING, requested, inboxes[number])
@@ -66,10 +65,9 @@ def test_best_effort_readers_hear_reliable_writers(join: Join) -> None:
 
 
 @pytest.mark.parametrize("kind", ["memory", *FAITHFUL], indirect=True)
-def test_matched_follows_readers_that_come_and_go(join: Join) -> None:
+def test_matched_follows_readers_that_come_and_go(bob: AnyTransport, join: Join) -> None:
     writer = join("alice").writer("/chatter", STRING, QoS())
     assert not writer.matched
-    bob = join("bob")
     for _ in range(2):
         reader = bob.reader("/chatter", STRING, QoS(), Inbox())
         assert eventually(lambda: writer.matched)
@@ -78,8 +76,7 @@ def test_matched_follows_readers_that_come_and_go(join: Join) -> None:
         assert eventually(lambda: not writer.matched)
 
 
-def test_a_writer_that_is_closed_refuses_and_is_not_matched(join: Join) -> None:
-    alice = join("alice")
+def test_a_writer_that_is_closed_refuses_and_is_not_matched(alice: AnyTransport, join: Join) -> None:
     writer = alice.writer("/chatter", STRING, QoS())
     join("bob").reader("/chatter", STRING, QoS(), Inbox())
     assert eventually(lambda: writer.matched)
@@ -90,8 +87,7 @@ def test_a_writer_that_is_closed_refuses_and_is_not_matched(join: Join) -> None:
         writer.write(text("late"))
 
 
-def test_a_transport_that_is_closed_is_left_for_good(join: Join) -> None:
-    alice = join("alice")
+def test_a_transport_that_is_closed_is_left_for_good(alice: AnyTransport) -> None:
     writer = alice.writer("/chatter", STRING, QoS())
     alice.reader("/chatter", STRING, QoS(), Inbox())
     alice.close()
@@ -106,8 +102,7 @@ def test_a_transport_that_is_closed_is_left_for_good(join: Join) -> None:
         alice.reader("/chatter", STRING, QoS(), Inbox())
 
 
-def test_a_type_that_does_not_exist_cannot_be_opened(join: Join) -> None:
-    alice = join("alice")
+def test_a_type_that_does_not_exist_cannot_be_opened(alice: AnyTransport) -> None:
     with pytest.raises(MessageTypeError, match="no_msgs/msg/Nothing"):
         alice.writer("/chatter", "no_msgs/msg/Nothing", QoS())
     with pytest.raises(MessageTypeError, match="no_msgs/msg/Nothing"):

@@ -13,7 +13,7 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.transport import Transport, discover
 from tests.ros.conftest import StartPeer
-from tests.ros.contract import FAITHFUL, NETWORKED, RCLPY, STRING, Inbox, Join, connect, text
+from tests.ros.contract import FAITHFUL, NETWORKED, RCLPY, STRING, AnyTransport, Inbox, Join, connect, text
 from tests.waiting import eventually
 
 SHORT_LEASE = "<CycloneDDS><Domain><Discovery><LeaseDuration>1s</LeaseDuration></Discovery></Domain></CycloneDDS>"
@@ -27,8 +27,7 @@ def known(transport: Transport, topic: str) -> list[tuple[str, str, str]]:
     ]
 
 
-def test_the_graph_tells_who_writes_and_reads_what(join: Join, kind: str) -> None:
-    alice, bob = join("alice"), join("bob")
+def test_the_graph_tells_who_writes_and_reads_what(alice: AnyTransport, bob: AnyTransport, kind: str) -> None:
     alice.writer("/chatter", STRING, LATCHED)
     bob.reader("/chatter", STRING, QoS(depth=5, reliability="bestEffort"), Inbox())
     nodes = ("", "") if kind == "memory" else ("/alice", "/bob")
@@ -48,8 +47,7 @@ def test_the_graph_tells_who_writes_and_reads_what(join: Join, kind: str) -> Non
 
 
 @pytest.mark.parametrize("kind", ["memory", *FAITHFUL], indirect=True)
-def test_the_graph_follows_who_comes_and_goes(join: Join) -> None:
-    alice, bob = join("alice"), join("bob")
+def test_the_graph_follows_who_comes_and_goes(alice: AnyTransport, bob: AnyTransport) -> None:
     assert known(alice, "/chatter") == []
     for _ in range(2):
         reader = bob.reader("/chatter", STRING, QoS(), Inbox())
@@ -59,8 +57,7 @@ def test_the_graph_follows_who_comes_and_goes(join: Join) -> None:
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_a_peer_that_leaves_is_gone_from_the_graph(join: Join) -> None:
-    alice, bob = join("alice"), join("bob")
+def test_a_peer_that_leaves_is_gone_from_the_graph(alice: AnyTransport, bob: AnyTransport) -> None:
     bob.writer("/chatter", STRING, QoS())
     assert eventually(lambda: known(alice, "/chatter") == [("publish", STRING, "/bob")])
     bob.close()
@@ -68,8 +65,9 @@ def test_a_peer_that_leaves_is_gone_from_the_graph(join: Join) -> None:
     assert "/bob" not in {end.full_node for end in alice.graph().endpoints}
 
 
-def test_discovery_ends_when_it_is_enough_or_when_the_time_is_up(join: Join, kind: str) -> None:
-    alice, bob = join("alice"), join("bob")
+def test_discovery_ends_when_it_is_enough_or_when_the_time_is_up(
+    alice: AnyTransport, bob: AnyTransport, kind: str
+) -> None:
     assert discover(alice, 0.0).publishers("/chatter") == []
     bob.writer("/chatter", STRING, QoS())
     found = discover(alice, 60.0, lambda graph: graph.publishers("/chatter"))
@@ -78,15 +76,13 @@ def test_discovery_ends_when_it_is_enough_or_when_the_time_is_up(join: Join, kin
     assert [end.node for end in named] == ["" if kind == "memory" else "bob"]
 
 
-def test_a_transport_that_is_closed_tells_of_nobody(join: Join) -> None:
-    alice = join("alice")
+def test_a_transport_that_is_closed_tells_of_nobody(alice: AnyTransport) -> None:
     alice.close()
     with pytest.raises(TransportError, match="the transport is closed"):
         alice.graph()
 
 
-def test_the_graph_answers_what_is_asked_for(join: Join) -> None:
-    alice, bob = join("alice"), join("bob")
+def test_the_graph_answers_what_is_asked_for(alice: AnyTransport, bob: AnyTransport) -> None:
     alice.writer("/chatter", STRING, QoS())
     bob.reader("/chatter", STRING, QoS(), Inbox())
     assert eventually(lambda: alice.graph([("/chatter", "subscribe")]).subscribers("/chatter"))
@@ -97,9 +93,8 @@ def test_the_graph_answers_what_is_asked_for(join: Join) -> None:
 
 
 @pytest.mark.parametrize("kind", FAITHFUL, indirect=True)
-def test_matched_ends_when_the_peer_leaves(join: Join) -> None:
+def test_matched_ends_when_the_peer_leaves(bob: AnyTransport, join: Join) -> None:
     writer = join("alice").writer("/chatter", STRING, QoS())
-    bob = join("bob")
     bob.reader("/chatter", STRING, QoS(), Inbox())
     assert eventually(lambda: writer.matched)
     bob.close()
@@ -122,10 +117,9 @@ def test_a_peer_that_left_and_comes_back_is_served_again(join: Join) -> None:
 
 @pytest.mark.parametrize("kind", ["dds", RCLPY], indirect=True)
 def test_a_peer_that_is_killed_is_given_up_and_its_successor_is_served(
-    join: Join, domain_id: int, start_peer: StartPeer
+    alice: AnyTransport, domain_id: int, start_peer: StartPeer
 ) -> None:
     inbox = Inbox()
-    alice = join("alice")
     ping = alice.writer("/ping", STRING, QoS())
     alice.reader("/pong", STRING, QoS(), inbox)
     for visit in ("first", "second"):

@@ -25,7 +25,7 @@ from graphengine.ros.transports.dds.cyclone_log import CycloneLog
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from tests.messages.test_messages import random_message
 from tests.ros.conftest import StartPeer
-from tests.ros.contract import STRING, Inbox, Join, needs_rclpy, text
+from tests.ros.contract import STRING, AnyTransport, Inbox, needs_rclpy, text
 from tests.waiting import eventually
 
 TYPES = [
@@ -140,13 +140,8 @@ def send_forged(domain_id: int, gid: bytes, data: bytes) -> None:
     "data", [b"\0\1\0\0rubbish!", b"\0\1\0\0" + b"\xff\xff\xff\xff" + bytes(16), b"\0\1\0\0" + bytes(1)]
 )
 def test_a_forged_message_is_dropped_and_counted_and_the_next_ones_come(
-    join: Join,
-    domain_id: int,
-    start_peer: StartPeer,
-    data: bytes,
-    capfd: pytest.CaptureFixture[str],
+    alice: AnyTransport, domain_id: int, start_peer: StartPeer, data: bytes, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    alice = join("alice")
     inbox = Inbox()
     alice.reader("/pong", STRING, QoS(), inbox)
     ping = alice.writer("/ping", STRING, QoS())
@@ -160,9 +155,8 @@ def test_a_forged_message_is_dropped_and_counted_and_the_next_ones_come(
 
 
 @pytest.mark.parametrize("kind", [pytest.param("rclpy to dds", marks=needs_rclpy)])
-def test_rubbish_from_a_node_of_ros_is_dropped_and_counted(join: Join) -> None:
+def test_rubbish_from_a_node_of_ros_is_dropped_and_counted(alice: AnyTransport, bob: AnyTransport) -> None:
     inbox = Inbox()
-    alice, bob = join("alice"), join("bob")
     bob.reader("/chatter", STRING, QoS(), inbox)
     writer = alice.writer("/chatter", STRING, QoS())
     assert eventually(lambda: writer.matched)

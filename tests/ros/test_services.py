@@ -24,22 +24,26 @@ def kind(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture
-def pair(join: Join) -> tuple[Client, Server]:
-    server, client = Server(join("bob")), Client(join("alice"))
-    assert eventually(lambda: client.end.ready)
-    return client, server
+def server(bob: AnyTransport) -> Server:
+    return Server(bob)
 
 
-def test_a_call_is_answered(pair: tuple[Client, Server]) -> None:
-    client, server = pair
+@pytest.fixture
+def client(alice: AnyTransport, server: Server) -> Client:
+    """A client that the server is there for."""
+    made = Client(alice)
+    assert eventually(lambda: made.end.ready)
+    return made
+
+
+def test_a_call_is_answered(client: Client, server: Server) -> None:
     assert client.call("a") == 1
     assert eventually(lambda: server.texts == ["a"])
     server.answer(0)
     assert eventually(lambda: client.answers == {1: "a!"})
 
 
-def test_calls_come_in_order_and_are_answered_in_any(pair: tuple[Client, Server]) -> None:
-    client, server = pair
+def test_calls_come_in_order_and_are_answered_in_any(client: Client, server: Server) -> None:
     assert [client.call(text) for text in "abcde"] == [1, 2, 3, 4, 5]
     assert eventually(lambda: len(server.asked) == 5)
     assert server.texts == ["a", "b", "c", "d", "e"]
@@ -51,8 +55,7 @@ def test_calls_come_in_order_and_are_answered_in_any(pair: tuple[Client, Server]
     assert client.answers == {1: "a!", 2: "b!", 3: "c!", 4: "d!", 5: "e!"}
 
 
-def test_a_request_is_answered_long_after_others(pair: tuple[Client, Server]) -> None:
-    client, server = pair
+def test_a_request_is_answered_long_after_others(client: Client, server: Server) -> None:
     client.call("late")
     assert eventually(lambda: server.asked)
     for number in range(1, 60):
@@ -65,10 +68,9 @@ def test_a_request_is_answered_long_after_others(pair: tuple[Client, Server]) ->
     assert eventually(lambda: client.answers.get(1) == "late!")
 
 
-def test_a_server_may_answer_while_it_is_asked(join: Join) -> None:
-    bob = join("bob")
-    server: TransportServer = bob.server(
-        NAME, TYPE, QoS(), lambda request_id, _: server.answer(request_id, reply("at once"))
+def test_a_server_may_answer_while_it_is_asked(bob: AnyTransport, join: Join) -> None:
+    eager: TransportServer = bob.server(
+        NAME, TYPE, QoS(), lambda request_id, _: eager.answer(request_id, reply("at once"))
     )
     client = Client(join("alice"))
     assert eventually(lambda: client.end.ready)
@@ -76,9 +78,8 @@ def test_a_server_may_answer_while_it_is_asked(join: Join) -> None:
     assert eventually(lambda: client.answers == {number: "at once"})
 
 
-def test_clients_do_not_hear_each_other(join: Join, pair: tuple[Client, Server]) -> None:
-    first, server = pair
-    clients = [first, Client(join("carol")), Client(join("bob"))]
+def test_clients_do_not_hear_each_other(join: Join, client: Client, server: Server) -> None:
+    clients = [client, Client(join("carol")), Client(join("bob"))]
     assert eventually(lambda: all(client.end.ready for client in clients))
     for client, text in zip(clients, "abc", strict=True):
         assert client.call(text) == 1
@@ -120,8 +121,7 @@ def test_a_call_without_a_server_is_lost(join: Join) -> None:
     assert eventually(lambda: client.answers == {2: "heard!"})
 
 
-def test_a_client_that_is_gone_does_not_disturb_others(join: Join, pair: tuple[Client, Server]) -> None:
-    client, server = pair
+def test_a_client_that_is_gone_does_not_disturb_others(join: Join, client: Client, server: Server) -> None:
     gone = Client(join("carol"))
     assert eventually(lambda: gone.end.ready)
     gone.call("a")
@@ -139,8 +139,7 @@ def test_a_client_that_is_gone_does_not_disturb_others(join: Join, pair: tuple[C
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_a_client_whose_process_is_gone_does_not_disturb_others(join: Join, pair: tuple[Client, Server]) -> None:
-    client, server = pair
+def test_a_client_whose_process_is_gone_does_not_disturb_others(join: Join, client: Client, server: Server) -> None:
     carol = join("carol")
     gone = Client(carol)
     assert eventually(lambda: gone.end.ready)
@@ -155,8 +154,7 @@ def test_a_client_whose_process_is_gone_does_not_disturb_others(join: Join, pair
     assert eventually(lambda: client.answers == {1: "b!"})
 
 
-def test_each_call_has_one_answer(join: Join, pair: tuple[Client, Server]) -> None:
-    client, server = pair
+def test_each_call_has_one_answer(client: Client, server: Server) -> None:
     client.call("a")
     assert eventually(lambda: server.asked)
     for _ in range(3):
@@ -170,8 +168,7 @@ def test_each_call_has_one_answer(join: Join, pair: tuple[Client, Server]) -> No
     assert client.answers == {1: "a!", 2: "b!"}
 
 
-def test_a_megabyte_is_asked_and_answered(pair: tuple[Client, Server]) -> None:
-    client, server = pair
+def test_a_megabyte_is_asked_and_answered(client: Client, server: Server) -> None:
     client.call("x" * 1_000_000)
     assert eventually(lambda: server.texts == ["x" * 1_000_000])
     server.answer(0)
@@ -183,8 +180,7 @@ def test_a_megabyte_is_asked_and_answered(pair: tuple[Client, Server]) -> None:
     [(QoS(reliability="bestEffort"), QoS()), (QoS(), QoS(reliability="bestEffort"))],
     ids=["asked", "offered"],
 )
-def test_best_effort_and_reliable_do_not_meet(join: Join, asked: QoS, offered: QoS) -> None:
-    alice, bob = join("alice"), join("bob")
+def test_best_effort_and_reliable_do_not_meet(alice: AnyTransport, bob: AnyTransport, asked: QoS, offered: QoS) -> None:
     Server(bob, qos=offered)
     other = Server(bob, "/other")
     client, marker = Client(alice, qos=asked), Client(alice, "/other")
@@ -199,8 +195,7 @@ def test_best_effort_and_reliable_do_not_meet(join: Join, asked: QoS, offered: Q
     assert alice.malformed == bob.malformed == {}
 
 
-def test_services_of_different_names_and_types_do_not_meet(join: Join) -> None:
-    alice, bob = join("alice"), join("bob")
+def test_services_of_different_names_and_types_do_not_meet(alice: AnyTransport, bob: AnyTransport) -> None:
     server, marker = Server(bob), Server(bob, "/other")
     strange = alice.client(NAME, "std_srvs/srv/Trigger", QoS(), lambda number, data: None)
     client = Client(alice, "/other")
@@ -211,8 +206,7 @@ def test_services_of_different_names_and_types_do_not_meet(join: Join) -> None:
     assert server.texts == []
 
 
-def test_what_is_closed_refuses(join: Join, pair: tuple[Client, Server]) -> None:
-    client, server = pair
+def test_what_is_closed_refuses(client: Client, server: Server) -> None:
     client.call("a")
     assert eventually(lambda: server.asked)
     server.end.close()
@@ -224,8 +218,7 @@ def test_what_is_closed_refuses(join: Join, pair: tuple[Client, Server]) -> None
     assert not client.end.ready
 
 
-def test_a_transport_that_is_closed_has_no_services(join: Join) -> None:
-    alice = join("alice")
+def test_a_transport_that_is_closed_has_no_services(alice: AnyTransport) -> None:
     server, client = Server(alice), Client(alice)
     alice.close()
     assert not client.end.ready
@@ -244,8 +237,7 @@ def test_a_transport_that_is_closed_has_no_services(join: Join) -> None:
 @pytest.mark.parametrize(
     "service_type", ["std_srvs/srv/Nothing", "std_msgs/msg/String", "tf2_msgs/action/LookupTransform"]
 )
-def test_a_type_that_is_no_service_cannot_be_opened(join: Join, service_type: str) -> None:
-    alice = join("alice")
+def test_a_type_that_is_no_service_cannot_be_opened(alice: AnyTransport, service_type: str) -> None:
     with pytest.raises(MessageTypeError, match=service_type):
         alice.server(NAME, service_type, QoS(), lambda request_id, data: None)
     with pytest.raises(MessageTypeError, match=service_type):
@@ -253,8 +245,7 @@ def test_a_type_that_is_no_service_cannot_be_opened(join: Join, service_type: st
 
 
 @pytest.mark.parametrize("request_id", [b"", b"\0", bytes(24), bytes(1000)])
-def test_answers_to_what_was_never_asked_go_nowhere(pair: tuple[Client, Server], request_id: bytes) -> None:
-    client, server = pair
+def test_answers_to_what_was_never_asked_go_nowhere(client: Client, server: Server, request_id: bytes) -> None:
     server.end.answer(request_id, reply("nobody asked"))
     client.call("a")
     assert eventually(lambda: server.asked)
@@ -291,8 +282,7 @@ def test_an_error_in_a_delivery_does_not_end_deliveries(join: Join, caplog: pyte
 
 @pytest.mark.parametrize("kind", ["dds", RCLPY], indirect=True)
 @pytest.mark.parametrize("data", [b"", b"\0\1\0\0", b"\0\1\0\0\xff\xff\xff\xff", b"\0\1\0\0\5\0\0\0a"])
-def test_what_is_no_message_is_not_sent(pair: tuple[Client, Server], data: bytes) -> None:
-    client, server = pair
+def test_what_is_no_message_is_not_sent(client: Client, server: Server, data: bytes) -> None:
     with pytest.raises(TransportError, match=NAME):
         client.end.call(data)
     client.call("a")
@@ -301,10 +291,8 @@ def test_what_is_no_message_is_not_sent(pair: tuple[Client, Server], data: bytes
         server.end.answer(server.asked[0][0], data)
 
 
-def test_two_servers_of_one_service_make_one_answer(join: Join, pair: tuple[Client, Server]) -> None:
-    client, first = pair
-    second = Server(join("bob"))
-    both = (first, second)
+def test_two_servers_of_one_service_make_one_answer(join: Join, client: Client, server: Server) -> None:
+    both = (server, Server(join("bob")))
     assert eventually(lambda: all(server.asked for server in both), lambda: client.call("a"))
     number = client.call("b")
     assert eventually(lambda: all(server.texts[-1] == "b" for server in both))
@@ -313,8 +301,7 @@ def test_two_servers_of_one_service_make_one_answer(join: Join, pair: tuple[Clie
     assert eventually(lambda: number in client.answers)
 
 
-def test_the_graph_tells_of_services(join: Join) -> None:
-    alice, bob = join("alice"), join("bob")
+def test_the_graph_tells_of_services(alice: AnyTransport, bob: AnyTransport) -> None:
     server, client = Server(bob), Client(bob, "/called")
 
     def told(transport: AnyTransport) -> bool:
@@ -328,8 +315,7 @@ def test_the_graph_tells_of_services(join: Join) -> None:
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_who_offers_a_service_learns_that_somebody_else_does(join: Join) -> None:
-    alice, bob = join("alice"), join("bob")
+def test_who_offers_a_service_learns_that_somebody_else_does(alice: AnyTransport, bob: AnyTransport) -> None:
     for name in (NAME, NAME, "/other"):
         Server(alice, name)
     Client(bob, "/other")
@@ -346,8 +332,7 @@ def test_who_offers_a_service_learns_that_somebody_else_does(join: Join) -> None
     assert rivals(bob) == []
 
 
-def test_peers_on_the_same_rmw_are_nothing_to_warn_of(join: Join, pair: tuple[Client, Server]) -> None:
-    client, server = pair
+def test_peers_on_the_same_rmw_are_nothing_to_warn_of(join: Join, client: Client, server: Server) -> None:
     client.call("a")
     assert eventually(lambda: server.asked)
     assert foreign(join("bob")) == []
