@@ -34,6 +34,7 @@ from tests.waiting import eventually
 TRIGGER = "std_srvs/srv/Trigger"
 # The first call of a client on rmw_cyclonedds_cpp, as it came: encapsulation, client, number, a placeholder and padding.
 SEEN = bytes.fromhex("00010000 e766f6aa23160de2 0100000000000000 00000000")
+QUESTION, ANSWER = (encode(DEFINITIONS.initial(f"{TRIGGER}_{part}")) for part in ("Request", "Response"))
 CLIENT = 0xE20D1623AAF666E7
 
 
@@ -127,11 +128,10 @@ def test_an_answer_waits_for_the_reader_that_it_is_for(bob: DdsTransport, peer: 
     assert eventually(lambda: cyclone.readers_of(asking) and cyclone.writers_of(other))
     assert cyclone.write(asking, SEEN) == 0
     assert eventually(lambda: len(asked) == 1)
-    answer = encode(DEFINITIONS.initial(f"{TRIGGER}_Response"))
-    server.answer(asked[0], answer)
+    server.answer(asked[0], ANSWER)
     assert cyclone.take(other) == []
     ours = peer.open(DataReader, "rr/triggerReply", "Response", "clientid=ours;")
-    assert heard(ours) == [with_header(answer, CLIENT, 1)]
+    assert heard(ours) == [with_header(ANSWER, CLIENT, 1)]
 
 
 def test_an_answer_that_waits_for_a_client_that_goes_is_forgotten(bob: DdsTransport, peer: Participant) -> None:
@@ -141,13 +141,12 @@ def test_an_answer_that_waits_for_a_client_that_goes_is_forgotten(bob: DdsTransp
     assert eventually(lambda: cyclone.readers_of(asking))
     cyclone.write(asking, SEEN)
     assert eventually(lambda: asked)
-    answer = encode(DEFINITIONS.initial(f"{TRIGGER}_Response"))
-    server.answer(asked[0], answer)
+    server.answer(asked[0], ANSWER)
     cyclone.delete(asking)
     again = peer.open(DataReader, "rr/triggerReply", "Response", "clientid=ours;")
     own = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: None)
     assert eventually(lambda: own.ready and cyclone.writers_of(again))
-    server.answer(asked[0], answer)
+    server.answer(asked[0], ANSWER)
     assert cyclone.take(again) == []
 
 
@@ -164,7 +163,7 @@ def test_clients_and_servers_of_early_versions_have_no_identity(bob: DdsTranspor
     assert eventually(lambda: cyclone.readers_of(asking) and cyclone.writers_of(hearing))
     cyclone.write(asking, SEEN)
     assert eventually(lambda: asked)
-    server.answer(asked[0], encode(DEFINITIONS.initial(f"{TRIGGER}_Response")))
+    server.answer(asked[0], ANSWER)
     assert eventually(lambda: cyclone.take(hearing))
 
 
@@ -184,15 +183,14 @@ def test_answers_to_others_and_to_nobody_are_passed_over(bob: DdsTransport, peer
     asked = peer.open(DataReader, "rq/triggerRequest", "Request", "serviceid=one;")
     answering = peer.open(DataWriter, "rr/triggerReply", "Response", "serviceid=one;")
     assert eventually(lambda: client.ready and cyclone.readers_of(answering))
-    client.call(encode(DEFINITIONS.initial(f"{TRIGGER}_Request")))
+    client.call(QUESTION)
     call = without_header(heard(asked)[0])
     assert call is not None
-    answer = encode(DEFINITIONS.initial(f"{TRIGGER}_Response"))
     for to, number in ((call[0] ^ 1, 1), (call[0], 2), (call[0], 0), (call[0], -1), (call[0], 1), (call[0], 1)):
-        assert cyclone.write(answering, with_header(answer, to, number)) == 0
+        assert cyclone.write(answering, with_header(ANSWER, to, number)) == 0
     assert eventually(lambda: answers)
-    client.call(encode(DEFINITIONS.initial(f"{TRIGGER}_Request")))
-    cyclone.write(answering, with_header(answer, call[0], 2))
+    client.call(QUESTION)
+    cyclone.write(answering, with_header(ANSWER, call[0], 2))
     assert eventually(lambda: len(answers) == 2)
     assert answers == [1, 2]
 

@@ -110,11 +110,12 @@ class Foreign(MemoryTransport):
     foreign_services = {"/reset": "/reset: a client on another RMW"}  # noqa: RUF012
 
 
-def test_services_of_which_it_is_known_why_are_not_told_of_twice() -> None:
+def test_a_peer_that_cannot_be_talked_to_is_told_once_and_not_as_one_that_sends_rubbish() -> None:
     said: list[str] = []
-    watch = Watch(Foreign(), said.append)
-    watch.look(list)
-    watch.finish()
+    network = LiveNetwork(lambda domain: Foreign(), 0, said.append)
+    for _ in range(100):
+        network.freeze()
+    network.close()
     assert said == [
         "/reset: a client on another RMW",
         "/chatter: a peer sends what is no message of the topic's type; dropped",
