@@ -8,7 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TypeAlias, cast
+from typing import Any, TypeAlias, cast
 
 import pytest
 from hypothesis import settings
@@ -16,11 +16,13 @@ from hypothesis import settings
 import graphengine
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
+from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.select import open_transport
 from tests import waiting
 from tests.ros.contract import ALL, AnyTransport, Join
 
+OpenDds: TypeAlias = Callable[..., DdsTransport]
 StartPeer: TypeAlias = "Callable[..., subprocess.Popen[bytes]]"
 
 settings.register_profile("untimed", deadline=None)  # the first message of a type has its code made
@@ -67,6 +69,25 @@ def alice(join: Join) -> AnyTransport:
 @pytest.fixture
 def bob(join: Join) -> AnyTransport:
     return join("bob")
+
+
+@pytest.fixture
+def domain(domain_id: int) -> Domain:
+    return Domain(domain_id, "LOCALHOST")
+
+
+@pytest.fixture
+def dds(domain: Domain) -> Iterator[OpenDds]:
+    """Opens nodes of the DDS transport in the test's domain."""
+    opened: list[DdsTransport] = []
+
+    def open_node(name: str, **options: Any) -> DdsTransport:
+        opened.append(DdsTransport(JoinOptions(domain, name, **options)))
+        return opened[-1]
+
+    yield open_node
+    for transport in opened:
+        transport.close()
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import pytest
 from cyclonedds.sub import DataReader
@@ -27,10 +27,8 @@ from graphengine.ros.transports.dds import cyclone, discovery
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.dds.idl import dds_name, idl_type
 from tests.cli.harness import process
-from tests.ros.conftest import StartPeer, end_peer
+from tests.ros.conftest import OpenDds, StartPeer, end_peer
 from tests.waiting import PATIENCE, eventually
-
-Eventually: TypeAlias = Callable[[Callable[[], object]], bool]
 
 STRING = "std_msgs/msg/String"
 NO_SUCH = '<NetworkInterface name="none9"/>'
@@ -38,15 +36,8 @@ MESSAGES = [name for name in DEFINITIONS.names() if DEFINITIONS.definition(name)
 
 
 @pytest.fixture
-def domain(domain_id: int) -> Domain:
-    return Domain(domain_id, "LOCALHOST")
-
-
-@pytest.fixture
-def alice(domain: Domain) -> Iterator[DdsTransport]:
-    transport = DdsTransport(JoinOptions(domain, "alice", "/robots"))
-    yield transport
-    transport.close()
+def alice(dds: OpenDds) -> DdsTransport:
+    return dds("alice", node_namespace="/robots")
 
 
 def test_two_processes_hear_each_other(alice: DdsTransport, domain: Domain, start_peer: StartPeer) -> None:
@@ -82,9 +73,9 @@ def test_what_comes_while_the_process_is_busy_is_all_delivered(alice: DdsTranspo
 
 
 def test_a_patient_writer_loses_what_it_counts_as_given_up_and_nothing_else(
-    domain: Domain, start_peer: StartPeer
+    dds: OpenDds, domain: Domain, start_peer: StartPeer
 ) -> None:
-    patient, heard, number = DdsTransport(JoinOptions(domain, "patient", patient=True)), set(), 0
+    patient, heard, number = dds("patient", patient=True), set(), 0
     patient.reader("/pong", STRING, QoS(), lambda data: heard.add(data[8:10]))
     ping = patient.writer("/ping", STRING, QoS(depth=2))
     process = start_peer("echo", domain.id)
@@ -100,7 +91,6 @@ def test_a_patient_writer_loses_what_it_counts_as_given_up_and_nothing_else(
     assert ping.dropped == 3
     assert eventually(lambda: len(heard - {b"fi"}) == number - ping.dropped)
     end_peer(process)
-    patient.close()
 
 
 def test_writing_to_a_topic_that_a_peer_writes_to_as_well_does_not_lock_up(

@@ -21,12 +21,11 @@ from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import String, encode
 from graphengine.ros.domain import Domain
-from graphengine.ros.transport import JoinOptions
-from graphengine.ros.transports.dds import cyclone, dds
+from graphengine.ros.transports.dds import cyclone
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.dds.dds_services import identity, with_header, without_header
 from graphengine.ros.transports.dds.idl import idl_type
-from tests.ros.conftest import StartPeer
+from tests.ros.conftest import OpenDds, StartPeer
 from tests.ros.contract import STRING
 from tests.ros.test_malformed import send_forged
 from tests.waiting import eventually
@@ -39,10 +38,8 @@ CLIENT = 0xE20D1623AAF666E7
 
 
 @pytest.fixture
-def bob(domain_id: int) -> Iterator[DdsTransport]:
-    transport = DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "bob"))
-    yield transport
-    transport.close()
+def bob(dds: OpenDds) -> DdsTransport:
+    return dds("bob")
 
 
 class Participant:
@@ -68,8 +65,7 @@ def heard(reader: Any) -> list[bytes]:
 
 
 @pytest.fixture
-def peer(domain_id: int) -> Iterator[Participant]:
-    domain = Domain(domain_id, "LOCALHOST")
+def peer(domain: Domain) -> Iterator[Participant]:
     opened = Participant(domain)
     yield opened
     cyclone.leave(domain, opened.participant)
@@ -218,7 +214,7 @@ def test_a_service_that_cannot_be_opened_leaves_nothing_of_it(
         raise DDSException(DDSException.DDS_RETCODE_OUT_OF_RESOURCES)
 
     with monkeypatch.context() as patched:
-        patched.setattr(dds, "DataWriter", refuse)
+        patched.setattr("graphengine.ros.transports.dds.dds.DataWriter", refuse)
         with pytest.raises(TransportError, match="/trigger cannot be opened"):
             bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: None)
     bob.server("/trigger", "std_srvs/srv/SetBool", QoS(), lambda request_id, data: None)

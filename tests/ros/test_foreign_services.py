@@ -18,11 +18,11 @@ from tests.waiting import eventually
 
 
 @pytest.fixture
-def fast(domain_id: int) -> Iterator[RclTransport]:
+def fast(domain: Domain) -> Iterator[RclTransport]:
     """A node on Fast DDS."""
     if rmw() != "rmw_fastrtps_cpp":
         pytest.skip("RMW_IMPLEMENTATION is not rmw_fastrtps_cpp")
-    transport = RclTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "fast"))
+    transport = RclTransport(JoinOptions(domain, "fast"))
     yield transport
     transport.close()
 

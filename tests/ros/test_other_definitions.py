@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
@@ -20,6 +20,7 @@ from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport
+from tests.ros.conftest import OpenDds
 from tests.ros.contract import RCLPY_MISSING, Inbox, text
 from tests.waiting import eventually
 
@@ -41,13 +42,13 @@ class Side:
     Cyclone DDS would not match two ends that announce structures which differ; those of ROS 2 announce none.
     """
 
-    def __init__(self, domain_id: int, folder: Path, side: str, announced: str | None = None) -> None:
+    def __init__(self, dds: OpenDds, folder: Path, side: str, announced: str | None = None) -> None:
         self.known = definitions(folder, side)
         typed = definitions(folder, "ours")
         typed.type_hash = lambda message_type: (  # type: ignore[method-assign]
             self.known.type_hash(message_type) if announced is None else announced
         )
-        self.transport = DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), side, definitions=typed))
+        self.transport = dds(side, definitions=typed)
 
     def message(self, kind: str, first: int, second: float) -> bytes:
         message = self.known.initial(kind)
@@ -56,17 +57,13 @@ class Side:
 
 
 @pytest.fixture
-def ours(domain_id: int, tmp_path: Path) -> Iterator[Side]:
-    side = Side(domain_id, tmp_path, "ours")
-    yield side
-    side.transport.close()
+def ours(dds: OpenDds, tmp_path: Path) -> Side:
+    return Side(dds, tmp_path, "ours")
 
 
 @pytest.fixture
-def theirs(domain_id: int, tmp_path: Path) -> Iterator[Side]:
-    side = Side(domain_id, tmp_path, "theirs")
-    yield side
-    side.transport.close()
+def theirs(dds: OpenDds, tmp_path: Path) -> Side:
+    return Side(dds, tmp_path, "theirs")
 
 
 def test_messages_of_another_definition_are_dropped_counted_and_reported_once(ours: Side, theirs: Side) -> None:
@@ -113,9 +110,9 @@ def test_a_reader_with_another_definition_is_reported(ours: Side, theirs: Side) 
 @pytest.mark.skipif(RCLPY_MISSING is not None, reason=str(RCLPY_MISSING))
 @pytest.mark.parametrize("peer", ["dds", "rclpy"])
 def test_rclpy_drops_the_messages_of_a_topic_while_one_of_another_definition_is_there(
-    domain_id: int, tmp_path: Path, peer: str
+    domain: Domain, tmp_path: Path, peer: str
 ) -> None:
-    domain, said, known = Domain(domain_id, "LOCALHOST"), list[str](), definitions(tmp_path, "ours")
+    said, known = list[str](), definitions(tmp_path, "ours")
     transport = RclTransport(JoinOptions(domain, "ours", definitions=known))
     bob = (DdsTransport if peer == "dds" else RclTransport)(JoinOptions(domain, "bob"))
     network = LiveNetwork(lambda domain: transport, 0, said.append, known)
@@ -150,16 +147,13 @@ def test_rclpy_drops_the_messages_of_a_topic_while_one_of_another_definition_is_
 
 @pytest.mark.parametrize("announced", ["", "RIHS02_00"])
 def test_a_peer_that_announces_no_hash_of_this_version_is_heard(
-    ours: Side, domain_id: int, tmp_path: Path, announced: str
+    ours: Side, dds: OpenDds, tmp_path: Path, announced: str
 ) -> None:
-    old, inbox = Side(domain_id, tmp_path, "theirs", announced), Inbox()
+    old, inbox = Side(dds, tmp_path, "theirs", announced), Inbox()
     ours.transport.reader("/chatter", STRING, QoS(), inbox)
     writer = old.transport.writer("/chatter", STRING, QoS())
     assert eventually(lambda: writer.matched)
-
-    heard = eventually(lambda: inbox.texts, lambda: writer.write(text("hello")))
-    old.transport.close()
-    assert heard
+    assert eventually(lambda: inbox.texts, lambda: writer.write(text("hello")))
 
 
 def test_a_request_of_another_definition_is_dropped_and_reported(ours: Side, theirs: Side) -> None:
