@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any
@@ -57,14 +56,14 @@ class SimulateSteps:
     Args:
         desk: of the session.
         transport: to offer it on.
-        complain: told once of a peer that sends what is no request.
+        offers: to which its services are added.
         name: absolute.
 
     Raises:
         MessageTypeError: the transport does not know the action's types.
     """
 
-    def __init__(self, desk: Desk, transport: Transport, complain: Callable[[str], None], name: str) -> None:
+    def __init__(self, desk: Desk, transport: Transport, offers: Offers, name: str) -> None:
         self._desk = desk
         self._lock = threading.RLock()
         self._goals: dict[bytes, _Goal] = {}
@@ -72,15 +71,13 @@ class SimulateSteps:
         hidden = f"{name}/_action"
         self._feedback = transport.writer(f"{hidden}/feedback", f"{TYPE}_FeedbackMessage", SERVICES)
         self._status = transport.writer(f"{hidden}/status", "action_msgs/msg/GoalStatusArray", LATCHED)
-        self._offers = Offers(transport, complain)
-        self._offers.add(f"{hidden}/send_goal", f"{TYPE}_SendGoal", self._accept, then=self._begin)
-        self._offers.add(f"{hidden}/cancel_goal", "action_msgs/srv/CancelGoal", self._cancel, then=self._tell_status)
-        self._offers.add(f"{hidden}/get_result", f"{TYPE}_GetResult", self._result)
+        offers.add(f"{hidden}/send_goal", f"{TYPE}_SendGoal", self._accept, then=self._begin)
+        offers.add(f"{hidden}/cancel_goal", "action_msgs/srv/CancelGoal", self._cancel, then=self._tell_status)
+        offers.add(f"{hidden}/get_result", f"{TYPE}_GetResult", self._result)
 
     def close(self) -> None:
-        """Withdraw it; goals end where they are."""
+        """Withdraw its topics; goals end where they are."""
         self._closed = True
-        self._offers.close()
         self._feedback.close()
         self._status.close()
 

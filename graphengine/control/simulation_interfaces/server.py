@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.control.parameters import Parameters
+from graphengine.control.parameters import offer_parameters
 from graphengine.control.service_host import Offers
 from graphengine.control.simulation_interfaces import entities, states
 from graphengine.control.simulation_interfaces.action import SimulateSteps
@@ -64,14 +64,14 @@ class SimulationInterfaces:
                 self._features += features
             except MessageTypeError:
                 missing.append(name)
-        self._parts: list[Offers | SimulateSteps | Parameters] = [self._offers]
+        self._parts: list[Offers | SimulateSteps] = [self._offers]
         try:
-            self._parts.append(SimulateSteps(desk, transport, complain, f"{self._above}/simulate_steps"))
+            self._parts.append(SimulateSteps(desk, transport, self._offers, f"{self._above}/simulate_steps"))
             self._features.append(33)
         except MessageTypeError:
             missing.append("simulate_steps")
         if transport.node:
-            self._parts.append(Parameters(desk, transport, complain))
+            offer_parameters(self._offers, transport.node, desk)
         if missing:
             complain(f"not offered, as {PACKAGE} is not installed, or older than 1.5: {', '.join(missing)}")
 
