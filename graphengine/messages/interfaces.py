@@ -194,9 +194,8 @@ def _read_idl(path: Path, name: TypeName, text: str) -> dict[str, Definition]:
 
 def _sound(path: Path, definition: Definition) -> Definition:
     """A definition that has no two members of one name, and no type that cannot be encoded."""
-    definition = definition._replace(
-        fields=[(name, replace_element(kind, _with_wide)) for name, kind in definition.fields]
-    )
+    fields = [(name, replace_element(kind, _with_wide)) for name, kind in definition.fields]
+    definition = definition._replace(fields=fields)
     names = Counter([field for field, _ in definition.fields] + [constant for constant, _, _ in definition.constants])
     for member, count in names.items():
         if count > 1:

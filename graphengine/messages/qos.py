@@ -65,9 +65,8 @@ def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> 
     values: dict[str, Any] = {}
     for key, value in profile.items():
         if key not in _FIELDS:
-            raise TopicError(
-                f"QoS profile has no key {key!r}", qos_profile, did_you_mean(key, _FIELDS), listing(_FIELDS, "keys")
-            )
+            near = did_you_mean(key, _FIELDS)
+            raise TopicError(f"QoS profile has no key {key!r}", qos_profile, near, listing(_FIELDS, "keys"))
         values[_FIELDS[key]] = _value(key, value, qos_profile)
     return QoS(**values)
 

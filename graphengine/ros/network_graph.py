@@ -91,9 +91,8 @@ class NetworkGraph:
 
     def without(self, node: str) -> NetworkGraph:
         """The same as if a node were not there."""
-        return NetworkGraph(
-            (end for end in self.endpoints if end.full_node != node), self.complete, self.named, self.services
-        )
+        others = (end for end in self.endpoints if end.full_node != node)
+        return NetworkGraph(others, self.complete, self.named, self.services)
 
     def types(self) -> dict[str, list[str]]:
         """Types of each topic, of which there should be one."""

@@ -88,9 +88,8 @@ class FrameTree:
         """Take a `tf2_msgs/msg/TFMessage`, and the GID of who sent it; edges beyond `MAX_EDGES` are left out."""
         for transform in message.transforms:
             # tf2 takes names with and without a slash in front for the same frame.
-            parent, child = (
-                printable(frame.removeprefix("/")) for frame in (transform.header.frame_id, transform.child_frame_id)
-            )
+            frames = transform.header.frame_id, transform.child_frame_id
+            parent, child = (printable(frame.removeprefix("/")) for frame in frames)
             edge = self._edges.get((child, parent))
             if len(self._edges) + len(self._refused) >= MAX_EDGES and edge is None:
                 self._full = True

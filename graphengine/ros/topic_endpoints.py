@@ -147,7 +147,6 @@ class LiveSubscription(Subscription, Stateful):
             self.malformed += 1
             self._network.undecoded[self.topic] += 1
             if self.malformed == 1:
-                self._network.complain(
-                    f"{self.topic}: a peer sends what is not {self.claim.message_type}; dropped ({error})"
-                )
+                what = f"a peer sends what is not {self.claim.message_type}"
+                self._network.complain(f"{self.topic}: {what}; dropped ({error})")
             return None

@@ -224,9 +224,8 @@ def compiled(
         if isinstance(node, ast.Attribute | ast.Subscript | ast.Starred) and isinstance(node.ctx, ast.Store):
             raise ForbiddenError("an expression sets nothing but the names of its loops")
         name = str(getattr(node, "id", None) or getattr(node, "attr", None) or getattr(node, "arg", None) or "")
-        if name.startswith("__") and (
-            not isinstance(node, ast.Name) or name not in (known or ()) or name == "__builtins__"
-        ):
+        given = known if known and isinstance(node, ast.Name) else ()
+        if name.startswith("__") and (name not in given or name == "__builtins__"):
             raise ForbiddenError(f"the name {name!r} is not allowed in an expression")
         if isinstance(node, ast.Name | ast.arg):
             (used if isinstance(getattr(node, "ctx", None), ast.Load) else bound).add(name)

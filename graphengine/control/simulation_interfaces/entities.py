@@ -69,9 +69,8 @@ def delete_entity(session: SessionCore, request: Any, response: Any) -> None:
     """Answer DeleteEntity."""
     entity = _entity(session, request.entity)
     if session.services.stage.find(entity.prim_path).kind != "robot":
-        raise RefusedError(
-            FAILED, f"{entity.name} belongs to the world's file: only what the scene has as robots can go"
-        )
+        why = "belongs to the world's file: only what the scene has as robots can go"
+        raise RefusedError(FAILED, f"{entity.name} {why}")
     Delete(name=entity.name).apply(session)
 
 

@@ -69,9 +69,8 @@ def open_transport(name: str, options: JoinOptions) -> Transport:
     except GraphError:
         raise
     except Exception as error:  # a package may fail in any way
-        raise TransportError(
-            f"transport {kind.name!r} cannot join domain {options.domain.id}: {_line(error)}"
-        ) from error
+        what = f"transport {kind.name!r} cannot join domain {options.domain.id}"
+        raise TransportError(f"{what}: {_line(error)}") from error
 
 
 def _chosen() -> tuple[TransportKind, str]:

@@ -141,15 +141,13 @@ def endpoint_qos(qos: QoS, user_data: str) -> Qos:
     """Policies of a writer or reader such that they match ROS 2 endpoints that were given the same profile."""
     qos = settled(qos)
     history = Policy.History.KeepAll if qos.history == "keepAll" else Policy.History.KeepLast(qos.depth)
+    reliable = Policy.Reliability.Reliable(duration(milliseconds=MAX_BLOCKING_MS))
+    liveliness = Policy.Liveliness.ManualByTopic if qos.liveliness == "manualByTopic" else Policy.Liveliness.Automatic
     lease = duration(seconds=qos.lease_duration) if qos.lease_duration else duration(infinite=True)
     policies = [
         history,
-        Policy.Reliability.Reliable(duration(milliseconds=MAX_BLOCKING_MS))
-        if qos.reliability == "reliable"
-        else Policy.Reliability.BestEffort,
-        Policy.Liveliness.ManualByTopic(lease)
-        if qos.liveliness == "manualByTopic"
-        else Policy.Liveliness.Automatic(lease),
+        reliable if qos.reliability == "reliable" else Policy.Reliability.BestEffort,
+        liveliness(lease),
         # ROS 2 reads and writes the first version of XCDR only.
         Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False),
         # Otherwise a writer that goes takes what late joiners should get, and readers see a disposed instance.
@@ -236,9 +234,8 @@ def join(domain: Domain, user_data: str) -> Any:
 def _require_resources(domain: Domain) -> None:
     """Refuse what Cyclone would end the process over: it checks neither its sockets nor its memory."""
     if not has_descriptors(DESCRIPTORS):
-        raise TransportError(
-            f"cannot join {domain}: it takes {DESCRIPTORS} more open files\nraise the limit of `ulimit -n`"
-        )
+        remedy = "raise the limit of `ulimit -n`"
+        raise TransportError(f"cannot join {domain}: it takes {DESCRIPTORS} more open files\n{remedy}")
     if not has_address_space(ADDRESS_SPACE):
         remedy = "raise the limit of `ulimit -v`"
         raise TransportError(f"cannot join {domain}: it takes {ADDRESS_SPACE // 10**6} MB more of memory\n{remedy}")
