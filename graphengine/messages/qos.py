@@ -7,7 +7,6 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, fields, replace
-from types import MappingProxyType
 from typing import Any, get_args, get_type_hints
 
 from graphengine.format.errors import TopicError
@@ -21,14 +20,12 @@ ROSOUT = QoS(depth=1000, durability="transientLocal", lifespan=10.0)
 PARAMETER_EVENTS = QoS(depth=1000)
 """The topic on which every node tells that its parameters changed."""
 
-PRESETS: Mapping[str, QoS] = MappingProxyType(
-    {
-        "Default for publishers/subscribers": QoS(),
-        "Services": QoS(),
-        "Sensor Data": QoS(depth=5, reliability="bestEffort"),
-        "System Default": QoS("systemDefault", 0, "systemDefault", "systemDefault"),
-    }
-)
+PRESETS: Mapping[str, QoS] = {
+    "Default for publishers/subscribers": QoS(),
+    "Services": QoS(),
+    "Sensor Data": QoS(depth=5, reliability="bestEffort"),
+    "System Default": QoS("systemDefault", 0, "systemDefault", "systemDefault"),
+}
 """The profiles that `ROS2QoSProfile` offers by name; its `Custom` is whatever its other inputs say."""
 
 _SYSTEM_DEFAULT = QoS(liveliness="automatic")
@@ -36,9 +33,8 @@ _SYSTEM_DEFAULT = QoS(liveliness="automatic")
 _MAX_DEPTH = 2**31 - 1
 _KEYS = {"lease_duration": "leaseDuration"}
 _FIELDS: dict[str, str] = {_KEYS.get(field.name, field.name): field.name for field in fields(QoS)}
-_CHOICES: dict[str, tuple[str, ...]] = {
-    key: get_args(get_type_hints(QoS)[name]) for key, name in _FIELDS.items() if get_args(get_type_hints(QoS)[name])
-}
+_CHOICES = {name: legal for name, kind in get_type_hints(QoS).items() if (legal := get_args(kind))}
+"""What fields that are no number can be."""
 
 
 def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> QoS:

@@ -154,9 +154,7 @@ class SimulateSteps:
         with self._lock:
             known = self._goals.get(identity)
             active = [goal for goal in self._goals.values() if goal.active]
-            meant = [
-                goal for goal in active if every or goal is known or (before and messages.seconds(goal.stamp) <= before)
-            ]
+            meant = [goal for goal in active if every or goal is known or messages.seconds(goal.stamp) <= before]
             for goal in meant:
                 goal.status = CANCELING
             if not meant:

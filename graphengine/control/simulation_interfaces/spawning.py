@@ -82,12 +82,8 @@ class Spawning:
         name = _free_name(session, request.name or name_of(use), allow_renaming=request.allow_renaming)
         position, orientation = pose_in_world(session, request.initial_pose, _INVALID_POSE)
         try:
-            robot = RobotUse(
-                use=use,
-                position=position,
-                orientation=Orientation(quaternion_xyzw=orientation),
-                namespace=_namespace(request.entity_namespace),
-            )
+            turned, namespace = Orientation(quaternion_xyzw=orientation), _namespace(request.entity_namespace)
+            robot = RobotUse(use=use, position=position, orientation=turned, namespace=namespace)
         except ValidationError as error:
             raise RefusedError(_NAMESPACE_INVALID, error.errors()[0]["msg"].removeprefix("Value error, ")) from None
         try:

@@ -300,10 +300,8 @@ def _fragment(domain: Domain, interfaces: str) -> str:
         peers = "".join(f'<Peer address="{address}"/>' for address in (_LOOPBACK, *map(_address, domain.static_peers)))
         discovery = "<ParticipantIndex>auto</ParticipantIndex>"
         discovery += f"<MaxAutoParticipantIndex>{_MAX_PARTICIPANTS}</MaxAutoParticipantIndex><Peers>{peers}</Peers>"
-    return (
-        f'<CycloneDDS><Domain Id="any"><General>{general}</General><Discovery>{discovery}</Discovery>'
-        "</Domain></CycloneDDS>"
-    )
+    content = f"<General>{general}</General><Discovery>{discovery}</Discovery>"
+    return f'<CycloneDDS><Domain Id="any">{content}</Domain></CycloneDDS>'
 
 
 def _address(peer: str) -> str:
