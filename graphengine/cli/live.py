@@ -19,12 +19,12 @@ from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.names import check_topic
 from graphengine.ros.domain import Domain
-from graphengine.ros.network_graph import NetworkGraph, discover
+from graphengine.ros.network_graph import NetworkGraph
+from graphengine.ros.transport import JoinOptions, Transport, discover
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
     from graphengine.ros.cli_subscription import Clock, MessageQueue
-    from graphengine.ros.transport import Transport
 
 POLL = 0.05
 """Seconds between two looks at who is there."""
@@ -78,7 +78,6 @@ class Live:
 
     def __init__(self, arguments: argparse.Namespace, node: str | None = None) -> None:
         from graphengine.messages.definitions import DEFINITIONS
-        from graphengine.ros.transport import JoinOptions
         from graphengine.ros.transports.select import open_transport
 
         name = node or f"_graphrun_{os.getpid()}"

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from graphengine.control.service_host import Handle, Offers
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.ros.transport import Transport
 from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
@@ -24,52 +24,47 @@ FASTEST = 1e6
 _NOT_SET, _INTEGER, _DOUBLE = 0, 2, 3
 
 
-class Parameters:
-    """The parameter services of one node.
+def offer_parameters(offers: Offers, node: str, desk: Desk) -> None:
+    """Offer the parameter services of a session's node.
 
     Args:
+        offers: to which they are added.
+        node: its full name.
         desk: of the session.
-        transport: whose node it is.
-        complain: told once of a peer that sends what is no request.
 
     Raises:
         MessageTypeError: the transport does not know the services' types.
     """
+    handles: Mapping[str, Handle] = {
+        "DescribeParameters": _describe,
+        "GetParameterTypes": _types,
+        "GetParameters": lambda request, response: desk.ask(lambda session: _get(session, request, response)),
+        "ListParameters": _list,
+        "SetParameters": partial(_set, desk),
+        "SetParametersAtomically": partial(_set_atomically, desk),
+    }
+    for name, handle in handles.items():
+        service = re.sub("(?<!^)([A-Z])", r"_\1", name).lower()
+        offers.add(f"{node}/{service}", f"rcl_interfaces/srv/{name}", handle)
 
-    def __init__(self, desk: Desk, transport: Transport, complain: Callable[[str], None]) -> None:
-        self._desk = desk
-        self._offers = Offers(transport, complain)
-        handles: Mapping[str, Handle] = {
-            "DescribeParameters": _describe,
-            "GetParameterTypes": _types,
-            "GetParameters": lambda request, response: desk.ask(lambda session: _get(session, request, response)),
-            "ListParameters": _list,
-            "SetParameters": self._set,
-            "SetParametersAtomically": self._set_atomically,
-        }
-        for name, handle in handles.items():
-            service = re.sub("(?<!^)([A-Z])", r"_\1", name).lower()
-            self._offers.add(f"{transport.node}/{service}", f"rcl_interfaces/srv/{name}", handle)
 
-    def _set(self, request: Any, response: Any) -> Future[Any] | None:
-        """Write those that can be, in order."""
-        response.results = [_result(_refusal(parameter)) for parameter in request.parameters]
-        pairs = zip(request.parameters, response.results, strict=True)
-        return self._write([parameter for parameter, result in pairs if result.successful])
+def _set(desk: Desk, request: Any, response: Any) -> Future[Any] | None:
+    """Write those that can be, in order."""
+    response.results = [_result(_refusal(parameter)) for parameter in request.parameters]
+    pairs = zip(request.parameters, response.results, strict=True)
+    return _write(desk, [parameter for parameter, result in pairs if result.successful])
 
-    def _set_atomically(self, request: Any, response: Any) -> Future[Any] | None:
-        """Write all of them, or none."""
-        refusals = [refusal for parameter in request.parameters if (refusal := _refusal(parameter))]
-        response.result = _result(refusals[0] if refusals else "")
-        return self._write([] if refusals else request.parameters)
 
-    def _write(self, parameters: Sequence[Any]) -> Future[Any] | None:
-        """Of several values of the one parameter, the last is what is left."""
-        return self._desk.submit("rate", {"factor": _factor(parameters[-1]) or "max"}) if parameters else None
+def _set_atomically(desk: Desk, request: Any, response: Any) -> Future[Any] | None:
+    """Write all of them, or none."""
+    refusals = [refusal for parameter in request.parameters if (refusal := _refusal(parameter))]
+    response.result = _result(refusals[0] if refusals else "")
+    return _write(desk, [] if refusals else request.parameters)
 
-    def close(self) -> None:
-        """Withdraw the services; safe to call twice."""
-        self._offers.close()
+
+def _write(desk: Desk, parameters: Sequence[Any]) -> Future[Any] | None:
+    """Of several values of the one parameter, the last is what is left."""
+    return desk.submit("rate", {"factor": _factor(parameters[-1]) or "max"}) if parameters else None
 
 
 def _describe(request: Any, response: Any) -> None:

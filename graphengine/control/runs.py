@@ -98,8 +98,8 @@ def running(environment: Mapping[str, str]) -> list[Entry]:
         except (ConnectionRefusedError, FileNotFoundError):
             with contextlib.suppress(OSError):
                 path.unlink()
-        except OSError:  # it is too busy to answer, and there
-            found.append(Entry(match[1], int(match[2]), path))
-        else:
-            found.append(Entry(match[1], int(match[2]), path))
+            continue
+        except OSError:
+            pass  # it is too busy to answer, and there
+        found.append(Entry(match[1], int(match[2]), path))
     return sorted(found)

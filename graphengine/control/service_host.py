@@ -12,8 +12,8 @@ from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.transport import Transport, TransportServer
 
-SERVICES = QoS(history="keepLast", depth=10, reliability="reliable", durability="volatile")
-"""As rcl has it by default."""
+SERVICES = QoS()
+"""The default profile, as rcl has it."""
 
 Handle = Callable[[Any, Any], "Future[Any] | None"]
 """Takes a request and the answer that it may fill in, in a thread of the transport; the answer leaves when the future ends."""

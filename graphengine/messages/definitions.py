@@ -29,12 +29,15 @@ from graphengine.messages import wide_strings
 from graphengine.messages.folders import Folders
 from graphengine.messages.interfaces import (
     TEXTS,
+    WIDE,
     Definition,
     Description,
+    Field,
     MessageTypeError,
     TypeName,
     element_of,
     read,
+    replace_element,
     signed_byte,
 )
 from graphengine.messages.message_validation import find_fault
@@ -52,6 +55,9 @@ _INITIAL: dict[str, dict[str, Any]] = {
 """What fields of Jazzy's own types hold before anybody writes to them, where it is not zero; rosbags does not keep it."""
 PLACEHOLDER = ("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))
 """The field that ROS 2 gives to a message without any, and its type."""
+_CHAR, _UINT8 = (Nodetype.BASE, ("char", 0)), (Nodetype.BASE, ("uint8", 0))
+_CODED = (Nodetype.NAME, wide_strings.NAME)
+"""A wide string as a store of rosbags takes it."""
 TIDMAP["wstring"] = 18  # of type_description_interfaces/msg/FieldType, which rosbags leaves out
 _lock = threading.RLock()
 
@@ -156,7 +162,7 @@ class Definitions:
             raise MessageTypeError(f"{service_type} is no service", service_type.rpartition("/")[2])
         return request, response
 
-    def fields(self, message_type: str) -> list[tuple[str, Description]]:
+    def fields(self, message_type: str) -> list[Field]:
         """Attributes of a message, and their types; where ROS's name is a keyword of Python, a `_` follows it."""
         return [(normalize_fieldname(name), kind) for name, kind in self.definition(message_type).fields]
 
@@ -174,8 +180,8 @@ class Definitions:
         if message_type not in self._hashes:
             store = Typestore()
             for name in self._closure(message_type):
-                fields = [(field, _without_char(kind)) for field, kind in self.definition(name).fields]
-                store.fielddefs[name] = ([], fields)
+                # In ROS 2 `char` is an alias of `uint8`; rosbags hashes it as a type of its own.
+                store.fielddefs[name] = ([], _replaced(self.definition(name).fields, _CHAR, _UINT8))
             self._hashes[message_type] = store.hash_rihs01(message_type)
         return self._hashes[message_type]
 
@@ -186,7 +192,7 @@ class Definitions:
     def is_wide(self, message_type: str) -> bool:
         """Whether there are wide strings in a type."""
         fields = (field for name in self._closure(message_type) for _, field in self.definition(name).fields)
-        return any(element_of(field) == (Nodetype.BASE, ("wstring", 0)) for field in fields)
+        return any(element_of(field) == WIDE for field in fields)
 
     def text(self, message_type: str) -> str:
         """The definition of a message and of its parts as recordings keep it; MCAP calls the form `ros2msg`.
@@ -236,7 +242,7 @@ class Definitions:
         try:
             for name, definition in found.items():
                 self._check(name, definition, file)
-            coded = {n: (d.constants, [(f, _coded(k)) for f, k in d.fields]) for n, d in found.items() if d.is_message}
+            coded = {n: (d.constants, _replaced(d.fields, WIDE, _CODED)) for n, d in found.items() if d.is_message}
             self.store.register(coded)  # type: ignore[arg-type]
         except BaseException:
             for name in found:
@@ -294,9 +300,8 @@ class Definitions:
         return self._folders.find(name) if name else None
 
     def _has(self, message_type: str) -> bool:
-        if message_type in self._known or self._file(message_type) is not None:
-            return True
-        return self._below is not None and self._below._has(message_type)
+        is_below = self._below is not None and self._below._has(message_type)
+        return is_below or message_type in self._known or self._file(message_type) is not None
 
     def _unknown(self, message_type: str, within: Sequence[str], found: dict[str, Definition]) -> MessageTypeError:
         """No such type: what is near, and what to do."""
@@ -313,12 +318,9 @@ class Definitions:
         return MessageTypeError(what, message_type.partition("/")[0], did_you_mean(message_type, namesakes), remedy)
 
 
-def _coded(description: Description) -> Description:
-    """As a store of rosbags takes it."""
-    kind, detail = description
-    if kind == Nodetype.BASE:
-        return (Nodetype.NAME, wide_strings.NAME) if detail[0] == "wstring" else description
-    return description if kind == Nodetype.NAME else (kind, (_coded(detail[0]), detail[1]))
+def _replaced(fields: Sequence[Field], old: Description, new: Description) -> list[Field]:
+    """Fields with another type in place of one, in arrays too."""
+    return [(name, replace_element(kind, lambda element: new if element == old else element)) for name, kind in fields]
 
 
 def another_definition(name: str, peer: str, message_type: str, own: str, effect: str = "") -> tuple[str, str]:
@@ -346,18 +348,10 @@ def _another(message_type: str, known: Definition, other: Definition, file: Path
     )
 
 
-def _parts(fields: Sequence[tuple[str, Description]]) -> list[str]:
+def _parts(fields: Sequence[Field]) -> list[str]:
     """The messages that a type consists of."""
     elements = [element_of(kind) for _, kind in fields]
     return [detail for kind, detail in elements if kind == Nodetype.NAME]
-
-
-def _without_char(description: Description) -> Description:
-    """With `char` as the alias of `uint8` that it is in ROS 2; rosbags hashes it as a type of its own."""
-    kind, detail = description
-    if kind == Nodetype.BASE:
-        return kind, ("uint8" if detail[0] == "char" else detail[0], detail[1])
-    return description if kind == Nodetype.NAME else (kind, (_without_char(detail[0]), detail[1]))
 
 
 DEFINITIONS = Definitions(Folders()).extended(installed=[SHARE])

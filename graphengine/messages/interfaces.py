@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -63,9 +63,10 @@ TEXTS = ("string", "wstring")
 
 Description = tuple[Any, Any]
 """Type of a field, as rosbags writes it: a kind of node and what it is made of."""
+Field = tuple[str, Description]
+"""Name and type."""
 
-
-_WIDE: Description = (Nodetype.BASE, ("wstring", 0))
+WIDE: Description = (Nodetype.BASE, ("wstring", 0))
 
 
 class MessageTypeError(ContextError):
@@ -78,7 +79,7 @@ class Definition(NamedTuple):
     """What a message type consists of."""
 
     constants: list[tuple[str, str, Any]]
-    fields: list[tuple[str, Description]]
+    fields: list[Field]
     initial: Mapping[str, Any] = MappingProxyType({})
     """Values that fields have before anybody writes to them, where these are not zero."""
     is_message: bool = True
@@ -193,7 +194,8 @@ def _read_idl(path: Path, name: TypeName, text: str) -> dict[str, Definition]:
 
 def _sound(path: Path, definition: Definition) -> Definition:
     """A definition that has no two members of one name, and no type that cannot be encoded."""
-    definition = definition._replace(fields=[(name, _with_wide(kind)) for name, kind in definition.fields])
+    fields = [(name, replace_element(kind, _with_wide)) for name, kind in definition.fields]
+    definition = definition._replace(fields=fields)
     names = Counter([field for field, _ in definition.fields] + [constant for constant, _, _ in definition.constants])
     for member, count in names.items():
         if count > 1:
@@ -209,12 +211,18 @@ def _sound(path: Path, definition: Definition) -> Definition:
     return definition
 
 
-def _with_wide(description: Description) -> Description:
+def _with_wide(element: Description) -> Description:
     """With wide strings as such, of which definitions other than IDL speak as of a message."""
+    kind, detail = element
+    return WIDE if kind == Nodetype.NAME and detail.endswith("/msg/wstring") else element
+
+
+def replace_element(description: Description, replace: Callable[[Description], Description]) -> Description:
+    """A type, or one of arrays, with another type of its elements."""
     kind, detail = description
     if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-        return kind, (_with_wide(detail[0]), detail[1])
-    return _WIDE if kind == Nodetype.NAME and detail.endswith("/msg/wstring") else description
+        return kind, (replace_element(detail[0], replace), detail[1])
+    return replace(description)
 
 
 def element_of(description: Description) -> Description:

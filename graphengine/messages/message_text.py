@@ -5,7 +5,7 @@ from __future__ import annotations
 import array
 import functools
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -171,8 +171,9 @@ def _plain(part: TypedValue, style: Style) -> Any:
         return _summary(part)
     if isinstance(part.value, np.ndarray) and part.scalar != "byte" and style.longest is None:
         return part.value.tolist()
-    cut = [_CUT] if _is_long(part, style) else []
-    return [_plain(value, style) for value in _shown(part, style)] + cut
+    shown = replace(part, value=part.value[: style.longest])
+    cut = [_CUT] if len(shown.value) < len(part.value) else []
+    return [_plain(value, style) for value in shown.elements()] + cut
 
 
 def _cells(plain: Any) -> Iterator[str]:
@@ -195,14 +196,6 @@ def _text(text: str, style: Style) -> str:
     if not style.texts:
         return f"<string length: <{len(text)}>>"
     return text if style.longest is None or len(text) <= style.longest else text[: style.longest] + _CUT
-
-
-def _is_long(part: TypedValue, style: Style) -> bool:
-    return style.longest is not None and len(part.value) > style.longest
-
-
-def _shown(part: TypedValue, style: Style) -> Iterator[TypedValue]:
-    return TypedValue(part.value[: style.longest], part.kind, part.definitions).elements()
 
 
 def _summary(part: TypedValue) -> str:

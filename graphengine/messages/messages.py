@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     Vector3 = ros2_jazzy.geometry_msgs__msg__Vector3
     Odometry = ros2_jazzy.nav_msgs__msg__Odometry
     Log = ros2_jazzy.rcl_interfaces__msg__Log
-    Gid = ros2_jazzy.rmw_dds_common__msg__Gid
-    NodeEntitiesInfo = ros2_jazzy.rmw_dds_common__msg__NodeEntitiesInfo
     ParticipantEntitiesInfo = ros2_jazzy.rmw_dds_common__msg__ParticipantEntitiesInfo
     Clock = ros2_jazzy.rosgraph_msgs__msg__Clock
     CameraInfo = ros2_jazzy.sensor_msgs__msg__CameraInfo
@@ -177,12 +175,3 @@ def check(message: Any, definitions: Definitions = DEFINITIONS) -> None:
     fault = find_fault(message, (Nodetype.NAME, name), name, definitions.fields)
     if fault:
         raise MessageError(fault)
-
-
-def type_hash(message_type: str) -> str:
-    """The REP 2011 hash of a type that is known without folders of a user.
-
-    Raises:
-        MessageTypeError: there is no such type.
-    """
-    return DEFINITIONS.type_hash(message_type)

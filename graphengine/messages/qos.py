@@ -7,7 +7,6 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, fields, replace
-from types import MappingProxyType
 from typing import Any, get_args, get_type_hints
 
 from graphengine.format.errors import TopicError
@@ -21,22 +20,21 @@ ROSOUT = QoS(depth=1000, durability="transientLocal", lifespan=10.0)
 PARAMETER_EVENTS = QoS(depth=1000)
 """The topic on which every node tells that its parameters changed."""
 
-PRESETS: Mapping[str, QoS] = MappingProxyType(
-    {
-        "Default for publishers/subscribers": QoS(),
-        "Services": QoS(),
-        "Sensor Data": QoS(depth=5, reliability="bestEffort"),
-        "System Default": QoS("systemDefault", 0, "systemDefault", "systemDefault"),
-    }
-)
+PRESETS: Mapping[str, QoS] = {
+    "Default for publishers/subscribers": QoS(),
+    "Services": QoS(),
+    "Sensor Data": QoS(depth=5, reliability="bestEffort"),
+    "System Default": QoS("systemDefault", 0, "systemDefault", "systemDefault"),
+}
 """The profiles that `ROS2QoSProfile` offers by name; its `Custom` is whatever its other inputs say."""
 
+_SYSTEM_DEFAULT = QoS(liveliness="automatic")
+"""What `rmw_cyclonedds_cpp` takes system defaults for."""
 _MAX_DEPTH = 2**31 - 1
 _KEYS = {"lease_duration": "leaseDuration"}
 _FIELDS: dict[str, str] = {_KEYS.get(field.name, field.name): field.name for field in fields(QoS)}
-_CHOICES: dict[str, tuple[str, ...]] = {
-    key: get_args(get_type_hints(QoS)[name]) for key, name in _FIELDS.items() if get_args(get_type_hints(QoS)[name])
-}
+_CHOICES = {name: legal for name, kind in get_type_hints(QoS).items() if (legal := get_args(kind))}
+"""What fields that are no number can be."""
 
 
 def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> QoS:
@@ -63,9 +61,8 @@ def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> 
     values: dict[str, Any] = {}
     for key, value in profile.items():
         if key not in _FIELDS:
-            raise TopicError(
-                f"QoS profile has no key {key!r}", qos_profile, did_you_mean(key, _FIELDS), listing(_FIELDS, "keys")
-            )
+            near = did_you_mean(key, _FIELDS)
+            raise TopicError(f"QoS profile has no key {key!r}", qos_profile, near, listing(_FIELDS, "keys"))
         values[_FIELDS[key]] = _value(key, value, qos_profile)
     return QoS(**values)
 
@@ -76,15 +73,9 @@ def qos_json(qos: QoS) -> str:
 
 
 def settled(qos: QoS) -> QoS:
-    """The same without system defaults, which are taken as `rmw_cyclonedds_cpp` takes them."""
-    return replace(
-        qos,
-        history="keepLast" if qos.history == "systemDefault" else qos.history,
-        depth=qos.depth or 1,
-        reliability="reliable" if qos.reliability == "systemDefault" else qos.reliability,
-        durability="volatile" if qos.durability == "systemDefault" else qos.durability,
-        liveliness="automatic" if qos.liveliness == "systemDefault" else qos.liveliness,
-    )
+    """The same without system defaults."""
+    chosen = {name: getattr(_SYSTEM_DEFAULT, name) for name in _CHOICES if getattr(qos, name) == "systemDefault"}
+    return replace(qos, depth=qos.depth or 1, **chosen)
 
 
 def short_of(offered: QoS, requested: QoS) -> tuple[str, ...]:

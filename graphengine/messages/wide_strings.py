@@ -49,16 +49,7 @@ def _read(order: str, data: memoryview, position: int, cls: Any, store: Any) -> 
 _ROS1: Any = _size
 """In place of what encodes ROS 1, which has no wide strings."""
 
-CODEC: Msgdef[Any] = Msgdef(
-    NAME,
-    [("text", (Nodetype.BASE, ("string", 0)))],  # by which rosbags aligns the fields before and behind it
-    str,
-    0,
-    _size,
-    partial(_write, "<"),
-    partial(_write, ">"),
-    partial(_read, "<"),
-    partial(_read, ">"),
-    0,
-    *[_ROS1] * 7,
-)
+_CODECS: list[Any] = [partial(function, order) for function in (_write, _read) for order in "<>"]
+_FIELDS: list[Any] = [("text", (Nodetype.BASE, ("string", 0)))]
+"""By which rosbags aligns the fields before and behind it."""
+CODEC: Msgdef[Any] = Msgdef(NAME, _FIELDS, str, 0, _size, *[*_CODECS, 0, *[_ROS1] * 7])

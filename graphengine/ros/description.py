@@ -11,8 +11,7 @@ from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.cli_subscription import MessageQueue
-from graphengine.ros.network_graph import discover
-from graphengine.ros.transport import Transport, TransportClient
+from graphengine.ros.transport import Transport, TransportClient, discover
 
 PARAMETER = "robot_description"
 _STRING = "std_msgs/msg/String"

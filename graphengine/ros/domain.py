@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal, cast, get_args
 
 from graphengine.format.errors import TransportError
 from graphengine.format.wording import did_you_mean, listing
@@ -37,8 +37,6 @@ class Domain:
     def __post_init__(self) -> None:
         if not 0 <= self.id <= MAX_DOMAIN_ID:
             raise TransportError(f"ROS domain id {self.id} is not in 0 to {MAX_DOMAIN_ID}")
-        if self.discovery_range not in get_args(DiscoveryRange):
-            raise TransportError(f"no discovery range {self.discovery_range!r}\n{listing(get_args(DiscoveryRange))}")
 
     def __str__(self) -> str:
         own = ", with CYCLONEDDS_URI" if self.cyclone_uri else ""
@@ -77,11 +75,8 @@ def _domain_id(text: str) -> int:
 
 
 def _range(text: str) -> DiscoveryRange:
-    for legal in get_args(DiscoveryRange):
-        if text == legal:
-            return legal  # type: ignore[no-any-return]
-    if text:
-        near = did_you_mean(text, get_args(DiscoveryRange))
-        lines = (f"ROS_AUTOMATIC_DISCOVERY_RANGE is {text!r}", near, listing(get_args(DiscoveryRange)))
+    legal = get_args(DiscoveryRange)
+    if text not in ("", *legal):
+        lines = (f"ROS_AUTOMATIC_DISCOVERY_RANGE is {text!r}", did_you_mean(text, legal), listing(legal))
         raise TransportError("\n".join(filter(None, lines)))
-    return "SUBNET"
+    return cast(DiscoveryRange, text or "SUBNET")

@@ -83,29 +83,25 @@ class LiveNetwork(Network):
     def publisher(self, claim: EndpointClaim) -> LivePublisher:
         """An endpoint to write to."""
         writer = self.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
-        made = LivePublisher(self, claim, writer)
-        self.publishers.append(made)
+        self.publishers.append(LivePublisher(self, claim, writer))
         self._watches[self._domain(claim.ros_context)].hurry()
-        return made
+        return self.publishers[-1]
 
     def subscription(self, claim: EndpointClaim) -> LiveSubscription:
         """An endpoint to read from."""
-        made = LiveSubscription(self, claim)
-        self.subscriptions.append(made)
+        self.subscriptions.append(LiveSubscription(self, claim))
         self._watches[self._domain(claim.ros_context)].hurry()
-        return made
+        return self.subscriptions[-1]
 
     def server(self, claim: EndpointClaim, handle: int) -> LiveServer:
         """An endpoint that answers."""
-        made = LiveServer(self, claim, handle)
-        self._servers.append(made)
-        return made
+        self._servers.append(LiveServer(self, claim, handle))
+        return self._servers[-1]
 
     def client(self, claim: EndpointClaim) -> LiveClient:
         """An endpoint that asks."""
-        made = LiveClient(self, claim)
-        self._clients.append(made)
-        return made
+        self._clients.append(LiveClient(self, claim))
+        return self._clients[-1]
 
     @property
     def hearing(self) -> list[LiveSubscription | LiveServer | LiveClient]:

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from graphengine.format.wording import printable
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import mismatch
-
-if TYPE_CHECKING:
-    from graphengine.ros.transport import Transport
 
 Direction = Literal["publish", "subscribe"]
 
@@ -20,7 +16,6 @@ MAX_NAME = 500
 """Characters of a name that a peer says; those of ROS 2 have at most 256."""
 PATIENCE = 5.0
 """Seconds more that a peer has, once it turned up, to tell what it writes and reads."""
-_POLL = 0.01
 
 
 def full_name(namespace: str, node: str) -> str:
@@ -96,9 +91,8 @@ class NetworkGraph:
 
     def without(self, node: str) -> NetworkGraph:
         """The same as if a node were not there."""
-        return NetworkGraph(
-            (end for end in self.endpoints if end.full_node != node), self.complete, self.named, self.services
-        )
+        others = (end for end in self.endpoints if end.full_node != node)
+        return NetworkGraph(others, self.complete, self.named, self.services)
 
     def types(self) -> dict[str, list[str]]:
         """Types of each topic, of which there should be one."""
@@ -118,28 +112,3 @@ class NetworkGraph:
     def ends(self, topic: str, direction: Direction) -> list[Endpoint]:
         """Who does either."""
         return list(self._ends.get((topic, direction), ()))
-
-
-def discover(
-    transport: Transport,
-    seconds: float | None = None,
-    enough: Callable[[NetworkGraph], object] = lambda graph: False,
-    *,
-    names: bool = False,
-) -> NetworkGraph:
-    """The graph when it is enough, or else after some time.
-
-    Args:
-        transport: open.
-        seconds: time for peers to turn up; None for the transport's own. Those that did have `PATIENCE` more to tell all.
-        enough: ends the wait at once.
-        names: whether all includes the names of nodes.
-    """
-    begun = time.monotonic()
-    seconds = transport.spin_time if seconds is None else seconds
-    while True:
-        graph = transport.graph()
-        told = graph.complete and (graph.named or not names)
-        if enough(graph) or time.monotonic() - begun >= (seconds if told else seconds + PATIENCE):
-            return graph
-        time.sleep(_POLL)

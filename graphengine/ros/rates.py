@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
+from collections.abc import Collection
 from dataclasses import dataclass
+from statistics import fmean, pstdev
 
 SECOND = 1_000_000_000
 
@@ -23,33 +24,12 @@ class Summary:
         least, most, deviation = (value / SECOND for value in (self.least, self.most, self.deviation))
         return f"\tmin: {least:.3f}s max: {most:.3f}s std dev: {deviation:.5f}s window: {self.number}"
 
-
-class Window:
-    """The newest values.
-
-    Args:
-        size: how many.
-    """
-
-    def __init__(self, size: int) -> None:
-        self._values: deque[int] = deque(maxlen=size)
-
-    def add(self, value: int) -> None:
-        """Take a value; the oldest goes when there are too many."""
-        self._values.append(value)
-
-    def clear(self) -> None:
-        """Forget all."""
-        self._values.clear()
-
-    def summary(self) -> Summary | None:
-        """Of what is there; None of nothing."""
-        if not self._values:
+    @staticmethod
+    def of(window: Collection[int]) -> Summary | None:
+        """The summary of a window; None of an empty one."""
+        if not window:
             return None
-        number = len(self._values)
-        mean = sum(self._values) / number
-        deviation = math.sqrt(sum((value - mean) ** 2 for value in self._values) / number)
-        return Summary(mean, min(self._values), max(self._values), deviation, number)
+        return Summary(fmean(window), min(window), max(window), pstdev(window), len(window))
 
 
 class Intervals:
@@ -60,7 +40,7 @@ class Intervals:
     """
 
     def __init__(self, size: int) -> None:
-        self._window = Window(size)
+        self._window: deque[int] = deque(maxlen=size)
         self._last: int | None = None
         self._told: int | None = None
 
@@ -71,7 +51,7 @@ class Intervals:
             self._window.clear()
             self._told = None
         elif self._last is not None:
-            self._window.add(now - self._last)
+            self._window.append(now - self._last)
             self._told = now if self._told is None else self._told
         self._last = now
         return forward
@@ -81,4 +61,4 @@ class Intervals:
         if self._last is None or self._told is None or self._last < self._told + SECOND:
             return None
         self._told = self._last
-        return self._window.summary()
+        return Summary.of(self._window)

@@ -88,9 +88,8 @@ class FrameTree:
         """Take a `tf2_msgs/msg/TFMessage`, and the GID of who sent it; edges beyond `MAX_EDGES` are left out."""
         for transform in message.transforms:
             # tf2 takes names with and without a slash in front for the same frame.
-            parent, child = (
-                printable(frame.removeprefix("/")) for frame in (transform.header.frame_id, transform.child_frame_id)
-            )
+            frames = transform.header.frame_id, transform.child_frame_id
+            parent, child = (printable(frame.removeprefix("/")) for frame in frames)
             edge = self._edges.get((child, parent))
             if len(self._edges) + len(self._refused) >= MAX_EDGES and edge is None:
                 self._full = True
@@ -141,11 +140,8 @@ class FrameTree:
             yield f"the tree is in {len(roots)} pieces, with the roots {', '.join(roots)}"
 
     def _parents(self, names: Mapping[bytes, str]) -> Iterator[str]:
-        found: dict[str, list[Edge]] = {}
-        for edge in self.edges:
-            found.setdefault(edge.child, []).append(edge)
-        for child, edges in found.items():
-            if len(edges) > 1:
+        for child, group in itertools.groupby(self.edges, lambda edge: edge.child):
+            if len(edges := [*group]) > 1:
                 told = (f"{edge.parent} (by {broadcasters(edge, names)})" for edge in edges)
                 yield f"{child} has {len(edges)} parents: {', '.join(told)}"
 
@@ -153,14 +149,13 @@ class FrameTree:
         parents = {edge.child: edge.parent for edge in self.edges}
         seen: set[str] = set()
         for frame in parents:
-            path: dict[str, None] = {}
+            path: list[str] = []
             while frame in parents and frame not in seen:
                 seen.add(frame)
-                path[frame] = None
+                path.append(frame)
                 frame = parents[frame]
             if frame in path:
-                loop = [*path][[*path].index(frame) :]
-                yield f"frames in a circle: {' in '.join([*loop, frame])}"
+                yield f"frames in a circle: {' in '.join([*path[path.index(frame) :], frame])}"
 
     def _rivals(self, names: Mapping[bytes, str]) -> Iterator[str]:
         for edge in self.edges:

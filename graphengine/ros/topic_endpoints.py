@@ -34,9 +34,9 @@ class LivePublisher(Publisher, Shared):
     def close(self) -> None:
         """Leave the topic, once all that was published is sent."""
         self._network.flush()
-        self._network.past_drops[self.topic] += self._writer.dropped
         self._writer.close()
         if self in self._network.publishers:
+            self._network.past_drops[self.topic] += self._writer.dropped
             self._network.publishers.remove(self)
 
     @property
@@ -120,12 +120,7 @@ class LiveSubscription(Subscription, Stateful):
         """Begin a tick; what has arrived since the last one. Only appends run at the same time, and a full queue's drops."""
         if not self._arrived:
             return ()
-        arrived: list[bytes] = []
-        for _ in range(len(self._arrived)):
-            try:
-                arrived.append(self._arrived.popleft())
-            except IndexError:
-                break
+        arrived = [self._arrived.popleft() for _ in range(len(self._arrived))]
         before = len(self._visible)
         self._visible.extend(arrived)
         self._frozen += len(self._visible) - before
@@ -154,7 +149,6 @@ class LiveSubscription(Subscription, Stateful):
             self.malformed += 1
             self._network.undecoded[self.topic] += 1
             if self.malformed == 1:
-                self._network.complain(
-                    f"{self.topic}: a peer sends what is not {self.claim.message_type}; dropped ({error})"
-                )
+                what = f"a peer sends what is not {self.claim.message_type}"
+                self._network.complain(f"{self.topic}: {what}; dropped ({error})")
             return None

@@ -5,13 +5,14 @@ A package brings a transport by a `TransportKind`, which an entry point of the g
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
-from graphengine.ros.network_graph import Direction, NetworkGraph
+from graphengine.ros.network_graph import PATIENCE, Direction, NetworkGraph
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
@@ -67,6 +68,8 @@ class TransportKind:
     auto: int | None = None
     missing: Callable[[], str | None] = lambda: None
 
+
+_POLL = 0.01
 
 Deliver = Callable[[bytes], None]
 """Takes a CDR message."""
@@ -211,3 +214,28 @@ class Transport(Protocol):
 
     def close(self) -> None:
         """Leave the network; safe to call twice."""
+
+
+def discover(
+    transport: Transport,
+    seconds: float | None = None,
+    enough: Callable[[NetworkGraph], object] = lambda graph: False,
+    *,
+    names: bool = False,
+) -> NetworkGraph:
+    """The graph when it is enough, or else after some time.
+
+    Args:
+        transport: open.
+        seconds: time for peers to turn up; None for the transport's own. Those that did have `PATIENCE` more to tell all.
+        enough: ends the wait at once.
+        names: whether all includes the names of nodes.
+    """
+    begun = time.monotonic()
+    seconds = transport.spin_time if seconds is None else seconds
+    while True:
+        graph = transport.graph()
+        told = graph.complete and (graph.named or not names)
+        if enough(graph) or time.monotonic() - begun >= (seconds if told else seconds + PATIENCE):
+            return graph
+        time.sleep(_POLL)

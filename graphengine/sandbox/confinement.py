@@ -110,10 +110,8 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
 
 
 def _write(stream: IO[bytes], request: bytes) -> None:
-    with contextlib.suppress(BrokenPipeError):  # the process ended before it read what it was asked
+    with contextlib.suppress(BrokenPipeError), stream:  # the process may end before it read what it was asked
         stream.write(request)
-    with contextlib.suppress(BrokenPipeError):
-        stream.close()
 
 
 def bound(memory: int = MAX_MEMORY_BYTES) -> None:

@@ -224,9 +224,8 @@ def compiled(
         if isinstance(node, ast.Attribute | ast.Subscript | ast.Starred) and isinstance(node.ctx, ast.Store):
             raise ForbiddenError("an expression sets nothing but the names of its loops")
         name = str(getattr(node, "id", None) or getattr(node, "attr", None) or getattr(node, "arg", None) or "")
-        if name.startswith("__") and (
-            not isinstance(node, ast.Name) or name not in (known or ()) or name == "__builtins__"
-        ):
+        given = known if known and isinstance(node, ast.Name) else ()
+        if name.startswith("__") and (name not in given or name == "__builtins__"):
             raise ForbiddenError(f"the name {name!r} is not allowed in an expression")
         if isinstance(node, ast.Name | ast.arg):
             (used if isinstance(getattr(node, "ctx", None), ast.Load) else bound).add(name)
@@ -271,19 +270,19 @@ def _guarded(part: Any) -> Any:
     node = type(part)(**{name: _guarded(value) for name, value in ast.iter_fields(part)})
     match node:
         case ast.Attribute():
-            return _guard("attribute", node.value, _constant(node.attr))
+            return _guard("attribute", node.value, ast.Constant(node.attr))
         case ast.Call():
-            place = tuple(getattr(part, name) for name in ("lineno", "end_lineno", "col_offset"))
-            return _guard("call", _constant(place), node.func, *node.args, keywords=node.keywords)
+            place: Any = tuple(getattr(part, name) for name in ("lineno", "end_lineno", "col_offset"))
+            return _guard("call", ast.Constant(place), node.func, *node.args, keywords=node.keywords)
         case ast.BinOp():
-            return _guard("operate", _constant(type(node.op).__name__), node.left, node.right)
+            return _guard("operate", ast.Constant(type(node.op).__name__), node.left, node.right)
         case ast.UnaryOp():
-            return _guard("operate", _constant(type(node.op).__name__), node.operand)
+            return _guard("operate", ast.Constant(type(node.op).__name__), node.operand)
         case ast.comprehension():
             node.iter = _guard("iterate", node.iter)
         case ast.FormattedValue():
-            form = node.format_spec or _constant("")
-            return ast.FormattedValue(_guard("format", node.value, _constant(node.conversion), form), -1)
+            form = node.format_spec or ast.Constant("")
+            return ast.FormattedValue(_guard("format", node.value, ast.Constant(node.conversion), form), -1)
         case ast.Starred():
             node.value = _guard("made", node.value)
         case ast.Compare():
@@ -300,7 +299,3 @@ def _guarded(part: Any) -> Any:
 
 def _guard(name: str, *arguments: ast.expr, keywords: Iterable[ast.keyword] = ()) -> ast.Call:
     return ast.Call(ast.Name(f"@{name}", ast.Load()), [*arguments], [*keywords])
-
-
-def _constant(value: Any) -> ast.Constant:
-    return ast.Constant(value)

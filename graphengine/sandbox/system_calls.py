@@ -42,16 +42,9 @@ def renounce_privileges() -> None:
     if reader.poll(0):  # nobody reads its output: the parent ended before
         os._exit(1)
     resource.setrlimit(resource.RLIMIT_SIGPENDING, (0, 0))
-    header, sets = (
-        (ctypes.c_uint32 * 2)(_VERSION, 0),
-        (ctypes.c_uint32 * 6)(),
-    )  # effective, permitted, inheritable, twice
+    header = (ctypes.c_uint32 * 2)(_VERSION, 0)
+    sets = (ctypes.c_uint32 * 6)()  # effective, permitted, inheritable, twice
     if libc.capget(header, sets) == 0:
         kept = (ctypes.c_uint32 * 6)(sets[0] & _READ_FILES, sets[1] & _READ_FILES)
         if libc.capset(header, kept) != 0:
             raise OSError(ctypes.get_errno(), "capset")
-
-
-def count_threads() -> int:
-    """The number of threads of this process."""
-    return len(os.listdir("/proc/self/task"))

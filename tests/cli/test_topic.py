@@ -126,7 +126,7 @@ def test_info_tells_everything_of_each_end(topic: Graphrun, peer: DdsTransport) 
     assert re.sub(r"(GID: )[0-9a-f.]+", r"\1…", result.out) == (
         f"Type: {STRING}\n\nPublisher count: 0\n\nSubscription count: 1\n\n"
         f"Node name: peer\nNode namespace: /robots\nTopic type: {STRING}\n"
-        f"Topic type hash: {messages.type_hash(STRING)}\n"
+        f"Topic type hash: {DEFINITIONS.type_hash(STRING)}\n"
         "Endpoint type: SUBSCRIPTION\nGID: …\nQoS profile:\n  Reliability: BEST_EFFORT\n"
         "  History (Depth): KEEP_LAST (2000)\n  Durability: VOLATILE\n  Lifespan: Infinite\n"
         "  Deadline: 500000000 nanoseconds\n  Liveliness: AUTOMATIC\n  Liveliness lease duration: Infinite\n\n"

@@ -1,4 +1,4 @@
-"""`ticking` makes a session that shows each tick, `runtime` is a folder for the sockets of runs."""
+"""`ticking` makes a session that shows each tick, `sim` is a paused scene with its services, `runtime` a folder for sockets."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.compiler.harness import Play, write
+from tests.control.simulators import Simulator, simulator
 
 MakeTicking = Callable[..., Play]
 SHOWS_TIME = """
@@ -28,8 +29,12 @@ def ticking(tmp_path: Path) -> MakeTicking:
 
 
 @pytest.fixture
+def sim(tmp_path: Path) -> Iterator[Simulator]:
+    with simulator(tmp_path) as running:
+        yield running
+
+
+@pytest.fixture
 def runtime() -> Iterator[dict[str, str]]:
-    with tempfile.TemporaryDirectory(
-        prefix="graphrun-test-"
-    ) as folder:  # pytest's own are too long for a socket's path
+    with tempfile.TemporaryDirectory(prefix="graphrun-") as folder:  # pytest's own are too long for a socket's path
         yield {"XDG_RUNTIME_DIR": folder}

@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from graphengine.control.parameters import Parameters
+from graphengine.control.parameters import offer_parameters
+from graphengine.control.service_host import Offers
 from graphengine.messages.definitions import DEFINITIONS
 from tests.control.simulators import Simulator, simulator
 
@@ -20,8 +21,7 @@ NOT_SET, BOOL, INTEGER, DOUBLE = range(4)
 @pytest.fixture
 def sim(tmp_path: Path) -> Iterator[Simulator]:
     with simulator(tmp_path, pace=1.0) as running:
-        running.transport.node = "/warehouse"
-        Parameters(running.run.desk, running.transport, running.complaints.append)
+        offer_parameters(Offers(running.transport, running.complaints.append), "/warehouse", running.run.desk)
         yield running
 
 

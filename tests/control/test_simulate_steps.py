@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import queue
 import uuid
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,7 +11,8 @@ import pytest
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
-from tests.control.simulators import Simulator, simulator
+from graphengine.messages.qos import LATCHED
+from tests.control.simulators import Simulator
 from tests.waiting import PATIENCE, eventually
 
 ACTION = "simulation_interfaces/action/SimulateSteps"
@@ -21,13 +20,6 @@ HIDDEN = "simulate_steps/_action"
 OK, FAILED = 1, 4
 EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(2, 7)
 ENDLESS = 1_000_000
-LATCHED = QoS(history="keepLast", depth=1, reliability="reliable", durability="transientLocal")
-
-
-@pytest.fixture
-def sim(tmp_path: Path) -> Iterator[Simulator]:
-    with simulator(tmp_path) as running:
-        yield running
 
 
 def identity(goal: uuid.UUID) -> Any:
@@ -58,8 +50,7 @@ def begun(sim: Simulator) -> None:
 def test_a_goal_runs_its_steps_and_tells_of_each(sim: Simulator) -> None:
     heard: queue.Queue[Any] = queue.Queue()
     kind = f"{ACTION}_FeedbackMessage"
-    volatile = QoS(history="keepLast", depth=10, reliability="reliable", durability="volatile")
-    sim.transport.reader(f"/{HIDDEN}/feedback", kind, volatile, lambda data: heard.put(messages.decode(data, kind)))
+    sim.transport.reader(f"/{HIDDEN}/feedback", kind, QoS(), lambda data: heard.put(messages.decode(data, kind)))
     goal = uuid.uuid4()
     assert send(sim, goal, 3)
     assert result(sim, goal) == (SUCCEEDED, OK, "")

@@ -39,6 +39,12 @@ def scan(ranges: Any, intensities: Any) -> messages.LaserScan:
     return messages.LaserScan(header, 0.0, 1.0, 0.1, 0.0, 0.1, 0.0, 9.0, ranges, intensities)
 
 
+def template_of(message: Any) -> Template:
+    template = Template.of(message)
+    assert template is not None
+    return template
+
+
 odometries = st.builds(odometry, times, frames, triples, quadruples, triples, triples)
 edges = st.builds(transform, times, frames, frames, triples, quadruples)
 trees = st.builds(messages.TFMessage, st.lists(edges, max_size=4))
@@ -59,8 +65,7 @@ def test_a_stream_of_messages_gets_the_encoders_bytes(kind: st.SearchStrategy[An
 
 def test_a_template_serves_what_differs_in_numbers_alone() -> None:
     first = odometry(1.0, "odom", (1, 2, 3), (0, 0, 0, 1), (4, 5, 6), (7, 8, 9))
-    template = Template.of(first)
-    assert template is not None
+    template = template_of(first)
     other = odometry(2.5, "odom", (3, 2, 1), (0, 0, 1, 0), (6, 5, 4), (9, 8, 7))
     assert template.encode(other) == messages.encode(other)
     assert template.encode(odometry(2.5, "map", (3, 2, 1), (0, 0, 1, 0), (6, 5, 4), (9, 8, 7))) is None
@@ -72,8 +77,7 @@ def test_arrays_of_fixed_length_are_read_each_time(writeable: bool) -> None:
     values = np.zeros(36)
     message.pose.covariance = values.view()
     message.pose.covariance.flags.writeable = writeable
-    template = Template.of(message)
-    assert template is not None
+    template = template_of(message)
     values[7] = 0.25
     assert template.encode(message) == messages.encode(message)
     message.pose.covariance = np.ones(36)
@@ -91,8 +95,7 @@ def test_an_array_of_another_shape_is_told_as_ever() -> None:
 
 def test_large_arrays_are_copied_into_the_message_alone() -> None:
     message = scan(np.zeros(2751, np.float32), np.zeros(2751, np.float32))
-    template = Template.of(message)
-    assert template is not None
+    template = template_of(message)
     ranges = np.linspace(0.5, 9.0, 2751, dtype=np.float32)
     other = scan(ranges, ranges * 2)
     tracemalloc.start()
@@ -108,8 +111,7 @@ def test_what_lies_behind_an_array_of_any_length_is_found(pixels: int) -> None:
     fields = [messages.PointField("x", 0, messages.PointField.FLOAT32, 1)]
     data = np.arange(pixels).astype(np.uint8)
     cloud = messages.PointCloud2(messages.header(0.0, "lidar"), 1, pixels, fields, False, 1, pixels, data, False)
-    template = Template.of(cloud)
-    assert template is not None
+    template = template_of(cloud)
     cloud.data, cloud.is_dense, cloud.height = data[::-1].copy(), True, 2
     assert template.encode(cloud) == messages.encode(cloud)
 
@@ -119,8 +121,7 @@ def test_a_large_array_of_another_type_or_length_is_left_to_the_encoder(other: A
     ranges = np.zeros(2751, np.float32)
     encoder, message = Encoder(), scan(ranges, ranges)
     encoder.encode(message)
-    template = Template.of(message)
-    assert template is not None
+    template = template_of(message)
     message.ranges = other
     assert template.encode(message) is None
     assert encoder.encode(message) == messages.encode(message)
@@ -136,8 +137,7 @@ def test_a_large_array_that_is_not_contiguous_is_told_as_ever() -> None:
 
 def test_an_array_of_another_type_is_left_to_the_encoder() -> None:
     joints = messages.JointState(messages.header(0.0, ""), ["a", "b"], np.ones(2), np.ones(2), np.ones(2))
-    template = Template.of(joints)
-    assert template is not None
+    template = template_of(joints)
     other: Any = np.ones(2, np.float32)
     joints.position = other
     assert template.encode(joints) is None

@@ -35,6 +35,31 @@ CUSTOM = {
 }
 
 
+# The table "QoS compatibilities" of the ROS 2 documentation.
+TABLE = [
+    (QoS(), QoS(), True),
+    (QoS(reliability="reliable"), QoS(reliability="bestEffort"), True),
+    (QoS(reliability="bestEffort"), QoS(reliability="bestEffort"), True),
+    (QoS(reliability="bestEffort"), QoS(reliability="reliable"), False),
+    (QoS(durability="transientLocal"), QoS(durability="transientLocal"), True),
+    (QoS(durability="transientLocal"), QoS(durability="volatile"), True),
+    (QoS(durability="volatile"), QoS(durability="transientLocal"), False),
+    (QoS(deadline=1.0), QoS(), True),
+    (QoS(deadline=1.0), QoS(deadline=1.0), True),
+    (QoS(deadline=1.0), QoS(deadline=2.0), True),
+    (QoS(deadline=2.0), QoS(deadline=1.0), False),
+    (QoS(), QoS(deadline=1.0), False),
+    (QoS(liveliness="manualByTopic"), QoS(liveliness="automatic"), True),
+    (QoS(liveliness="automatic"), QoS(liveliness="manualByTopic"), False),
+    (QoS(lease_duration=1.0), QoS(), True),
+    (QoS(lease_duration=1.0), QoS(lease_duration=2.0), True),
+    (QoS(lease_duration=2.0), QoS(lease_duration=1.0), False),
+    (QoS(), QoS(lease_duration=1.0), False),
+    (QoS(history="keepAll", depth=1, lifespan=10.0), QoS(history="keepLast", depth=50), True),
+    (QoS(history="keepLast", depth=1), QoS(history="keepAll"), True),
+]
+
+
 # isaacsim.ros2.nodes/python/tests/test_qos_profile.py
 @pytest.mark.parametrize(
     ("name", "profile"),
@@ -110,26 +135,7 @@ def test_system_defaults_settle_as_rmw_cyclonedds_settles_them() -> None:
     assert settled(PRESETS["System Default"]) == QoS("keepLast", 1, "reliable", "volatile", liveliness="automatic")
 
 
-# The table "QoS compatibilities" of the ROS 2 documentation.
-@pytest.mark.parametrize(
-    ("offered", "requested", "fits"),
-    [
-        (QoS(), QoS(), True),
-        (QoS(reliability="reliable"), QoS(reliability="bestEffort"), True),
-        (QoS(reliability="bestEffort"), QoS(reliability="reliable"), False),
-        (QoS(durability="transientLocal"), QoS(durability="volatile"), True),
-        (QoS(durability="volatile"), QoS(durability="transientLocal"), False),
-        (QoS(deadline=1.0), QoS(), True),
-        (QoS(), QoS(deadline=1.0), False),
-        (QoS(deadline=1.0), QoS(deadline=2.0), True),
-        (QoS(deadline=2.0), QoS(deadline=1.0), False),
-        (QoS(liveliness="manualByTopic"), QoS(liveliness="automatic"), True),
-        (QoS(liveliness="automatic"), QoS(liveliness="manualByTopic"), False),
-        (QoS(lease_duration=1.0), QoS(lease_duration=1.0), True),
-        (QoS(), QoS(lease_duration=1.0), False),
-        (QoS(history="keepAll", depth=1, lifespan=1.0), QoS(depth=50), True),
-    ],
-)
+@pytest.mark.parametrize(("offered", "requested", "fits"), TABLE)
 def test_who_matches_whom(offered: QoS, requested: QoS, fits: bool) -> None:
     assert (mismatch(offered, requested) == "") == fits
 

@@ -8,7 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TypeAlias, cast
+from typing import Any, TypeAlias, cast
 
 import pytest
 from hypothesis import settings
@@ -16,11 +16,13 @@ from hypothesis import settings
 import graphengine
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
+from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.select import open_transport
 from tests import waiting
-from tests.ros.contract import AnyTransport
+from tests.ros.contract import ALL, AnyTransport, Join
 
+OpenDds: TypeAlias = Callable[..., DdsTransport]
 StartPeer: TypeAlias = "Callable[..., subprocess.Popen[bytes]]"
 
 settings.register_profile("untimed", deadline=None)  # the first message of a type has its code made
@@ -29,28 +31,62 @@ settings.load_profile("untimed")
 os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).with_name("fast_dds.xml")))
 
 
+@pytest.fixture(params=ALL)
+def kind(request: pytest.FixtureRequest) -> str:
+    """The kind of the transports that `join` opens."""
+    return str(request.param)
+
+
 @pytest.fixture
-def join(kind: str) -> Iterator[Callable[[int, str], AnyTransport]]:
-    """Joins a domain as a node; in memory, all that join one domain are one transport.
+def join(kind: str, domain_id: int) -> Iterator[Join]:
+    """Joins a domain, the test's or another, as a node; in memory, all that join one domain are one transport.
 
     A kind such as `dds to rclpy` means that the node called alice is of the first, and all others are of the second.
     """
     joined: list[AnyTransport] = []
     in_memory: dict[int, MemoryTransport] = {}
 
-    def join(domain_id: int, name: str) -> AnyTransport:
-        domain = Domain(domain_id, "LOCALHOST")
+    def join(name: str, number: int = domain_id) -> AnyTransport:
         transport: AnyTransport
         if kind == "memory":
-            transport = in_memory.setdefault(domain_id, MemoryTransport())
+            transport = in_memory.setdefault(number, MemoryTransport())
         else:
             side = kind.partition(" to ")[0] if name == "alice" else kind.rpartition(" to ")[2]
-            transport = cast(AnyTransport, open_transport(side, JoinOptions(domain, name)))
+            transport = cast(AnyTransport, open_transport(side, JoinOptions(Domain(number, "LOCALHOST"), name)))
         joined.append(transport)
         return transport
 
     yield join
     for transport in joined:
+        transport.close()
+
+
+@pytest.fixture
+def alice(join: Join) -> AnyTransport:
+    return join("alice")
+
+
+@pytest.fixture
+def bob(join: Join) -> AnyTransport:
+    return join("bob")
+
+
+@pytest.fixture
+def domain(domain_id: int) -> Domain:
+    return Domain(domain_id, "LOCALHOST")
+
+
+@pytest.fixture
+def dds(domain: Domain) -> Iterator[OpenDds]:
+    """Opens nodes of the DDS transport in the test's domain."""
+    opened: list[DdsTransport] = []
+
+    def open_node(name: str, **options: Any) -> DdsTransport:
+        opened.append(DdsTransport(JoinOptions(domain, name, **options)))
+        return opened[-1]
+
+    yield open_node
+    for transport in opened:
         transport.close()
 
 
@@ -84,11 +120,6 @@ def end_peer(process: subprocess.Popen[bytes]) -> None:
     assert process.stdin
     process.stdin.close()
     process.wait(timeout=waiting.PATIENCE)
-
-
-@pytest.fixture
-def eventually() -> Callable[[Callable[[], object]], bool]:
-    return waiting.eventually
 
 
 @pytest.fixture(autouse=True)

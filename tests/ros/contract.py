@@ -8,18 +8,20 @@ from typing import TypeAlias
 
 import pytest
 
+from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import String, decode, encode
 from graphengine.ros.transport import Writer
 from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport
+from tests.waiting import eventually
 
 AnyTransport: TypeAlias = MemoryTransport | DdsTransport | RclTransport
-Join: TypeAlias = Callable[[int, str], AnyTransport]
-Eventually: TypeAlias = Callable[[Callable[[], object]], bool]
+Join: TypeAlias = Callable[..., AnyTransport]
 
 STRING = "std_msgs/msg/String"
+DEFAULT = QoS()
 
 RCLPY_MISSING = rcl.import_error()
 needs_rclpy = [pytest.mark.ros, pytest.mark.skipif(RCLPY_MISSING is not None, reason=str(RCLPY_MISSING))]
@@ -50,15 +52,19 @@ def text(value: str) -> bytes:
     return encode(String(value))
 
 
-def connect(writer: Writer, inbox: Inbox, eventually: Eventually) -> None:
+def chatter(join: Join, qos: QoS = DEFAULT) -> tuple[Writer, Inbox]:
+    """A writer of alice and what bob hears of it, once both ends know of each other."""
+    inbox = Inbox()
+    join("bob").reader("/chatter", STRING, qos, inbox)
+    writer = join("alice").writer("/chatter", STRING, qos)
+    connect(writer, inbox)
+    return writer, inbox
+
+
+def connect(writer: Writer, inbox: Inbox) -> None:
     """Wait until both ends know of each other: that one is matched does not tell that the other is."""
     assert eventually(lambda: writer.matched)
-
-    def probed() -> bool:
-        writer.write(text("probe"))
-        return bool(inbox.texts)
-
-    assert eventually(probed)
+    assert eventually(lambda: inbox.texts, lambda: writer.write(text("probe")))
     writer.write(text("ready"))
     assert eventually(lambda: inbox.texts[-1] == "ready")
     inbox.texts.clear()

@@ -12,23 +12,15 @@ from graphengine.format.errors import TransportError
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import decode
 from graphengine.messages.qos import LATCHED
-from graphengine.ros.network_graph import discover
-from graphengine.ros.transport import Writer
+from graphengine.ros.transport import Writer, discover
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from tests.ros.contract import ALL, FAITHFUL, NETWORKED, RCLPY, STRING, Eventually, Inbox, Join, connect, text
+from tests.ros.contract import FAITHFUL, NETWORKED, RCLPY, STRING, AnyTransport, Inbox, Join, chatter, connect, text
+from tests.waiting import eventually
 
 
-@pytest.fixture(params=ALL)
-def kind(request: pytest.FixtureRequest) -> str:
-    return str(request.param)
-
-
-def test_messages_arrive_in_the_order_they_were_written(join: Join, domain_id: int, eventually: Eventually) -> None:
-    inbox = Inbox()
-    join(domain_id, "bob").reader("/chatter", STRING, QoS(depth=200), inbox)
-    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS(depth=200))
-    connect(writer, inbox, eventually)
+def test_messages_arrive_in_the_order_they_were_written(join: Join) -> None:
+    writer, inbox = chatter(join, QoS(depth=200))
     written = [str(number) for number in range(100)]
     for value in written:
         writer.write(text(value))
@@ -36,32 +28,25 @@ def test_messages_arrive_in_the_order_they_were_written(join: Join, domain_id: i
     assert inbox.texts == written
 
 
-def test_a_node_hears_itself(join: Join, domain_id: int, eventually: Eventually) -> None:
+def test_a_node_hears_itself(alice: AnyTransport) -> None:
     inbox = Inbox()
-    alice = join(domain_id, "alice")
     writer = alice.writer("/chatter", STRING, QoS())
     alice.reader("/chatter", STRING, QoS(), inbox)
-    connect(writer, inbox, eventually)
+    connect(writer, inbox)
     writer.write(text("self"))
     assert eventually(lambda: inbox.texts == ["self"])
 
 
 @pytest.mark.parametrize("kind", ["memory", *FAITHFUL], indirect=True)
-def test_large_messages_arrive_whole(join: Join, domain_id: int, eventually: Eventually) -> None:
-    inbox = Inbox()
-    join(domain_id, "bob").reader("/chatter", STRING, QoS(), inbox)
-    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
-    connect(writer, inbox, eventually)
+def test_large_messages_arrive_whole(join: Join) -> None:
+    writer, inbox = chatter(join)
     writer.write(text("x" * 200_000))
     assert eventually(lambda: inbox.texts == ["x" * 200_000])
 
 
 @pytest.mark.parametrize("kind", ["memory", "dds", RCLPY], indirect=True)
-def test_ten_megabytes_arrive_whole(join: Join, domain_id: int, eventually: Eventually) -> None:
-    inbox = Inbox()
-    join(domain_id, "bob").reader("/chatter", STRING, QoS(), inbox)
-    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
-    connect(writer, inbox, eventually)
+def test_ten_megabytes_arrive_whole(join: Join) -> None:
+    writer, inbox = chatter(join)
     large = "0123456789" * 1_000_000
     writer.write(text(large))
     writer.write(text("after"))
@@ -75,9 +60,8 @@ def test_ten_megabytes_arrive_whole(join: Join, domain_id: int, eventually: Even
     indirect=["kind"],
 )
 def test_many_topics_are_opened_matched_served_and_closed(
-    join: Join, domain_id: int, eventually: Eventually, number: int, caplog: pytest.LogCaptureFixture
+    alice: AnyTransport, number: int, caplog: pytest.LogCaptureFixture
 ) -> None:
-    alice = join(domain_id, "alice")
     inboxes = [Inbox() for _ in range(number)]
     readers = [alice.reader(f"/topic{n}", STRING, QoS(), inbox) for n, inbox in enumerate(inboxes)]
     writers = [alice.writer(f"/topic{n}", STRING, QoS()) for n in range(number)]
@@ -93,59 +77,45 @@ def test_many_topics_are_opened_matched_served_and_closed(
     assert caplog.records == []
 
 
-def test_a_late_joiner_of_a_latched_topic_gets_the_last_message(
-    join: Join, domain_id: int, eventually: Eventually
-) -> None:
-    writer = join(domain_id, "alice").writer("/map", STRING, LATCHED)
+def test_a_late_joiner_of_a_latched_topic_gets_the_last_message(join: Join) -> None:
+    writer = join("alice").writer("/map", STRING, LATCHED)
     for value in ("old", "older", "last"):
         writer.write(text(value))
     inbox = Inbox()
-    join(domain_id, "bob").reader("/map", STRING, LATCHED, inbox)
+    join("bob").reader("/map", STRING, LATCHED, inbox)
     assert eventually(lambda: inbox.texts == ["last"])
     writer.write(text("new"))
     assert eventually(lambda: inbox.texts == ["last", "new"])
 
 
 @pytest.mark.parametrize(("kept", "wanted", "expected"), [(3, 10, "cde"), (10, 2, "de")])
-def test_a_late_joiner_gets_as_many_as_both_depths_allow(
-    join: Join, domain_id: int, eventually: Eventually, kept: int, wanted: int, expected: str
-) -> None:
-    writer = join(domain_id, "alice").writer("/map", STRING, replace(LATCHED, depth=kept))
+def test_a_late_joiner_gets_as_many_as_both_depths_allow(join: Join, kept: int, wanted: int, expected: str) -> None:
+    writer = join("alice").writer("/map", STRING, replace(LATCHED, depth=kept))
     for value in "abcde":
         writer.write(text(value))
     inbox = Inbox()
     # A reader that keeps fewer may still be given more, where it empties its queue while they come.
-    join(domain_id, "bob").reader("/map", STRING, replace(LATCHED, depth=wanted), inbox)
+    join("bob").reader("/map", STRING, replace(LATCHED, depth=wanted), inbox)
     assert eventually(lambda: "".join(inbox.texts).endswith(expected))
     assert len(inbox.texts) <= kept
 
 
-def test_a_late_joiner_of_a_volatile_topic_gets_nothing_old(join: Join, domain_id: int, eventually: Eventually) -> None:
-    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
+def test_a_late_joiner_of_a_volatile_topic_gets_nothing_old(join: Join) -> None:
+    writer = join("alice").writer("/chatter", STRING, QoS())
     writer.write(text("old"))
     inbox = Inbox()
-    join(domain_id, "bob").reader("/chatter", STRING, QoS(), inbox)
+    join("bob").reader("/chatter", STRING, QoS(), inbox)
 
-    def heard() -> bool:
-        writer.write(text("new"))
-        return bool(inbox.texts)
-
-    assert eventually(heard)
+    assert eventually(lambda: inbox.texts, lambda: writer.write(text("new")))
     assert set(inbox.texts) == {"new"}
 
 
-def test_a_reader_that_is_closed_gets_no_more(join: Join, domain_id: int, eventually: Eventually) -> None:
+def test_a_reader_that_is_closed_gets_no_more(bob: AnyTransport, join: Join) -> None:
     gone, stays = Inbox(), Inbox()
-    bob = join(domain_id, "bob")
     reader = bob.reader("/chatter", STRING, QoS(), gone)
     bob.reader("/chatter", STRING, QoS(), stays)
-    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
-
-    def both_heard() -> bool:
-        writer.write(text("a"))
-        return bool(gone.texts and stays.texts)
-
-    assert eventually(both_heard)
+    writer = join("alice").writer("/chatter", STRING, QoS())
+    assert eventually(lambda: gone.texts and stays.texts, lambda: writer.write(text("a")))
     reader.close()
     heard = len(gone.texts)
     writer.write(text("b"))
@@ -154,9 +124,7 @@ def test_a_reader_that_is_closed_gets_no_more(join: Join, domain_id: int, eventu
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_an_error_in_a_delivery_does_not_end_deliveries(
-    join: Join, domain_id: int, eventually: Eventually, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_an_error_in_a_delivery_does_not_end_deliveries(join: Join, caplog: pytest.LogCaptureFixture) -> None:
     inbox = Inbox()
 
     def fail_at_times(data: bytes) -> None:
@@ -164,9 +132,9 @@ def test_an_error_in_a_delivery_does_not_end_deliveries(
         if inbox.texts[-1] in "ab":
             raise RuntimeError("on purpose")
 
-    join(domain_id, "bob").reader("/chatter", STRING, QoS(), fail_at_times)
-    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
-    connect(writer, inbox, eventually)
+    join("bob").reader("/chatter", STRING, QoS(), fail_at_times)
+    writer = join("alice").writer("/chatter", STRING, QoS())
+    connect(writer, inbox)
     with caplog.at_level(logging.ERROR, "graphengine"):
         for value in "abc":
             writer.write(text(value))
@@ -177,12 +145,11 @@ def test_an_error_in_a_delivery_does_not_end_deliveries(
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_people_can_read_the_log_on_rosout(join: Join, domain_id: int, eventually: Eventually) -> None:
-    alice = join(domain_id, "alice")
+def test_people_can_read_the_log_on_rosout(alice: AnyTransport, join: Join) -> None:
     assert not isinstance(alice, MemoryTransport)
     alice.log("warning", "wheel slips")
     entries: list[bytes] = []
-    join(domain_id, "bob").reader("/rosout", "rcl_interfaces/msg/Log", replace(LATCHED, depth=100), entries.append)
+    join("bob").reader("/rosout", "rcl_interfaces/msg/Log", replace(LATCHED, depth=100), entries.append)
     assert eventually(lambda: entries)
     entry = decode(entries[0], "rcl_interfaces/msg/Log")
     assert (entry.level, entry.name, entry.msg) == (entry.WARN, "alice", "wheel slips")
@@ -191,8 +158,7 @@ def test_people_can_read_the_log_on_rosout(join: Join, domain_id: int, eventuall
 
 
 @pytest.mark.parametrize("kind", ["memory", "dds"], indirect=True)
-def test_who_takes_a_message_can_ask_who_sent_it(join: Join, domain_id: int, eventually: Eventually) -> None:
-    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+def test_who_takes_a_message_can_ask_who_sent_it(alice: AnyTransport, bob: AnyTransport) -> None:
     senders: dict[str, bytes] = {}
     writers = [transport.writer("/map", STRING, LATCHED) for transport in (alice, bob)]
     for writer, name in zip(writers, ("alice", "bob"), strict=True):
@@ -231,12 +197,9 @@ class Flood:
 
 
 @pytest.mark.parametrize("leave", ["writer", "transport"])
-def test_a_writer_may_be_closed_while_messages_fly(
-    join: Join, domain_id: int, eventually: Eventually, leave: str
-) -> None:
+def test_a_writer_may_be_closed_while_messages_fly(alice: AnyTransport, join: Join, leave: str) -> None:
     inbox = Inbox()
-    join(domain_id, "bob").reader("/chatter", STRING, QoS(), inbox)
-    alice = join(domain_id, "alice")
+    join("bob").reader("/chatter", STRING, QoS(), inbox)
     writer = alice.writer("/chatter", STRING, QoS())
     flood = Flood(writer)
     assert eventually(lambda: inbox.texts)
@@ -247,14 +210,12 @@ def test_a_writer_may_be_closed_while_messages_fly(
 
 @pytest.mark.parametrize("leave", ["reader", "transport"])
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_a_reader_may_be_closed_while_messages_fly(
-    join: Join, domain_id: int, eventually: Eventually, leave: str
-) -> None:
+def test_a_reader_may_be_closed_while_messages_fly(join: Join, leave: str) -> None:
     gone, stays = Inbox(), Inbox()
-    bob, carol = join(domain_id, "bob"), join(domain_id, "carol")
+    bob, carol = join("bob"), join("carol")
     reader = bob.reader("/chatter", STRING, QoS(), gone)
     carol.reader("/chatter", STRING, QoS(), stays)
-    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
+    writer = join("alice").writer("/chatter", STRING, QoS())
     flood = Flood(writer)
     assert eventually(lambda: gone.texts and stays.texts)
     (reader if leave == "reader" else bob).close()
@@ -267,7 +228,7 @@ def test_a_reader_may_be_closed_while_messages_fly(
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_who_is_slow_to_take_a_message_holds_up_nobody(join: Join, domain_id: int, eventually: Eventually) -> None:
+def test_who_is_slow_to_take_a_message_holds_up_nobody(join: Join) -> None:
     taken, go_on = threading.Event(), threading.Event()
     inbox = Inbox()
 
@@ -276,16 +237,11 @@ def test_who_is_slow_to_take_a_message_holds_up_nobody(join: Join, domain_id: in
         go_on.wait()
         inbox(data)
 
-    bob, alice = join(domain_id, "bob"), join(domain_id, "alice")
+    bob, alice = join("bob"), join("alice")
     bob.reader("/chatter", STRING, QoS(depth=2), dawdle)
     writer = alice.writer("/chatter", STRING, QoS(depth=2))
     assert eventually(lambda: writer.matched)
-
-    def wrote() -> bool:
-        writer.write(text("first"))
-        return taken.is_set()
-
-    assert eventually(wrote)
+    assert eventually(taken.is_set, lambda: writer.write(text("first")))
     for number in range(100):
         writer.write(text(str(number)))
     writer.close()

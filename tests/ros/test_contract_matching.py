@@ -14,50 +14,19 @@ from graphengine.ros.domain import MAX_DOMAIN_ID, Domain
 from graphengine.ros.transport import JoinOptions, Transport
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport
-from tests.ros.contract import ALL, FAITHFUL, RCLPY, STRING, Eventually, Inbox, Join, connect, text
-from tests.waiting import reserved_domain
-
-# The table "QoS compatibilities" of the ROS 2 documentation.
-TABLE = [
-    (QoS(), QoS(), True),
-    (QoS(reliability="reliable"), QoS(reliability="bestEffort"), True),
-    (QoS(reliability="bestEffort"), QoS(reliability="bestEffort"), True),
-    (QoS(reliability="bestEffort"), QoS(reliability="reliable"), False),
-    (QoS(durability="transientLocal"), QoS(durability="transientLocal"), True),
-    (QoS(durability="transientLocal"), QoS(durability="volatile"), True),
-    (QoS(durability="volatile"), QoS(durability="transientLocal"), False),
-    (QoS(deadline=1.0), QoS(), True),
-    (QoS(deadline=1.0), QoS(deadline=1.0), True),
-    (QoS(deadline=1.0), QoS(deadline=2.0), True),
-    (QoS(deadline=2.0), QoS(deadline=1.0), False),
-    (QoS(), QoS(deadline=1.0), False),
-    (QoS(liveliness="manualByTopic"), QoS(liveliness="automatic"), True),
-    (QoS(liveliness="automatic"), QoS(liveliness="manualByTopic"), False),
-    (QoS(lease_duration=1.0), QoS(), True),
-    (QoS(lease_duration=1.0), QoS(lease_duration=2.0), True),
-    (QoS(lease_duration=2.0), QoS(lease_duration=1.0), False),
-    (QoS(), QoS(lease_duration=1.0), False),
-    (QoS(history="keepAll", lifespan=10.0), QoS(history="keepLast", depth=50), True),
-    (QoS(history="keepLast", depth=1), QoS(history="keepAll"), True),
-]
-
-
-@pytest.fixture(params=ALL)
-def kind(request: pytest.FixtureRequest) -> str:
-    return str(request.param)
+from tests.messages.test_qos import TABLE
+from tests.ros.contract import FAITHFUL, RCLPY, STRING, AnyTransport, Inbox, Join, connect, text
+from tests.waiting import eventually, reserved_domain
 
 
 def test_every_transport_is_a_transport(join: Join, domain_id: int, kind: str) -> None:
-    transport: Transport = join(domain_id, "alice")
+    transport: Transport = join("alice")
     assert transport.description.startswith(kind.partition(" to ")[0])
     if kind != "memory":
         assert f"domain {domain_id}, discovery range LOCALHOST" in transport.description
 
 
-def test_readers_match_who_offers_at_least_what_they_ask_for(
-    join: Join, domain_id: int, eventually: Eventually
-) -> None:
-    bob, alice = join(domain_id, "bob"), join(domain_id, "alice")
+def test_readers_match_who_offers_at_least_what_they_ask_for(bob: AnyTransport, alice: AnyTransport) -> None:
     inboxes = [Inbox() for _ in TABLE]
     for number, (_, requested, _) in enumerate(TABLE):
         bob.reader(f"/row{number}", STRING, requested, inboxes[number])
@@ -76,30 +45,29 @@ def test_readers_match_who_offers_at_least_what_they_ask_for(
     assert [number for number, inbox in enumerate(inboxes) if inbox.texts] == fitting
 
 
-def test_another_type_on_the_same_topic_is_not_heard(join: Join, domain_id: int, eventually: Eventually) -> None:
+def test_another_type_on_the_same_topic_is_not_heard(join: Join) -> None:
     other: list[bytes] = []
     same = Inbox()
-    join(domain_id, "bob").reader("/chatter", "std_msgs/msg/Bool", QoS(), other.append)
-    join(domain_id, "carol").reader("/chatter", STRING, QoS(), same)
-    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
-    connect(writer, same, eventually)
+    join("bob").reader("/chatter", "std_msgs/msg/Bool", QoS(), other.append)
+    join("carol").reader("/chatter", STRING, QoS(), same)
+    writer = join("alice").writer("/chatter", STRING, QoS())
+    connect(writer, same)
     assert other == []
 
 
-def test_best_effort_readers_hear_reliable_writers(join: Join, domain_id: int, eventually: Eventually) -> None:
+def test_best_effort_readers_hear_reliable_writers(join: Join) -> None:
     inbox = Inbox()
-    join(domain_id, "bob").reader("/chatter", STRING, QoS(depth=5, reliability="bestEffort"), inbox)
-    writer = join(domain_id, "alice").writer("/chatter", STRING, LATCHED)
-    connect(writer, inbox, eventually)
+    join("bob").reader("/chatter", STRING, QoS(depth=5, reliability="bestEffort"), inbox)
+    writer = join("alice").writer("/chatter", STRING, LATCHED)
+    connect(writer, inbox)
     writer.write(text("heard"))
     assert eventually(lambda: inbox.texts == ["heard"])
 
 
 @pytest.mark.parametrize("kind", ["memory", *FAITHFUL], indirect=True)
-def test_matched_follows_readers_that_come_and_go(join: Join, domain_id: int, eventually: Eventually) -> None:
-    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
+def test_matched_follows_readers_that_come_and_go(bob: AnyTransport, join: Join) -> None:
+    writer = join("alice").writer("/chatter", STRING, QoS())
     assert not writer.matched
-    bob = join(domain_id, "bob")
     for _ in range(2):
         reader = bob.reader("/chatter", STRING, QoS(), Inbox())
         assert eventually(lambda: writer.matched)
@@ -108,10 +76,9 @@ def test_matched_follows_readers_that_come_and_go(join: Join, domain_id: int, ev
         assert eventually(lambda: not writer.matched)
 
 
-def test_a_writer_that_is_closed_refuses_and_is_not_matched(join: Join, domain_id: int, eventually: Eventually) -> None:
-    alice = join(domain_id, "alice")
+def test_a_writer_that_is_closed_refuses_and_is_not_matched(alice: AnyTransport, join: Join) -> None:
     writer = alice.writer("/chatter", STRING, QoS())
-    join(domain_id, "bob").reader("/chatter", STRING, QoS(), Inbox())
+    join("bob").reader("/chatter", STRING, QoS(), Inbox())
     assert eventually(lambda: writer.matched)
     writer.close()
     writer.close()
@@ -120,8 +87,7 @@ def test_a_writer_that_is_closed_refuses_and_is_not_matched(join: Join, domain_i
         writer.write(text("late"))
 
 
-def test_a_transport_that_is_closed_is_left_for_good(join: Join, domain_id: int) -> None:
-    alice = join(domain_id, "alice")
+def test_a_transport_that_is_closed_is_left_for_good(alice: AnyTransport) -> None:
     writer = alice.writer("/chatter", STRING, QoS())
     alice.reader("/chatter", STRING, QoS(), Inbox())
     alice.close()
@@ -136,8 +102,7 @@ def test_a_transport_that_is_closed_is_left_for_good(join: Join, domain_id: int)
         alice.reader("/chatter", STRING, QoS(), Inbox())
 
 
-def test_a_type_that_does_not_exist_cannot_be_opened(join: Join, domain_id: int) -> None:
-    alice = join(domain_id, "alice")
+def test_a_type_that_does_not_exist_cannot_be_opened(alice: AnyTransport) -> None:
     with pytest.raises(MessageTypeError, match="no_msgs/msg/Nothing"):
         alice.writer("/chatter", "no_msgs/msg/Nothing", QoS())
     with pytest.raises(MessageTypeError, match="no_msgs/msg/Nothing"):
@@ -158,13 +123,13 @@ def elsewhere() -> Iterator[int]:
         yield number
 
 
-def test_domains_do_not_hear_each_other(elsewhere: int, join: Join, domain_id: int, eventually: Eventually) -> None:
+def test_domains_do_not_hear_each_other(elsewhere: int, join: Join) -> None:
     near, far = Inbox(), Inbox()
-    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
-    join(elsewhere, "carol").reader("/chatter", STRING, QoS(), far)
+    writer = join("alice").writer("/chatter", STRING, QoS())
+    join("carol", elsewhere).reader("/chatter", STRING, QoS(), far)
     assert not writer.matched
-    join(domain_id, "bob").reader("/chatter", STRING, QoS(), near)
-    connect(writer, near, eventually)
+    join("bob").reader("/chatter", STRING, QoS(), near)
+    connect(writer, near)
     writer.write(text("near"))
     assert eventually(lambda: near.texts == ["near"])
     assert far.texts == []
@@ -172,12 +137,12 @@ def test_domains_do_not_hear_each_other(elsewhere: int, join: Join, domain_id: i
 
 @pytest.mark.parametrize("kind", ["dds", RCLPY], indirect=True)
 @pytest.mark.parametrize("number", [0, MAX_DOMAIN_ID])
-def test_the_first_and_the_last_domain_can_be_joined(kind: str, number: int, eventually: Eventually) -> None:
+def test_the_first_and_the_last_domain_can_be_joined(kind: str, number: int) -> None:
     make = DdsTransport if kind == "dds" else RclTransport
     transport = make(JoinOptions(Domain(number, "OFF"), "alice"))
     try:
         inbox = Inbox()
         transport.reader("/chatter", STRING, QoS(), inbox)
-        connect(transport.writer("/chatter", STRING, QoS()), inbox, eventually)
+        connect(transport.writer("/chatter", STRING, QoS()), inbox)
     finally:
         transport.close()

@@ -8,21 +8,16 @@ from functools import partial
 import pytest
 
 from graphengine.format.errors import TransportError
+from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
-from graphengine.messages.messages import type_hash
 from graphengine.messages.qos import LATCHED
-from graphengine.ros.network_graph import discover
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import Transport, discover
 from tests.ros.conftest import StartPeer
-from tests.ros.contract import ALL, FAITHFUL, NETWORKED, RCLPY, STRING, Eventually, Inbox, Join, connect, text
+from tests.ros.contract import FAITHFUL, NETWORKED, RCLPY, STRING, AnyTransport, Inbox, Join, connect, text
+from tests.waiting import eventually
 
 SHORT_LEASE = "<CycloneDDS><Domain><Discovery><LeaseDuration>1s</LeaseDuration></Discovery></Domain></CycloneDDS>"
 """Configuration of a peer that is given up for dead after a second; by default it takes 10."""
-
-
-@pytest.fixture(params=ALL)
-def kind(request: pytest.FixtureRequest) -> str:
-    return str(request.param)
 
 
 def known(transport: Transport, topic: str) -> list[tuple[str, str, str]]:
@@ -32,10 +27,7 @@ def known(transport: Transport, topic: str) -> list[tuple[str, str, str]]:
     ]
 
 
-def test_the_graph_tells_who_writes_and_reads_what(
-    join: Join, kind: str, domain_id: int, eventually: Eventually
-) -> None:
-    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+def test_the_graph_tells_who_writes_and_reads_what(alice: AnyTransport, bob: AnyTransport, kind: str) -> None:
     alice.writer("/chatter", STRING, LATCHED)
     bob.reader("/chatter", STRING, QoS(depth=5, reliability="bestEffort"), Inbox())
     nodes = ("", "") if kind == "memory" else ("/alice", "/bob")
@@ -48,15 +40,14 @@ def test_the_graph_tells_who_writes_and_reads_what(
         writer, reader = (end for end in transport.graph().endpoints if end.topic == "/chatter")
         assert (writer.qos.reliability, writer.qos.durability) == ("reliable", "transientLocal")
         assert (reader.qos.reliability, reader.qos.durability) == ("bestEffort", "volatile")
-        assert writer.type_hash == reader.type_hash == type_hash(STRING)
+        assert writer.type_hash == reader.type_hash == DEFINITIONS.type_hash(STRING)
         assert len({writer.gid, reader.gid}) == 2
         assert {len(writer.gid), len(reader.gid)} == {16}
         assert writer.serves(reader)
 
 
 @pytest.mark.parametrize("kind", ["memory", *FAITHFUL], indirect=True)
-def test_the_graph_follows_who_comes_and_goes(join: Join, domain_id: int, eventually: Eventually) -> None:
-    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+def test_the_graph_follows_who_comes_and_goes(alice: AnyTransport, bob: AnyTransport) -> None:
     assert known(alice, "/chatter") == []
     for _ in range(2):
         reader = bob.reader("/chatter", STRING, QoS(), Inbox())
@@ -66,8 +57,7 @@ def test_the_graph_follows_who_comes_and_goes(join: Join, domain_id: int, eventu
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_a_peer_that_leaves_is_gone_from_the_graph(join: Join, domain_id: int, eventually: Eventually) -> None:
-    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+def test_a_peer_that_leaves_is_gone_from_the_graph(alice: AnyTransport, bob: AnyTransport) -> None:
     bob.writer("/chatter", STRING, QoS())
     assert eventually(lambda: known(alice, "/chatter") == [("publish", STRING, "/bob")])
     bob.close()
@@ -75,8 +65,9 @@ def test_a_peer_that_leaves_is_gone_from_the_graph(join: Join, domain_id: int, e
     assert "/bob" not in {end.full_node for end in alice.graph().endpoints}
 
 
-def test_discovery_ends_when_it_is_enough_or_when_the_time_is_up(join: Join, kind: str, domain_id: int) -> None:
-    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+def test_discovery_ends_when_it_is_enough_or_when_the_time_is_up(
+    alice: AnyTransport, bob: AnyTransport, kind: str
+) -> None:
     assert discover(alice, 0.0).publishers("/chatter") == []
     bob.writer("/chatter", STRING, QoS())
     found = discover(alice, 60.0, lambda graph: graph.publishers("/chatter"))
@@ -85,15 +76,13 @@ def test_discovery_ends_when_it_is_enough_or_when_the_time_is_up(join: Join, kin
     assert [end.node for end in named] == ["" if kind == "memory" else "bob"]
 
 
-def test_a_transport_that_is_closed_tells_of_nobody(join: Join, domain_id: int) -> None:
-    alice = join(domain_id, "alice")
+def test_a_transport_that_is_closed_tells_of_nobody(alice: AnyTransport) -> None:
     alice.close()
     with pytest.raises(TransportError, match="the transport is closed"):
         alice.graph()
 
 
-def test_the_graph_answers_what_is_asked_for(join: Join, domain_id: int, eventually: Eventually) -> None:
-    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+def test_the_graph_answers_what_is_asked_for(alice: AnyTransport, bob: AnyTransport) -> None:
     alice.writer("/chatter", STRING, QoS())
     bob.reader("/chatter", STRING, QoS(), Inbox())
     assert eventually(lambda: alice.graph([("/chatter", "subscribe")]).subscribers("/chatter"))
@@ -104,9 +93,8 @@ def test_the_graph_answers_what_is_asked_for(join: Join, domain_id: int, eventua
 
 
 @pytest.mark.parametrize("kind", FAITHFUL, indirect=True)
-def test_matched_ends_when_the_peer_leaves(join: Join, domain_id: int, eventually: Eventually) -> None:
-    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
-    bob = join(domain_id, "bob")
+def test_matched_ends_when_the_peer_leaves(bob: AnyTransport, join: Join) -> None:
+    writer = join("alice").writer("/chatter", STRING, QoS())
     bob.reader("/chatter", STRING, QoS(), Inbox())
     assert eventually(lambda: writer.matched)
     bob.close()
@@ -114,13 +102,13 @@ def test_matched_ends_when_the_peer_leaves(join: Join, domain_id: int, eventuall
 
 
 @pytest.mark.parametrize("kind", ["memory", *FAITHFUL], indirect=True)
-def test_a_peer_that_left_and_comes_back_is_served_again(join: Join, domain_id: int, eventually: Eventually) -> None:
-    writer = join(domain_id, "alice").writer("/chatter", STRING, QoS())
+def test_a_peer_that_left_and_comes_back_is_served_again(join: Join) -> None:
+    writer = join("alice").writer("/chatter", STRING, QoS())
     for _ in range(2):
         inbox = Inbox()
-        bob = join(domain_id, "bob")
+        bob = join("bob")
         reader = bob.reader("/chatter", STRING, QoS(), inbox)
-        connect(writer, inbox, eventually)
+        connect(writer, inbox)
         reader.close()
         if bob.node:
             bob.close()
@@ -129,10 +117,9 @@ def test_a_peer_that_left_and_comes_back_is_served_again(join: Join, domain_id: 
 
 @pytest.mark.parametrize("kind", ["dds", RCLPY], indirect=True)
 def test_a_peer_that_is_killed_is_given_up_and_its_successor_is_served(
-    join: Join, domain_id: int, eventually: Eventually, start_peer: StartPeer
+    alice: AnyTransport, domain_id: int, start_peer: StartPeer
 ) -> None:
     inbox = Inbox()
-    alice = join(domain_id, "alice")
     ping = alice.writer("/ping", STRING, QoS())
     alice.reader("/pong", STRING, QoS(), inbox)
     for visit in ("first", "second"):
@@ -145,27 +132,17 @@ def test_a_peer_that_is_killed_is_given_up_and_its_successor_is_served(
 
         assert eventually(answered)
         peer.send_signal(signal.SIGKILL)
-
-        def given_up() -> bool:
-            ping.write(text("lost"))  # never fails, nor lasts
-            return not ping.matched
-
-        assert eventually(given_up)
+        assert eventually(lambda: not ping.matched, lambda: ping.write(text("lost")))  # which never fails, nor lasts
 
 
 @pytest.mark.parametrize("kind", ["dds"], indirect=True)
 def test_messages_for_a_peer_that_is_stopped_are_given_up_and_counted(
-    join: Join, domain_id: int, eventually: Eventually, start_peer: StartPeer
+    join: Join, domain_id: int, start_peer: StartPeer
 ) -> None:
-    writer = join(domain_id, "alice").writer("/ping", STRING, QoS(history="keepAll"))
+    writer = join("alice").writer("/ping", STRING, QoS(history="keepAll"))
     peer = start_peer("echo", domain_id, {"CYCLONEDDS_URI": SHORT_LEASE})
     assert eventually(lambda: writer.matched)
     peer.send_signal(signal.SIGSTOP)
-
-    def given_up() -> bool:
-        writer.write(text("x" * 1_000_000))
-        return writer.dropped > 0
-
-    assert eventually(given_up)
+    assert eventually(lambda: writer.dropped > 0, lambda: writer.write(text("x" * 1_000_000)))
     assert eventually(lambda: not writer.matched)
     peer.send_signal(signal.SIGKILL)

@@ -27,13 +27,18 @@ STRING = "std_msgs/msg/String"
 
 
 @pytest.fixture
-def endpoints(domain_id: int) -> Iterator[tuple[Any, Any]]:
+def participant(domain_id: int) -> Iterator[Any]:
     domain = Domain(domain_id, "OFF")
-    participant = cyclone.join(domain, "")
+    joined = cyclone.join(domain, "")
+    yield joined
+    cyclone.leave(domain, joined)
+
+
+@pytest.fixture
+def endpoints(participant: Any) -> tuple[Any, Any]:
     topic = Topic(participant, "rt/chatter", idl_type(STRING))
     policies = cyclone.endpoint_qos(QoS(depth=200), "")
-    yield DataWriter(participant, topic, qos=policies), DataReader(participant, topic, qos=policies)
-    cyclone.leave(domain, participant)
+    return DataWriter(participant, topic, qos=policies), DataReader(participant, topic, qos=policies)
 
 
 def test_the_version_is_the_one_these_functions_were_read_in() -> None:
@@ -177,9 +182,6 @@ def test_a_message_tells_its_writer_by_a_handle_from_which_its_gid_is_found(endp
         QoS(deadline=0.25, liveliness="manualByTopic", lease_duration=1.5),
     ],
 )
-def test_policies_are_read_back_as_the_profile_that_they_were_made_from(qos: QoS) -> None:
-    domain = Domain(0, "OFF")
-    participant = cyclone.join(domain, "")
+def test_policies_are_read_back_as_the_profile_that_they_were_made_from(participant: Any, qos: QoS) -> None:
     writer = DataWriter(participant, Topic(participant, "rt/t", idl_type(STRING)), qos=cyclone.endpoint_qos(qos, ""))
     assert cyclone.read_qos(writer.get_qos()) == qos
-    cyclone.leave(domain, participant)

@@ -7,9 +7,9 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import pytest
 from cyclonedds.sub import DataReader
@@ -19,7 +19,7 @@ import graphengine
 from graphengine.format.errors import TransportError
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
-from graphengine.messages.messages import String, decode, encode, type_hash
+from graphengine.messages.messages import String, decode, encode
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
@@ -27,10 +27,8 @@ from graphengine.ros.transports.dds import cyclone, discovery
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.dds.idl import dds_name, idl_type
 from tests.cli.harness import process
-from tests.ros.conftest import StartPeer, end_peer
-from tests.waiting import PATIENCE
-
-Eventually: TypeAlias = Callable[[Callable[[], object]], bool]
+from tests.ros.conftest import OpenDds, StartPeer, end_peer
+from tests.waiting import PATIENCE, eventually
 
 STRING = "std_msgs/msg/String"
 NO_SUCH = '<NetworkInterface name="none9"/>'
@@ -38,37 +36,23 @@ MESSAGES = [name for name in DEFINITIONS.names() if DEFINITIONS.definition(name)
 
 
 @pytest.fixture
-def domain(domain_id: int) -> Domain:
-    return Domain(domain_id, "LOCALHOST")
+def alice(dds: OpenDds) -> DdsTransport:
+    return dds("alice", node_namespace="/robots")
 
 
-@pytest.fixture
-def alice(domain: Domain) -> Iterator[DdsTransport]:
-    transport = DdsTransport(JoinOptions(domain, "alice", "/robots"))
-    yield transport
-    transport.close()
-
-
-def test_two_processes_hear_each_other(
-    alice: DdsTransport, domain: Domain, start_peer: StartPeer, eventually: Eventually
-) -> None:
+def test_two_processes_hear_each_other(alice: DdsTransport, domain: Domain, start_peer: StartPeer) -> None:
     heard: list[bytes] = []
     alice.reader("/pong", STRING, QoS(), heard.append)
     ping = alice.writer("/ping", STRING, QoS())
     process = start_peer("echo", domain.id)
     assert eventually(lambda: ping.matched)
-
-    def answered() -> bool:
-        ping.write(encode(String("hello")))
-        return bool(heard)
-
-    assert eventually(answered)
+    assert eventually(lambda: heard, lambda: ping.write(encode(String("hello"))))
     assert decode(heard[0], STRING) == String("hello")
     end_peer(process)
     assert eventually(lambda: not ping.matched)
 
 
-def test_what_comes_while_the_process_is_busy_is_all_delivered(alice: DdsTransport, eventually: Eventually) -> None:
+def test_what_comes_while_the_process_is_busy_is_all_delivered(alice: DdsTransport) -> None:
     heard: list[bytes] = []
     busy, free = threading.Event(), threading.Event()
 
@@ -89,19 +73,15 @@ def test_what_comes_while_the_process_is_busy_is_all_delivered(alice: DdsTranspo
 
 
 def test_a_patient_writer_loses_what_it_counts_as_given_up_and_nothing_else(
-    domain: Domain, start_peer: StartPeer, eventually: Eventually
+    dds: OpenDds, domain: Domain, start_peer: StartPeer
 ) -> None:
-    patient, heard, number = DdsTransport(JoinOptions(domain, "patient", patient=True)), set(), 0
+    patient, heard, number = dds("patient", patient=True), set(), 0
     patient.reader("/pong", STRING, QoS(), lambda data: heard.add(data[8:10]))
     ping = patient.writer("/ping", STRING, QoS(depth=2))
     process = start_peer("echo", domain.id)
 
-    def answered() -> bool:
-        ping.write(encode(String("first")))
-        return bool(heard)
-
     assert eventually(lambda: ping.matched)
-    assert eventually(answered)
+    assert eventually(lambda: heard, lambda: ping.write(encode(String("first"))))
     heard.clear()
     process.send_signal(signal.SIGSTOP)
     while ping.dropped < 3 and number < 99:
@@ -111,7 +91,6 @@ def test_a_patient_writer_loses_what_it_counts_as_given_up_and_nothing_else(
     assert ping.dropped == 3
     assert eventually(lambda: len(heard - {b"fi"}) == number - ping.dropped)
     end_peer(process)
-    patient.close()
 
 
 def test_writing_to_a_topic_that_a_peer_writes_to_as_well_does_not_lock_up(
@@ -146,9 +125,7 @@ def graph(domain: Domain) -> Iterator[Graph]:
     cyclone.leave(domain, seen.participant)
 
 
-def test_the_node_and_its_endpoints_are_in_the_ros_graph_until_it_closes(
-    alice: DdsTransport, graph: Graph, eventually: Eventually
-) -> None:
+def test_the_node_and_its_endpoints_are_in_the_ros_graph_until_it_closes(alice: DdsTransport, graph: Graph) -> None:
     def endpoints() -> tuple[int, int] | None:
         node = graph.nodes().get("/robots/alice")
         return (len(node.reader_gid_seq), len(node.writer_gid_seq)) if node else None
@@ -167,9 +144,7 @@ def test_the_node_and_its_endpoints_are_in_the_ros_graph_until_it_closes(
     assert eventually(lambda: graph.nodes() == {})
 
 
-def test_nodes_of_other_processes_are_in_the_ros_graph(
-    graph: Graph, domain: Domain, start_peer: StartPeer, eventually: Eventually
-) -> None:
+def test_nodes_of_other_processes_are_in_the_ros_graph(graph: Graph, domain: Domain, start_peer: StartPeer) -> None:
     process = start_peer("echo", domain.id)
     assert eventually(lambda: "//peer_echo" in graph.nodes())
     end_peer(process)
@@ -181,7 +156,7 @@ def test_names_types_and_hashes_are_announced_as_ros_2_does(alice: DdsTransport)
     assert writer.entity.topic.get_name() == "rt/robot/odom"
     assert writer.entity.topic.get_type_name() == dds_name("nav_msgs/msg/Odometry")
     policies = {type(policy).__name__: policy for policy in writer.entity.get_qos()}
-    assert policies["Userdata"].data == f"typehash={type_hash('nav_msgs/msg/Odometry')};".encode()
+    assert policies["Userdata"].data == f"typehash={DEFINITIONS.type_hash('nav_msgs/msg/Odometry')};".encode()
     assert not policies["WriterDataLifecycle"].autodispose
     assert policies["DataRepresentation"].use_cdrv0_representation
     assert not policies["DataRepresentation"].use_xcdrv2_representation
@@ -203,7 +178,7 @@ def test_a_message_of_another_type_is_refused_by_the_writer(alice: DdsTransport)
         writer.write(encode(String("hi")))
 
 
-def test_a_message_that_is_not_padded_is_padded(alice: DdsTransport, eventually: Eventually) -> None:
+def test_a_message_that_is_not_padded_is_padded(alice: DdsTransport) -> None:
     heard: list[bytes] = []
     alice.reader("/chatter", STRING, QoS(), heard.append)
     writer = alice.writer("/chatter", STRING, QoS())
@@ -232,7 +207,7 @@ def test_one_process_is_in_a_domain_with_one_configuration(alice: DdsTransport, 
         DdsTransport(JoinOptions(Domain(domain.id, "SUBNET"), "bob"))
 
 
-def test_close_leaves_no_thread_and_no_socket(domain: Domain, eventually: Eventually) -> None:
+def test_close_leaves_no_thread_and_no_socket(domain: Domain) -> None:
     def sockets() -> int:
         links = (os.readlink(link) for link in Path("/proc/self/fd").iterdir() if link.is_symlink())
         return sum(target.startswith("socket:") for target in links)
@@ -248,7 +223,7 @@ def test_close_leaves_no_thread_and_no_socket(domain: Domain, eventually: Eventu
     assert sockets() == open_sockets
 
 
-def test_a_process_that_ends_without_closing_leaves_the_graph(graph: Graph, eventually: Eventually) -> None:
+def test_a_process_that_ends_without_closing_leaves_the_graph(graph: Graph) -> None:
     program = f"""
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
@@ -266,7 +241,7 @@ raise SystemExit(3)
 
 
 def test_a_transport_that_could_not_be_made_leaves_nothing_behind(
-    domain: Domain, monkeypatch: pytest.MonkeyPatch, eventually: Eventually
+    domain: Domain, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object) -> None:
         raise TransportError("on purpose")

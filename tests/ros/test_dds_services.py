@@ -19,28 +19,27 @@ from hypothesis import strategies as st
 from graphengine.format.errors import TransportError
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
-from graphengine.messages.messages import String, encode, type_hash
+from graphengine.messages.messages import String, encode
 from graphengine.ros.domain import Domain
-from graphengine.ros.transport import JoinOptions
-from graphengine.ros.transports.dds import cyclone, dds
+from graphengine.ros.transports.dds import cyclone
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.dds.dds_services import identity, with_header, without_header
 from graphengine.ros.transports.dds.idl import idl_type
-from tests.ros.conftest import StartPeer
-from tests.ros.contract import STRING, Eventually
+from tests.ros.conftest import OpenDds, StartPeer
+from tests.ros.contract import STRING
 from tests.ros.test_malformed import send_forged
+from tests.waiting import eventually
 
 TRIGGER = "std_srvs/srv/Trigger"
 # The first call of a client on rmw_cyclonedds_cpp, as it came: encapsulation, client, number, a placeholder and padding.
 SEEN = bytes.fromhex("00010000 e766f6aa23160de2 0100000000000000 00000000")
+QUESTION, ANSWER = (encode(DEFINITIONS.initial(f"{TRIGGER}_{part}")) for part in ("Request", "Response"))
 CLIENT = 0xE20D1623AAF666E7
 
 
 @pytest.fixture
-def bob(domain_id: int) -> Iterator[DdsTransport]:
-    transport = DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "bob"))
-    yield transport
-    transport.close()
+def bob(dds: OpenDds) -> DdsTransport:
+    return dds("bob")
 
 
 class Participant:
@@ -58,21 +57,15 @@ class Participant:
         return self.opened[-1]
 
 
-def heard(reader: Any, eventually: Eventually) -> list[bytes]:
+def heard(reader: Any) -> list[bytes]:
     """What a reader holds, once it holds something."""
     taken: list[tuple[bytes, int]] = []
-
-    def take() -> bool:
-        taken.extend(cyclone.take(reader))
-        return bool(taken)
-
-    assert eventually(take)
+    assert eventually(lambda: taken, lambda: taken.extend(cyclone.take(reader)))
     return [data for data, _ in taken]
 
 
 @pytest.fixture
-def peer(domain_id: int) -> Iterator[Participant]:
-    domain = Domain(domain_id, "LOCALHOST")
+def peer(domain: Domain) -> Iterator[Participant]:
     opened = Participant(domain)
     yield opened
     cyclone.leave(domain, opened.participant)
@@ -109,7 +102,7 @@ def test_identities_are_written_as_rmw_cyclonedds_cpp_writes_them() -> None:
 
 
 def test_both_ends_of_a_service_tell_their_identity_and_the_hash_of_their_own_messages(
-    bob: DdsTransport, peer: Participant, eventually: Eventually
+    bob: DdsTransport, peer: Participant
 ) -> None:
     server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: None)
     asking = peer.open(DataWriter, "rq/triggerRequest", "Request", "")
@@ -117,15 +110,13 @@ def test_both_ends_of_a_service_tell_their_identity_and_the_hash_of_their_own_me
     assert eventually(lambda: cyclone.readers_of(asking) and cyclone.writers_of(hearing))
     (asked,), (answering,) = cyclone.readers_of(asking).values(), cyclone.writers_of(hearing).values()
     own = identity(asked.gid, 1)
-    assert asked.user_data.decode() == f"serviceid={own};typehash={type_hash(f'{TRIGGER}_Request')};"
-    assert answering.user_data.decode() == f"serviceid={own};typehash={type_hash(f'{TRIGGER}_Response')};"
+    assert asked.user_data.decode() == f"serviceid={own};typehash={DEFINITIONS.type_hash(f'{TRIGGER}_Request')};"
+    assert answering.user_data.decode() == f"serviceid={own};typehash={DEFINITIONS.type_hash(f'{TRIGGER}_Response')};"
     server.close()
     assert eventually(lambda: not cyclone.readers_of(asking) and not cyclone.writers_of(hearing))
 
 
-def test_an_answer_waits_for_the_reader_that_it_is_for(
-    bob: DdsTransport, peer: Participant, eventually: Eventually
-) -> None:
+def test_an_answer_waits_for_the_reader_that_it_is_for(bob: DdsTransport, peer: Participant) -> None:
     asked: list[bytes] = []
     server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
     asking = peer.open(DataWriter, "rq/triggerRequest", "Request", "clientid=ours;")
@@ -133,35 +124,29 @@ def test_an_answer_waits_for_the_reader_that_it_is_for(
     assert eventually(lambda: cyclone.readers_of(asking) and cyclone.writers_of(other))
     assert cyclone.write(asking, SEEN) == 0
     assert eventually(lambda: len(asked) == 1)
-    answer = encode(DEFINITIONS.initial(f"{TRIGGER}_Response"))
-    server.answer(asked[0], answer)
+    server.answer(asked[0], ANSWER)
     assert cyclone.take(other) == []
     ours = peer.open(DataReader, "rr/triggerReply", "Response", "clientid=ours;")
-    assert heard(ours, eventually) == [with_header(answer, CLIENT, 1)]
+    assert heard(ours) == [with_header(ANSWER, CLIENT, 1)]
 
 
-def test_an_answer_that_waits_for_a_client_that_goes_is_forgotten(
-    bob: DdsTransport, peer: Participant, eventually: Eventually
-) -> None:
+def test_an_answer_that_waits_for_a_client_that_goes_is_forgotten(bob: DdsTransport, peer: Participant) -> None:
     asked: list[bytes] = []
     server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
     asking = peer.open(DataWriter, "rq/triggerRequest", "Request", "clientid=ours;")
     assert eventually(lambda: cyclone.readers_of(asking))
     cyclone.write(asking, SEEN)
     assert eventually(lambda: asked)
-    answer = encode(DEFINITIONS.initial(f"{TRIGGER}_Response"))
-    server.answer(asked[0], answer)
+    server.answer(asked[0], ANSWER)
     cyclone.delete(asking)
     again = peer.open(DataReader, "rr/triggerReply", "Response", "clientid=ours;")
     own = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: None)
     assert eventually(lambda: own.ready and cyclone.writers_of(again))
-    server.answer(asked[0], answer)
+    server.answer(asked[0], ANSWER)
     assert cyclone.take(again) == []
 
 
-def test_clients_and_servers_of_early_versions_have_no_identity(
-    bob: DdsTransport, peer: Participant, eventually: Eventually
-) -> None:
+def test_clients_and_servers_of_early_versions_have_no_identity(bob: DdsTransport, peer: Participant) -> None:
     client = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: None)
     peer.open(DataReader, "rq/triggerRequest", "Request", "")
     assert not client.ready
@@ -174,13 +159,11 @@ def test_clients_and_servers_of_early_versions_have_no_identity(
     assert eventually(lambda: cyclone.readers_of(asking) and cyclone.writers_of(hearing))
     cyclone.write(asking, SEEN)
     assert eventually(lambda: asked)
-    server.answer(asked[0], encode(DEFINITIONS.initial(f"{TRIGGER}_Response")))
+    server.answer(asked[0], ANSWER)
     assert eventually(lambda: cyclone.take(hearing))
 
 
-def test_a_server_whose_reader_and_writer_do_not_belong_together_is_none(
-    bob: DdsTransport, peer: Participant, eventually: Eventually
-) -> None:
+def test_a_server_whose_reader_and_writer_do_not_belong_together_is_none(bob: DdsTransport, peer: Participant) -> None:
     client = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: None)
     asked = peer.open(DataReader, "rq/triggerRequest", "Request", "serviceid=one;")
     answering = peer.open(DataWriter, "rr/triggerReply", "Response", "serviceid=another;")
@@ -190,30 +173,27 @@ def test_a_server_whose_reader_and_writer_do_not_belong_together_is_none(
     assert eventually(lambda: client.ready)
 
 
-def test_answers_to_others_and_to_nobody_are_passed_over(
-    bob: DdsTransport, peer: Participant, eventually: Eventually
-) -> None:
+def test_answers_to_others_and_to_nobody_are_passed_over(bob: DdsTransport, peer: Participant) -> None:
     answers: list[int] = []
     client = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: answers.append(number))
     asked = peer.open(DataReader, "rq/triggerRequest", "Request", "serviceid=one;")
     answering = peer.open(DataWriter, "rr/triggerReply", "Response", "serviceid=one;")
     assert eventually(lambda: client.ready and cyclone.readers_of(answering))
-    client.call(encode(DEFINITIONS.initial(f"{TRIGGER}_Request")))
-    call = without_header(heard(asked, eventually)[0])
+    client.call(QUESTION)
+    call = without_header(heard(asked)[0])
     assert call is not None
-    answer = encode(DEFINITIONS.initial(f"{TRIGGER}_Response"))
     for to, number in ((call[0] ^ 1, 1), (call[0], 2), (call[0], 0), (call[0], -1), (call[0], 1), (call[0], 1)):
-        assert cyclone.write(answering, with_header(answer, to, number)) == 0
+        assert cyclone.write(answering, with_header(ANSWER, to, number)) == 0
     assert eventually(lambda: answers)
-    client.call(encode(DEFINITIONS.initial(f"{TRIGGER}_Request")))
-    cyclone.write(answering, with_header(answer, call[0], 2))
+    client.call(QUESTION)
+    cyclone.write(answering, with_header(ANSWER, call[0], 2))
     assert eventually(lambda: len(answers) == 2)
     assert answers == [1, 2]
 
 
 @pytest.mark.parametrize("data", [b"\0\1\0\0", SEEN[:12], SEEN[:20], b"\0\1\0\0rubbish!"])
 def test_a_request_without_a_header_or_a_message_is_dropped_and_counted(
-    bob: DdsTransport, domain_id: int, start_peer: StartPeer, eventually: Eventually, data: bytes
+    bob: DdsTransport, domain_id: int, start_peer: StartPeer, data: bytes
 ) -> None:
     asked: list[bytes] = []
     server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
@@ -221,20 +201,10 @@ def test_a_request_without_a_header_or_a_message_is_dropped_and_counted(
     start_peer("ask", domain_id)
     assert eventually(lambda: ping.matched and cyclone.writers_of(server.entities[0]))
     (client,) = cyclone.writers_of(server.entities[0]).values()
-
-    def dropped() -> bool:
-        send_forged(domain_id, client.gid, data)
-        return bool(bob.malformed)
-
-    assert eventually(dropped)
+    assert eventually(lambda: bob.malformed, lambda: send_forged(domain_id, client.gid, data))
     assert set(bob.malformed) == {"/trigger"}
     assert asked == []
-
-    def called() -> bool:
-        ping.write(encode(String("call")))
-        return bool(asked)
-
-    assert eventually(called)
+    assert eventually(lambda: asked, lambda: ping.write(encode(String("call"))))
 
 
 def test_a_service_that_cannot_be_opened_leaves_nothing_of_it(
@@ -244,7 +214,7 @@ def test_a_service_that_cannot_be_opened_leaves_nothing_of_it(
         raise DDSException(DDSException.DDS_RETCODE_OUT_OF_RESOURCES)
 
     with monkeypatch.context() as patched:
-        patched.setattr(dds, "DataWriter", refuse)
+        patched.setattr("graphengine.ros.transports.dds.dds.DataWriter", refuse)
         with pytest.raises(TransportError, match="/trigger cannot be opened"):
             bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: None)
     bob.server("/trigger", "std_srvs/srv/SetBool", QoS(), lambda request_id, data: None)

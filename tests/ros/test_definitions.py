@@ -38,6 +38,19 @@ HASHES = {
     "simulation_interfaces/srv/SpawnEntity": "d4c086345d4194a5fc4c9ae45095736ca4062b5cdac4d06a42dec93d683e03cf",
     "simulation_interfaces/srv/StepSimulation_Request": "cda33f6887815f3dce0f90e61fd8efd39bda13ae264ddede15c33fbad890630e",
     "simulation_interfaces/action/SimulateSteps": "f0837c898e1219cd73bf4c041feab41e8c533e8e1057e982744dba7b093467eb",
+    "std_msgs/msg/String": "df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18",
+    "nav_msgs/msg/Odometry": "3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
+    "sensor_msgs/msg/LaserScan": "64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828",
+    "tf2_msgs/msg/TFMessage": "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
+    "geometry_msgs/msg/Twist": "9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
+    "rosgraph_msgs/msg/Clock": "692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564",
+    "sensor_msgs/msg/JointState": "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e",
+    "sensor_msgs/msg/PointCloud2": "9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5",
+    "rcl_interfaces/msg/Log": "e28ce254ca8abc06abf92773b74602cdbf116ed34fbaf294fb9f81da9f318eac",
+    "rcl_interfaces/msg/ParameterEvent": "043e627780fcad87a22d225bc2a037361dba713fca6a6b9f4b869a5aa0393204",
+    "rmw_dds_common/msg/ParticipantEntitiesInfo": "91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e",
+    "std_msgs/msg/Char": "3ad2d04dd29ba19d04b16659afa3ccaedd691914b02a64e82e252f2fa6a586a9",
+    "service_msgs/msg/ServiceEventInfo": "41bcbbe07a75c9b52bc96bfd5c24d7f0fc0a08c0cb7921b3373c5732345a6f45",
 }
 OF_MY_MSGS = {
     "my_msgs/msg/Tag": "bd73570bdc3b40439b4bab1337c25629c792a69a9cfbe380917901de00113887",
@@ -76,6 +89,12 @@ def package(folder: Path, files: dict[str, str], name: str = "my_msgs") -> Path:
     return folder / name
 
 
+@pytest.fixture
+def mine(tmp_path: Path) -> Definitions:
+    """What is known with the folder of a user's package."""
+    return DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
+
+
 def given(folder: Path, text: str, name: str = "my_msgs/msg/Thing") -> Definitions:
     """One message, from a file."""
     parts = name.split("/")
@@ -99,11 +118,8 @@ def test_hashes_of_what_ships_are_those_of_ros_2(name: str, value: str) -> None:
     assert DEFINITIONS.type_hash(name) == f"RIHS01_{value}"
 
 
-def test_hashes_of_a_users_types_are_those_of_ros_2(tmp_path: Path) -> None:
-    definitions = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
-    assert {name: definitions.type_hash(name) for name in OF_MY_MSGS} == {
-        k: f"RIHS01_{v}" for k, v in OF_MY_MSGS.items()
-    }
+def test_hashes_of_a_users_types_are_those_of_ros_2(mine: Definitions) -> None:
+    assert {name: mine.type_hash(name) for name in OF_MY_MSGS} == {k: f"RIHS01_{v}" for k, v in OF_MY_MSGS.items()}
 
 
 INSTALLED = [Path(prefix, "share") for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if prefix]
@@ -125,48 +141,44 @@ def test_hashes_of_everything_that_is_installed_are_those_that_rosidl_generated(
 # What a file defines
 
 
-def test_a_users_message_is_a_class_whose_fields_are_those_of_the_file(tmp_path: Path) -> None:
-    definitions = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
-    tag = definitions.initial("my_msgs/msg/Tag")
+def test_a_users_message_is_a_class_whose_fields_are_those_of_the_file(mine: Definitions) -> None:
+    tag = mine.initial("my_msgs/msg/Tag")
     assert (tag.KIND_A, tag.name, tag.lambda_, tag.letter, tag.short) == (1, "none", 0.0, 0, "")
     assert (tag.parts, tag.pair, tag.tiny) == ([], ["", ""], [])
     assert [part.pose.orientation.w for part in tag.two] == [1.0, 1.0]
     assert (tag.raw.dtype, tag.raw.tolist(), tag.few.dtype, tag.flags.dtype) == (np.int8, [0] * 4, np.int16, np.bool_)
-    messages.check(tag, definitions)
+    messages.check(tag, mine)
 
 
-def test_a_users_message_is_encoded_and_decoded(tmp_path: Path) -> None:
-    definitions = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
-    part = definitions.initial("my_msgs/msg/Part")
+def test_a_users_message_is_encoded_and_decoded(mine: Definitions) -> None:
+    part = mine.initial("my_msgs/msg/Part")
     part.words = ["one", "two"]
     # A pose of 7 doubles; then the number of words, and each with its length and a zero behind it, on words of 4 bytes.
     words = b"\x02\0\0\0" + b"\x04\0\0\0one\0" + b"\x04\0\0\0two\0"
     pose = np.array([0, 0, 0, 0, 0, 0, 1], "<f8").tobytes()
-    data = messages.encode(part, definitions)
+    data = messages.encode(part, mine)
     assert data == b"\0\1\0\0" + pose + words
-    assert messages.decode(data, "my_msgs/msg/Part", definitions) == part
+    assert messages.decode(data, "my_msgs/msg/Part", mine) == part
 
 
-def test_a_users_message_can_be_described_to_dds(tmp_path: Path) -> None:
-    definitions = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
+def test_a_users_message_can_be_described_to_dds(mine: Definitions) -> None:
     for name in ("my_msgs/msg/Tag", "my_msgs/srv/Ask_Request", "my_msgs/action/Dock_FeedbackMessage"):
         package_name, kind, last = name.split("/")
-        described = idl_type(name, definitions)
+        described = idl_type(name, mine)
         assert described.__idl_typename__ == f"{package_name}.{kind}.dds_.{last}_"
-        assert idl_type(name, definitions) is described
+        assert idl_type(name, mine) is described
 
 
-def test_services_and_actions_have_the_messages_that_ros_2_makes_of_them(tmp_path: Path) -> None:
-    definitions = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
-    response = definitions.initial("my_msgs/srv/Ask_Response")
+def test_services_and_actions_have_the_messages_that_ros_2_makes_of_them(mine: Definitions) -> None:
+    response = mine.initial("my_msgs/srv/Ask_Response")
     assert response.tags == []
-    assert definitions.fields("my_msgs/srv/Ask_Request") == []
-    goal = definitions.initial("my_msgs/action/Dock_SendGoal_Request")
+    assert mine.fields("my_msgs/srv/Ask_Request") == []
+    goal = mine.initial("my_msgs/action/Dock_SendGoal_Request")
     assert (goal.goal_id.uuid.tolist(), goal.goal.goal_part.words) == ([0] * 16, [])
-    assert definitions.initial("my_msgs/action/Dock_FeedbackMessage").feedback.distance == 0.0
-    assert not definitions.definition("my_msgs/srv/Ask").is_message
+    assert mine.initial("my_msgs/action/Dock_FeedbackMessage").feedback.distance == 0.0
+    assert not mine.definition("my_msgs/srv/Ask").is_message
     with pytest.raises(MessageTypeError, match=r"Ask is no message\nit has: my_msgs/srv/Ask_Request, "):
-        definitions.message_class("my_msgs/srv/Ask")
+        mine.message_class("my_msgs/srv/Ask")
 
 
 @pytest.mark.parametrize(
@@ -218,9 +230,8 @@ def test_a_file_without_fields_is_a_message_without_fields(tmp_path: Path) -> No
     assert messages.encode(definitions.initial("my_msgs/msg/Thing"), definitions) == b"\0\1\0\0" + bytes(4)
 
 
-def test_the_text_for_recordings_defines_the_same_again(tmp_path: Path) -> None:
-    definitions = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
-    found = get_types_from_msg(definitions.text("my_msgs/msg/Tag"), "my_msgs/msg/Tag")
+def test_the_text_for_recordings_defines_the_same_again(mine: Definitions) -> None:
+    found = get_types_from_msg(mine.text("my_msgs/msg/Tag"), "my_msgs/msg/Tag")
     assert set(found) == {
         "my_msgs/msg/Tag",
         "my_msgs/msg/Part",
@@ -229,7 +240,7 @@ def test_the_text_for_recordings_defines_the_same_again(tmp_path: Path) -> None:
         "geometry_msgs/msg/Quaternion",
     }
     for name, (constants, fields) in found.items():
-        assert (constants, fields) == definitions.definition(name)[:2]
+        assert (constants, fields) == mine.definition(name)[:2]
 
 
 # Where files lie

@@ -19,6 +19,7 @@ from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport, discovery
+from tests.ros.conftest import OpenDds
 from tests.ros.service_contract import rmw
 
 PARAMETERS = "rcl_interfaces/srv/GetParameters"
@@ -79,8 +80,8 @@ def parameters(transport: MemoryTransport | DdsTransport, node: str, *texts: str
     server = transport.server(f"{node}/get_parameters", PARAMETERS, QoS(), answer)
 
 
-def test_the_parameter_of_a_node_is_read_over_dds(domain_id: int) -> None:
-    node, client = (DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), name)) for name in ("publisher", "client"))
+def test_the_parameter_of_a_node_is_read_over_dds(dds: OpenDds) -> None:
+    node, client = dds("publisher"), dds("client")
     parameters(node, "/publisher", TEXT)
     parameters(node, "/a/other")
     assert from_node(client, "publisher", timeout=60) == TEXT
@@ -89,8 +90,6 @@ def test_the_parameter_of_a_node_is_read_over_dds(domain_id: int) -> None:
     with pytest.raises(TransportError, match="no node /absent answers") as caught:
         from_node(client, "/absent", timeout=0.1)
     assert str(caught.value).endswith("nodes: /publisher")
-    node.close()
-    client.close()
 
 
 def test_a_node_that_leaves_a_call_unanswered_is_told() -> None:
@@ -103,15 +102,14 @@ def test_a_node_that_leaves_a_call_unanswered_is_told() -> None:
 @pytest.mark.ros
 @pytest.mark.skipif(rcl.import_error() is not None, reason=str(rcl.import_error()))
 @pytest.mark.parametrize("own", ["rclpy", "dds"])
-def test_the_parameter_of_a_node_is_read(domain_id: int, own: str) -> None:
+def test_the_parameter_of_a_node_is_read(domain: Domain, own: str) -> None:
     import rclpy
     from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
     from rclpy.node import Node
 
-    domain = Domain(domain_id, "LOCALHOST")
     context = rclpy.Context()
     with discovery(domain):
-        context.init(args=[], domain_id=domain_id)
+        context.init(args=[], domain_id=domain.id)
 
     def spin() -> None:
         with contextlib.suppress(ExternalShutdownException):
@@ -148,14 +146,13 @@ def test_the_parameter_of_a_node_is_read(domain_id: int, own: str) -> None:
 
 @pytest.mark.ros
 @pytest.mark.skipif(rcl.import_error() is not None, reason=str(rcl.import_error()))
-def test_a_node_that_does_not_answer_is_told(domain_id: int) -> None:
+def test_a_node_that_does_not_answer_is_told(domain: Domain) -> None:
     import rclpy
     from rclpy.node import Node
 
-    domain = Domain(domain_id, "LOCALHOST")
     context = rclpy.Context()
     with discovery(domain):
-        context.init(args=[], domain_id=domain_id)
+        context.init(args=[], domain_id=domain.id)
     busy = Node("busy", context=context)  # which nobody spins
     client = RclTransport(JoinOptions(domain, "client"))
     with pytest.raises(TransportError, match=r"node /busy does not answer within 1 s"):

@@ -16,14 +16,14 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import Gid, NodeEntitiesInfo, ParticipantEntitiesInfo, String, encode
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
-from graphengine.ros.network_graph import discover
-from graphengine.ros.transport import JoinOptions
+from graphengine.ros.transport import discover
 from graphengine.ros.transports.dds import cyclone, discovery
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.dds.discovery import ros_type
 from graphengine.ros.transports.dds.idl import idl_type
+from tests.ros.conftest import OpenDds
+from tests.waiting import eventually
 
-Eventually: TypeAlias = Callable[[Callable[[], object]], bool]
 Join: TypeAlias = "Callable[[str], Stranger]"
 
 GIDS = st.binary(min_size=16, max_size=16)
@@ -37,10 +37,8 @@ def domain(domain_id: int) -> Domain:
 
 
 @pytest.fixture
-def alice(domain: Domain) -> Iterator[DdsTransport]:
-    transport = DdsTransport(JoinOptions(domain, "alice"))
-    yield transport
-    transport.close()
+def alice(dds: OpenDds) -> DdsTransport:
+    return dds("alice")
 
 
 class Stranger:
@@ -72,9 +70,7 @@ def join(domain: Domain) -> Iterator[Join]:
         cyclone.leave(domain, stranger.participant)
 
 
-def test_a_program_that_is_no_ros_node_is_seen_and_not_waited_for(
-    alice: DdsTransport, join: Join, eventually: Eventually
-) -> None:
+def test_a_program_that_is_no_ros_node_is_seen_and_not_waited_for(alice: DdsTransport, join: Join) -> None:
     join("").write("rt/chatter")
     assert eventually(lambda: alice.graph().publishers("/chatter"))
     graph = discover(alice, 0.0, names=True)
@@ -93,24 +89,18 @@ def test_a_ros_process_that_has_told_nothing_is_waited_for(alice: DdsTransport, 
     assert (graph.complete, graph.named) == (True, False)
 
 
-def test_rubbish_about_nodes_is_passed_over(
-    alice: DdsTransport, domain: Domain, join: Join, eventually: Eventually
-) -> None:
+def test_rubbish_about_nodes_is_passed_over(alice: DdsTransport, dds: OpenDds, join: Join) -> None:
     liar = join("").write(discovery.TOPIC)
     assert cyclone.write(liar, encode(String("rubbish"))) == 0
-    bob = DdsTransport(JoinOptions(domain, "bob"))
-    bob.writer("/chatter", STRING, QoS())
+    dds("bob").writer("/chatter", STRING, QoS())
     assert eventually(lambda: [end.node for end in alice.graph().publishers("/chatter")] == ["bob"])
-    bob.close()
 
 
-def test_a_node_that_came_and_went_between_two_looks_leaves_nothing(
-    alice: DdsTransport, domain: Domain, eventually: Eventually
-) -> None:
+def test_a_node_that_came_and_went_between_two_looks_leaves_nothing(alice: DdsTransport, dds: OpenDds) -> None:
     ready: list[bytes] = []
     alice.reader("/chatter", STRING, LATCHED, ready.append)
     alice.graph()
-    bob = DdsTransport(JoinOptions(domain, "bob"))
+    bob = dds("bob")
     bob.writer("/chatter", STRING, LATCHED).write(encode(String("told")))
     assert eventually(lambda: ready)
     bob.close()

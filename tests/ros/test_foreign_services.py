@@ -12,25 +12,23 @@ from graphengine.messages.messages import decode, encode
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.rcl.rcl import RclTransport
-from tests.ros.contract import Eventually, Join, needs_rclpy
+from tests.ros.contract import AnyTransport, needs_rclpy
 from tests.ros.service_contract import NAME, Client, Server, foreign, rmw
+from tests.waiting import eventually
 
 
 @pytest.fixture
-def fast(domain_id: int) -> Iterator[RclTransport]:
+def fast(domain: Domain) -> Iterator[RclTransport]:
     """A node on Fast DDS."""
     if rmw() != "rmw_fastrtps_cpp":
         pytest.skip("RMW_IMPLEMENTATION is not rmw_fastrtps_cpp")
-    transport = RclTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "fast"))
+    transport = RclTransport(JoinOptions(domain, "fast"))
     yield transport
     transport.close()
 
 
 @pytest.mark.parametrize("kind", [pytest.param("dds", marks=needs_rclpy)])
-def test_a_client_on_fast_dds_is_not_heard_and_people_are_told(
-    join: Join, domain_id: int, fast: RclTransport, eventually: Eventually
-) -> None:
-    bob = join(domain_id, "bob")
+def test_a_client_on_fast_dds_is_not_heard_and_people_are_told(bob: AnyTransport, fast: RclTransport) -> None:
     service_type = "rcl_interfaces/srv/GetParameters"
     asked: list[bytes] = []
     bob.server(NAME, service_type, QoS(), lambda request_id, data: asked.append(data))
@@ -54,10 +52,7 @@ def test_a_client_on_fast_dds_is_not_heard_and_people_are_told(
 
 
 @pytest.mark.parametrize("kind", [pytest.param("dds", marks=needs_rclpy)])
-def test_a_server_on_fast_dds_is_not_ready_and_people_are_told(
-    join: Join, domain_id: int, fast: RclTransport, eventually: Eventually
-) -> None:
-    bob = join(domain_id, "bob")
+def test_a_server_on_fast_dds_is_not_ready_and_people_are_told(bob: AnyTransport, fast: RclTransport) -> None:
     client, server = Client(bob), Server(fast)
     assert eventually(lambda: foreign(bob) == ["a server on rmw_fastrtps_cpp cannot be talked to"])
     assert eventually(lambda: foreign(fast) == ["a client on rmw_cyclonedds_cpp cannot be talked to"])

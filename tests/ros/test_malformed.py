@@ -25,7 +25,8 @@ from graphengine.ros.transports.dds.cyclone_log import CycloneLog
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from tests.messages.test_messages import random_message
 from tests.ros.conftest import StartPeer
-from tests.ros.contract import STRING, Eventually, Inbox, Join, needs_rclpy, text
+from tests.ros.contract import STRING, AnyTransport, Inbox, needs_rclpy, text
+from tests.waiting import eventually
 
 TYPES = [
     STRING,
@@ -109,11 +110,12 @@ class Foreign(MemoryTransport):
     foreign_services = {"/reset": "/reset: a client on another RMW"}  # noqa: RUF012
 
 
-def test_services_of_which_it_is_known_why_are_not_told_of_twice() -> None:
+def test_a_peer_that_cannot_be_talked_to_is_told_once_and_not_as_one_that_sends_rubbish() -> None:
     said: list[str] = []
-    watch = Watch(Foreign(), list, said.append)
-    watch.look()
-    watch.finish()
+    network = LiveNetwork(lambda domain: Foreign(), 0, said.append)
+    for _ in range(100):
+        network.freeze()
+    network.close()
     assert said == [
         "/reset: a client on another RMW",
         "/chatter: a peer sends what is no message of the topic's type; dropped",
@@ -139,40 +141,23 @@ def send_forged(domain_id: int, gid: bytes, data: bytes) -> None:
     "data", [b"\0\1\0\0rubbish!", b"\0\1\0\0" + b"\xff\xff\xff\xff" + bytes(16), b"\0\1\0\0" + bytes(1)]
 )
 def test_a_forged_message_is_dropped_and_counted_and_the_next_ones_come(
-    join: Join,
-    domain_id: int,
-    start_peer: StartPeer,
-    eventually: Eventually,
-    data: bytes,
-    capfd: pytest.CaptureFixture[str],
+    alice: AnyTransport, domain_id: int, start_peer: StartPeer, data: bytes, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    alice = join(domain_id, "alice")
     inbox = Inbox()
     alice.reader("/pong", STRING, QoS(), inbox)
     ping = alice.writer("/ping", STRING, QoS())
     start_peer("echo", domain_id)
     assert eventually(lambda: ping.matched and alice.graph().publishers("/pong"))
     (pong,) = alice.graph().publishers("/pong")
-
-    def dropped() -> bool:
-        send_forged(domain_id, pong.gid, data)
-        return "/pong" in alice.malformed
-
-    assert eventually(dropped)
+    assert eventually(lambda: "/pong" in alice.malformed, lambda: send_forged(domain_id, pong.gid, data))
     assert inbox.texts == []
-
-    def answered() -> bool:
-        ping.write(text("hello"))
-        return "hello" in inbox.texts
-
-    assert eventually(answered)
+    assert eventually(lambda: "hello" in inbox.texts, lambda: ping.write(text("hello")))
     assert capfd.readouterr().err == ""
 
 
 @pytest.mark.parametrize("kind", [pytest.param("rclpy to dds", marks=needs_rclpy)])
-def test_rubbish_from_a_node_of_ros_is_dropped_and_counted(join: Join, domain_id: int, eventually: Eventually) -> None:
+def test_rubbish_from_a_node_of_ros_is_dropped_and_counted(alice: AnyTransport, bob: AnyTransport) -> None:
     inbox = Inbox()
-    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
     bob.reader("/chatter", STRING, QoS(), inbox)
     writer = alice.writer("/chatter", STRING, QoS())
     assert eventually(lambda: writer.matched)

@@ -52,12 +52,6 @@ def test_what_is_injected_where_nobody_reads_is_an_error() -> None:
         transport.inject("/cmd_vel", 3)
 
 
-def test_one_topic_with_two_types_does_not_match() -> None:
-    transport = MemoryTransport()
-    transport.reader("/chatter", "std_msgs/msg/Bool", QoS(), lambda data: None)
-    assert not transport.writer("/chatter", STRING, QoS()).matched
-
-
 def test_late_joiners_get_all_that_a_writer_keeps_and_in_the_order_of_writing() -> None:
     transport = MemoryTransport()
     keep = QoS(history="keepAll", durability="transientLocal")

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import tracemalloc
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.ros.network import LOOK_EVERY, LiveNetwork
-from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.ros.transports.memory.memory import MemoryTransport, MemoryWriter
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 
@@ -28,6 +29,12 @@ connections:
   - Tick.tick -> Publish.execIn
   - Time.simulationTime -> Publish.timeStamp
 """
+
+
+def in_memory(complain: Callable[[str], None] = print) -> tuple[MemoryTransport, LiveNetwork]:
+    """A transport that keeps what is written, and a network over it."""
+    transport = MemoryTransport()
+    return transport, LiveNetwork(lambda domain: transport, 0, complain)
 
 
 def claim(direction: str, depth: int = 10) -> EndpointClaim:
@@ -57,8 +64,7 @@ def clock_session(folder: Path, transport: MemoryTransport) -> SessionCore:
 
 
 def test_what_arrives_in_a_tick_is_seen_in_the_next() -> None:
-    transport = MemoryTransport()
-    network = LiveNetwork(lambda domain: transport, 0, print)
+    transport, network = in_memory()
     subscription = network.subscription(claim("subscribe"))
     network.freeze()
     transport.inject("/cmd_vel", twist(1.0))
@@ -71,8 +77,7 @@ def test_what_arrives_in_a_tick_is_seen_in_the_next() -> None:
 
 
 def test_a_queue_of_more_than_a_thousand_messages_is_kept_whole() -> None:
-    transport = MemoryTransport()
-    network = LiveNetwork(lambda domain: transport, 0, print)
+    transport, network = in_memory()
     subscription = network.subscription(claim("subscribe", depth=1500))
     for number in range(1600):
         transport.inject("/cmd_vel", twist(float(number)))
@@ -100,8 +105,7 @@ def test_a_picture_is_copied_once_on_its_way_from_the_camera_to_the_transport() 
 
 
 def test_messages_that_came_faster_than_ticks_took_them_are_counted() -> None:
-    transport = MemoryTransport()
-    network = LiveNetwork(lambda domain: transport, 0, print)
+    transport, network = in_memory()
     subscription = network.subscription(claim("subscribe", depth=3))
     for speed in range(5):
         transport.inject("/cmd_vel", twist(float(speed)))
@@ -118,8 +122,7 @@ def test_messages_that_came_faster_than_ticks_took_them_are_counted() -> None:
 
 
 def test_the_newest_message_counts_those_it_skips() -> None:
-    transport = MemoryTransport()
-    network = LiveNetwork(lambda domain: transport, 0, print)
+    transport, network = in_memory()
     subscription = network.subscription(claim("subscribe"))
     for speed in (1.0, 2.0, 3.0):
         transport.inject("/cmd_vel", twist(speed))
@@ -131,8 +134,7 @@ def test_the_newest_message_counts_those_it_skips() -> None:
 
 def test_malformed_bytes_are_dropped_counted_and_told_once() -> None:
     said: list[str] = []
-    transport = MemoryTransport()
-    network = LiveNetwork(lambda domain: transport, 0, said.append)
+    _, network = in_memory(said.append)
     subscription = network.subscription(claim("subscribe"))
     for data in (b"\x00\x01\x00\x00rubbish!", b"", messages.encode(twist(2.0))):
         subscription.deliver(data)
@@ -144,9 +146,8 @@ def test_malformed_bytes_are_dropped_counted_and_told_once() -> None:
 
 
 def test_every_sink_gets_the_bytes_that_the_transport_gets() -> None:
+    transport, network = in_memory()
     sink = Taker()
-    transport = MemoryTransport()
-    network = LiveNetwork(lambda domain: transport, 0, print)
     publisher = network.publisher(claim("publish"))
     wanted_before = publisher.wanted
     network.sinks.append(sink)
@@ -157,9 +158,8 @@ def test_every_sink_gets_the_bytes_that_the_transport_gets() -> None:
 
 
 def test_every_sink_is_told_what_subscriptions_see_from_a_tick_on() -> None:
+    transport, network = in_memory()
     sink = Taker()
-    transport = MemoryTransport()
-    network = LiveNetwork(lambda domain: transport, 0, print)
     network.sinks.append(sink)
     network.subscription(claim("subscribe", depth=2))
     sent = [messages.encode(twist(speed)) for speed in (1.0, 2.0, 3.0)]
@@ -195,9 +195,18 @@ def test_what_was_published_in_a_tick_is_sent_before_its_publisher_leaves() -> N
     assert [message.linear.x for message in transport.messages("/cmd_vel")] == [1.0, 2.0]
 
 
+def test_messages_that_a_closed_publisher_gave_up_are_counted_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, network = in_memory()
+    monkeypatch.setattr(MemoryWriter, "dropped", 3)
+    publisher = network.publisher(claim("publish"))
+    for _ in range(2):
+        assert network.given_up == {"/cmd_vel": 3}
+        publisher.close()
+    assert network.given_up == {"/cmd_vel": 3}
+
+
 def test_a_subscription_with_alternatives_reads_the_one_that_is_published() -> None:
-    transport = MemoryTransport()
-    network = LiveNetwork(lambda domain: transport, 0, print)
+    transport, network = in_memory()
     subscription = network.subscription(replace(claim("subscribe"), alternatives=(STAMPED, CLOCK)))
     transport.inject("/cmd_vel", twist(1.0))
     transport.writer("/cmd_vel", CLOCK, QoS())
@@ -214,8 +223,7 @@ def test_a_subscription_with_alternatives_reads_the_one_that_is_published() -> N
 
 
 def test_a_subscription_with_alternatives_stays_where_nobody_publishes_one() -> None:
-    transport = MemoryTransport()
-    network = LiveNetwork(lambda domain: transport, 0, print)
+    transport, network = in_memory()
     subscription = network.subscription(replace(claim("subscribe"), alternatives=(STAMPED,)))
     transport.writer("/cmd_vel", CLOCK, QoS())
     network.freeze()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
@@ -20,7 +20,9 @@ from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport
-from tests.ros.contract import RCLPY_MISSING, Eventually, Inbox, text
+from tests.ros.conftest import OpenDds
+from tests.ros.contract import RCLPY_MISSING, Inbox, text
+from tests.waiting import eventually
 
 PAIR, ASK, STRING = "my_msgs/msg/Pair", "my_msgs/srv/Ask", "std_msgs/msg/String"
 FIELDS = {"ours": "uint32 first\nfloat32 second\n", "theirs": "float32 second\nuint32 first\n"}
@@ -40,13 +42,13 @@ class Side:
     Cyclone DDS would not match two ends that announce structures which differ; those of ROS 2 announce none.
     """
 
-    def __init__(self, domain_id: int, folder: Path, side: str, announced: str | None = None) -> None:
+    def __init__(self, dds: OpenDds, folder: Path, side: str, announced: str | None = None) -> None:
         self.known = definitions(folder, side)
         typed = definitions(folder, "ours")
         typed.type_hash = lambda message_type: (  # type: ignore[method-assign]
             self.known.type_hash(message_type) if announced is None else announced
         )
-        self.transport = DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), side, definitions=typed))
+        self.transport = dds(side, definitions=typed)
 
     def message(self, kind: str, first: int, second: float) -> bytes:
         message = self.known.initial(kind)
@@ -55,22 +57,16 @@ class Side:
 
 
 @pytest.fixture
-def ours(domain_id: int, tmp_path: Path) -> Iterator[Side]:
-    side = Side(domain_id, tmp_path, "ours")
-    yield side
-    side.transport.close()
+def ours(dds: OpenDds, tmp_path: Path) -> Side:
+    return Side(dds, tmp_path, "ours")
 
 
 @pytest.fixture
-def theirs(domain_id: int, tmp_path: Path) -> Iterator[Side]:
-    side = Side(domain_id, tmp_path, "theirs")
-    yield side
-    side.transport.close()
+def theirs(dds: OpenDds, tmp_path: Path) -> Side:
+    return Side(dds, tmp_path, "theirs")
 
 
-def test_messages_of_another_definition_are_dropped_counted_and_reported_once(
-    ours: Side, theirs: Side, eventually: Eventually
-) -> None:
+def test_messages_of_another_definition_are_dropped_counted_and_reported_once(ours: Side, theirs: Side) -> None:
     said: list[str] = []
     network = LiveNetwork(lambda domain: ours.transport, 0, said.append, ours.known)
     subscription = network.subscription(EndpointClaim("/World/hears", "graph", "/pair", PAIR, "subscribe", QoS()))
@@ -98,17 +94,12 @@ def test_messages_of_another_definition_are_dropped_counted_and_reported_once(
     ]
 
 
-def test_a_reader_with_another_definition_is_reported(ours: Side, theirs: Side, eventually: Eventually) -> None:
+def test_a_reader_with_another_definition_is_reported(ours: Side, theirs: Side) -> None:
     said: list[str] = []
     network = LiveNetwork(lambda domain: ours.transport, 0, said.append, ours.known)
     network.publisher(EndpointClaim("/World/says", "graph", "/pair", PAIR, "publish", QoS()))
     theirs.transport.reader("/pair", PAIR, QoS(), lambda data: None)
-
-    def is_reported() -> bool:
-        network.freeze()
-        return bool(said)
-
-    assert eventually(is_reported)
+    assert eventually(lambda: said, network.freeze)
     network.close()
     assert [line.partition("\n")[0] for line in said] == [
         "/pair: /theirs has another definition of my_msgs/msg/Pair than /World/says: it cannot read what is sent"
@@ -119,9 +110,9 @@ def test_a_reader_with_another_definition_is_reported(ours: Side, theirs: Side, 
 @pytest.mark.skipif(RCLPY_MISSING is not None, reason=str(RCLPY_MISSING))
 @pytest.mark.parametrize("peer", ["dds", "rclpy"])
 def test_rclpy_drops_the_messages_of_a_topic_while_one_of_another_definition_is_there(
-    domain_id: int, tmp_path: Path, peer: str, eventually: Eventually
+    domain: Domain, tmp_path: Path, peer: str
 ) -> None:
-    domain, said, known = Domain(domain_id, "LOCALHOST"), list[str](), definitions(tmp_path, "ours")
+    said, known = list[str](), definitions(tmp_path, "ours")
     transport = RclTransport(JoinOptions(domain, "ours", definitions=known))
     bob = (DdsTransport if peer == "dds" else RclTransport)(JoinOptions(domain, "bob"))
     network = LiveNetwork(lambda domain: transport, 0, said.append, known)
@@ -156,35 +147,21 @@ def test_rclpy_drops_the_messages_of_a_topic_while_one_of_another_definition_is_
 
 @pytest.mark.parametrize("announced", ["", "RIHS02_00"])
 def test_a_peer_that_announces_no_hash_of_this_version_is_heard(
-    ours: Side, domain_id: int, tmp_path: Path, announced: str, eventually: Eventually
+    ours: Side, dds: OpenDds, tmp_path: Path, announced: str
 ) -> None:
-    old, inbox = Side(domain_id, tmp_path, "theirs", announced), Inbox()
+    old, inbox = Side(dds, tmp_path, "theirs", announced), Inbox()
     ours.transport.reader("/chatter", STRING, QoS(), inbox)
     writer = old.transport.writer("/chatter", STRING, QoS())
     assert eventually(lambda: writer.matched)
-
-    def is_heard() -> bool:
-        writer.write(text("hello"))
-        return bool(inbox.texts)
-
-    heard = eventually(is_heard)
-    old.transport.close()
-    assert heard
+    assert eventually(lambda: inbox.texts, lambda: writer.write(text("hello")))
 
 
-def test_a_request_of_another_definition_is_dropped_and_reported(
-    ours: Side, theirs: Side, eventually: Eventually
-) -> None:
+def test_a_request_of_another_definition_is_dropped_and_reported(ours: Side, theirs: Side) -> None:
     asked: list[bytes] = []
     ours.transport.server("/ask", ASK, QoS(), lambda request_id, data: asked.append(data))
     client = theirs.transport.client("/ask", ASK, QoS(), lambda number, data: None)
     fits = ours.transport.client("/ask", ASK, QoS(), lambda number, data: None)
-
-    def are_dropped() -> bool:
-        client.call(theirs.message(f"{ASK}_Request", 1, 2.0))
-        return bool(ours.transport.malformed)
-
-    assert eventually(are_dropped)
+    assert eventually(lambda: ours.transport.malformed, lambda: client.call(theirs.message(f"{ASK}_Request", 1, 2.0)))
     assert not client.ready
     assert eventually(lambda: fits.ready)
     fits.call(ours.message(f"{ASK}_Request", 3, 4.0))

@@ -8,36 +8,31 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.ros.rates import SECOND, Intervals, Window
+from graphengine.ros.rates import SECOND, Intervals, Summary
 
 MILLISECOND = 1_000_000
 
 
 def test_of_nothing_there_is_no_summary() -> None:
-    assert Window(10).summary() is None
+    assert Summary.of([]) is None
     assert Intervals(10).report() is None
 
 
-@given(st.lists(st.integers(-(10**12), 10**12), min_size=1, max_size=40), st.integers(1, 10))
-def test_a_summary_is_that_of_the_newest_values(values: list[int], size: int) -> None:
-    window = Window(size)
-    for value in values:
-        window.add(value)
-    newest = values[-size:]
-    summary = window.summary()
+@given(st.lists(st.integers(-(10**12), 10**12), min_size=1, max_size=40))
+def test_a_summary_is_that_of_all_values(values: list[int]) -> None:
+    summary = Summary.of(values)
     assert summary is not None
-    mean = sum(newest) / len(newest)
-    variance = sum((value - mean) ** 2 for value in newest) / len(newest)
-    assert (summary.least, summary.most, summary.number) == (min(newest), max(newest), len(newest))
+    mean = sum(values) / len(values)
+    variance = sum((value - mean) ** 2 for value in values) / len(values)
+    assert (summary.least, summary.most, summary.number) == (min(values), max(values), len(values))
     assert summary.mean == pytest.approx(mean)
     assert summary.deviation == pytest.approx(math.sqrt(variance), abs=1e-3)
 
 
 def test_a_summary_reads_as_that_of_ros2cli() -> None:
-    window = Window(10)
-    for value in (12 * MILLISECOND, 22 * MILLISECOND):
-        window.add(value)
-    assert str(window.summary()) == "\tmin: 0.012s max: 0.022s std dev: 0.00500s window: 2"
+    assert (
+        str(Summary.of([12 * MILLISECOND, 22 * MILLISECOND])) == "\tmin: 0.012s max: 0.022s std dev: 0.00500s window: 2"
+    )
 
 
 def test_intervals_are_told_once_a_second() -> None:
@@ -48,6 +43,15 @@ def test_intervals_are_told_once_a_second() -> None:
         if summary := intervals.report():
             told.append((tick, summary.number, round(SECOND / summary.mean, 3)))
     assert told == [(61, 61, 60.0), (121, 121, 60.0), (181, 181, 60.0)]
+
+
+def test_the_newest_intervals_count() -> None:
+    intervals = Intervals(2)
+    for now in (0, 5 * SECOND, 6 * SECOND, 8 * SECOND):
+        intervals.add(now)
+    summary = intervals.report()
+    assert summary is not None
+    assert (summary.least, summary.most, summary.number) == (SECOND, 2 * SECOND, 2)
 
 
 def test_a_clock_that_is_set_back_begins_anew() -> None:

@@ -17,8 +17,8 @@ from graphengine.ros.domain import DiscoveryRange, Domain
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.ros.conftest import StartPeer
-from tests.ros.contract import STRING, Eventually, Inbox, text
-from tests.waiting import PATIENCE
+from tests.ros.contract import STRING, Inbox, text
+from tests.waiting import PATIENCE, eventually
 
 ISOLATED = ["unshare", "--map-root-user", "--net", "sh", "-c"]
 """Runs a command on a machine with no network, as it were."""
@@ -101,7 +101,7 @@ def alice(request: pytest.FixtureRequest, domain_id: int) -> Iterator[DdsTranspo
 
 
 def test_ranges_that_reach_this_machine_meet_and_off_meets_nobody(
-    alice: DdsTransport, domain_id: int, start_peer: StartPeer, eventually: Eventually
+    alice: DdsTransport, domain_id: int, start_peer: StartPeer
 ) -> None:
     inbox = Inbox()
     alice.reader("/pong", STRING, QoS(), inbox)
@@ -109,10 +109,7 @@ def test_ranges_that_reach_this_machine_meet_and_off_meets_nobody(
     start_peer("echo", domain_id, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"})
     for reach in ("LOCALHOST", "SUBNET"):
         start_peer("echo", domain_id, {"ROS_AUTOMATIC_DISCOVERY_RANGE": reach})
-
-    def all_heard() -> bool:
-        ping.write(text("hello"))
-        return len(alice.graph().publishers("/pong")) >= 2 and bool(inbox.texts)
-
-    assert eventually(all_heard)
+    assert eventually(
+        lambda: len(alice.graph().publishers("/pong")) >= 2 and bool(inbox.texts), lambda: ping.write(text("hello"))
+    )
     assert len(alice.graph().publishers("/pong")) == 2

@@ -245,20 +245,6 @@ def test_a_request_is_brought_again_by_its_event(request_id: bytes, wanted: bool
     assert taken[0] == taken[1]
 
 
-class Foreign(MemoryTransport):
-    """One with a peer that it cannot talk to."""
-
-    foreign_services = {"/light": "/light: a peer is on another DDS"}  # noqa: RUF012
-
-
-def test_a_peer_that_cannot_be_talked_to_is_told_once() -> None:
-    said: list[str] = []
-    net = network(Foreign(), said.append)
-    for _ in range(100):
-        net.freeze()
-    assert said == ["/light: a peer is on another DDS"]
-
-
 def test_a_queue_longer_than_the_usual_bound_is_kept_whole() -> None:
     wanted, transport, said = MAX_OPEN + 500, MemoryTransport(), list[str]()
     net = network(transport, said.append)

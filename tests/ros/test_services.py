@@ -11,8 +11,9 @@ from graphengine.format.errors import TransportError
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.transport import TransportServer
-from tests.ros.contract import ALL, NETWORKED, RCLPY, AnyTransport, Eventually, Join
+from tests.ros.contract import ALL, NETWORKED, RCLPY, AnyTransport, Join
 from tests.ros.service_contract import NAME, TYPE, Client, Server, foreign, question, reply, rmw
+from tests.waiting import eventually
 
 
 @pytest.fixture(params=ALL)
@@ -23,22 +24,26 @@ def kind(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture
-def pair(join: Join, domain_id: int, eventually: Eventually) -> tuple[Client, Server]:
-    server, client = Server(join(domain_id, "bob")), Client(join(domain_id, "alice"))
-    assert eventually(lambda: client.end.ready)
-    return client, server
+def server(bob: AnyTransport) -> Server:
+    return Server(bob)
 
 
-def test_a_call_is_answered(pair: tuple[Client, Server], eventually: Eventually) -> None:
-    client, server = pair
+@pytest.fixture
+def client(alice: AnyTransport, server: Server) -> Client:
+    """A client that the server is there for."""
+    made = Client(alice)
+    assert eventually(lambda: made.end.ready)
+    return made
+
+
+def test_a_call_is_answered(client: Client, server: Server) -> None:
     assert client.call("a") == 1
     assert eventually(lambda: server.texts == ["a"])
     server.answer(0)
     assert eventually(lambda: client.answers == {1: "a!"})
 
 
-def test_calls_come_in_order_and_are_answered_in_any(pair: tuple[Client, Server], eventually: Eventually) -> None:
-    client, server = pair
+def test_calls_come_in_order_and_are_answered_in_any(client: Client, server: Server) -> None:
     assert [client.call(text) for text in "abcde"] == [1, 2, 3, 4, 5]
     assert eventually(lambda: len(server.asked) == 5)
     assert server.texts == ["a", "b", "c", "d", "e"]
@@ -50,8 +55,7 @@ def test_calls_come_in_order_and_are_answered_in_any(pair: tuple[Client, Server]
     assert client.answers == {1: "a!", 2: "b!", 3: "c!", 4: "d!", 5: "e!"}
 
 
-def test_a_request_is_answered_long_after_others(pair: tuple[Client, Server], eventually: Eventually) -> None:
-    client, server = pair
+def test_a_request_is_answered_long_after_others(client: Client, server: Server) -> None:
     client.call("late")
     assert eventually(lambda: server.asked)
     for number in range(1, 60):
@@ -64,22 +68,18 @@ def test_a_request_is_answered_long_after_others(pair: tuple[Client, Server], ev
     assert eventually(lambda: client.answers.get(1) == "late!")
 
 
-def test_a_server_may_answer_while_it_is_asked(join: Join, domain_id: int, eventually: Eventually) -> None:
-    bob = join(domain_id, "bob")
-    server: TransportServer = bob.server(
-        NAME, TYPE, QoS(), lambda request_id, _: server.answer(request_id, reply("at once"))
+def test_a_server_may_answer_while_it_is_asked(bob: AnyTransport, join: Join) -> None:
+    eager: TransportServer = bob.server(
+        NAME, TYPE, QoS(), lambda request_id, _: eager.answer(request_id, reply("at once"))
     )
-    client = Client(join(domain_id, "alice"))
+    client = Client(join("alice"))
     assert eventually(lambda: client.end.ready)
     number = client.call("a")
     assert eventually(lambda: client.answers == {number: "at once"})
 
 
-def test_clients_do_not_hear_each_other(
-    join: Join, domain_id: int, pair: tuple[Client, Server], eventually: Eventually
-) -> None:
-    first, server = pair
-    clients = [first, Client(join(domain_id, "carol")), Client(join(domain_id, "bob"))]
+def test_clients_do_not_hear_each_other(join: Join, client: Client, server: Server) -> None:
+    clients = [client, Client(join("carol")), Client(join("bob"))]
     assert eventually(lambda: all(client.end.ready for client in clients))
     for client, text in zip(clients, "abc", strict=True):
         assert client.call(text) == 1
@@ -90,8 +90,8 @@ def test_clients_do_not_hear_each_other(
     assert [client.answers for client in clients] == [{1: "a!"}, {1: "b!"}, {1: "c!"}]
 
 
-def test_ready_follows_servers_that_come_and_go(join: Join, domain_id: int, eventually: Eventually) -> None:
-    client, bob = Client(join(domain_id, "alice")), join(domain_id, "bob")
+def test_ready_follows_servers_that_come_and_go(join: Join) -> None:
+    client, bob = Client(join("alice")), join("bob")
     assert not client.end.ready
     for _ in range(2):
         server = Server(bob)
@@ -102,18 +102,18 @@ def test_ready_follows_servers_that_come_and_go(join: Join, domain_id: int, even
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_ready_ends_when_the_server_leaves(join: Join, domain_id: int, eventually: Eventually) -> None:
-    client, bob = Client(join(domain_id, "alice")), join(domain_id, "bob")
+def test_ready_ends_when_the_server_leaves(join: Join) -> None:
+    client, bob = Client(join("alice")), join("bob")
     Server(bob)
     assert eventually(lambda: client.end.ready)
     bob.close()
     assert eventually(lambda: not client.end.ready)
 
 
-def test_a_call_without_a_server_is_lost(join: Join, domain_id: int, eventually: Eventually) -> None:
-    client = Client(join(domain_id, "alice"))
+def test_a_call_without_a_server_is_lost(join: Join) -> None:
+    client = Client(join("alice"))
     assert client.call("lost") == 1
-    server = Server(join(domain_id, "bob"))
+    server = Server(join("bob"))
     assert eventually(lambda: client.end.ready)
     assert client.call("heard") == 2
     assert eventually(lambda: server.texts == ["heard"])
@@ -121,11 +121,8 @@ def test_a_call_without_a_server_is_lost(join: Join, domain_id: int, eventually:
     assert eventually(lambda: client.answers == {2: "heard!"})
 
 
-def test_a_client_that_is_gone_does_not_disturb_others(
-    join: Join, domain_id: int, pair: tuple[Client, Server], eventually: Eventually
-) -> None:
-    client, server = pair
-    gone = Client(join(domain_id, "carol"))
+def test_a_client_that_is_gone_does_not_disturb_others(join: Join, client: Client, server: Server) -> None:
+    gone = Client(join("carol"))
     assert eventually(lambda: gone.end.ready)
     gone.call("a")
     assert eventually(lambda: server.asked)
@@ -142,11 +139,8 @@ def test_a_client_that_is_gone_does_not_disturb_others(
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_a_client_whose_process_is_gone_does_not_disturb_others(
-    join: Join, domain_id: int, pair: tuple[Client, Server], eventually: Eventually
-) -> None:
-    client, server = pair
-    carol = join(domain_id, "carol")
+def test_a_client_whose_process_is_gone_does_not_disturb_others(join: Join, client: Client, server: Server) -> None:
+    carol = join("carol")
     gone = Client(carol)
     assert eventually(lambda: gone.end.ready)
     gone.call("a")
@@ -160,10 +154,7 @@ def test_a_client_whose_process_is_gone_does_not_disturb_others(
     assert eventually(lambda: client.answers == {1: "b!"})
 
 
-def test_each_call_has_one_answer(
-    join: Join, domain_id: int, pair: tuple[Client, Server], eventually: Eventually
-) -> None:
-    client, server = pair
+def test_each_call_has_one_answer(client: Client, server: Server) -> None:
     client.call("a")
     assert eventually(lambda: server.asked)
     for _ in range(3):
@@ -177,8 +168,7 @@ def test_each_call_has_one_answer(
     assert client.answers == {1: "a!", 2: "b!"}
 
 
-def test_a_megabyte_is_asked_and_answered(pair: tuple[Client, Server], eventually: Eventually) -> None:
-    client, server = pair
+def test_a_megabyte_is_asked_and_answered(client: Client, server: Server) -> None:
     client.call("x" * 1_000_000)
     assert eventually(lambda: server.texts == ["x" * 1_000_000])
     server.answer(0)
@@ -190,10 +180,7 @@ def test_a_megabyte_is_asked_and_answered(pair: tuple[Client, Server], eventuall
     [(QoS(reliability="bestEffort"), QoS()), (QoS(), QoS(reliability="bestEffort"))],
     ids=["asked", "offered"],
 )
-def test_best_effort_and_reliable_do_not_meet(
-    join: Join, domain_id: int, eventually: Eventually, asked: QoS, offered: QoS
-) -> None:
-    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+def test_best_effort_and_reliable_do_not_meet(alice: AnyTransport, bob: AnyTransport, asked: QoS, offered: QoS) -> None:
     Server(bob, qos=offered)
     other = Server(bob, "/other")
     client, marker = Client(alice, qos=asked), Client(alice, "/other")
@@ -208,8 +195,7 @@ def test_best_effort_and_reliable_do_not_meet(
     assert alice.malformed == bob.malformed == {}
 
 
-def test_services_of_different_names_and_types_do_not_meet(join: Join, domain_id: int, eventually: Eventually) -> None:
-    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+def test_services_of_different_names_and_types_do_not_meet(alice: AnyTransport, bob: AnyTransport) -> None:
     server, marker = Server(bob), Server(bob, "/other")
     strange = alice.client(NAME, "std_srvs/srv/Trigger", QoS(), lambda number, data: None)
     client = Client(alice, "/other")
@@ -220,10 +206,7 @@ def test_services_of_different_names_and_types_do_not_meet(join: Join, domain_id
     assert server.texts == []
 
 
-def test_what_is_closed_refuses(
-    join: Join, domain_id: int, pair: tuple[Client, Server], eventually: Eventually
-) -> None:
-    client, server = pair
+def test_what_is_closed_refuses(client: Client, server: Server) -> None:
     client.call("a")
     assert eventually(lambda: server.asked)
     server.end.close()
@@ -235,8 +218,7 @@ def test_what_is_closed_refuses(
     assert not client.end.ready
 
 
-def test_a_transport_that_is_closed_has_no_services(join: Join, domain_id: int) -> None:
-    alice = join(domain_id, "alice")
+def test_a_transport_that_is_closed_has_no_services(alice: AnyTransport) -> None:
     server, client = Server(alice), Client(alice)
     alice.close()
     assert not client.end.ready
@@ -255,8 +237,7 @@ def test_a_transport_that_is_closed_has_no_services(join: Join, domain_id: int) 
 @pytest.mark.parametrize(
     "service_type", ["std_srvs/srv/Nothing", "std_msgs/msg/String", "tf2_msgs/action/LookupTransform"]
 )
-def test_a_type_that_is_no_service_cannot_be_opened(join: Join, domain_id: int, service_type: str) -> None:
-    alice = join(domain_id, "alice")
+def test_a_type_that_is_no_service_cannot_be_opened(alice: AnyTransport, service_type: str) -> None:
     with pytest.raises(MessageTypeError, match=service_type):
         alice.server(NAME, service_type, QoS(), lambda request_id, data: None)
     with pytest.raises(MessageTypeError, match=service_type):
@@ -264,10 +245,7 @@ def test_a_type_that_is_no_service_cannot_be_opened(join: Join, domain_id: int, 
 
 
 @pytest.mark.parametrize("request_id", [b"", b"\0", bytes(24), bytes(1000)])
-def test_answers_to_what_was_never_asked_go_nowhere(
-    pair: tuple[Client, Server], eventually: Eventually, request_id: bytes
-) -> None:
-    client, server = pair
+def test_answers_to_what_was_never_asked_go_nowhere(client: Client, server: Server, request_id: bytes) -> None:
     server.end.answer(request_id, reply("nobody asked"))
     client.call("a")
     assert eventually(lambda: server.asked)
@@ -276,9 +254,7 @@ def test_answers_to_what_was_never_asked_go_nowhere(
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_an_error_in_a_delivery_does_not_end_deliveries(
-    join: Join, domain_id: int, eventually: Eventually, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_an_error_in_a_delivery_does_not_end_deliveries(join: Join, caplog: pytest.LogCaptureFixture) -> None:
     asked: list[bytes] = []
     answered: list[int] = []
 
@@ -290,8 +266,8 @@ def test_an_error_in_a_delivery_does_not_end_deliveries(
         answered.append(number)
         raise RuntimeError("on purpose")
 
-    server = join(domain_id, "bob").server(NAME, TYPE, QoS(), serve)
-    client = join(domain_id, "alice").client(NAME, TYPE, QoS(), take)
+    server = join("bob").server(NAME, TYPE, QoS(), serve)
+    client = join("alice").client(NAME, TYPE, QoS(), take)
     assert eventually(lambda: client.ready)
     with caplog.at_level(logging.ERROR, "graphengine"):
         for count in (1, 2, 3):
@@ -306,8 +282,7 @@ def test_an_error_in_a_delivery_does_not_end_deliveries(
 
 @pytest.mark.parametrize("kind", ["dds", RCLPY], indirect=True)
 @pytest.mark.parametrize("data", [b"", b"\0\1\0\0", b"\0\1\0\0\xff\xff\xff\xff", b"\0\1\0\0\5\0\0\0a"])
-def test_what_is_no_message_is_not_sent(pair: tuple[Client, Server], eventually: Eventually, data: bytes) -> None:
-    client, server = pair
+def test_what_is_no_message_is_not_sent(client: Client, server: Server, data: bytes) -> None:
     with pytest.raises(TransportError, match=NAME):
         client.end.call(data)
     client.call("a")
@@ -316,18 +291,9 @@ def test_what_is_no_message_is_not_sent(pair: tuple[Client, Server], eventually:
         server.end.answer(server.asked[0][0], data)
 
 
-def test_two_servers_of_one_service_make_one_answer(
-    join: Join, domain_id: int, pair: tuple[Client, Server], eventually: Eventually
-) -> None:
-    client, first = pair
-    second = Server(join(domain_id, "bob"))
-    both = (first, second)
-
-    def both_were_asked() -> bool:
-        client.call("a")
-        return all(server.asked for server in both)
-
-    assert eventually(both_were_asked)
+def test_two_servers_of_one_service_make_one_answer(join: Join, client: Client, server: Server) -> None:
+    both = (server, Server(join("bob")))
+    assert eventually(lambda: all(server.asked for server in both), lambda: client.call("a"))
     number = client.call("b")
     assert eventually(lambda: all(server.texts[-1] == "b" for server in both))
     for server in both:
@@ -335,8 +301,7 @@ def test_two_servers_of_one_service_make_one_answer(
     assert eventually(lambda: number in client.answers)
 
 
-def test_the_graph_tells_of_services(join: Join, domain_id: int, eventually: Eventually) -> None:
-    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+def test_the_graph_tells_of_services(alice: AnyTransport, bob: AnyTransport) -> None:
     server, client = Server(bob), Client(bob, "/called")
 
     def told(transport: AnyTransport) -> bool:
@@ -350,10 +315,7 @@ def test_the_graph_tells_of_services(join: Join, domain_id: int, eventually: Eve
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_who_offers_a_service_learns_that_somebody_else_does(
-    join: Join, domain_id: int, eventually: Eventually
-) -> None:
-    alice, bob = join(domain_id, "alice"), join(domain_id, "bob")
+def test_who_offers_a_service_learns_that_somebody_else_does(alice: AnyTransport, bob: AnyTransport) -> None:
     for name in (NAME, NAME, "/other"):
         Server(alice, name)
     Client(bob, "/other")
@@ -370,10 +332,7 @@ def test_who_offers_a_service_learns_that_somebody_else_does(
     assert rivals(bob) == []
 
 
-def test_peers_on_the_same_rmw_are_nothing_to_warn_of(
-    join: Join, domain_id: int, pair: tuple[Client, Server], eventually: Eventually
-) -> None:
-    client, server = pair
+def test_peers_on_the_same_rmw_are_nothing_to_warn_of(join: Join, client: Client, server: Server) -> None:
     client.call("a")
     assert eventually(lambda: server.asked)
-    assert foreign(join(domain_id, "bob")) == []
+    assert foreign(join("bob")) == []

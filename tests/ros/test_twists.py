@@ -13,7 +13,8 @@ from graphengine.messages.endpoints import QoS
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene import build
-from tests.ros.contract import FAITHFUL, AnyTransport
+from tests.ros.contract import FAITHFUL, Join
+from tests.waiting import eventually
 
 GRAPH = """
 graph: drive
@@ -31,21 +32,18 @@ def kind(request: pytest.FixtureRequest) -> str:
 
 
 def test_the_type_that_is_published_is_followed_and_silence_is_noticed_in_simulation_time(
-    join: Callable[[int, str], AnyTransport],
-    domain_id: int,
-    eventually: Callable[[Callable[[], object]], bool],
-    tmp_path: Path,
+    join: Join, domain_id: int, tmp_path: Path
 ) -> None:
     path = tmp_path / "drive.yaml"
     path.write_text(GRAPH)
     assembly, complaints = build.load(path), list[str]()
-    session = build.start(assembly, LiveNetwork(lambda _: join(domain_id, "alice"), domain_id, complaints.append))
+    session = build.start(assembly, LiveNetwork(lambda _: join("alice"), domain_id, complaints.append))
     node: Any = session.graphs[0].executor.node("Twist")
     still = messages.Vector3(*STILL)
     for speed, stamped in enumerate((True, False, True), 1):
         twist = messages.Twist(messages.Vector3(float(speed), 0.0, 0.0), still)
         message = messages.TwistStamped(messages.header(1e6, "map"), twist) if stamped else twist
-        peer = join(domain_id, f"bob_{speed}")  # in one process, a topic of Fast DDS keeps its type
+        peer = join(f"bob_{speed}")  # in one process, a topic of Fast DDS keeps its type
         writer = peer.writer("/cmd_vel", messages.message_type(message), QoS())
         data = messages.encode(message)
 
@@ -58,11 +56,8 @@ def test_the_type_that_is_published_is_followed_and_silence_is_noticed_in_simula
         writer.close()
         if not isinstance(peer, MemoryTransport):
             peer.close()
-
-        def is_still() -> bool:
-            session.step(30)  # 0.5 s of simulation, in much less of the wall's
-            return bool(node.linear_velocity == STILL)
-
-        assert eventually(is_still), speed
+        assert eventually(lambda: node.linear_velocity == STILL, lambda: session.step(30)), (
+            speed
+        )  # each 0.5 s of simulation
     session.close()
     assert complaints == []

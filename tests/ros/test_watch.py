@@ -14,7 +14,7 @@ from graphengine.ros.network import LiveNetwork
 from graphengine.ros.network_graph import PATIENCE, Direction, Endpoint, NetworkGraph
 from graphengine.ros.qos_diagnostics import LONGEST_PERIOD, PERIOD, RECEIVE_BUFFER, REPORTED_A_TICK, SHARE, Watch
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from tests.ros.contract import Eventually
+from tests.waiting import eventually
 
 TWIST, STAMPED, ODOMETRY = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped", "nav_msgs/msg/Odometry"
 CLOCK = "rosgraph_msgs/msg/Clock"
@@ -350,7 +350,7 @@ def test_linux_tells_its_receive_buffer() -> None:
     assert int(RECEIVE_BUFFER.read_text()) > 2048
 
 
-def test_a_session_is_told_when_it_has_another_topic_and_when_a_peer_comes(eventually: Eventually) -> None:
+def test_a_session_is_told_when_it_has_another_topic_and_when_a_peer_comes() -> None:
     said: list[str] = []
     transport = MemoryTransport()
     network = LiveNetwork(lambda domain: transport, 0, said.append)
@@ -358,12 +358,7 @@ def test_a_session_is_told_when_it_has_another_topic_and_when_a_peer_comes(event
     network.freeze()
     assert said == []
     subscription = network.subscription(ours("subscribe", "/speed", TWIST).claim)
-
-    def is_said() -> bool:
-        network.freeze()
-        return bool(said)
-
-    assert eventually(is_said)
+    assert eventually(lambda: said, network.freeze)
     assert [line.partition(":")[0] for line in said] == ["/speed"]
     subscription.close()
     assert len(network.subscriptions) == 0

@@ -17,7 +17,9 @@ from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport, discovery
-from tests.ros.contract import RCLPY_MISSING, Eventually
+from tests.ros.conftest import OpenDds
+from tests.ros.contract import RCLPY_MISSING
+from tests.waiting import eventually
 
 WIDE, MANY = "example_interfaces/msg/WString", "my_msgs/msg/Many"
 TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="".join(map(chr, range(17)))))
@@ -77,39 +79,28 @@ def test_single_wide_characters_are_not_supported(tmp_path: Path, field: str) ->
         DEFINITIONS.extended([tmp_path]).definition("my_msgs/msg/Odd")
 
 
-def test_wide_strings_cross_between_two_nodes(known: Definitions, domain_id: int, eventually: Eventually) -> None:
-    alice, bob = (
-        DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), name, definitions=known)) for name in ("alice", "bob")
-    )
+def test_wide_strings_cross_between_two_nodes(known: Definitions, dds: OpenDds) -> None:
+    alice, bob = (dds(name, definitions=known) for name in ("alice", "bob"))
     heard: list[str] = []
     bob.reader("/wide", WIDE, QoS(), lambda data: heard.append(decode(data, WIDE, known).data))
     writer = alice.writer("/wide", WIDE, QoS())
     assert eventually(lambda: writer.matched)
-
-    def is_heard() -> bool:
-        writer.write(wide(known, "Grüße"))
-        return bool(heard)
-
-    assert eventually(is_heard)
-    alice.close()
-    bob.close()
+    assert eventually(lambda: heard, lambda: writer.write(wide(known, "Grüße")))
     assert set(heard) == {"Grüße"}
 
 
 @pytest.mark.ros
 @pytest.mark.skipif(RCLPY_MISSING is not None, reason=str(RCLPY_MISSING))
 @pytest.mark.parametrize("own", ["dds", "rclpy"])
-def test_wide_strings_cross_to_and_from_a_node_of_ros(
-    known: Definitions, domain_id: int, own: str, eventually: Eventually
-) -> None:
+def test_wide_strings_cross_to_and_from_a_node_of_ros(known: Definitions, domain: Domain, own: str) -> None:
     import rclpy
     from example_interfaces.msg import WString
     from rclpy.executors import SingleThreadedExecutor
     from rclpy.node import Node
 
-    domain, context = Domain(domain_id, "LOCALHOST"), rclpy.Context()
+    context = rclpy.Context()
     with discovery(domain):
-        context.init(args=[], domain_id=domain_id)
+        context.init(args=[], domain_id=domain.id)
     node, executor = Node("ros", context=context), SingleThreadedExecutor(context=context)
     executor.add_node(node)
     theirs: list[str] = []

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections import deque
 
 from graphengine.cli.live import Live, absolute, add_live_arguments, show, size
 from graphengine.cli.topic.hz import WINDOW
 from graphengine.format.errors import TransportError
 from graphengine.messages.qos import PRESETS
-from graphengine.ros.rates import SECOND, Window
+from graphengine.ros.rates import SECOND, Summary
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,16 +32,17 @@ def execute(arguments: argparse.Namespace) -> int:
         if "header" not in dict(live.definitions.fields(message_type)):
             raise TransportError(f"{message_type} has no header with a stamp")
         inbox = live.listen(topic, message_type, PRESETS["Sensor Data"], live.clock(arguments), WINDOW)
-        window, tell, fresh = Window(arguments.window), time.monotonic() + 1.0, False
+        window: deque[int] = deque(maxlen=arguments.window)
+        tell, fresh = time.monotonic() + 1.0, False
         while True:
             arrival = inbox.take(max(0.0, tell - time.monotonic()))
             if arrival is not None:
                 stamp = messages.decode(arrival.data, message_type, live.definitions).header.stamp
-                window.add(arrival.time - stamp.sec * SECOND - stamp.nanosec)
+                window.append(arrival.time - stamp.sec * SECOND - stamp.nanosec)
                 fresh = True
             if time.monotonic() >= tell:
                 tell += 1.0
-                if summary := window.summary():
+                if summary := Summary.of(window):
                     show(f"average delay: {summary.mean / SECOND:.3f}\n{summary}" if fresh else "no new messages")
                 fresh = False
     return 0

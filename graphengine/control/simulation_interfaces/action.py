@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
 from concurrent.futures import Future
+from dataclasses import dataclass, field
 from typing import Any
 
 from graphengine.control.service_host import SERVICES, Offers
@@ -16,13 +16,12 @@ from graphengine.control.simulation_interfaces import states
 from graphengine.control.simulation_interfaces.results import FAILED, OK, text_of
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import LATCHED
 from graphengine.ros.transport import Transport
 from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.commands import MAX_TICKS
 
 TYPE = "simulation_interfaces/action/SimulateSteps"
-_STATUS = QoS(history="keepLast", depth=1, reliability="reliable", durability="transientLocal")
 KEPT = 100
 """Goals whose results are kept."""
 
@@ -32,18 +31,18 @@ UNKNOWN, ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(7)
 _NONE, _REJECTED, _UNKNOWN_GOAL, _TERMINATED = range(4)
 
 
+@dataclass(eq=False, slots=True)
 class _Goal:
     """A goal that was accepted."""
 
-    def __init__(self, identity: bytes, steps: int) -> None:
-        self.identity = identity
-        self.steps = steps
-        self.done = 0
-        self.status = ACCEPTED
-        self.error = ""
-        self.stamp = messages.stamp(time.time())
-        """When it was accepted, by the wall clock."""
-        self.ended: Future[None] = Future()
+    identity: bytes
+    steps: int
+    done: int = 0
+    status: int = ACCEPTED
+    error: str = ""
+    stamp: Any = field(default_factory=lambda: messages.stamp(time.time()))
+    """When it was accepted, by the wall clock."""
+    ended: Future[None] = field(default_factory=Future)
 
     @property
     def active(self) -> bool:
@@ -57,30 +56,28 @@ class SimulateSteps:
     Args:
         desk: of the session.
         transport: to offer it on.
-        complain: told once of a peer that sends what is no request.
+        offers: to which its services are added.
         name: absolute.
 
     Raises:
         MessageTypeError: the transport does not know the action's types.
     """
 
-    def __init__(self, desk: Desk, transport: Transport, complain: Callable[[str], None], name: str) -> None:
+    def __init__(self, desk: Desk, transport: Transport, offers: Offers, name: str) -> None:
         self._desk = desk
         self._lock = threading.RLock()
         self._goals: dict[bytes, _Goal] = {}
         self._closed = False
         hidden = f"{name}/_action"
         self._feedback = transport.writer(f"{hidden}/feedback", f"{TYPE}_FeedbackMessage", SERVICES)
-        self._status = transport.writer(f"{hidden}/status", "action_msgs/msg/GoalStatusArray", _STATUS)
-        self._offers = Offers(transport, complain)
-        self._offers.add(f"{hidden}/send_goal", f"{TYPE}_SendGoal", self._accept, then=self._begin)
-        self._offers.add(f"{hidden}/cancel_goal", "action_msgs/srv/CancelGoal", self._cancel, then=self._tell_status)
-        self._offers.add(f"{hidden}/get_result", f"{TYPE}_GetResult", self._result)
+        self._status = transport.writer(f"{hidden}/status", "action_msgs/msg/GoalStatusArray", LATCHED)
+        offers.add(f"{hidden}/send_goal", f"{TYPE}_SendGoal", self._accept, then=self._begin)
+        offers.add(f"{hidden}/cancel_goal", "action_msgs/srv/CancelGoal", self._cancel, then=self._tell_status)
+        offers.add(f"{hidden}/get_result", f"{TYPE}_GetResult", self._result)
 
     def close(self) -> None:
-        """Withdraw it; goals end where they are."""
+        """Withdraw its topics; goals end where they are."""
         self._closed = True
-        self._offers.close()
         self._feedback.close()
         self._status.close()
 
@@ -141,16 +138,14 @@ class SimulateSteps:
         goal = self._goals.get(bytes(request.goal_id.uuid))
         if goal is None:
             return None
-        told: Future[None] = Future()
 
-        def tell(_: Future[None]) -> None:
+        def fill(_: Future[None]) -> None:
             response.status = goal.status
             response.result.result.result = OK if goal.status == SUCCEEDED else FAILED
             response.result.result.error_message = goal.error
-            told.set_result(None)
 
-        goal.ended.add_done_callback(tell)
-        return told
+        goal.ended.add_done_callback(fill)  # before the answer leaves, as callbacks run in the order they were added
+        return goal.ended
 
     def _cancel(self, request: Any, response: Any) -> None:
         """Let goals end after the step that they are in: the one that is named, those up to a time, or all."""
@@ -159,17 +154,12 @@ class SimulateSteps:
         with self._lock:
             known = self._goals.get(identity)
             active = [goal for goal in self._goals.values() if goal.active]
-            meant = [
-                goal for goal in active if every or goal is known or (before and messages.seconds(goal.stamp) <= before)
-            ]
+            meant = [goal for goal in active if every or goal is known or messages.seconds(goal.stamp) <= before]
             for goal in meant:
                 goal.status = CANCELING
             if not meant:
                 response.return_code = _TERMINATED if known else _UNKNOWN_GOAL if any(identity) else _REJECTED
-        for goal in meant:
-            info = DEFINITIONS.initial("action_msgs/msg/GoalInfo")
-            _write_info(info, goal)
-            response.goals_canceling.append(info)
+        response.goals_canceling = [_info(goal) for goal in meant]
 
     def _tell_feedback(self, goal: _Goal) -> None:
         if not self._feedback.matched:
@@ -185,12 +175,13 @@ class SimulateSteps:
         with self._lock:
             for goal in self._goals.values():
                 status = DEFINITIONS.initial("action_msgs/msg/GoalStatus")
-                _write_info(status.goal_info, goal)
-                status.status = goal.status
+                status.goal_info, status.status = _info(goal), goal.status
                 message.status_list.append(status)
         self._status.write(messages.encode(message))
 
 
-def _write_info(info: Any, goal: _Goal) -> None:
+def _info(goal: _Goal) -> Any:
+    info = DEFINITIONS.initial("action_msgs/msg/GoalInfo")
     info.goal_id.uuid[:] = list(goal.identity)
     info.stamp = goal.stamp
+    return info

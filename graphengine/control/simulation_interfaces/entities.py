@@ -35,15 +35,12 @@ def get_entities(session: SessionCore, request: Any, response: Any) -> None:
 def get_entities_states(session: SessionCore, request: Any, response: Any) -> None:
     """Answer GetEntitiesStates."""
     get_entities(session, request, response)
-    for name in response.entities:
-        state = DEFINITIONS.initial("simulation_interfaces/msg/EntityState")
-        _write_state(session, name, state)
-        response.states.append(state)
+    response.states = [_state(session, name) for name in response.entities]
 
 
 def get_entity_state(session: SessionCore, request: Any, response: Any) -> None:
     """Answer GetEntityState."""
-    _write_state(session, request.entity, response.state)
+    response.state = _state(session, request.entity)
 
 
 def set_entity_state(session: SessionCore, request: Any, response: Any) -> None:
@@ -68,9 +65,8 @@ def delete_entity(session: SessionCore, request: Any, response: Any) -> None:
     """Answer DeleteEntity."""
     entity = _entity(session, request.entity)
     if session.services.stage.find(entity.prim_path).kind != "robot":
-        raise RefusedError(
-            FAILED, f"{entity.name} belongs to the world's file: only what the scene has as robots can go"
-        )
+        why = "belongs to the world's file: only what the scene has as robots can go"
+        raise RefusedError(FAILED, f"{entity.name} {why}")
     Delete(name=entity.name).apply(session)
 
 
@@ -169,17 +165,17 @@ def _info(session: SessionCore, entity: Entity) -> Any:
     return info
 
 
-def _write_state(session: SessionCore, name: str, message: Any) -> None:
+def _state(session: SessionCore, name: str) -> Any:
+    """An EntityState."""
     state: EntityState = session.services.world.entities.state(name)
+    message = DEFINITIONS.initial("simulation_interfaces/msg/EntityState")
     message.header = messages.header(session.time, WORLD)
     message.pose = messages.Pose(messages.Point(*state.position), messages.Quaternion(*state.orientation))
-    message.twist = messages.Twist(_message(state.linear_velocity), _message(state.angular_velocity))
-    message.acceleration.linear = _message(state.linear_acceleration)
-    message.acceleration.angular = _message(state.angular_acceleration)
-
-
-def _message(vector: Vector3) -> Any:
-    return messages.Vector3(*vector)
+    message.twist.linear = messages.Vector3(*state.linear_velocity)
+    message.twist.angular = messages.Vector3(*state.angular_velocity)
+    message.acceleration.linear = messages.Vector3(*state.linear_acceleration)
+    message.acceleration.angular = messages.Vector3(*state.angular_acceleration)
+    return message
 
 
 def _vector(message: Any) -> Vector3:

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any
 
-from graphengine.control.parameters import Parameters
+import numpy as np
+
+from graphengine.control.parameters import offer_parameters
 from graphengine.control.service_host import Offers
-from graphengine.control.simulation_interfaces import entities, features, states
+from graphengine.control.simulation_interfaces import entities, states
 from graphengine.control.simulation_interfaces.action import SimulateSteps
-from graphengine.control.simulation_interfaces.results import OK, code_of, text_of
+from graphengine.control.simulation_interfaces.resources import FORMATS
+from graphengine.control.simulation_interfaces.results import OK, UNSUPPORTED, RefusedError, code_of, text_of
 from graphengine.control.simulation_interfaces.spawning import Spawning
+from graphengine.format.version import __version__
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.transport import Transport
 from graphengine.runtime.command_queue import Desk
@@ -22,6 +26,8 @@ PACKAGE = "simulation_interfaces"
 
 _LEFT_OUT = ("get_available_worlds", "load_world", "unload_world", "get_named_poses", "get_named_pose_bounds")
 """Services that say so, which is better than to let callers wait: a session has one world, and a scene names no poses."""
+_SPAWNING = 0
+"""Code of SimulatorFeatures."""
 
 Answer = Callable[[SessionCore, Any, Any], None]
 """Fills in an answer, in the session's thread; what it raises becomes the answer's result."""
@@ -49,52 +55,58 @@ class SimulationInterfaces:
         self._desk = desk
         self._above = namespace.rstrip("/")
         self._offers = Offers(transport, complain)
+        self._features: list[int] = []
+        """Codes of SimulatorFeatures that what is offered here stands for."""
         missing: list[str] = []
-        offered: list[str] = []
-        for name, answer in self._answers(scene, offered).items():
+        for name, (answer, features) in self._services(scene).items():
             try:
                 self._offer(name, answer)
-                offered += [name] if answer is not features.unsupported else []
+                self._features += features
             except MessageTypeError:
                 missing.append(name)
-        self._parts: list[Offers | SimulateSteps | Parameters] = [self._offers]
+        self._parts: list[Offers | SimulateSteps] = [self._offers]
         try:
-            self._parts.append(SimulateSteps(desk, transport, complain, f"{self._above}/simulate_steps"))
-            offered.append("simulate_steps")
+            self._parts.append(SimulateSteps(desk, transport, self._offers, f"{self._above}/simulate_steps"))
+            self._features.append(33)
         except MessageTypeError:
             missing.append("simulate_steps")
         if transport.node:
-            self._parts.append(Parameters(desk, transport, complain))
+            offer_parameters(self._offers, transport.node, desk)
         if missing:
             complain(f"not offered, as {PACKAGE} is not installed, or older than 1.5: {', '.join(missing)}")
 
-    def _answers(self, scene: LoadedScene, offered: list[str]) -> Mapping[str, Answer]:
-        """What answers each service of the package."""
-        answers: dict[str, Answer] = {
-            "get_simulator_features": features.get_features(scene, offered),
-            "get_simulation_state": states.get_state,
-            "set_simulation_state": states.set_state,
-            "reset_simulation": states.reset,
-            "step_simulation": states.step,
+    def _services(self, scene: LoadedScene) -> Mapping[str, tuple[Answer, Sequence[int]]]:
+        """What answers each service of the package, and the codes of SimulatorFeatures that it stands for."""
+        services: dict[str, tuple[Answer, Sequence[int]]] = {
+            "get_simulator_features": (self._get_features, ()),
+            "get_simulation_state": (states.get_state, (24,)),
+            "set_simulation_state": (states.set_state, (25, 26)),  # with a pause
+            "reset_simulation": (states.reset, (20, 21, 22, 23)),  # with all scopes
+            "step_simulation": (states.step, (31, 32)),  # one, several
         }
         spawning = Spawning(scene)
-        of_scenes: dict[str, Answer] = {
-            "get_entities": entities.get_entities,
-            "get_entities_states": entities.get_entities_states,
-            "get_entity_state": entities.get_entity_state,
-            "set_entity_state": entities.set_entity_state,
-            "get_entity_info": entities.get_entity_info,
-            "set_entity_info": entities.set_entity_info,
-            "get_entity_bounds": entities.get_entity_bounds,
-            "spawn_entity": spawning.spawn_entity,
-            "spawn_entities": spawning.spawn_entities,
-            "delete_entity": entities.delete_entity,
-            "get_spawnables": spawning.get_spawnables,
-            "get_current_world": features.get_current_world(scene),
+        of_scenes: dict[str, tuple[Answer, Sequence[int]]] = {
+            "get_entities": (entities.get_entities, (6, 8)),  # ENTITY_BOUNDS_BOX and ENTITY_CATEGORIES in filters
+            "get_entities_states": (entities.get_entities_states, ()),
+            "get_entity_state": (entities.get_entity_state, (10,)),
+            "set_entity_state": (entities.set_entity_state, (11,)),
+            "get_entity_info": (entities.get_entity_info, (12,)),
+            "set_entity_info": (entities.set_entity_info, (4, 13)),  # ENTITY_TAGS, ENTITY_INFO_SETTING
+            "get_entity_bounds": (entities.get_entity_bounds, (5,)),
+            "spawn_entity": (spawning.spawn_entity, (_SPAWNING, 9)),  # SPAWNING_RESOURCE_STRING
+            "spawn_entities": (spawning.spawn_entities, (50,)),
+            "delete_entity": (entities.delete_entity, (1,)),
+            "get_spawnables": (spawning.get_spawnables, (14,)),
+            "get_current_world": (spawning.get_current_world, (44,)),
         }
-        if scene.world is None:
-            of_scenes = dict.fromkeys(of_scenes, features.unsupported)
-        return {**answers, **of_scenes, **dict.fromkeys(_LEFT_OUT, features.unsupported)}
+        left_out = _LEFT_OUT if scene.world is not None else (*of_scenes, *_LEFT_OUT)
+        return {**services, **of_scenes, **dict.fromkeys(left_out, (_refuse, ()))}
+
+    def _get_features(self, session: SessionCore, request: Any, response: Any) -> None:
+        """Answer GetSimulatorFeatures."""
+        response.features.features = np.array(sorted(self._features), np.uint16)
+        response.features.spawn_formats = list(FORMATS) if _SPAWNING in self._features else []
+        response.features.custom_info = f"graphengine {__version__}; a step is a tick of {session.clock.delta:g} s"
 
     def _offer(self, name: str, answer: Answer) -> None:
         kind = f"{PACKAGE}/srv/{''.join(part.capitalize() for part in name.split('_'))}"
@@ -108,6 +120,11 @@ class SimulationInterfaces:
         """Withdraw the services; safe to call twice."""
         for part in self._parts:
             part.close()
+
+
+def _refuse(session: SessionCore, request: Any, response: Any) -> None:
+    """Answer what this simulator does not do."""
+    raise RefusedError(UNSUPPORTED, "not a feature of this simulator, or of a session without a scene")
 
 
 def _finish(response: Any, error: BaseException | None) -> None:

@@ -1,4 +1,4 @@
-"""Entities that come while the simulation runs."""
+"""The scene that runs, and entities that come into it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MAX_AT_ONCE = 1000
 
 
 class Spawning:
-    """Answers what is about spawning, for the session of a scene."""
+    """Answers what is about the scene of a session: its world, and what can be spawned."""
 
     def __init__(self, scene: LoadedScene) -> None:
         self._scene = scene
@@ -68,18 +68,22 @@ class Spawning:
             names = ", ".join(source[:200] for source in unknown[:20])
             response.result.error_message = f"not folders that may be read: {names}"
 
+    def get_current_world(self, session: SessionCore, request: Any, response: Any) -> None:
+        """Answer GetCurrentWorld."""
+        assert self._scene.world is not None
+        spec = self._scene.world.scenery.scene.spec
+        response.world.name = spec.scene
+        response.world.description = spec.doc
+        response.world.world_resource.uri = spec.world
+
     def _spawn(self, session: SessionCore, request: Any, uri: str, text: str) -> tuple[str, str]:
         """Let an entity come; its name, and a warning where it is in something."""
         use = use_of(self._scene, uri, text)
         name = _free_name(session, request.name or name_of(use), allow_renaming=request.allow_renaming)
         position, orientation = pose_in_world(session, request.initial_pose, _INVALID_POSE)
         try:
-            robot = RobotUse(
-                use=use,
-                position=position,
-                orientation=Orientation(quaternion_xyzw=orientation),
-                namespace=_namespace(request.entity_namespace),
-            )
+            turned, namespace = Orientation(quaternion_xyzw=orientation), _namespace(request.entity_namespace)
+            robot = RobotUse(use=use, position=position, orientation=turned, namespace=namespace)
         except ValidationError as error:
             raise RefusedError(_NAMESPACE_INVALID, error.errors()[0]["msg"].removeprefix("Value error, ")) from None
         try:

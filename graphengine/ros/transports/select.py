@@ -69,9 +69,8 @@ def open_transport(name: str, options: JoinOptions) -> Transport:
     except GraphError:
         raise
     except Exception as error:  # a package may fail in any way
-        raise TransportError(
-            f"transport {kind.name!r} cannot join domain {options.domain.id}: {_line(error)}"
-        ) from error
+        what = f"transport {kind.name!r} cannot join domain {options.domain.id}"
+        raise TransportError(f"{what}: {_line(error)}") from error
 
 
 def _chosen() -> tuple[TransportKind, str]:
@@ -115,11 +114,8 @@ def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
 
 def _entries() -> dict[str, list[EntryPoint]]:
     """Entry points by the names of their transports; ours are found where no metadata of them is installed too."""
-    folders = [
-        module.name
-        for module in pkgutil.iter_modules(transports.__path__, "graphengine.ros.transports.")
-        if module.ispkg
-    ]
+    modules = pkgutil.iter_modules(transports.__path__, "graphengine.ros.transports.")
+    folders = [module.name for module in modules if module.ispkg]
     own = [EntryPoint(importlib.import_module(name).TRANSPORT.name, f"{name}:TRANSPORT", GROUP) for name in folders]
     found: dict[str, list[EntryPoint]] = {}
     for entry in dict.fromkeys((*entry_points(group=GROUP), *own)):

@@ -12,7 +12,6 @@ import sys
 import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, Literal, NamedTuple
 
 from cyclonedds import _clayer
@@ -53,12 +52,8 @@ _MAX_PARTICIPANTS = 32
 
 def write(entity: Any, data: bytes) -> int:
     """Send one CDR message; negative for one of Cyclone's error codes."""
-    return sender(entity)(data)
-
-
-def sender(entity: Any) -> Callable[[bytes], int]:
-    """The same for all that one writer sends."""
-    return partial(_clayer.ddspy_write, entity._ref)
+    code: int = _clayer.ddspy_write(entity._ref, data)
+    return code
 
 
 def take(entity: Any) -> list[tuple[bytes, int]]:
@@ -146,15 +141,13 @@ def endpoint_qos(qos: QoS, user_data: str) -> Qos:
     """Policies of a writer or reader such that they match ROS 2 endpoints that were given the same profile."""
     qos = settled(qos)
     history = Policy.History.KeepAll if qos.history == "keepAll" else Policy.History.KeepLast(qos.depth)
+    reliable = Policy.Reliability.Reliable(duration(milliseconds=MAX_BLOCKING_MS))
+    liveliness = Policy.Liveliness.ManualByTopic if qos.liveliness == "manualByTopic" else Policy.Liveliness.Automatic
     lease = duration(seconds=qos.lease_duration) if qos.lease_duration else duration(infinite=True)
     policies = [
         history,
-        Policy.Reliability.Reliable(duration(milliseconds=MAX_BLOCKING_MS))
-        if qos.reliability == "reliable"
-        else Policy.Reliability.BestEffort,
-        Policy.Liveliness.ManualByTopic(lease)
-        if qos.liveliness == "manualByTopic"
-        else Policy.Liveliness.Automatic(lease),
+        reliable if qos.reliability == "reliable" else Policy.Reliability.BestEffort,
+        liveliness(lease),
         # ROS 2 reads and writes the first version of XCDR only.
         Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False),
         # Otherwise a writer that goes takes what late joiners should get, and readers see a disposed instance.
@@ -241,9 +234,8 @@ def join(domain: Domain, user_data: str) -> Any:
 def _require_resources(domain: Domain) -> None:
     """Refuse what Cyclone would end the process over: it checks neither its sockets nor its memory."""
     if not has_descriptors(DESCRIPTORS):
-        raise TransportError(
-            f"cannot join {domain}: it takes {DESCRIPTORS} more open files\nraise the limit of `ulimit -n`"
-        )
+        remedy = "raise the limit of `ulimit -n`"
+        raise TransportError(f"cannot join {domain}: it takes {DESCRIPTORS} more open files\n{remedy}")
     if not has_address_space(ADDRESS_SPACE):
         remedy = "raise the limit of `ulimit -v`"
         raise TransportError(f"cannot join {domain}: it takes {ADDRESS_SPACE // 10**6} MB more of memory\n{remedy}")
@@ -308,10 +300,8 @@ def _fragment(domain: Domain, interfaces: str) -> str:
         peers = "".join(f'<Peer address="{address}"/>' for address in (_LOOPBACK, *map(_address, domain.static_peers)))
         discovery = "<ParticipantIndex>auto</ParticipantIndex>"
         discovery += f"<MaxAutoParticipantIndex>{_MAX_PARTICIPANTS}</MaxAutoParticipantIndex><Peers>{peers}</Peers>"
-    return (
-        f'<CycloneDDS><Domain Id="any"><General>{general}</General><Discovery>{discovery}</Discovery>'
-        "</Domain></CycloneDDS>"
-    )
+    content = f"<General>{general}</General><Discovery>{discovery}</Discovery>"
+    return f'<CycloneDDS><Domain Id="any">{content}</Domain></CycloneDDS>'
 
 
 def _address(peer: str) -> str:

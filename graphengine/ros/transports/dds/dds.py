@@ -164,9 +164,8 @@ class DdsTransport(RosNode):
         self._admit(shown)
         known = self._topics.get(topic)
         if known and known.message_type != message_type:
-            raise TransportError(
-                f"{shown} has the type {known.message_type} here, it cannot have {message_type} besides"
-            )
+            what = f"{shown} has the type {known.message_type} here"
+            raise TransportError(f"{what}, it cannot have {message_type} besides")
         policies = cyclone.endpoint_qos(qos, f"{identity}typehash={self._definitions.type_hash(message_type)};")
         try:
             described = idl_type(message_type, self._definitions, is_call=bool(identity))

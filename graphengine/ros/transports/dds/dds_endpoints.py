@@ -42,13 +42,13 @@ class DdsEnd(RosEnd):
         """Deliver some of what has arrived; false when there was nothing."""
         return False
 
-    def _send(self, send: Callable[[bytes], int], data: bytes) -> None:
+    def _send(self, writer: Any, data: bytes) -> None:
         """Send one message; one that a reader blocks for longer than 100 ms is dropped and counted.
 
         Raises:
             TransportError: it is no message of the type, or the endpoint is closed.
         """
-        code = send(data)
+        code = cyclone.write(writer, data)
         if code == cyclone.TIMEOUT:
             self.dropped += 1
         elif code < 0:
@@ -64,7 +64,6 @@ class DdsWriter(DdsEnd):
         super().__init__(name, remove, entity)
         self.matched = False
         self.entity = entity
-        self._sender = cyclone.sender(entity)
         self._lock = threading.Lock()
 
     def write(self, data: bytes) -> None:
@@ -73,7 +72,7 @@ class DdsWriter(DdsEnd):
         Raises:
             TransportError: it is no message of the topic's type, or the writer is closed.
         """
-        self._send(self._sender, data + bytes(-len(data) & 3) if len(data) & 3 else data)
+        self._send(self.entity, data + bytes(-len(data) & 3) if len(data) & 3 else data)
 
     def refresh(self) -> None:
         """Look whether readers are there."""

@@ -12,7 +12,6 @@ import struct
 import threading
 from collections import deque
 from collections.abc import Callable
-from functools import partial
 from typing import Any, NamedTuple
 
 from cyclonedds.core import DDSException, DDSStatus
@@ -159,9 +158,6 @@ class _DdsService(DdsEnd):
         if self._ended:
             raise self.closed()
 
-    def _write(self, data: bytes) -> None:
-        self._send(partial(cyclone.write, self._pair.writer), data)
-
     def _receive(self, handle: int, client: int, number: int, data: bytes) -> None:
         """Take a message from one of the writers."""
         raise NotImplementedError
@@ -197,7 +193,7 @@ class DdsServer(_DdsService):
             if not self._hears(handle):
                 self.refresh()
             if self._hears(handle):
-                self._write(data)
+                self._send(self._pair.writer, data)
             elif handle in self._writers:
                 self._held.append((handle, data))
 
@@ -240,7 +236,7 @@ class DdsClient(_DdsService):
         """
         self._admit()
         number = self._calls.begin()
-        self._write(with_header(request, self._handle, number))
+        self._send(self._pair.writer, with_header(request, self._handle, number))
         return number
 
     def _receive(self, handle: int, client: int, number: int, data: bytes) -> None:

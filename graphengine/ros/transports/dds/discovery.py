@@ -84,10 +84,8 @@ class Discovery:
         """Names and namespaces by participant, then by endpoint."""
         self._endpoints: dict[bytes, Endpoint | None] = {}
         """None for one that is no ROS 2 topic, such as a service's."""
-        self._services: dict[bytes, tuple[str, str]] = {}
-        """Names and types, by endpoints that send or take requests."""
-        self._servers: dict[bytes, str] = {}
-        """Services by the endpoints that take requests."""
+        self._services: dict[bytes, tuple[str, str, Direction]] = {}
+        """Names and types, by endpoints that send requests (`publish`) or take them (`subscribe`)."""
         self._graph: NetworkGraph | None = None
         """What was known at the last look; None once more was heard."""
 
@@ -104,7 +102,7 @@ class Discovery:
     @property
     def servers(self) -> Counter[str]:
         """How many servers each service has, as of the last look."""
-        return Counter(self._servers.values())
+        return Counter(name for name, _, direction in self._services.values() if direction == "subscribe")
 
     def _drawn(self) -> NetworkGraph:
         owners = {gid: node for nodes in self._nodes.values() for gid, node in nodes.items()}
@@ -112,7 +110,8 @@ class Discovery:
         found = [replace(end, node=node, namespace=namespace) for end, node, namespace in owned]
         heard = {gid[:_PREFIX] for gid in self._endpoints}
         complete = self._silent <= heard and owners.keys() <= self._endpoints.keys()
-        return NetworkGraph(found, complete, not self._silent, self._services.values())
+        services = ((name, kind) for name, kind, _ in self._services.values())
+        return NetworkGraph(found, complete, not self._silent, services)
 
     def _hear_participants(self) -> None:
         for sample in _samples(self._participants):
@@ -131,12 +130,10 @@ class Discovery:
             if _is_there(sample):
                 self._endpoints[gid] = _endpoint(gid, direction, sample)
                 if service := _service(sample):
-                    self._services[gid] = service
-                    if direction == "subscribe":
-                        self._servers[gid] = service[0]
+                    self._services[gid] = (*service, direction)
             else:
-                for known in (self._endpoints, self._services, self._servers):
-                    known.pop(gid, None)
+                self._endpoints.pop(gid, None)
+                self._services.pop(gid, None)
 
     def _hear_nodes(self) -> None:
         while arrived := cyclone.take(self._told):

@@ -53,12 +53,8 @@ def _make(message_type: str, definitions: Definitions, header: dict[str, Any]) -
     annotations = header | {name: _idl(field, definitions) for name, field in fields or [PLACEHOLDER]}
     namespace = {"__annotations__": annotations, "__module__": __name__}
     name = dds_name(message_type)
-    made = types.new_class(
-        name.rpartition("::")[2],
-        (IdlStruct,),
-        {"typename": name.replace("::", ".")},
-        lambda body: body.update(namespace),
-    )
+    last, keywords = name.rpartition("::")[2], {"typename": name.replace("::", ".")}
+    made = types.new_class(last, (IdlStruct,), keywords, lambda body: body.update(namespace))
     # ROS types are final for XTypes: an appendable one would have another encoding.
     described: type[Any] = final(dataclasses.dataclass(made))
     return described

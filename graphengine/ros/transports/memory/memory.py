@@ -7,7 +7,7 @@ from collections import defaultdict, deque
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, get_args
+from typing import Any, ClassVar, get_args
 
 from graphengine.format.errors import TransportError
 from graphengine.format.wording import listing
@@ -20,29 +20,44 @@ from graphengine.ros.transport import Deliver, DeliverRequest, DeliverResponse
 from graphengine.ros.transports.memory.memory_services import MemoryClient, MemoryServer
 
 
-class MemoryWriter:
-    """One topic of a `MemoryTransport` to write to."""
+@dataclass(eq=False)
+class _MemoryEnd:
+    """One end of a topic of a `MemoryTransport`; its QoS is settled."""
 
+    direction: ClassVar[Direction]
+
+    transport: MemoryTransport
+    topic: str
+    message_type: str
+    qos: QoS
+    gid: bytes
+
+    def close(self) -> None:
+        """Leave the topic; a second time does nothing."""
+        self.transport.remove(self)
+
+
+@dataclass(eq=False)
+class MemoryWriter(_MemoryEnd):
+    """A writer."""
+
+    direction = "publish"
     dropped = 0
 
-    def __init__(self, transport: MemoryTransport, topic: str, message_type: str, qos: QoS) -> None:
-        self.topic = topic
-        self.message_type = message_type
-        self.qos = settled(qos)
-        self.gid = transport.new_gid()
-        self._transport = transport
+    kept: deque[tuple[int, bytes]] = field(init=False)
+    """Numbered messages for those who come late."""
+    is_open: bool = True
+    readers: list[MemoryReader] = field(default_factory=list)
+    """Those that match, in the order in which they were opened."""
+
+    def __post_init__(self) -> None:
         latched, unlimited = self.qos.durability == "transientLocal", self.qos.history == "keepAll"
-        depth = (None if unlimited else self.qos.depth) if latched else 0
-        self.kept: deque[tuple[int, bytes]] = deque(maxlen=depth)
-        """Numbered messages for those who come late."""
-        self.is_open = True
-        self.readers: list[MemoryReader] = []
-        """Those that match, in the order in which they were opened."""
+        self.kept = deque(maxlen=(None if unlimited else self.qos.depth) if latched else 0)
 
     @property
     def matched(self) -> bool:
         """Whether a reader is there, or the transport stands for one."""
-        return self.is_open and (self._transport.wants_all or bool(self.readers))
+        return self.is_open and (self.transport.wants_all or bool(self.readers))
 
     def write(self, data: bytes) -> None:
         """Hand one message to every reader that matches, at once.
@@ -50,32 +65,21 @@ class MemoryWriter:
         Raises:
             TransportError: the writer is closed.
         """
-        self._transport.send(self, data)
-
-    def close(self) -> None:
-        """Leave the topic; a second time does nothing."""
-        self._transport.remove(self)
+        self.transport.send(self, data)
 
 
-@dataclass(eq=False, slots=True)
-class MemoryReader:
-    """One topic of a `MemoryTransport` to read from; its QoS is settled."""
+@dataclass(eq=False)
+class MemoryReader(_MemoryEnd):
+    """A reader."""
 
-    transport: MemoryTransport
-    topic: str
-    message_type: str
-    qos: QoS
+    direction = "subscribe"
+
     deliver: Deliver
-    gid: bytes
 
     def matches(self, writer: MemoryWriter) -> bool:
         """Whether topic, type and quality of service fit."""
         same = (self.topic, self.message_type) == (writer.topic, writer.message_type)
         return same and not mismatch(writer.qos, self.qos)
-
-    def close(self) -> None:
-        """Leave the topic; a second time does nothing."""
-        self.transport.remove(self)
 
 
 @dataclass(slots=True)
@@ -123,7 +127,7 @@ class MemoryTransport:
             TransportError: the transport is closed.
         """
         self._admit(topic, message_type)
-        writer = MemoryWriter(self, topic, message_type, qos)
+        writer = MemoryWriter(self, topic, message_type, settled(qos), self.new_gid())
         writer.readers += [reader for reader in self._topics[topic].readers if reader.matches(writer)]
         self._topics[topic].writers.append(writer)
         return writer
@@ -135,7 +139,7 @@ class MemoryTransport:
             TransportError: as for `writer`.
         """
         self._admit(topic, message_type)
-        reader = MemoryReader(self, topic, message_type, settled(qos), deliver, self.new_gid())
+        reader = MemoryReader(self, topic, message_type, settled(qos), self.new_gid(), deliver)
         self._topics[topic].readers.append(reader)
         matching = [writer for writer in self._topics[topic].writers if reader.matches(writer)]
         for writer in matching:
@@ -222,16 +226,12 @@ class MemoryTransport:
         """
         if self._closed:
             raise TransportError("the transport is closed")
-        wanted = (
-            [(name, way) for name in tuple(self._topics) for way in get_args(Direction)] if asked is None else asked
-        )
-        ends: list[MemoryWriter | MemoryReader] = []
-        for name, direction in wanted:
+        ends: list[_MemoryEnd] = []
+        for name, direction in itertools.product(tuple(self._topics), get_args(Direction)) if asked is None else asked:
             if topic := self._topics.get(name):
                 ends += topic.writers if direction == "publish" else topic.readers
-        return NetworkGraph(
-            map(self._described, ends), services={(end.service, end.service_type) for end in self._services}
-        )
+        services = {(end.service, end.service_type) for end in self._services}
+        return NetworkGraph(map(self._described, ends), services=services)
 
     def new_gid(self) -> bytes:
         """A GID that no other endpoint has."""
@@ -262,7 +262,7 @@ class MemoryTransport:
             self.source = writer.gid
             reader.deliver(data)
 
-    def remove(self, endpoint: MemoryWriter | MemoryReader) -> None:
+    def remove(self, endpoint: _MemoryEnd) -> None:
         """Forget an endpoint."""
         topic = self._topics[endpoint.topic]
         if isinstance(endpoint, MemoryWriter):
@@ -276,10 +276,9 @@ class MemoryTransport:
     def _clients(self) -> list[MemoryClient]:
         return [end for end in self._services if isinstance(end, MemoryClient)]
 
-    def _described(self, endpoint: MemoryWriter | MemoryReader) -> Endpoint:
-        type_hash = self._definitions.type_hash(endpoint.message_type)
-        direction: Direction = "publish" if isinstance(endpoint, MemoryWriter) else "subscribe"
-        return Endpoint(endpoint.gid, direction, endpoint.topic, endpoint.message_type, endpoint.qos, type_hash)
+    def _described(self, end: _MemoryEnd) -> Endpoint:
+        type_hash = self._definitions.type_hash(end.message_type)
+        return Endpoint(end.gid, end.direction, end.topic, end.message_type, end.qos, type_hash)
 
     def _admit(self, name: str, *message_types: str) -> None:
         if self._closed:
