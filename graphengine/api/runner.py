@@ -9,9 +9,9 @@ import os
 import re
 import signal
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar, get_args
@@ -52,10 +52,13 @@ def log_to_logging(severity: str, node: str, text: str) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunOptions:
-    """Options of a session: the arguments of `Scene.session`, and two that only the command line sets.
+    """Options of a session: the arguments of `Scene.session`, and those that only the command line sets.
 
     Attributes:
+        complain: receives each problem with a peer on the network; None logs them.
+        environ: environment variables, of which ROS 2's name the domain and how far discovery reaches.
         fault: receives each NodeError if `keep_going` is set; None logs them.
+        join: joins a domain in place of `transport`.
         patient: DDS writers wait for slow readers.
     """
 
@@ -68,7 +71,10 @@ class RunOptions:
     control: str | None = None
     simulation_interfaces: str | None = None
     log: Log = log_to_logging
+    complain: Callable[[str], None] | None = None
+    environ: Mapping[str, str] = field(default_factory=lambda: os.environ)
     fault: Callable[[NodeError], None] | None = None
+    join: Callable[[JoinOptions], Transport] | None = None
     patient: bool = False
 
 
@@ -114,8 +120,9 @@ class Runner:
         self._recorder: Recorder | None = None
         with ExitStack() as closing:
             self._check()
-            own = Domain.from_environment(os.environ)
+            own = Domain.from_environment(options.environ)
             domain = own if options.domain is None else replace(own, id=options.domain)
+            self._complain = options.complain or functools.partial(options.log, "warning", "")
             self.network = LiveNetwork(
                 functools.partial(self._open_domain, domain), domain.id, self._complain, scene.definitions
             )
@@ -127,7 +134,7 @@ class Runner:
                 self.network,
                 seed=seed,
                 domain_id=domain.id,
-                domain_from_environment=own.id if "ROS_DOMAIN_ID" in os.environ else None,
+                domain_from_environment=own.id if "ROS_DOMAIN_ID" in options.environ else None,
                 log=options.log,
                 fault=(options.fault or self._log_fault) if options.keep_going else None,
                 bad_values=options.bad_values,
@@ -155,18 +162,16 @@ class Runner:
             replace(domain, id=number),
             re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", self.scene.path.stem)),
             options.simulation_interfaces or "/",
-            os.environ,
+            options.environ,
             self.scene.definitions,
             patient=options.patient,
         )
-        return open_transport(options.transport, joined)
+        join = options.join or functools.partial(open_transport, options.transport)
+        return join(joined)
 
     def _reaches_others(self) -> bool:
         name = self.options.transport
         return name == AUTO or find_transport(name).reaches_others
-
-    def _complain(self, text: str) -> None:
-        self.options.log("warning", "", text)
 
     def _log_fault(self, error: NodeError) -> None:
         self.options.log("error", "", str(error))
@@ -175,7 +180,7 @@ class Runner:
         if self.options.control is not None:
             from graphengine.control.channel import Channel
 
-            closing.enter_context(Channel(self.desk, self.options.control, os.environ))
+            closing.enter_context(Channel(self.desk, self.options.control, self.options.environ))
 
     def _open_recorder(self, modules: Sequence[str]) -> None:
         if self.options.record is not None:

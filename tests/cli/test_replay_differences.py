@@ -146,6 +146,12 @@ def test_a_scene_that_has_errors_is_told_with_them(graphrun: Graphrun, clock: Pa
     assert f"{clock}:7:18: error G203: no node 'Clok'" in result.err
 
 
+def test_a_graph_without_the_scene_that_it_needs_cannot_be_compared(graphrun: Graphrun, drive: Path) -> None:
+    result = graphrun("replay", str(drive), "--against", "dd100/cmd_vel")
+    assert (result.code, result.out) == (2, "")
+    assert result.err == "graphrun replay: dd100/cmd_vel asks for prims of a scene; give a scene to --against\n"
+
+
 def test_a_topic_that_nobody_reads_any_more_is_told(graphrun: Graphrun, drive: Path) -> None:
     result = graphrun("replay", str(drive), "--against", "dd100_warehouse", "--set", "SubscribeTwist.topicName=other")
     assert result.code == 1
