@@ -217,10 +217,15 @@ def load(arguments: argparse.Namespace) -> LoadedScene:
 
 def open_scene(arguments: argparse.Namespace) -> Scene | None:
     """Load the given scene and print its findings; None if there are errors."""
-    from graphengine.api import scene
+    return open_file(find_file(arguments.file), make_options(arguments), arguments.modules)
+
+
+def open_file(path: Path, options: Options, modules: Sequence[str] = (), *, graphs: bool = True) -> Scene | None:
+    """Load the scene in a file, without its graphs if not `graphs`; print its findings, and return None if there are errors."""
+    from graphengine.api.loading import open_scene
 
     try:
-        opened = scene.open_scene(find_file(arguments.file), make_options(arguments), arguments.modules)
+        opened = open_scene(path, options, modules, graphs=graphs)
     except CheckError as error:
         print_findings(error.findings, notes=False)
         return None

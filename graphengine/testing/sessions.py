@@ -65,7 +65,7 @@ def session_fixture(
 
 def _divided(arguments: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Split keyword arguments into those of `load` and those of `Scene.session`."""
-    from graphengine.api.scene import load
+    from graphengine.api.loading import load
 
     names = inspect.signature(load).parameters
     return (
@@ -75,6 +75,6 @@ def _divided(arguments: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]
 
 
 def _load(source: str | PathLike[str], arguments: dict[str, Any]) -> Scene:
-    from graphengine.api.scene import load
+    from graphengine.api.loading import load
 
     return load(source, **arguments)

@@ -253,6 +253,15 @@ def test_a_scene_with_mistakes_is_explained(graphrun: Graphrun, room: Path) -> N
     assert not (room / "room.png").exists()
 
 
+def test_mistakes_in_graphs_do_not_matter(graphrun: Graphrun, room: Path) -> None:
+    (room / "broken.yaml").write_text("graph: broken\nnodes: {A: NoSuchType}\n", encoding="utf-8")
+    graphs = "graphs: {broken: {use: broken.yaml}, lost: {use: lost.yaml}}\n"
+    (room / "room.yaml").write_text(f"scene: room\nworld: world.xml\n{graphs}", encoding="utf-8")
+    assert graphrun("check", "room.yaml").code == 1
+    result = graphrun("map", "room.yaml")
+    assert (result.code, result.err) == (0, "")
+
+
 @pytest.mark.parametrize("text", ["- room\n", "room\n", "1\n"])
 def test_a_file_of_another_kind_is_explained(graphrun: Graphrun, room: Path, text: str) -> None:
     (room / "room.yaml").write_text(text, encoding="utf-8")
