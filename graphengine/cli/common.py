@@ -106,10 +106,12 @@ def clean(text: str) -> str:
 
 def explain(error: GraphError) -> str:
     """The message of an error; for an exception in a node, also its Python traceback."""
+    cause = error.__cause__ if isinstance(error, NodeError) else None
+    if cause is None:
+        return clean(str(error))
     from graphengine.runtime import executor
 
-    cause = error.__cause__
-    frames = traceback.extract_tb(cause.__traceback__) if isinstance(error, NodeError) and cause else []
+    frames = traceback.extract_tb(cause.__traceback__)
     own = [frame for frame in frames if frame.filename != executor.__file__ and not frame.filename.startswith("<")]
     places = [f"  in {frame.name}, {near(frame.filename)}:{frame.lineno}: {frame.line or ''}" for frame in own]
     return clean("\n".join([str(error), *dict.fromkeys(places[:1] + places[-1:])]))
