@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, overload
 
-from graphengine.api.runner import Runner, acting, reading
+from graphengine.api.guards import acting, reading
+from graphengine.api.runner import Runner
 from graphengine.api.topics import M, MessageType, Publication, Subscription, open_subscription
 from graphengine.devices.sensor import Quaternion, Vector3
 from graphengine.devices.stage import Prim

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import functools
-import logging
 import math
-import os
 import re
 import signal
 import threading
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from types import FrameType
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
+from graphengine.api.run_options import RunOptions
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
 from graphengine.format.wording import listing
 from graphengine.messages.names import check_namespace
@@ -35,59 +33,6 @@ from graphengine.scene.loaded_scene import LoadedScene
 if TYPE_CHECKING:
     from graphengine.api.topics import Publication
     from graphengine.recording.recorder import Recorder
-
-Log = Callable[[str, str, str], None]
-"""A function that receives severity, prim path and text of a message."""
-
-P = ParamSpec("P")
-T = TypeVar("T")
-_LEVELS = {"error": logging.ERROR, "warning": logging.WARNING}
-
-
-def log_to_logging(severity: str, node: str, text: str) -> None:
-    """Send a node's message to the Python logger `graphengine`."""
-    message = f"{node}: {text}" if node else text
-    logging.getLogger("graphengine").log(_LEVELS.get(severity, logging.INFO), "%s", message)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RunOptions:
-    """Options of a session: the arguments of `Scene.session`, and those that only the command line sets.
-
-    Attributes:
-        complain: receives each problem with a peer on the network; None logs them.
-        environ: environment variables, of which ROS 2's name the domain and how far discovery reaches.
-        fault: receives each NodeError if `keep_going` is set; None logs them.
-        join: joins a domain in place of `transport`.
-        patient: DDS writers wait for slow readers.
-    """
-
-    transport: str = "memory"
-    keep_going: bool = False
-    bad_values: BadValues = "drop"
-    domain: int | None = None
-    record: Path | None = None
-    force: bool = False
-    control: str | None = None
-    simulation_interfaces: str | None = None
-    log: Log = log_to_logging
-    complain: Callable[[str], None] | None = None
-    environ: Mapping[str, str] = field(default_factory=lambda: os.environ)
-    fault: Callable[[NodeError], None] | None = None
-    join: Callable[[JoinOptions], Transport] | None = None
-    patient: bool = False
-
-
-def check_recording(path: Path, *, force: bool) -> None:
-    """Check that a recording can be written under this name.
-
-    Raises:
-        UsageError: the name does not end in `.mcap`, its folder does not exist, or the file exists and `force` is not set.
-    """
-    if path.suffix != ".mcap" or not path.parent.is_dir() or path.is_dir():
-        raise UsageError(f"{path}: write the name of a file in an existing folder, such as out.mcap")
-    if path.exists() and not force:
-        raise UsageError(f"{path}: already exists; --force overwrites it")
 
 
 class Runner:
@@ -201,7 +146,7 @@ class Runner:
         recorder, self._recorder = self._recorder, None
         if recorder is not None:
             try:
-                recorder.__exit__(type(error) if error is not None else None, error, None)
+                recorder.close(error)
             finally:
                 self.network.sinks.remove(recorder)
                 self.session.inbox = ExternalInputs()
@@ -286,13 +231,13 @@ class Runner:
             self._after_tick()
             return on_tick is None or on_tick(session)
 
-        with _Ticking(self):
+        with self._ticking():
             self.session.run(ends, None if math.isinf(factor) else factor, after_tick, paused=paused)
         return self.session.ticks == last
 
     def step(self, ticks: int) -> None:
         """Run a number of ticks as fast as possible; Ctrl-C ends it between two ticks."""
-        with _Ticking(self):
+        with self._ticking():
             self.session.services.world.realtime = False
             for _ in range(ticks):
                 self.desk.serve(self.session)
@@ -306,7 +251,43 @@ class Runner:
         for publication in tuple(self.publications):
             publication.after_tick(self.session.clock.frame)
 
-    def end_run(self, error: BaseException | None) -> None:
+    @contextmanager
+    def _ticking(self) -> Iterator[None]:
+        """Let ticks run: they cannot be nested, and the first Ctrl-C takes effect at the end of the tick.
+
+        A second Ctrl-C raises KeyboardInterrupt immediately. A SIGINT handler of the program stays in place.
+        """
+        if self.running:
+            raise StateError("the session is running: `until` must not run ticks")
+        self.running, pressed, error = True, False, None
+
+        def end(number: int, frame: FrameType | None) -> None:
+            nonlocal pressed
+            if pressed:
+                raise KeyboardInterrupt
+            pressed = True
+            self.session.interrupt()
+
+        own = threading.current_thread() is threading.main_thread()
+        handles = own and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        if handles:
+            signal.signal(signal.SIGINT, end)
+        try:
+            yield
+        except BaseException as raised:
+            error = raised
+            raise
+        finally:
+            if handles:
+                signal.signal(signal.SIGINT, signal.default_int_handler)
+            self.running = False
+            self._end_run(error)
+            if pressed:
+                self.session.interrupted = False
+                if error is None:
+                    raise KeyboardInterrupt
+
+    def _end_run(self, error: BaseException | None) -> None:
         """Pause after ticks, and close the recording after an error that ends the run."""
         if error is not None and (self.session.state == "failed" or isinstance(error, RecordingError)):
             self._end_recording(error)
@@ -334,78 +315,3 @@ class Runner:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-class _Ticking:
-    """A context in which ticks run: ticks cannot be nested, and the first Ctrl-C takes effect at the end of the tick.
-
-    A second Ctrl-C raises KeyboardInterrupt immediately. A SIGINT handler of the program stays in place.
-    """
-
-    __slots__ = ("_handles", "_pressed", "_runner")
-
-    def __init__(self, runner: Runner) -> None:
-        self._runner = runner
-        self._handles = self._pressed = False
-
-    def __enter__(self) -> None:
-        if self._runner.running:
-            raise StateError("the session is running: `until` must not run ticks")
-        self._runner.running = True
-        own = threading.current_thread() is threading.main_thread()
-        if own and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            self._handles = True
-            signal.signal(signal.SIGINT, self._end)
-
-    def _end(self, number: int, frame: FrameType | None) -> None:
-        if self._pressed:
-            raise KeyboardInterrupt
-        self._pressed = True
-        self._runner.session.interrupt()
-
-    def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
-        if self._handles:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-        self._runner.running = False
-        self._runner.end_run(error)
-        if self._pressed:
-            self._runner.session.interrupted = False
-            if error is None:
-                raise KeyboardInterrupt
-
-
-class HasRunner(Protocol):
-    """An object of the public API that uses one session."""
-
-    @property
-    def _runner(self) -> Runner: ...
-
-
-S = TypeVar("S", bound=HasRunner)
-
-
-def reading(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
-    """Decorate a method that reads a session: one thread at a time may call it."""
-
-    @functools.wraps(method)
-    def guarded(self: S, /, *args: P.args, **kwargs: P.kwargs) -> T:
-        runner = self._runner
-        runner.enter()
-        try:
-            runner.refuse_closed()
-            return method(self, *args, **kwargs)
-        finally:
-            runner.leave()
-
-    return guarded
-
-
-def acting(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
-    """Decorate a method that changes a session: one thread at a time may call it, and not in the state `failed`."""
-
-    @functools.wraps(method)
-    def guarded(self: S, /, *args: P.args, **kwargs: P.kwargs) -> T:
-        self._runner.session.admit()
-        return method(self, *args, **kwargs)
-
-    return reading(guarded)

@@ -9,7 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, get_args
 
-from graphengine.api.runner import Log, Runner, RunOptions, check_recording, log_to_logging
+from graphengine.api.run_options import Log, RunOptions, check_recording, log_to_logging
+from graphengine.api.runner import Runner
 from graphengine.api.session import Session
 from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import UsageError

@@ -6,7 +6,8 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import Any, Generic, TypeVar
 
-from graphengine.api.runner import HasRunner, Runner, acting
+from graphengine.api.guards import HasRunner, acting
+from graphengine.api.runner import Runner
 from graphengine.format.errors import TransportError, UsageError
 from graphengine.format.stateful import Stateful
 from graphengine.format.wording import did_you_mean, listing

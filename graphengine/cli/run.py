@@ -65,7 +65,7 @@ def _namespace(text: str) -> str:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run until the end or an interrupt; return 0, or 1 with errors."""
-    from graphengine.api.runner import RunOptions, check_recording
+    from graphengine.api.run_options import RunOptions, check_recording
     from graphengine.api.scene import start_runner
     from graphengine.cli.common import clean, counted, open_scene
     from graphengine.format.errors import UsageError
