@@ -6,6 +6,8 @@ import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Concatenate, ParamSpec, Protocol, TypeVar
 
+from graphengine.format.errors import StateError
+
 if TYPE_CHECKING:
     from graphengine.api.runner import Runner
 
@@ -31,7 +33,8 @@ def reading(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P
         runner = self._runner
         runner.enter()
         try:
-            runner.refuse_closed()
+            if runner.closed:
+                raise StateError("the session is closed")
             return method(self, *args, **kwargs)
         finally:
             runner.leave()

@@ -176,15 +176,6 @@ class Runner:
         """Unlock the session."""
         self._lock.release()
 
-    def refuse_closed(self) -> None:
-        """Check that the session is open.
-
-        Raises:
-            StateError: it is closed.
-        """
-        if self.closed:
-            raise StateError("the session is closed")
-
     def command(self, name: str, /, **arguments: Any) -> Any:
         """Execute a command of `runtime.commands` immediately.
 
