@@ -13,24 +13,10 @@ from graphengine.cli import main as graphrun
 from graphengine.messages.messages import Clock, Odometry, Twist, Vector3
 from graphengine.testing import session
 from tests.api.conftest import Start
+from tests.service_graphs import LIGHT, SET_BOOL
 
 ODOM, CMD_VEL = "/dd100_0000/odom", "/dd100_0000/cmd_vel"
-SET_BOOL = "std_srvs/srv/SetBool"
-LIGHT = """
-nodes:
-  Tick: OnPlaybackTick
-  Server:
-    type: ROS2ServiceServerRequest
-    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool}
-  Answer:
-    type: ROS2ServiceServerResponse
-    inputs: {messagePackage: std_srvs, messageName: SetBool, "Response:message": done}
-connections:
-  - Tick.tick -> Server.execIn
-  - Server.onReceived -> Answer.onReceived
-  - Server.serverHandle -> Answer.serverHandle
-  - Server.Request:data -> Answer.Response:success
-"""
+SERVER = LIGHT.removeprefix("graph: light\n")
 TRANSPORTS = ["memory", pytest.param("dds", marks=pytest.mark.xdist_group("network"))]
 
 
@@ -115,7 +101,7 @@ def test_what_cannot_be_is_told(sim: ge.Session, ask: Callable[[ge.Session], obj
 
 
 def test_a_service_of_a_graph_is_called(start: Start, transport: str) -> None:
-    sim = start(LIGHT, transport=transport)
+    sim = start(SERVER, transport=transport)
     for wanted in (True, False):
         answer = sim.call("/light", {"data": wanted})
         assert (answer.success, answer.message) == (wanted, "done")
@@ -123,7 +109,7 @@ def test_a_service_of_a_graph_is_called(start: Start, transport: str) -> None:
 
 
 def test_a_service_that_nobody_offers_does_not_answer(start: Start) -> None:
-    sim = start(LIGHT)
+    sim = start(SERVER)
     with pytest.raises(ge.TransportError, match=r"/dark: no answer within 0\.5 s of simulation\n  nobody offers it as"):
         sim.call("/dark", {"data": True}, timeout=0.5, type=SET_BOOL)
     assert (sim.time, sim.state) == (0.5, "paused")

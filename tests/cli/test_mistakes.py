@@ -119,8 +119,7 @@ def shown(arguments: list[str]) -> str:
 
 @pytest.mark.parametrize("arguments", USAGE, ids=shown)
 def test_a_command_line_that_makes_no_sense_is_told_so(graphrun: Graphrun, folder: Path, arguments: list[str]) -> None:
-    result = graphrun(*arguments)
-    assert (result.code, result.out) == (2, "")
+    result = graphrun(*arguments, code=2, out="")
     assert result.err.startswith(("graphrun: ", "graphrun "))
     assert "usage: " not in result.err
     assert "Traceback" not in result.err
@@ -130,8 +129,7 @@ def test_a_command_line_that_makes_no_sense_is_told_so(graphrun: Graphrun, folde
 def test_a_file_or_a_value_that_makes_no_sense_is_told_so(
     graphrun: Graphrun, folder: Path, arguments: list[str]
 ) -> None:
-    result = graphrun(*arguments)
-    assert result.code == 1
+    result = graphrun(*arguments, code=1)
     assert "error" in result.out + result.err
     assert "Traceback" not in result.out + result.err
 
@@ -175,8 +173,7 @@ def test_an_environment_that_makes_no_sense_is_told_so(
     graphrun: Graphrun, folder: Path, monkeypatch: pytest.MonkeyPatch, variable: str, value: str
 ) -> None:
     monkeypatch.setenv(variable, value)
-    result = graphrun("run", "mine.yaml", "--for", "100ms", "--transport", "dds")
-    assert result.code == 1
+    result = graphrun("run", "mine.yaml", "--for", "100ms", "--transport", "dds", code=1)
     assert result.err.startswith(f"error: {variable} is {value!r}\n")
     assert "legal: " in result.err
 
@@ -201,8 +198,7 @@ def test_a_scene_whose_name_is_no_name_of_a_node_runs_on_the_network(graphrun: G
 def test_a_verb_or_option_that_is_mistyped_gets_a_suggestion(
     graphrun: Graphrun, arguments: list[str], hint: str
 ) -> None:
-    result = graphrun(*arguments)
-    assert (result.code, result.out) == (2, "")
+    result = graphrun(*arguments, code=2, out="")
     assert result.err.splitlines()[-2] == f"  {hint}"
 
 

@@ -39,8 +39,7 @@ def test_a_place_that_cannot_be_recorded_to_is_told_before_anything_runs(
     graphrun: Graphrun, project: Path, name: str, expected: str
 ) -> None:
     (project / "there.mcap").write_bytes(b"mine")
-    result = graphrun("run", "mine.yaml", "--record", name, *MEMORY)
-    assert (result.code, result.err) == (2, f"graphrun run: --record {name}: {expected}\n")
+    graphrun("run", "mine.yaml", "--record", name, *MEMORY, code=2, err=f"graphrun run: --record {name}: {expected}\n")
     assert (project / "there.mcap").read_bytes() == b"mine"
 
 
@@ -124,5 +123,4 @@ def test_a_run_over_dds_is_the_same(graphrun: Graphrun, domain_id: int, tmp_path
         ]
     assert speeds
     assert set(speeds) <= {0.1 * speed for speed in range(10)}
-    result = graphrun("replay", str(path))
-    assert (result.code, result.err) == (0, "")
+    graphrun("replay", str(path), code=0, err="")

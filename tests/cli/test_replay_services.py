@@ -14,39 +14,11 @@ from graphengine.ros.transports.memory.memory_services import MemoryClient, Memo
 from tests.cli.harness import Graphrun
 from tests.nodes.test_service_prim import FILES, Asking
 from tests.recording.harness import Run, put, record
-from tests.ros.test_service_endpoints import ANSWER, ASK, INFO, SET_BOOL
+from tests.ros.test_service_endpoints import ANSWER, ASK, INFO
+from tests.service_graphs import CALLING, LIGHT, SET_BOOL
 
 TOPIC = "/light/_service_event"
-LIGHT = """graph: light
-nodes:
-  Tick: OnPlaybackTick
-  Server:
-    type: ROS2ServiceServerRequest
-    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool}
-  Answer:
-    type: ROS2ServiceServerResponse
-    inputs: {messagePackage: std_srvs, messageName: SetBool, "Response:message": done}
-connections:
-  - Tick.tick -> Server.execIn
-  - Server.onReceived -> Answer.onReceived
-  - Server.serverHandle -> Answer.serverHandle
-  - Server.Request:data -> Answer.Response:success
-"""
-CALLING = """graph: calling
-nodes:
-  Tick: OnPlaybackTick
-  Client:
-    type: ROS2ServiceClient
-    inputs: {serviceName: light, messagePackage: std_srvs, messageName: SetBool}
-  Say: {type: ROS2Publisher, inputs: {topicName: said, messagePackage: std_msgs, messageName: String}}
-connections:
-  - Tick.tick -> Client.execIn
-  - Client.execOut -> Say.execIn
-  - Client.Response:message -> Say.data
-"""
-BOTH = LIGHT.replace(
-    "connections:", CALLING.partition("  Tick: OnPlaybackTick\n")[2].replace("connections:", "connections:"), 1
-)
+BOTH = LIGHT.replace("connections:", CALLING.partition("  Tick: OnPlaybackTick\n")[2])
 
 
 def asking(*ticks: int) -> Callable[[int, Run], None]:
@@ -86,24 +58,20 @@ def answering(late: int) -> Callable[[int, Run], None]:
 def test_requests_are_replayed_and_answers_compared(graphrun: Graphrun, tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     record(path, 40, put(tmp_path / "light.yaml", LIGHT), before=asking(3, 7, 8))
-    result = graphrun("replay", str(path))
-    assert (result.code, result.err) == (0, "")
-    assert result.out == "identical: 6 messages in 40 ticks, 0.667 s\n"
+    graphrun("replay", str(path), code=0, err="", out="identical: 6 messages in 40 ticks, 0.667 s\n")
 
 
 def test_answers_are_replayed_and_calls_compared_also_over_a_stop(graphrun: Graphrun, tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     record(path, 40, put(tmp_path / "calling.yaml", CALLING), before=answering(3))
-    result = graphrun("replay", str(path))
-    assert (result.code, result.err) == (0, "")
+    result = graphrun("replay", str(path), code=0, err="")
     assert result.out.startswith("identical: ")
 
 
 def test_a_client_and_a_server_of_one_graph_are_replayed(graphrun: Graphrun, tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     record(path, 10, put(tmp_path / "both.yaml", BOTH))
-    result = graphrun("replay", str(path))
-    assert (result.code, result.err) == (0, "")
+    result = graphrun("replay", str(path), code=0, err="")
     # Ten calls, nine answers to those that were heard, and what is said of each from the fourth tick on.
     assert result.out == "identical: 26 messages in 10 ticks, 0.167 s\n"
 
@@ -119,8 +87,7 @@ def test_another_answer_is_told_by_its_field(graphrun: Graphrun, tmp_path: Path)
     path, scene = tmp_path / "out.mcap", put(tmp_path / "light.yaml", LIGHT)
     record(path, 20, scene, before=asking(3))
     put(scene, LIGHT.replace("done", "did"))
-    result = graphrun("replay", str(path), "--against", str(scene))
-    assert result.code == 1
+    result = graphrun("replay", str(path), "--against", str(scene), code=1)
     assert f"different in tick 3, t = 0.050000 s: {TOPIC}" in result.out
     assert "published by /World/light/Server" in result.out
     assert "response[0].message: recorded 'done', replayed 'did'" in result.out
@@ -130,8 +97,7 @@ def test_an_answer_that_does_not_come_is_told_with_the_node_that_owes_it(graphru
     path, scene = tmp_path / "out.mcap", put(tmp_path / "light.yaml", LIGHT)
     record(path, 20, scene, before=asking(3))
     put(scene, LIGHT.replace("  - Server.onReceived -> Answer.onReceived\n", ""))
-    result = graphrun("replay", str(path), "--against", str(scene))
-    assert result.code == 1
+    result = graphrun("replay", str(path), "--against", str(scene), code=1)
     assert f"different in tick 3, t = 0.050000 s: {TOPIC}\n  published by /World/light/Server" in result.out
     assert "the replay sends no such message\n" in result.out
 
@@ -140,8 +106,7 @@ def test_a_server_that_is_gone_is_told(graphrun: Graphrun, tmp_path: Path) -> No
     path, scene = tmp_path / "out.mcap", put(tmp_path / "light.yaml", LIGHT)
     record(path, 20, scene, before=asking(3))
     put(scene, LIGHT.replace("serviceName: light", "serviceName: lamp"))
-    result = graphrun("replay", str(path), "--against", str(scene))
-    assert result.code == 1
+    result = graphrun("replay", str(path), "--against", str(scene), code=1)
     assert f"nobody reads {TOPIC} ({SET_BOOL}_Event)" in result.err
 
 
@@ -159,8 +124,7 @@ def test_other_readers_of_bags_find_events_of_service_introspection(tmp_path: Pa
 
 def test_what_run_records_is_the_same(graphrun: Graphrun, tmp_path: Path) -> None:
     path, scene = tmp_path / "out.mcap", put(tmp_path / "both.yaml", BOTH)
-    ran = graphrun("run", str(scene), "--for", "1s", "--record", str(path), "--transport", "memory")
-    assert ran.code == 0
+    graphrun("run", str(scene), "--for", "1s", "--record", str(path), "--transport", "memory", code=0)
     assert graphrun("replay", str(path)).out.startswith("identical: ")
 
 

@@ -45,7 +45,7 @@ def peer(domain_id: int) -> Iterator[DdsTransport]:
 @pytest.fixture
 def topic(graphrun: Graphrun) -> Graphrun:
     """`graphrun topic` in this process."""
-    return lambda verb, *arguments: graphrun("topic", verb, *arguments, "--transport", "dds")
+    return lambda verb, *arguments, **ended: graphrun("topic", verb, *arguments, "--transport", "dds", **ended)
 
 
 def latch(peer: DdsTransport, name: str, message: Any) -> None:
@@ -79,8 +79,7 @@ def crowd(peer: DdsTransport) -> DdsTransport:
 
 
 def test_list_names_every_topic_in_order(topic: Graphrun, crowd: DdsTransport) -> None:
-    result = topic("list")
-    assert (result.code, result.err) == (0, "")
+    result = topic("list", code=0, err="")
     assert result.lines == ["/cmd_vel", "/parameter_events", "/rosout", "/scan"]
 
 
@@ -108,8 +107,7 @@ def test_list_counts_who_writes_and_reads(topic: Graphrun, crowd: DdsTransport) 
 
 
 def test_where_nobody_is_list_says_where_it_looked(topic: Graphrun, domain_id: int) -> None:
-    result = topic("list")
-    assert (result.code, result.out) == (0, "")
+    result = topic("list", code=0, out="")
     assert result.err.startswith("no topics; dds (Eclipse Cyclone DDS), domain ")
 
 
@@ -140,8 +138,7 @@ def test_info_tells_everything_of_each_end(topic: Graphrun, peer: DdsTransport) 
 def test_a_topic_that_is_not_there_is_told_with_what_is_near(
     topic: Graphrun, crowd: DdsTransport, name: str, hint: str
 ) -> None:
-    result = topic("info", name)
-    assert (result.code, result.out) == (1, "")
+    result = topic("info", name, code=1, out="")
     assert result.err.startswith(f"error: unknown topic {name!r}\n{hint}\nseen over dds")
 
 
@@ -224,8 +221,7 @@ def test_echo_drops_what_a_peer_with_another_definition_sends_and_warns(
     with monkeypatch.context() as patch:
         patch.setattr(type(DEFINITIONS), "type_hash", lambda self, name: other)
         latch(peer, "/chatter", messages.String("hello"))
-    result = topic("echo", "--once", "--timeout", "1", "/chatter")
-    assert (result.code, result.out) == (1, "")
+    result = topic("echo", "--once", "--timeout", "1", "/chatter", code=1, out="")
     assert result.err.splitlines() == [
         f"WARNING: /robots/peer has another definition of {STRING} ({other}): its messages are dropped",
         "nothing arrived on /chatter within 1 s",
@@ -319,8 +315,7 @@ def test_pub_tells_why_nobody_matches(
     topic: Graphrun, peer: DdsTransport, name: str, message_type: str, options: list[str], reason: str
 ) -> None:
     peer.reader("/cmd_vel", TWIST, QoS(), lambda data: None)
-    result = topic("pub", "--once", name, message_type, "--max-wait-time-secs", "0.1", *options)
-    assert result.code == 1
+    result = topic("pub", "--once", name, message_type, "--max-wait-time-secs", "0.1", *options, code=1)
     assert result.out.startswith(f"Waiting for at least 1 matching subscription(s)...\n  {reason}")
     assert result.err.startswith("error: Timed out waiting for subscribers: Expected 1 subscribers but only got 0 ")
     assert reason in result.err
@@ -337,8 +332,7 @@ def test_pub_that_waits_for_a_reader_says_how_to_leave(domain_id: int) -> None:
 
 def test_pub_with_a_time_limit_says_nothing_of_it(topic: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("graphengine.cli.topic.pub.PATIENCE", 0.01)
-    result = topic("pub", "--once", "/cmd_vel", TWIST, "--max-wait-time-secs", "1")
-    assert result.code == 1
+    result = topic("pub", "--once", "/cmd_vel", TWIST, "--max-wait-time-secs", "1", code=1)
     assert "-w 0" not in result.err
 
 
@@ -404,8 +398,7 @@ def test_mistakes_are_told_in_words(
 
 def test_without_ros_rclpy_is_refused_with_the_reason(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "rclpy.executors", None)
-    result = graphrun("topic", "list", "--transport", "rclpy")
-    assert (result.code, result.out) == (1, "")
+    result = graphrun("topic", "list", "--transport", "rclpy", code=1, out="")
     assert result.err.startswith("error: rclpy cannot be used: ")
 
 
