@@ -12,10 +12,8 @@ from typing import TYPE_CHECKING, Any, get_args
 from graphengine.api.run_options import Log, RunOptions, check_recording, log_to_logging
 from graphengine.api.runner import Runner
 from graphengine.api.session import Session
-from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
-from graphengine.messages.endpoints import EndpointClaim
 from graphengine.messages.names import join_namespaces
 from graphengine.node.dropped_values import BadValues
 from graphengine.scene.loaded_scene import LoadedScene
@@ -60,53 +58,40 @@ class Scene:
 
     Any number of sessions can be started from it. A pickle holds the bytes of its files, so another process needs none of
     them; it imports the modules of node types.
+
+    Attributes:
+        name: name of its file, without folder and suffix.
+        findings: warnings and notes in file order; `str(finding.span)` is the place, `finding.render()` the text.
+        topics: topics and services that nodes use, by name, as `graphrun topics` prints them.
+        graphs: graphs by name (`robot/graph` for those of robots), in execution order.
+        robots: robots by name.
     """
 
     def __init__(self, loaded: LoadedScene, modules: Sequence[str] = ()) -> None:
         self._loaded = loaded
         self._modules = modules
-        self._findings = tuple(loaded.findings.sorted())
-        self._topics = tuple(sorted(loaded.claims, key=lambda claim: (claim.topic, claim.direction, claim.node)))
-        self._graphs = {
-            graph.name: GraphInfo(
-                graph.prim_path,
-                Path(graph.flat.loaded.document.source.path),
-                {one.id: one.cls.type_name for one in graph.instances if not one.part_of},
-            )
-            for graph in loaded.planned
-        }
         stage = loaded.stage
-        self._robots = {
-            prim.entity_name: RobotInfo(
-                prim.path, join_namespaces(stage.namespaces(prim.facts["base_link"])), tuple(prim.facts["joints"])
-            )
-            for prim in stage.prims("robot")
-        }
-
-    @property
-    def name(self) -> str:
-        """Name of its file, without folder and suffix."""
-        return self._loaded.path.stem
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """Warnings and notes in file order; `str(finding.span)` is the place, `finding.render()` the text."""
-        return self._findings
-
-    @property
-    def topics(self) -> tuple[EndpointClaim, ...]:
-        """Topics and services that nodes use, by name, as `graphrun topics` prints them."""
-        return self._topics
-
-    @property
-    def graphs(self) -> Mapping[str, GraphInfo]:
-        """Graphs by name (`robot/graph` for those of robots), in execution order."""
-        return MappingProxyType(self._graphs)
-
-    @property
-    def robots(self) -> Mapping[str, RobotInfo]:
-        """Robots by name."""
-        return MappingProxyType(self._robots)
+        self.name = loaded.path.stem
+        self.findings = tuple(loaded.findings.sorted())
+        self.topics = tuple(sorted(loaded.claims, key=lambda claim: (claim.topic, claim.direction, claim.node)))
+        self.graphs: Mapping[str, GraphInfo] = MappingProxyType(
+            {
+                graph.name: GraphInfo(
+                    graph.prim_path,
+                    Path(graph.flat.loaded.document.source.path),
+                    {one.id: one.cls.type_name for one in graph.instances if not one.part_of},
+                )
+                for graph in loaded.planned
+            }
+        )
+        self.robots: Mapping[str, RobotInfo] = MappingProxyType(
+            {
+                prim.entity_name: RobotInfo(
+                    prim.path, join_namespaces(stage.namespaces(prim.facts["base_link"])), tuple(prim.facts["joints"])
+                )
+                for prim in stage.prims("robot")
+            }
+        )
 
     def session(
         self,
@@ -228,8 +213,8 @@ class Scene:
         return unpack, (PackedScene.of(self._loaded), self._modules)
 
     def __repr__(self) -> str:
-        robots = ", ".join(list(self._robots)[:5]) + (", …" if len(self._robots) > 5 else "")
-        return f"<Scene {self.name}: {len(self._graphs)} graphs, robots: {robots or 'none'}>"
+        robots = ", ".join(list(self.robots)[:5]) + (", …" if len(self.robots) > 5 else "")
+        return f"<Scene {self.name}: {len(self.graphs)} graphs, robots: {robots or 'none'}>"
 
 
 def loaded_of(scene: Scene) -> LoadedScene:

@@ -255,11 +255,6 @@ def print_findings(findings: Findings | Sequence[Finding], *, stream: Any = None
 
 def table(rows: Sequence[Sequence[str]], *, indent: str = "") -> str:
     """Format rows as columns of equal width; the last column is not padded."""
-    if not rows:
-        return ""
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = []
-    for row in rows:
-        cells = [cell.ljust(width) for cell, width in zip(row[:-1], widths[:-1], strict=True)]
-        lines.append((indent + "  ".join([*cells, row[-1]])).rstrip())
-    return "\n".join(lines)
+    *widths, _ = (max(map(len, column)) for column in zip(*rows, strict=True))
+    padded = ([*map(str.ljust, row, widths), row[-1]] for row in rows)
+    return "\n".join((indent + "  ".join(cells)).rstrip() for cells in padded)
