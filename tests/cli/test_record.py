@@ -99,8 +99,7 @@ def test_a_file_that_may_not_grow_ends_the_run_and_keeps_what_there_is(graphrun:
 def test_a_run_over_dds_is_the_same(graphrun: Graphrun, domain_id: int, tmp_path: Path) -> None:
     path, odometry = tmp_path / "out.mcap", list[bytes]()
     env = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    peer = DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))
-    try:
+    with contextlib.closing(DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))) as peer:
         writer = peer.writer(CMD_VEL, "geometry_msgs/msg/Twist", QoS())
         peer.reader(ODOM, ODOMETRY, QoS(), odometry.append)
         with live("run", "dd100_flat", "--transport", "dds", "--record", str(path), env=env) as run:
@@ -113,8 +112,6 @@ def test_a_run_over_dds_is_the_same(graphrun: Graphrun, domain_id: int, tmp_path
 
             assert eventually(moves), run.said
             assert run.stop(signal.SIGINT) == 0, run.said
-    finally:
-        peer.close()
     with path.open("rb") as file:
         speeds = [
             messages.decode(message.data, schema.name).linear.x

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import signal
 import time
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -271,8 +272,7 @@ def test_a_run_that_is_to_outlive_its_terminal_does() -> None:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_takes_the_endpoints_off_the_network(number: signal.Signals, domain_id: int) -> None:
     env = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    peer = DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))
-    try:
+    with closing(DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))) as peer:
         writer = peer.writer("/dd100_0000/cmd_vel", "geometry_msgs/msg/Twist", QoS())
         with live("run", "dd100_flat", "--transport", "dds", env=env) as run:
             assert run.hear(lambda said: f"domain {domain_id}" in said)
@@ -280,8 +280,6 @@ def test_a_signal_takes_the_endpoints_off_the_network(number: signal.Signals, do
             assert run.stop(number) == 0, run.said
             assert SUMMARY.search(run.said)
             assert eventually(lambda: not writer.matched), "the robot's subscription is still there"
-    finally:
-        peer.close()
 
 
 # What is shown meanwhile

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import threading
+from contextlib import closing
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -63,23 +64,21 @@ def test_a_graph_answers_another_process(around: Surroundings) -> None:
         answer = messages.decode(data, f"{SET_BOOL}_Response")
         answers.append((number, answer.success, answer.message))
 
-    with live("run", around.graph(LIGHT), "--transport", "dds", env=around.variables) as running:
-        transport = DdsTransport(JoinOptions(around.domain, "peer"))
-        try:
-            client = transport.client("/light", SET_BOOL, QoS(), keep)
-            assert eventually(lambda: client.ready), running.said
-            for data in (True, False, True):
-                client.call(messages.encode(ASK(data)))
-            assert eventually(lambda: len(answers) == 3), answers
-        finally:
-            transport.close()
+    with (
+        live("run", around.graph(LIGHT), "--transport", "dds", env=around.variables) as running,
+        closing(DdsTransport(JoinOptions(around.domain, "peer"))) as transport,
+    ):
+        client = transport.client("/light", SET_BOOL, QoS(), keep)
+        assert eventually(lambda: client.ready), running.said
+        for data in (True, False, True):
+            client.call(messages.encode(ASK(data)))
+        assert eventually(lambda: len(answers) == 3), answers
     assert answers == [(1, True, "done"), (2, False, "done"), (3, True, "done")]
 
 
 def test_a_graph_asks_a_server_that_comes_later(around: Surroundings) -> None:
     asked: list[bool] = []
     said: list[str] = []
-    transport = DdsTransport(JoinOptions(around.domain, "peer"))
     made = threading.Event()
 
     def respond(request_id: bytes, data: bytes) -> None:
@@ -90,15 +89,13 @@ def test_a_graph_asks_a_server_that_comes_later(around: Surroundings) -> None:
     def hear(data: bytes) -> None:
         said.append(messages.decode(data, "std_msgs/msg/String").data)
 
-    try:
+    with closing(DdsTransport(JoinOptions(around.domain, "peer"))) as transport:
         transport.reader("/said", "std_msgs/msg/String", QoS(), hear)
         with live("run", around.graph(CALLING_ONCE), "--transport", "dds", env=around.variables) as running:
             assert running.hear(lambda text: "discovery range LOCALHOST" in text), running.said
             server = transport.server("/light", SET_BOOL, QoS(), respond)
             made.set()
             assert eventually(lambda: said), running.said
-    finally:
-        transport.close()
     assert (asked, said) == ([True], ["it is on"])
 
 
