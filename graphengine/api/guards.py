@@ -27,7 +27,15 @@ S = TypeVar("S", bound=HasRunner)
 
 def reading(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
     """Decorate a method that reads a session: one thread at a time may call it."""
+    return _guarded(method, acts=False)
 
+
+def acting(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
+    """Decorate a method that changes a session: one thread at a time may call it, and not in the state `failed`."""
+    return _guarded(method, acts=True)
+
+
+def _guarded(method: Callable[Concatenate[S, P], T], acts: bool) -> Callable[Concatenate[S, P], T]:
     @functools.wraps(method)
     def guarded(self: S, /, *args: P.args, **kwargs: P.kwargs) -> T:
         runner = self._runner
@@ -35,19 +43,10 @@ def reading(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P
         try:
             if runner.closed:
                 raise StateError("the session is closed")
+            if acts:
+                runner.session.admit()
             return method(self, *args, **kwargs)
         finally:
-            runner.leave()
+            runner.lock.release()
 
     return guarded
-
-
-def acting(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
-    """Decorate a method that changes a session: one thread at a time may call it, and not in the state `failed`."""
-
-    @functools.wraps(method)
-    def guarded(self: S, /, *args: P.args, **kwargs: P.kwargs) -> T:
-        self._runner.session.admit()
-        return method(self, *args, **kwargs)
-
-    return reading(guarded)

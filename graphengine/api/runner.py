@@ -58,7 +58,8 @@ class Runner:
         """Messages that are sent again and again, in the order in which that began."""
         self.writers: dict[object, Writer] = {}
         """Writers of the user's messages, by topic, type and transport."""
-        self._lock = threading.RLock()
+        self.lock = threading.RLock()
+        """Held by the thread that uses the session."""
         self.closed = False
         self.running = False
         """Whether ticks are under way, or called `until`."""
@@ -162,19 +163,15 @@ class Runner:
     # Who may call it, and when
 
     def enter(self) -> None:
-        """Lock the session for this thread until `leave`.
+        """Take `lock` for this thread, which has to release it.
 
         Raises:
-            StateError: another thread has locked it.
+            StateError: another thread has it.
         """
-        if not self._lock.acquire(blocking=False):
+        if not self.lock.acquire(blocking=False):
             raise StateError(
                 "another thread uses this session; only submit and interrupt may be called from any thread"
             )
-
-    def leave(self) -> None:
-        """Unlock the session."""
-        self._lock.release()
 
     def command(self, name: str, /, **arguments: Any) -> Any:
         """Execute a command of `runtime.commands` immediately.
@@ -299,7 +296,7 @@ class Runner:
             self.closed = True
             self._closing.close()
         finally:
-            self.leave()
+            self.lock.release()
 
     def __enter__(self) -> Runner:
         return self
