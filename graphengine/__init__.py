@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 from graphengine.format.version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from graphengine.api.loading import load as load
     from graphengine.api.robots import Joint as Joint
     from graphengine.api.robots import Pose as Pose
     from graphengine.api.robots import Robot as Robot
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     from graphengine.api.scene import GraphInfo as GraphInfo
     from graphengine.api.scene import RobotInfo as RobotInfo
     from graphengine.api.scene import Scene as Scene
+    from graphengine.api.scene_loading import load as load
     from graphengine.api.session import Checkpoint as Checkpoint
     from graphengine.api.session import Session as Session
     from graphengine.api.topics import Publication as Publication
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from graphengine.format.errors import UsageError as UsageError
 
 _MODULES = {
-    "api.loading": ("load",),
+    "api.scene_loading": ("load",),
     "api.scene": ("Scene", "GraphInfo", "RobotInfo"),
     "api.session": ("Session", "Checkpoint"),
     "api.topics": ("Subscription", "Publication"),

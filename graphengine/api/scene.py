@@ -207,7 +207,7 @@ class Scene:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the scene as the bytes of its files, the arguments of `load` and the names of modules."""
-        from graphengine.api.loading import unpack
+        from graphengine.api.scene_loading import unpack
         from graphengine.recording.packing import PackedScene
 
         return unpack, (PackedScene.of(self._loaded), self._modules)

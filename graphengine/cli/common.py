@@ -224,7 +224,7 @@ def open_scene(arguments: argparse.Namespace) -> Scene | None:
 
 def open_file(path: Path, options: Options, modules: Sequence[str] = (), *, graphs: bool = True) -> Scene | None:
     """Load the scene in a file, without its graphs if not `graphs`; print its findings, and return None if there are errors."""
-    from graphengine.api.loading import open_scene
+    from graphengine.api.scene_loading import open_scene
 
     try:
         opened = open_scene(path, options, modules, graphs=graphs)

@@ -66,9 +66,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable[[str], str]) -> int:
-    from graphengine.api.loading import open_scene
     from graphengine.api.run_options import RunOptions
     from graphengine.api.scene import start_runner
+    from graphengine.api.scene_loading import open_scene
     from graphengine.format.errors import CheckError, RecordingError, UsageError
     from graphengine.recording import platform_info
     from graphengine.recording.replay import Replay, SilentTransport

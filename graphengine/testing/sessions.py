@@ -64,7 +64,7 @@ def session_fixture(
 
 def _loader(source: str | PathLike[str], arguments: dict[str, Any]) -> tuple[Callable[[], Scene], dict[str, Any]]:
     """A function that loads the scene once, and those of the keyword arguments that are for `Scene.session`."""
-    from graphengine.api.loading import load
+    from graphengine.api.scene_loading import load
 
     names = inspect.signature(load).parameters
     of_load = {name: value for name, value in arguments.items() if name in names}
