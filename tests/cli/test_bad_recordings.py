@@ -91,6 +91,7 @@ def clock_recording(tmp_path_factory: pytest.TempPathFactory) -> bytes:
         ({"manifest": {"format": "2"}}, "it is of format '2', and this version reads 1"),
         ({"manifest": {"seed": '"x"'}}, "its seed cannot be"),
         ({"manifest": {"period": "[1, 0]"}}, "its period.1 cannot be"),
+        ({"manifest": {"domain_from_environment": "233"}}, "its domain_from_environment cannot be"),
         ({"manifest": {"seed": "{"}}, "how the run was made cannot be read"),
         ({"manifest": {"given": '"project/../../etc/passwd"'}}, "is no name that a file of a recording can have"),
         ({"attachments": {"project/hall/clock.yaml": b"graph: other"}}, "is not what it was"),

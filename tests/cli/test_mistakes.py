@@ -59,18 +59,9 @@ USAGE = [
     ["run", "dd100_flat", "--fro", "10s"],
     ["run", "dd100_flat", "--for"],
     ["run", "dd100_flat", "--for=-1s"],
-    ["run", "dd100_flat", "--rate", "0"],
-    ["run", "dd100_flat", "--rate", "1e-320"],
-    ["run", "dd100_flat", "--transport", "zenoh"],
     ["run", "dd100_flat", "--seed", "1.5"],
-    ["run", "dd100_flat", "--set", "wheelRadius"],
     ["run", "dd100_flat", "--set", "Diff.wheelRadius=1"],
-    ["run", "dd100_flat", "--set", "*.topicName=["],
     ["run", "dd100_flat", "--set", "*.topicName=a: b: c"],
-    ["run", "dd100_flat", "--allow", "nowhere"],
-    ["run", "dd100_flat", "--scene", "nowhere"],
-    ["run", "dd100/cmd_vel"],
-    ["run", "clock", "--robot-state"],
     ["run", "nowhere"],
     ["run", ""],
     ["run", "."],
@@ -81,10 +72,7 @@ USAGE = [
     ["show", "clock", "--plan", "--schedule"],
     ["nodes", "Nowhere"],
     ["nodes", "Tick", "Tock"],
-    *(
-        ["nodes", "--import", module]
-        for module in ("", ".", ".x", "a b", "nowhere", "fine.py", "raises", "syntax", "leaves", "lacks", "unported")
-    ),
+    *(["nodes", "--import", module] for module in ("", ".", ".x", "a b")),
 ]
 
 ERRORS = [
@@ -157,7 +145,7 @@ def test_neither_is_there_a_traceback_in_a_process_of_its_own(folder: Path, argu
 def test_a_module_that_cannot_be_imported_is_told_with_its_line(
     graphrun: Graphrun, folder: Path, module: str, complaint: str
 ) -> None:
-    assert graphrun("nodes", "--import", module).err == f"graphrun nodes: --import {module}: {complaint}\n"
+    graphrun("nodes", "--import", module, code=2, out="", err=f"graphrun nodes: --import {module}: {complaint}\n")
 
 
 @pytest.mark.parametrize(

@@ -143,7 +143,8 @@ def test_a_paced_run_takes_no_less_than_its_time(graphrun: Graphrun, project: Pa
 def test_a_bad_value_of_an_option_is_told_with_what_is_legal(
     graphrun: Graphrun, project: Path, option: str, value: str, remedy: str
 ) -> None:
-    result = graphrun("run", "mine.yaml", option, value, code=2)
+    result = graphrun("run", "mine.yaml", option, value, code=2, out="")
+    assert result.err.startswith("graphrun run: ")
     assert repr(value) in result.err or value in result.err
     assert remedy in result.err
 
