@@ -34,9 +34,11 @@ class RunOptions:
         fault: receives each NodeError if `keep_going` is set; None logs them.
         join: joins a domain in place of `transport`.
         patient: DDS writers wait for slow readers.
+        seed: seed of all random generators; None takes the scene's.
     """
 
     transport: str = "memory"
+    seed: int | None = None
     keep_going: bool = False
     bad_values: BadValues = "drop"
     domain: int | None = None

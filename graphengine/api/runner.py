@@ -13,7 +13,7 @@ from dataclasses import replace
 from types import FrameType
 from typing import TYPE_CHECKING, Any, get_args
 
-from graphengine.api.run_options import RunOptions
+from graphengine.api.run_options import RunOptions, check_recording
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
 from graphengine.format.wording import listing
 from graphengine.messages.names import check_namespace
@@ -41,16 +41,13 @@ class Runner:
     Args:
         scene: scene without errors.
         options: options of the session.
-        seed: seed of all random generators; None takes the scene's.
         modules: Python modules with node types, named in the recording.
 
     Raises:
         GraphError: a part of the session cannot start; the parts already started are closed.
     """
 
-    def __init__(
-        self, scene: LoadedScene, options: RunOptions, seed: int | None = None, modules: Sequence[str] = ()
-    ) -> None:
+    def __init__(self, scene: LoadedScene, options: RunOptions, modules: Sequence[str] = ()) -> None:
         self.scene = scene
         self.options = options
         self.desk = Desk()
@@ -78,7 +75,7 @@ class Runner:
             self.session = build.start(
                 scene,
                 self.network,
-                seed=seed,
+                seed=options.seed,
                 domain_id=domain.id,
                 domain_from_environment=own.id if "ROS_DOMAIN_ID" in options.environ else None,
                 log=options.log,
@@ -101,6 +98,8 @@ class Runner:
             raise UsageError(f"bad_values: no policy {options.bad_values!r}; {listing(get_args(BadValues))}")
         if options.simulation_interfaces is not None:
             check_namespace(options.simulation_interfaces)
+        if options.record is not None:
+            check_recording(options.record, force=options.force)
 
     def _open_domain(self, domain: Domain, number: int) -> Transport:
         options = self.options

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, get_args
 
-from graphengine.api.run_options import Log, RunOptions, check_recording, log_to_logging
+from graphengine.api.run_options import Log, RunOptions, log_to_logging
 from graphengine.api.runner import Runner
 from graphengine.api.session import Session
 from graphengine.format.errors import UsageError
@@ -132,6 +132,7 @@ class Scene:
         """
         options = RunOptions(
             transport=transport,
+            seed=seed,
             keep_going=keep_going,
             bad_values=bad_values,
             domain=domain,
@@ -141,7 +142,7 @@ class Scene:
             simulation_interfaces=simulation_interfaces,
             log=log or log_to_logging,
         )
-        return Session(start_runner(self, options, seed))
+        return Session(start_runner(self, options))
 
     def occupancy_map(
         self,
@@ -222,14 +223,6 @@ def loaded_of(scene: Scene) -> LoadedScene:
     return scene._loaded
 
 
-def start_runner(scene: Scene, options: RunOptions, seed: int | None = None) -> Runner:
-    """Start a session and return its runner, for `graphrun`, which shows more of it than `Session` does.
-
-    Args:
-        scene: scene to run; it can be shared by several runners.
-        options: options of the session.
-        seed: seed of all random generators; None takes the scene's.
-    """
-    if options.record is not None:
-        check_recording(options.record, force=options.force)
-    return Runner(scene._loaded, options, seed, scene._modules)
+def start_runner(scene: Scene, options: RunOptions) -> Runner:
+    """Start a session and return its runner, for `graphrun`, which shows more of it than `Session` does."""
+    return Runner(scene._loaded, options, scene._modules)
