@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from graphengine.api.scene import GraphInfo as GraphInfo
     from graphengine.api.scene import RobotInfo as RobotInfo
     from graphengine.api.scene import Scene as Scene
-    from graphengine.api.scene import load as load
+    from graphengine.api.scene_loading import load as load
     from graphengine.api.session import Checkpoint as Checkpoint
     from graphengine.api.session import Session as Session
     from graphengine.api.topics import Publication as Publication
@@ -40,7 +40,8 @@ if TYPE_CHECKING:
     from graphengine.format.errors import UsageError as UsageError
 
 _MODULES = {
-    "api.scene": ("load", "Scene", "GraphInfo", "RobotInfo"),
+    "api.scene_loading": ("load",),
+    "api.scene": ("Scene", "GraphInfo", "RobotInfo"),
     "api.session": ("Session", "Checkpoint"),
     "api.topics": ("Subscription", "Publication"),
     "api.robots": ("Robot", "Pose", "Velocity", "Joint"),

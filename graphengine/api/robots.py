@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, overload
 
-from graphengine.api.runner import Runner, acting, reading
+from graphengine.api.guards import acting, reading
+from graphengine.api.runner import Runner
 from graphengine.api.topics import M, MessageType, Publication, Subscription, open_subscription
 from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.devices.stage import Prim
@@ -57,36 +58,35 @@ class Joint:
 
 
 class Robot:
-    """A robot of a session; each property returns its value at the present tick. `Session.robots` lists all."""
+    """A robot of a session; each property returns its value at the present tick. `Session.robots` lists all.
+
+    Attributes:
+        name: name in the scene.
+    """
 
     def __init__(self, runner: Runner, name: str) -> None:
         self._runner = runner
-        self._name = name
-
-    @property
-    def name(self) -> str:
-        """Name in the scene."""
-        return self._name
+        self.name = name
 
     @property
     @reading
     def pose(self) -> Pose:
         """Pose of the base link in the world frame, m and quaternion (x, y, z, w)."""
-        state = self._runner.session.services.world.entities.state(self._name)
+        state = self._runner.session.services.world.entities.state(self.name)
         return Pose(state.position, state.orientation)
 
     @property
     @reading
     def velocity(self) -> Velocity:
         """Velocity of the base link in the world frame, m/s and rad/s."""
-        state = self._runner.session.services.world.entities.state(self._name)
+        state = self._runner.session.services.world.entities.state(self.name)
         return Velocity(state.linear_velocity, state.angular_velocity)
 
     @property
     @reading
     def joints(self) -> Mapping[str, Joint]:
         """States of the movable joints by name, in the articulation's order."""
-        joints = self._runner.session.services.world.articulation(find_robot(self._runner, self._name))
+        joints = self._runner.session.services.world.articulation(find_robot(self._runner, self.name))
         values = (joints.positions().tolist(), joints.velocities().tolist(), joints.efforts().tolist())
         return {name: Joint(*state) for name, *state in zip(joints.joint_names, *values, strict=True)}
 
@@ -94,7 +94,7 @@ class Robot:
     @reading
     def namespace(self) -> str:
         """Namespace of its topics, such as `dd100_0000`; empty for none."""
-        base_link = find_robot(self._runner, self._name).facts["base_link"]
+        base_link = find_robot(self._runner, self.name).facts["base_link"]
         return join_namespaces(self._runner.session.services.stage.namespaces(base_link))
 
     @acting
@@ -120,8 +120,8 @@ class Robot:
         try:
             x, y, z = self.pose.position
         except GraphError:  # the robot is removed, or the session closed
-            return f"<Robot {self._name}>"
-        return f"<Robot {self._name} at ({x:.3f}, {y:.3f}, {z:.3f}) m>"
+            return f"<Robot {self.name}>"
+        return f"<Robot {self.name} at ({x:.3f}, {y:.3f}, {z:.3f}) m>"
 
 
 class Robots(dict[str, Robot]):

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import functools
-import logging
 import math
-import os
 import re
 import signal
 import threading
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, replace
-from pathlib import Path
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from types import FrameType
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
+from graphengine.api.run_options import RunOptions, check_recording
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
 from graphengine.format.wording import listing
 from graphengine.messages.names import check_namespace
@@ -36,53 +34,6 @@ if TYPE_CHECKING:
     from graphengine.api.topics import Publication
     from graphengine.recording.recorder import Recorder
 
-Log = Callable[[str, str, str], None]
-"""A function that receives severity, prim path and text of a message."""
-
-P = ParamSpec("P")
-T = TypeVar("T")
-_LEVELS = {"error": logging.ERROR, "warning": logging.WARNING}
-
-
-def log_to_logging(severity: str, node: str, text: str) -> None:
-    """Send a node's message to the Python logger `graphengine`."""
-    message = f"{node}: {text}" if node else text
-    logging.getLogger("graphengine").log(_LEVELS.get(severity, logging.INFO), "%s", message)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RunOptions:
-    """Options of a session: the arguments of `Scene.session`, and two that only the command line sets.
-
-    Attributes:
-        fault: receives each NodeError if `keep_going` is set; None logs them.
-        patient: DDS writers wait for slow readers.
-    """
-
-    transport: str = "memory"
-    keep_going: bool = False
-    bad_values: BadValues = "drop"
-    domain: int | None = None
-    record: Path | None = None
-    force: bool = False
-    control: str | None = None
-    simulation_interfaces: str | None = None
-    log: Log = log_to_logging
-    fault: Callable[[NodeError], None] | None = None
-    patient: bool = False
-
-
-def check_recording(path: Path, *, force: bool) -> None:
-    """Check that a recording can be written under this name.
-
-    Raises:
-        UsageError: the name does not end in `.mcap`, its folder does not exist, or the file exists and `force` is not set.
-    """
-    if path.suffix != ".mcap" or not path.parent.is_dir() or path.is_dir():
-        raise UsageError(f"{path}: write the name of a file in an existing folder, such as out.mcap")
-    if path.exists() and not force:
-        raise UsageError(f"{path}: already exists; --force overwrites it")
-
 
 class Runner:
     """One session with its network and, if asked for, its recorder and control channel.
@@ -90,16 +41,13 @@ class Runner:
     Args:
         scene: scene without errors.
         options: options of the session.
-        seed: seed of all random generators; None takes the scene's.
         modules: Python modules with node types, named in the recording.
 
     Raises:
         GraphError: a part of the session cannot start; the parts already started are closed.
     """
 
-    def __init__(
-        self, scene: LoadedScene, options: RunOptions, seed: int | None = None, modules: Sequence[str] = ()
-    ) -> None:
+    def __init__(self, scene: LoadedScene, options: RunOptions, modules: Sequence[str] = ()) -> None:
         self.scene = scene
         self.options = options
         self.desk = Desk()
@@ -107,15 +55,17 @@ class Runner:
         """Messages that are sent again and again, in the order in which that began."""
         self.writers: dict[object, Writer] = {}
         """Writers of the user's messages, by topic, type and transport."""
-        self._lock = threading.RLock()
+        self.lock = threading.RLock()
+        """Held by the thread that uses the session."""
         self.closed = False
         self.running = False
         """Whether ticks are under way, or called `until`."""
         self._recorder: Recorder | None = None
         with ExitStack() as closing:
             self._check()
-            own = Domain.from_environment(os.environ)
+            own = Domain.from_environment(options.environ)
             domain = own if options.domain is None else replace(own, id=options.domain)
+            self._complain = options.complain or functools.partial(options.log, "warning", "")
             self.network = LiveNetwork(
                 functools.partial(self._open_domain, domain), domain.id, self._complain, scene.definitions
             )
@@ -125,9 +75,9 @@ class Runner:
             self.session = build.start(
                 scene,
                 self.network,
-                seed=seed,
+                seed=options.seed,
                 domain_id=domain.id,
-                domain_from_environment=own.id if "ROS_DOMAIN_ID" in os.environ else None,
+                domain_from_environment=own.id if "ROS_DOMAIN_ID" in options.environ else None,
                 log=options.log,
                 fault=(options.fault or self._log_fault) if options.keep_going else None,
                 bad_values=options.bad_values,
@@ -148,6 +98,8 @@ class Runner:
             raise UsageError(f"bad_values: no policy {options.bad_values!r}; {listing(get_args(BadValues))}")
         if options.simulation_interfaces is not None:
             check_namespace(options.simulation_interfaces)
+        if options.record is not None:
+            check_recording(options.record, force=options.force)
 
     def _open_domain(self, domain: Domain, number: int) -> Transport:
         options = self.options
@@ -155,18 +107,16 @@ class Runner:
             replace(domain, id=number),
             re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", self.scene.path.stem)),
             options.simulation_interfaces or "/",
-            os.environ,
+            options.environ,
             self.scene.definitions,
             patient=options.patient,
         )
-        return open_transport(options.transport, joined)
+        join = options.join or functools.partial(open_transport, options.transport)
+        return join(joined)
 
     def _reaches_others(self) -> bool:
         name = self.options.transport
         return name == AUTO or find_transport(name).reaches_others
-
-    def _complain(self, text: str) -> None:
-        self.options.log("warning", "", text)
 
     def _log_fault(self, error: NodeError) -> None:
         self.options.log("error", "", str(error))
@@ -175,7 +125,7 @@ class Runner:
         if self.options.control is not None:
             from graphengine.control.channel import Channel
 
-            closing.enter_context(Channel(self.desk, self.options.control, os.environ))
+            closing.enter_context(Channel(self.desk, self.options.control, self.options.environ))
 
     def _open_recorder(self, modules: Sequence[str]) -> None:
         if self.options.record is not None:
@@ -196,7 +146,7 @@ class Runner:
         recorder, self._recorder = self._recorder, None
         if recorder is not None:
             try:
-                recorder.__exit__(type(error) if error is not None else None, error, None)
+                recorder.close(error)
             finally:
                 self.network.sinks.remove(recorder)
                 self.session.inbox = ExternalInputs()
@@ -212,28 +162,15 @@ class Runner:
     # Who may call it, and when
 
     def enter(self) -> None:
-        """Lock the session for this thread until `leave`.
+        """Take `lock` for this thread, which has to release it.
 
         Raises:
-            StateError: another thread has locked it.
+            StateError: another thread has it.
         """
-        if not self._lock.acquire(blocking=False):
+        if not self.lock.acquire(blocking=False):
             raise StateError(
                 "another thread uses this session; only submit and interrupt may be called from any thread"
             )
-
-    def leave(self) -> None:
-        """Unlock the session."""
-        self._lock.release()
-
-    def refuse_closed(self) -> None:
-        """Check that the session is open.
-
-        Raises:
-            StateError: it is closed.
-        """
-        if self.closed:
-            raise StateError("the session is closed")
 
     def command(self, name: str, /, **arguments: Any) -> Any:
         """Execute a command of `runtime.commands` immediately.
@@ -281,13 +218,13 @@ class Runner:
             self._after_tick()
             return on_tick is None or on_tick(session)
 
-        with _Ticking(self):
+        with self._ticking():
             self.session.run(ends, None if math.isinf(factor) else factor, after_tick, paused=paused)
         return self.session.ticks == last
 
     def step(self, ticks: int) -> None:
         """Run a number of ticks as fast as possible; Ctrl-C ends it between two ticks."""
-        with _Ticking(self):
+        with self._ticking():
             self.session.services.world.realtime = False
             for _ in range(ticks):
                 self.desk.serve(self.session)
@@ -301,7 +238,43 @@ class Runner:
         for publication in tuple(self.publications):
             publication.after_tick(self.session.clock.frame)
 
-    def end_run(self, error: BaseException | None) -> None:
+    @contextmanager
+    def _ticking(self) -> Iterator[None]:
+        """Let ticks run: they cannot be nested, and the first Ctrl-C takes effect at the end of the tick.
+
+        A second Ctrl-C raises KeyboardInterrupt immediately. A SIGINT handler of the program stays in place.
+        """
+        if self.running:
+            raise StateError("the session is running: `until` must not run ticks")
+        self.running, pressed, error = True, False, None
+
+        def end(number: int, frame: FrameType | None) -> None:
+            nonlocal pressed
+            if pressed:
+                raise KeyboardInterrupt
+            pressed = True
+            self.session.interrupt()
+
+        own = threading.current_thread() is threading.main_thread()
+        handles = own and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        if handles:
+            signal.signal(signal.SIGINT, end)
+        try:
+            yield
+        except BaseException as raised:
+            error = raised
+            raise
+        finally:
+            if handles:
+                signal.signal(signal.SIGINT, signal.default_int_handler)
+            self.running = False
+            self._end_run(error)
+            if pressed:
+                self.session.interrupted = False
+                if error is None:
+                    raise KeyboardInterrupt
+
+    def _end_run(self, error: BaseException | None) -> None:
         """Pause after ticks, and close the recording after an error that ends the run."""
         if error is not None and (self.session.state == "failed" or isinstance(error, RecordingError)):
             self._end_recording(error)
@@ -322,85 +295,10 @@ class Runner:
             self.closed = True
             self._closing.close()
         finally:
-            self.leave()
+            self.lock.release()
 
     def __enter__(self) -> Runner:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-class _Ticking:
-    """A context in which ticks run: ticks cannot be nested, and the first Ctrl-C takes effect at the end of the tick.
-
-    A second Ctrl-C raises KeyboardInterrupt immediately. A SIGINT handler of the program stays in place.
-    """
-
-    __slots__ = ("_handles", "_pressed", "_runner")
-
-    def __init__(self, runner: Runner) -> None:
-        self._runner = runner
-        self._handles = self._pressed = False
-
-    def __enter__(self) -> None:
-        if self._runner.running:
-            raise StateError("the session is running: `until` must not run ticks")
-        self._runner.running = True
-        own = threading.current_thread() is threading.main_thread()
-        if own and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            self._handles = True
-            signal.signal(signal.SIGINT, self._end)
-
-    def _end(self, number: int, frame: FrameType | None) -> None:
-        if self._pressed:
-            raise KeyboardInterrupt
-        self._pressed = True
-        self._runner.session.interrupt()
-
-    def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
-        if self._handles:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-        self._runner.running = False
-        self._runner.end_run(error)
-        if self._pressed:
-            self._runner.session.interrupted = False
-            if error is None:
-                raise KeyboardInterrupt
-
-
-class HasRunner(Protocol):
-    """An object of the public API that uses one session."""
-
-    @property
-    def _runner(self) -> Runner: ...
-
-
-S = TypeVar("S", bound=HasRunner)
-
-
-def reading(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
-    """Decorate a method that reads a session: one thread at a time may call it."""
-
-    @functools.wraps(method)
-    def guarded(self: S, /, *args: P.args, **kwargs: P.kwargs) -> T:
-        runner = self._runner
-        runner.enter()
-        try:
-            runner.refuse_closed()
-            return method(self, *args, **kwargs)
-        finally:
-            runner.leave()
-
-    return guarded
-
-
-def acting(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
-    """Decorate a method that changes a session: one thread at a time may call it, and not in the state `failed`."""
-
-    @functools.wraps(method)
-    def guarded(self: S, /, *args: P.args, **kwargs: P.kwargs) -> T:
-        self._runner.session.admit()
-        return method(self, *args, **kwargs)
-
-    return reading(guarded)

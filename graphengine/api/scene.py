@@ -2,36 +2,25 @@
 
 from __future__ import annotations
 
-import importlib
-import tempfile
-import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from types import MappingProxyType, ModuleType
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, get_args
 
-from graphengine.api.runner import Log, Runner, RunOptions, check_recording, log_to_logging
+from graphengine.api.run_options import Log, RunOptions, log_to_logging
+from graphengine.api.runner import Runner
 from graphengine.api.session import Session
-from graphengine.api.values import plain
-from graphengine.compiler.registry import Registry, default_registry
-from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import UsageError
-from graphengine.format.files import find_file, installed_packages
-from graphengine.format.wording import listing, shown
-from graphengine.messages.endpoints import EndpointClaim
+from graphengine.format.wording import listing
 from graphengine.messages.names import join_namespaces
 from graphengine.node.dropped_values import BadValues
-from graphengine.scene import build
-from graphengine.scene.loaded_scene import LoadedScene, Options
+from graphengine.scene.loaded_scene import LoadedScene
 
 if TYPE_CHECKING:
-    from graphengine.physics.sensors.rays import RaysChoice
-    from graphengine.recording.packing import PackedScene
-
-RAYS = ("auto", "mujoco", "fast")
-NOTHING: Mapping[str, Any] = MappingProxyType({})
+    from graphengine.physics.occupancy.map_files import Convention, Format
+    from graphengine.physics.occupancy.occupancy_map import OccupancyMap, Point, Rectangle
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,157 +53,45 @@ class RobotInfo:
     joints: tuple[str, ...]
 
 
-def load(
-    source: str | PathLike[str],
-    *,
-    set: Mapping[str, Any] = NOTHING,
-    scene: str | PathLike[str] | None = None,
-    robot_state: bool = False,
-    rays: RaysChoice = "auto",
-    allow: Sequence[str | PathLike[str]] = (),
-    message_paths: Sequence[str | PathLike[str]] = (),
-    packages: Sequence[str | PathLike[str]] = (),
-    modules: Sequence[str | ModuleType] = (),
-    env: Mapping[str, str] = NOTHING,
-    allow_scripts: bool = False,
-) -> Scene:
-    """Read and check a scene or a graph.
-
-    >>> scene = ge.load("dd100_flat", set={"DiffController.maxLinearSpeed": 0.8})
-    >>> list(scene.robots)
-    ['dd100']
-
-    Args:
-        source: path of a file, or name of an included scene or graph: `dd100_warehouse`, `dd100/cmd_vel`.
-        set: input values by `[robot/][graph/]Node.port`, globs allowed.
-        scene: the scene to put a single graph into.
-        robot_state: publish the topics of robot_state_publisher for every robot.
-        rays: `mujoco`, `fast` (needs numba), or `auto`, which takes `fast` where possible.
-        allow: folders that files may be read from, in addition to the source's own.
-        message_paths: packages, folders of packages, or single files with message types.
-        packages: `share` folders of ROS packages, in addition to those of AMENT_PREFIX_PATH.
-        modules: Python modules with node types, or their names.
-        env: environment variables that graphs may read, with their values.
-        allow_scripts: let graphs run the Python of their ScriptNodes, without a sandbox.
-
-    Raises:
-        CheckError: the files have errors; its `findings` hold all errors, warnings and notes.
-        UsageError: an argument is invalid, such as a missing file or a `set` address that matches no input.
-    """
-    if rays not in RAYS:
-        raise UsageError(f"rays: no rays {rays!r}; {listing(RAYS)}")
-    for name, several in (
-        ("allow", allow),
-        ("message_paths", message_paths),
-        ("packages", packages),
-        ("modules", modules),
-    ):
-        if isinstance(several, str):
-            raise UsageError(f"{name}: expected a list, got {shown(several)}")
-    given = {"allow": allow, "message_paths": message_paths, "packages": packages}
-    paths = {name: [Path(path) for path in entries] for name, entries in given.items()}
-    for name, entries in paths.items():
-        for path in entries:
-            if not (path.is_dir() or (name == "message_paths" and path.is_file())):
-                raise UsageError(f"{name}: no such folder: {path}")
-    options = Options(
-        overrides=plain(set),
-        allowed=paths["allow"],
-        installed=[*paths["packages"], *installed_packages()],
-        message_paths=paths["message_paths"],
-        robot_state=robot_state,
-        scene=find_file(str(scene)) if scene is not None else None,
-        rays=rays,
-        registry=_registry(modules) if modules else None,
-        near=Path.cwd(),
-        environment=dict(env),
-        scripts=allow_scripts,
-    )
-    names = [module if isinstance(module, str) else module.__name__ for module in modules]
-    return open_scene(find_file(str(source)), options, names)
-
-
-def open_scene(path: Path, options: Options, modules: Sequence[str] = ()) -> Scene:
-    """Read and check the scene in a file.
-
-    Raises:
-        CheckError: the scene has errors.
-    """
-    loaded = build.load(path, options)
-    loaded.findings.raise_errors()
-    return Scene(loaded, modules)
-
-
-def _registry(modules: Sequence[str | ModuleType]) -> Registry:
-    """A registry of the installed node types and those of the given modules.
-
-    Raises:
-        UsageError: a module cannot be found.
-    """
-    registry = default_registry().copy()
-    for module in modules:
-        try:
-            found = importlib.import_module(module) if isinstance(module, str) else module
-        except ModuleNotFoundError as error:
-            if error.name != module:
-                raise
-            raise UsageError(f"modules: {error}") from None
-        registry.add_module(found, found.__name__)
-    return registry
-
-
 class Scene:
     """A scene or graph that was checked and has no errors. `load` returns it.
 
     Any number of sessions can be started from it. A pickle holds the bytes of its files, so another process needs none of
     them; it imports the modules of node types.
+
+    Attributes:
+        name: name of its file, without folder and suffix.
+        findings: warnings and notes in file order; `str(finding.span)` is the place, `finding.render()` the text.
+        topics: topics and services that nodes use, by name, as `graphrun topics` prints them.
+        graphs: graphs by name (`robot/graph` for those of robots), in execution order.
+        robots: robots by name.
     """
 
     def __init__(self, loaded: LoadedScene, modules: Sequence[str] = ()) -> None:
         self._loaded = loaded
         self._modules = modules
-        self._findings = tuple(loaded.findings.sorted())
-        self._topics = tuple(sorted(loaded.claims, key=lambda claim: (claim.topic, claim.direction, claim.node)))
-        self._graphs = {
-            graph.name: GraphInfo(
-                graph.prim_path,
-                Path(graph.flat.loaded.document.source.path),
-                {one.id: one.cls.type_name for one in graph.instances if not one.part_of},
-            )
-            for graph in loaded.planned
-        }
         stage = loaded.stage
-        self._robots = {
-            prim.entity_name: RobotInfo(
-                prim.path, join_namespaces(stage.namespaces(prim.facts["base_link"])), tuple(prim.facts["joints"])
-            )
-            for prim in stage.prims("robot")
-        }
-
-    @property
-    def name(self) -> str:
-        """Name of its file, without folder and suffix."""
-        return self._loaded.path.stem
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """Warnings and notes in file order; `str(finding.span)` is the place, `finding.render()` the text."""
-        return self._findings
-
-    @property
-    def topics(self) -> tuple[EndpointClaim, ...]:
-        """Topics and services that nodes use, by name, as `graphrun topics` prints them."""
-        return self._topics
-
-    @property
-    def graphs(self) -> Mapping[str, GraphInfo]:
-        """Graphs by name (`robot/graph` for those of robots), in execution order."""
-        return MappingProxyType(self._graphs)
-
-    @property
-    def robots(self) -> Mapping[str, RobotInfo]:
-        """Robots by name."""
-        return MappingProxyType(self._robots)
+        self.name = loaded.path.stem
+        self.findings = tuple(loaded.findings.sorted())
+        self.topics = tuple(sorted(loaded.claims, key=lambda claim: (claim.topic, claim.direction, claim.node)))
+        self.graphs: Mapping[str, GraphInfo] = MappingProxyType(
+            {
+                graph.name: GraphInfo(
+                    graph.prim_path,
+                    Path(graph.flat.loaded.document.source.path),
+                    {one.id: one.cls.type_name for one in graph.instances if not one.part_of},
+                )
+                for graph in loaded.planned
+            }
+        )
+        self.robots: Mapping[str, RobotInfo] = MappingProxyType(
+            {
+                prim.entity_name: RobotInfo(
+                    prim.path, join_namespaces(stage.namespaces(prim.facts["base_link"])), tuple(prim.facts["joints"])
+                )
+                for prim in stage.prims("robot")
+            }
+        )
 
     def session(
         self,
@@ -255,6 +132,7 @@ class Scene:
         """
         options = RunOptions(
             transport=transport,
+            seed=seed,
             keep_going=keep_going,
             bad_values=bad_values,
             domain=domain,
@@ -264,17 +142,80 @@ class Scene:
             simulation_interfaces=simulation_interfaces,
             log=log or log_to_logging,
         )
-        return Session(start_runner(self, options, seed))
+        return Session(start_runner(self, options))
+
+    def occupancy_map(
+        self,
+        path: str | PathLike[str] | None = None,
+        *,
+        heights: tuple[float, float] = (0.2, 0.62),
+        cell: float = 0.05,
+        bounds: Rectangle | None = None,
+        origin: Point = (0.0, 0.0),
+        free: Sequence[Point] = (),
+        select: Sequence[str] = (),
+        include: Sequence[str] = (),
+        exclude: Sequence[str] = (),
+        image: Format = "png",
+        convention: Convention = "ros",
+    ) -> OccupancyMap:
+        """Make an occupancy map of the scene at time 0, as `graphrun map` does for nav2's map_server.
+
+        >>> floor = scene.occupancy_map(bounds=((-2, -1), (2, 1)), cell=0.5)
+        >>> floor.cells.shape
+        (4, 8)
+
+        Args:
+            path: where to write the files, without suffix: the image, and PATH.yaml; None writes none.
+            heights: height range of obstacles, m.
+            cell: side of a cell, m.
+            bounds: south-west and north-east corner, m, rounded outwards to cells; None fits the map to `select`.
+            origin: a point at which cells have a corner, m.
+            free: points, m, from which free space is filled; none given: where the first robot stands.
+            select: prims that the map is fitted to; none given: all obstacles.
+            include: robots and movable bodies to map as obstacles.
+            exclude: prims to leave out of the obstacles.
+            image: file format of the image.
+            convention: `isaac` maps and writes as Isaac Sim does: height range half a cell wider, origin shifted by half a
+                cell, RGBA.
+
+        Returns:
+            The map; `cells` is (rows, columns) from south to north and west to east, 100 occupied, 0 free, -1 unknown.
+
+        Raises:
+            OSError: a file cannot be written.
+            PrimError: no prim is at a path.
+            UsageError: an argument is invalid, or a graph was loaded without a scene.
+        """
+        from graphengine.physics.occupancy.map_files import Convention, Format, isaac_window, write_map
+        from graphengine.physics.occupancy.occupancy_map import MapRequest, make_map
+
+        for name, value, legal in (
+            ("image", image, get_args(Format)),
+            ("convention", convention, get_args(Convention)),
+        ):
+            if value not in legal:
+                raise UsageError(f"{name}: no {name} {value!r}; {listing(legal)}")
+        if self._loaded.world is None:
+            raise UsageError(f"{self._loaded.path} is a graph without a scene and has no map; give a scene")
+        request = MapRequest(heights, cell, bounds, select, origin, free, include, exclude)
+        if convention == "isaac":
+            request = replace(request, window=isaac_window(heights, cell))
+        made = make_map(self._loaded.world, request)
+        if path is not None:
+            write_map(made, Path(path), image, convention)
+        return made
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the scene as the bytes of its files, the arguments of `load` and the names of modules."""
+        from graphengine.api.scene_loading import unpack
         from graphengine.recording.packing import PackedScene
 
-        return _unpack, (PackedScene.of(self._loaded), self._modules)
+        return unpack, (PackedScene.of(self._loaded), self._modules)
 
     def __repr__(self) -> str:
-        robots = ", ".join(list(self._robots)[:5]) + (", …" if len(self._robots) > 5 else "")
-        return f"<Scene {self.name}: {len(self._graphs)} graphs, robots: {robots or 'none'}>"
+        robots = ", ".join(list(self.robots)[:5]) + (", …" if len(self.robots) > 5 else "")
+        return f"<Scene {self.name}: {len(self.graphs)} graphs, robots: {robots or 'none'}>"
 
 
 def loaded_of(scene: Scene) -> LoadedScene:
@@ -282,25 +223,6 @@ def loaded_of(scene: Scene) -> LoadedScene:
     return scene._loaded
 
 
-def start_runner(scene: Scene, options: RunOptions, seed: int | None = None) -> Runner:
-    """Start a session and return its runner, for `graphrun`, which shows more of it than `Session` does.
-
-    Args:
-        scene: scene to run; it can be shared by several runners.
-        options: options of the session.
-        seed: seed of all random generators; None takes the scene's.
-    """
-    if options.record is not None:
-        check_recording(options.record, force=options.force)
-    return Runner(scene._loaded, options, seed, scene._modules)
-
-
-def _unpack(packed: PackedScene, modules: Sequence[str]) -> Scene:
-    """Load a pickled scene. Its files are kept in a temporary folder while the scene or one of its sessions exists."""
-    from graphengine.recording.sources import Workspace
-
-    folder = tempfile.TemporaryDirectory(prefix="graphengine-")
-    path, options = packed.lay_out(Workspace(Path(folder.name)))
-    scene = open_scene(path, replace(options, registry=_registry(modules) if modules else None), modules)
-    weakref.finalize(scene._loaded, folder.cleanup)
-    return scene
+def start_runner(scene: Scene, options: RunOptions) -> Runner:
+    """Start a session and return its runner, for `graphrun`, which shows more of it than `Session` does."""
+    return Runner(scene._loaded, options, scene._modules)

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.api.guards import acting, reading
 from graphengine.api.pictures import look, simulated, write_png
 from graphengine.api.robots import Robot, Robots
-from graphengine.api.runner import Runner, acting, reading
+from graphengine.api.runner import Runner
 from graphengine.api.topics import M, MessageType, Publication, Subscription, call_service, open_subscription
 from graphengine.api.values import Values, plain, read_only
 from graphengine.devices.rotation import Quaternion, Vector3

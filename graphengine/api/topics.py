@@ -6,7 +6,8 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import Any, Generic, TypeVar
 
-from graphengine.api.runner import HasRunner, Runner, acting
+from graphengine.api.guards import HasRunner, acting
+from graphengine.api.runner import Runner
 from graphengine.format.errors import TransportError, UsageError
 from graphengine.format.stateful import Stateful
 from graphengine.format.wording import did_you_mean, listing
@@ -28,12 +29,16 @@ class Subscription(Generic[M]):
     """Messages of a topic, decoded when they are read. `Session.subscribe` returns it.
 
     It keeps its messages through a reset and after the session is closed.
+
+    Attributes:
+        topic: full name of the topic.
+        type: message type, such as `nav_msgs/msg/Odometry`.
     """
 
     def __init__(self, runner: Runner, topic: str, type: MessageType, keep: int) -> None:
         if keep < 1:
             raise UsageError(f"keep: expected at least 1 message, got {keep}")
-        self._topic, transport, claims, self._type = _find(runner, topic, type, ("publish", "subscribe"))
+        self.topic, transport, claims, self.type = _find(runner, topic, type, ("publish", "subscribe"))
         self._definitions = runner.scene.definitions
         self._kept: deque[bytes] = deque(maxlen=keep)
         self._arrived = 0
@@ -45,25 +50,15 @@ class Subscription(Generic[M]):
             reliability="reliable" if reliable else "bestEffort",
             durability="transientLocal" if latched else "volatile",
         )
-        self._reader: Reader = transport.reader(self._topic, self._type, qos, self._deliver)
+        self._reader: Reader = transport.reader(self.topic, self.type, qos, self._deliver)
 
     def _deliver(self, data: bytes) -> None:
         self._kept.append(data)
         self._arrived += 1
 
     def _decode(self, data: bytes) -> M:
-        message: M = messages.decode(data, self._type, self._definitions)
+        message: M = messages.decode(data, self.type, self._definitions)
         return message
-
-    @property
-    def topic(self) -> str:
-        """Full name of the topic."""
-        return self._topic
-
-    @property
-    def type(self) -> str:
-        """Message type, such as `nav_msgs/msg/Odometry`."""
-        return self._type
 
     @property
     def latest(self) -> M | None:
@@ -92,7 +87,7 @@ class Subscription(Generic[M]):
 
     def __repr__(self) -> str:
         dropped = f", {self.dropped} dropped" if self.dropped else ""
-        return f"<Subscription {self._topic} ({self._type}): {len(self)} messages{dropped}>"
+        return f"<Subscription {self.topic} ({self.type}): {len(self)} messages{dropped}>"
 
 
 @acting

@@ -106,10 +106,12 @@ def clean(text: str) -> str:
 
 def explain(error: GraphError) -> str:
     """The message of an error; for an exception in a node, also its Python traceback."""
+    cause = error.__cause__ if isinstance(error, NodeError) else None
+    if cause is None:
+        return clean(str(error))
     from graphengine.runtime import executor
 
-    cause = error.__cause__
-    frames = traceback.extract_tb(cause.__traceback__) if isinstance(error, NodeError) and cause else []
+    frames = traceback.extract_tb(cause.__traceback__)
     own = [frame for frame in frames if frame.filename != executor.__file__ and not frame.filename.startswith("<")]
     places = [f"  in {frame.name}, {near(frame.filename)}:{frame.lineno}: {frame.line or ''}" for frame in own]
     return clean("\n".join([str(error), *dict.fromkeys(places[:1] + places[-1:])]))
@@ -217,10 +219,15 @@ def load(arguments: argparse.Namespace) -> LoadedScene:
 
 def open_scene(arguments: argparse.Namespace) -> Scene | None:
     """Load the given scene and print its findings; None if there are errors."""
-    from graphengine.api import scene
+    return open_file(find_file(arguments.file), make_options(arguments), arguments.modules)
+
+
+def open_file(path: Path, options: Options, modules: Sequence[str] = (), *, graphs: bool = True) -> Scene | None:
+    """Load the scene in a file, without its graphs if not `graphs`; print its findings, and return None if there are errors."""
+    from graphengine.api.scene_loading import open_scene
 
     try:
-        opened = scene.open_scene(find_file(arguments.file), make_options(arguments), arguments.modules)
+        opened = open_scene(path, options, modules, graphs=graphs)
     except CheckError as error:
         print_findings(error.findings, notes=False)
         return None
@@ -248,11 +255,6 @@ def print_findings(findings: Findings | Sequence[Finding], *, stream: Any = None
 
 def table(rows: Sequence[Sequence[str]], *, indent: str = "") -> str:
     """Format rows as columns of equal width; the last column is not padded."""
-    if not rows:
-        return ""
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = []
-    for row in rows:
-        cells = [cell.ljust(width) for cell, width in zip(row[:-1], widths[:-1], strict=True)]
-        lines.append((indent + "  ".join([*cells, row[-1]])).rstrip())
-    return "\n".join(lines)
+    *widths, _ = (max(map(len, column)) for column in zip(*rows, strict=True))
+    padded = ([*map(str.ljust, row, widths), row[-1]] for row in rows)
+    return "\n".join((indent + "  ".join(cells)).rstrip() for cells in padded)

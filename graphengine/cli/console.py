@@ -123,12 +123,13 @@ class Console:
             self.tell(clean(f"clamped: {counted(number, 'command')}, {command}"))
         for camera, number in session.services.world.dropped_pictures.items():
             self.tell(f"came too late and dropped: {counted(number, 'picture')} of {camera}")
-        for topic, number in sorted(self.network.malformed.items()):
-            self.tell(f"malformed and dropped: {counted(number, 'message')} of {topic}")
-        for topic, number in sorted(self.network.overwritten.items()):
-            self.tell(f"overwritten before a tick took them: {counted(number, 'message')} of {topic}")
-        for topic, number in sorted(self.network.given_up.items()):
-            self.tell(f"given up on a reader that did not keep up: {counted(number, 'message')} of {topic}")
+        for fate, messages in (
+            ("malformed and dropped", self.network.malformed),
+            ("overwritten before a tick took them", self.network.overwritten),
+            ("given up on a reader that did not keep up", self.network.given_up),
+        ):
+            for topic, number in sorted(messages.items()):
+                self.tell(f"{fate}: {counted(number, 'message')} of {topic}")
         self.tell(
             f"{counted(ticks, 'tick')}, {simulated:.3f} s of simulation in {wall:.3f} s (x{simulated / wall:.2f}), "
             f"{tick * 1e3:.3f} ms a tick, {counted(self.network.sent, 'message')}{faults}"

@@ -89,10 +89,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for name, summary in (("press", "press keys and hold them down"), ("release", "release keys")):
         keys = add(name, summary, "keys")
         keys.add_argument("keys", metavar="KEY", nargs="+", help="key names of OnKeyboardInput: W, Space, LeftShift")
-    checkpoint = add("checkpoint", "save the whole state for a later `restore`", "name")
-    checkpoint.add_argument("name", metavar="NAME", help="name of the checkpoint")
-    restore = add("restore", "return to the state of a checkpoint", "name")
-    restore.add_argument("name", metavar="NAME", help="name of the checkpoint")
+    marks = {
+        "checkpoint": "save the whole state for a later `restore`",
+        "restore": "return to the state of a checkpoint",
+    }
+    for name, summary in marks.items():
+        add(name, summary, "name").add_argument("name", metavar="NAME", help="name of the checkpoint")
 
 
 def _add_robots(add: Callable[..., Any]) -> None:
@@ -110,11 +112,9 @@ def _add_robots(add: Callable[..., Any]) -> None:
     delete.add_argument("name", metavar="NAME", help="name of the robot")
     move = add("move", "move a robot or an object of the world", make=_move)
     move.add_argument("entity", metavar="NAME", help="name of the robot or object")
-    for axis in "xyz":
-        of_it = "position of a robot's base link or of the object, m" + (
-            "; default: keep the height" if axis == "z" else ""
-        )
-        move.add_argument(axis, metavar=axis.upper(), nargs="?", type=number, help=of_it)
+    where = "position of a robot's base link or of the object, m"
+    for axis, meaning in (("x", where), ("y", where), ("z", f"{where}; default: keep the height")):
+        move.add_argument(axis, metavar=axis.upper(), nargs="?", type=number, help=meaning)
     _add_rotation(move)
     move.add_argument("--linear", metavar="X,Y,Z", type=vector(3), help="linear velocity in the world frame, m/s")
     move.add_argument("--angular", metavar="X,Y,Z", type=vector(3), help="angular velocity, world frame, rad/s")

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import argparse
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli.common import add_allow_argument, add_repeatable, clean, print_findings, reading_options
+from graphengine.cli.common import add_allow_argument, add_repeatable, clean, open_file, reading_options
 from graphengine.cli.quantities import number
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PrimError, UsageError
 from graphengine.format.files import find_file, near
 
 if TYPE_CHECKING:
-    from graphengine.physics.loaded_world import LoadedWorld
-    from graphengine.physics.occupancy.occupancy_map import MapRequest, OccupancyMap
+    from graphengine.physics.occupancy.occupancy_map import OccupancyMap
 
 HEIGHTS = (0.2, 0.62)
 """The window of heights in NVIDIA's "ROS 2 Putting It All Together"."""
@@ -62,24 +60,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write both files; return 0 on success, 1 if the scene has errors."""
-    from graphengine.physics.occupancy.map_files import write_map
-    from graphengine.physics.occupancy.occupancy_map import make_map
-
     path = find_file(arguments.scene)
     stem = _stem(arguments.output, path)
-    request = _request(arguments)
-    world = _load(path, arguments)
-    if world is None:
+    _refuse_others(path)
+    scene = open_file(path, reading_options(arguments), graphs=False)
+    if scene is None:
         return 1
-    begin = time.perf_counter()
+    begin, bounds = time.perf_counter(), arguments.bounds
     try:
-        chart = make_map(world, request)
+        made = scene.occupancy_map(
+            stem,
+            heights=tuple(arguments.z),
+            cell=arguments.cell,
+            bounds=(tuple(bounds[:2]), tuple(bounds[2:])) if bounds else None,
+            origin=tuple(arguments.origin),
+            free=[tuple(point) for point in arguments.seeds],
+            select=arguments.select,
+            include=arguments.include,
+            exclude=arguments.exclude,
+            image=arguments.format,
+            convention=arguments.convention,
+        )
     except PrimError as error:
         raise UsageError("\n  ".join([error.message, *filter(None, error.help)])) from None
-    written = write_map(chart, stem, arguments.format, arguments.convention)
     seconds = time.perf_counter() - begin
-    print(clean(f"{' and '.join(near(str(file)) for file in written)}, in {seconds:.2f} s"))
-    print(_summary(chart))
+    image, text = (near(f"{stem}.{ending}") for ending in (arguments.format, "yaml"))
+    print(clean(f"{image} and {text}, in {seconds:.2f} s"))
+    print(_summary(made))
     return 0
 
 
@@ -94,39 +101,18 @@ def _stem(output: str | None, scene: Path) -> Path:
     return stem
 
 
-def _request(arguments: argparse.Namespace) -> MapRequest:
-    from graphengine.physics.occupancy.map_files import isaac_window
-    from graphengine.physics.occupancy.occupancy_map import MapRequest
+def _refuse_others(path: Path) -> None:
+    """Check that a file is not a graph or a robot, of which there is no map.
 
-    bounds = arguments.bounds
-    request = MapRequest(
-        window=tuple(arguments.z),
-        cell=arguments.cell,
-        bounds=(tuple(bounds[:2]), tuple(bounds[2:])) if bounds else None,
-        select=arguments.select,
-        origin=tuple(arguments.origin),
-        seeds=[tuple(seed) for seed in arguments.seeds],
-        include=arguments.include,
-        exclude=arguments.exclude,
-    )
-    request.check()
-    isaac = arguments.convention == "isaac"
-    return replace(request, window=isaac_window(request.window, request.cell)) if isaac else request
-
-
-def _load(path: Path, arguments: argparse.Namespace) -> LoadedWorld | None:
-    """Load the scene's physics without its graphs, and print its findings."""
+    Raises:
+        UsageError: it is one.
+    """
     from graphengine.format import document, spec_reader
-    from graphengine.scene import build
 
-    options, findings = reading_options(arguments), Findings()
     found = document.load(path, Findings())
     kind = spec_reader.kind_of(found) if found is not None else None
     if kind in ("graph", "robot"):
         raise UsageError(f"{path}: this is a {kind} file; a map is made of a scene")
-    world = build.load_world_of(path, options, findings)
-    print_findings(findings, notes=False)
-    return world
 
 
 def _summary(chart: OccupancyMap) -> str:

@@ -42,41 +42,46 @@ def execute(arguments: argparse.Namespace) -> int:
     from graphengine.compiler.registry import default_registry
 
     registry = make_registry(arguments.modules) if arguments.modules else default_registry()
-    if arguments.name is not None:
-        found = registry.find(arguments.name)
-        if found is None:
-            part = arguments.name.lower()
-            holding = [name for name in sorted(registry.types) if part and part in name.lower()]
-            hint = f"types with it in their name: {', '.join(holding)}" if holding else registry.suggest(arguments.name)
-            raise UsageError(f"no node type {arguments.name!r}; {hint}")
-        cls: type[Node] = found.cls
-        constants: Constants = ()
+    one = arguments.name is not None
+    constants: Constants = ()
+    if one:
+        cls = _find(arguments.name, registry)
         if arguments.message is not None:
-            cls, constants = _with_message(found.cls, registry, arguments)
-        if arguments.markdown:
-            print(_reference([cls]), end="")
-        else:
-            print(json.dumps(_record(cls), indent=2) if arguments.format == "json" else describe(cls, constants))
-        return 0
-    if arguments.message is not None:
-        raise UsageError("--message: name a node type that makes ports from it, such as ROS2Publisher")
-    for owner, problem in registry.broken.items():
-        print(clean(f"warning: {owner} could not be imported: {problem}"), file=sys.stderr)
-    types = [registry.types[name] for name in sorted(registry.types) if registry.types[name].type_name == name]
+            cls, constants = _with_message(cls, registry, arguments)
+        types = [cls]
+    else:
+        if arguments.message is not None:
+            raise UsageError("--message: name a node type that makes ports from it, such as ROS2Publisher")
+        for owner, problem in registry.broken.items():
+            print(clean(f"warning: {owner} could not be imported: {problem}"), file=sys.stderr)
+        types = [registry.types[name] for name in sorted(registry.types) if registry.types[name].type_name == name]
     if arguments.markdown:
-        print(_reference(types), end="")
-        return 0
-    if arguments.format == "json":
-        print(json.dumps([_record(cls) for cls in types], indent=2))
-        return 0
-    print(table([(cls.type_name, cls.kind(), summary(cls)) for cls in types]))
+        from graphengine.cli.node_reference import write_reference
+
+        print(write_reference(types), end="")
+    elif arguments.format == "json":
+        records = [_record(cls) for cls in types]
+        print(json.dumps(records[0] if one else records, indent=2))
+    elif one:
+        print(describe(types[0], constants))
+    else:
+        print(table([(cls.type_name, cls.kind(), summary(cls)) for cls in types]))
     return 0
 
 
-def _reference(types: Sequence[type[Node]]) -> str:
-    from graphengine.cli.node_reference import write_reference
+def _find(name: str, registry: Registry) -> type[Node]:
+    """The type with a registered or short name.
 
-    return write_reference(types)
+    Raises:
+        UsageError: there is none.
+    """
+    found = registry.find(name)
+    if found is None:
+        part = name.lower()
+        holding = [name for name in sorted(registry.types) if part and part in name.lower()]
+        hint = f"types with it in their name: {', '.join(holding)}" if holding else registry.suggest(name)
+        raise UsageError(f"no node type {name!r}; {hint}")
+    return found.cls
 
 
 def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Namespace) -> tuple[type[Node], Constants]:

@@ -66,34 +66,42 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable[[str], str]) -> int:
-    from graphengine.format.errors import RecordingError
+    from graphengine.api.run_options import RunOptions
+    from graphengine.api.scene import start_runner
+    from graphengine.api.scene_loading import open_scene
+    from graphengine.format.errors import CheckError, RecordingError, UsageError
     from graphengine.recording import platform_info
     from graphengine.recording.replay import Replay, SilentTransport
-    from graphengine.ros.network import LiveNetwork
-    from graphengine.scene import build
 
     def warn(text: str) -> None:
         print(plain(f"warning: {text}"), file=sys.stderr)
 
-    manifest = recording.manifest
-    scene = build.load(*_what_to_run(arguments, recording))
-    for finding in scene.findings.errors:
-        print(plain(finding.render()), file=sys.stderr)
-    if scene.findings.errors:
-        return 1
-    definitions = scene.definitions
-    network = LiveNetwork(lambda _: SilentTransport(definitions), manifest.domain_id, warn, definitions)
-    with build.start(
-        scene,
-        network,
-        domain_id=manifest.domain_id,
-        domain_from_environment=manifest.domain_from_environment,
-        fault=(lambda error: None) if manifest.keep_going else None,
+    manifest, domain = recording.manifest, recording.manifest.domain_from_environment
+    options = RunOptions(
+        keep_going=manifest.keep_going,
         bad_values=manifest.bad_values,
-    ) as session:
-        for line in platform_info.differences(manifest.machine, platform_info.describe(scene, session.services.world)):
+        domain=manifest.domain_id,
+        environ={} if domain is None else {"ROS_DOMAIN_ID": str(domain)},
+        join=lambda joined: SilentTransport(joined.definitions),
+        log=lambda *_: None,
+        complain=warn,
+    )
+    try:
+        scene = open_scene(*_what_to_run(arguments, recording))
+    except CheckError as error:
+        for finding in error.findings:
+            if finding.severity == "error":
+                print(plain(finding.render()), file=sys.stderr)
+        return 1
+    if any(finding.code == "N102" for finding in scene.findings):
+        raise UsageError(f"{arguments.against} asks for prims of a scene; give a scene to --against")
+    with start_runner(scene, options) as runner:
+        session = runner.session
+        for line in platform_info.differences(
+            manifest.machine, platform_info.describe(runner.scene, session.services.world)
+        ):
             warn(f"{line}; results may differ in their last bits")
-        run = Replay(session, network, recording, arguments.ignore, warn)
+        run = Replay(session, runner.network, recording, arguments.ignore, warn)
         try:
             found = run.run()
         except RecordingError as error:

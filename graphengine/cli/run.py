@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file_arguments(parser)
     simulated = "simulation time to run: 10, 10s, 500ms, 2min"
     parser.add_argument("--for", metavar="TIME", dest="duration", type=duration, help=simulated)
-    pace = "realtime, max, or a factor of real time (default realtime; max for --transport memory)"
+    pace = "realtime, max, or a factor of real time (default realtime; max where messages stay in the process)"
     parser.add_argument("--rate", type=rate, help=pace)
     parser.add_argument("--paused", action="store_true", help="start paused, until `graphrun ctl play`")
     parser.add_argument("--no-control", action="store_true", help="disable `graphrun ctl` for this run")
@@ -65,7 +65,7 @@ def _namespace(text: str) -> str:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Run until the end or an interrupt; return 0, or 1 with errors."""
-    from graphengine.api.runner import RunOptions, check_recording
+    from graphengine.api.run_options import RunOptions, check_recording
     from graphengine.api.scene import start_runner
     from graphengine.cli.common import clean, counted, open_scene
     from graphengine.format.errors import UsageError

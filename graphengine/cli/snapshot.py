@@ -83,7 +83,7 @@ def execute(arguments: argparse.Namespace) -> int:
 def _take(scene: Scene, arguments: argparse.Namespace) -> tuple[Picture | Image, Mapping[int, str]]:
     """Run the scene with the transport memory; return the picture, and the prim path of each number in it."""
     from graphengine.api.pictures import find_camera, look, simulated
-    from graphengine.api.runner import RunOptions
+    from graphengine.api.run_options import RunOptions
     from graphengine.api.scene import loaded_of, start_runner
 
     loaded = loaded_of(scene)

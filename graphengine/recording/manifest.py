@@ -18,6 +18,7 @@ from graphengine.scene.loaded_scene import LoadedScene
 FORMAT = 1
 RaysName = Literal["auto", "mujoco", "fast"]
 Positive = Annotated[int, Field(ge=1)]
+DomainId = Annotated[int, Field(ge=0, le=232)]
 
 
 class Manifest(BaseModel):
@@ -39,8 +40,8 @@ class Manifest(BaseModel):
     """What became of values from wires that nodes could not use; older recordings, which do not say it, ended there."""
     modules: tuple[Annotated[str, Field(pattern=r"^\w+(\.\w+)*$")], ...] = ()
     """Python modules with node types, which a replay has to be given again."""
-    domain_id: Annotated[int, Field(ge=0, le=232)] = 0
-    domain_from_environment: int | None = None
+    domain_id: DomainId = 0
+    domain_from_environment: DomainId | None = None
     period: tuple[Positive, Positive]
     """Seconds between two ticks as numerator and denominator."""
     machine: dict[str, str] = {}

@@ -8,7 +8,6 @@ import os
 from collections import defaultdict, deque
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 from graphengine.format.errors import GraphError, RecordingError, UsageError
@@ -135,41 +134,42 @@ class Recorder(ExternalInputs):
         if self._bytes >= CHUNK_BYTES or self._tick % self._chunk_ticks == 0:
             self._write_chunk()
 
-    def close(self, failure: str = "") -> None:
+    def close(self, error: BaseException | None = None) -> None:
         """End the session, and write what is left; what a tick that did not end had read is kept too.
 
         Args:
-            failure: what ended the last tick before its end.
+            error: what ended the run; after a RecordingError nothing more is written.
 
         Raises:
             RecordingError: it cannot be written.
         """
         try:
-            if failure or self._tick > self._ended:
-                self._sent.clear()
-            else:
-                self._session.end()
-            if self._commands or self._arrived or self._sent:
-                self._tick = self._ended + 1
-                self._take_down()
-            self._write_chunk()
-            end = {"ticks": str(self._ended), "failure": failure}
-            dropped = self._session.services.dropped
-            if dropped is not None and dropped.ticks:
-                end["dropped_values"] = json.dumps(dropped.ticks)
-            self._writer.note(mcap_schema.END, end)
-            self._writer.close()
+            if not isinstance(error, RecordingError):
+                self._finish(mcap_schema.failure_of(error) if isinstance(error, GraphError) else "")
         finally:
             self._writer.abandon()
+
+    def _finish(self, failure: str) -> None:
+        if failure or self._tick > self._ended:
+            self._sent.clear()
+        else:
+            self._session.end()
+        if self._commands or self._arrived or self._sent:
+            self._tick = self._ended + 1
+            self._take_down()
+        self._write_chunk()
+        end = {"ticks": str(self._ended), "failure": failure}
+        dropped = self._session.services.dropped
+        if dropped is not None and dropped.ticks:
+            end["dropped_values"] = json.dumps(dropped.ticks)
+        self._writer.note(mcap_schema.END, end)
+        self._writer.close()
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
-        if isinstance(error, RecordingError):
-            self._writer.abandon()
-        else:
-            self.close(mcap_schema.failure_of(error) if isinstance(error, GraphError) else "")
+    def __exit__(self, _: object, error: BaseException | None, *__: object) -> None:
+        self.close(error)
 
     def _take_down(self) -> None:
         now = self._times.nanoseconds(self._tick)

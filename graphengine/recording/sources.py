@@ -48,9 +48,7 @@ class SourceNames:
 
     def name(self, path: Path) -> str:
         """The name of a file, by its absolute path; that of one which lies apart from all others is as short as can be."""
-        return (
-            self._name(path).encode("utf-8", "replace").decode()
-        )  # a name of bytes that are no text becomes one that is
+        return self._name(path).encode("utf-8", "replace").decode()  # bytes that are no text become some that are
 
     def _name(self, path: Path) -> str:
         for folder in self._installed:

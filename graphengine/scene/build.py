@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.literals import Override, no_node
@@ -36,9 +35,6 @@ from graphengine.runtime.ticker import Ticker
 from graphengine.scene.graph_loading import GraphFile, find_use, resolve_uses, robot_uses, use_place
 from graphengine.scene.loaded_scene import LoadedScene, Options
 from graphengine.scene.scene_roster import SceneRoster
-
-if TYPE_CHECKING:
-    from graphengine.physics.loaded_world import LoadedWorld
 
 
 def load(path: Path, options: Options | None = None) -> LoadedScene:
@@ -74,13 +70,14 @@ def check_robot(path: Path, options: Options) -> LoadedScene:
     return LoadedScene(path, options, files, findings)
 
 
-def load_world_of(path: Path, options: Options, findings: Findings) -> LoadedWorld | None:
-    """The world of a scene file without its graphs, None with errors; they are added to `findings`."""
+def load_without_graphs(path: Path, options: Options) -> LoadedScene:
+    """Read and check a scene file but for its graphs."""
     from graphengine.physics.loading import load_world
 
-    files = Files.of(path, options.allowed, options.near, options.installed, options.shipped)
+    files, findings = Files.of(path, options.allowed, options.near, options.installed, options.shipped), Findings()
     read = spec_reader.read(SceneSpec, path, findings)
-    return load_world(read, files, findings, seed=options.seed, rays=options.rays) if read is not None else None
+    world = load_world(read, files, findings, seed=options.seed, rays=options.rays) if read is not None else None
+    return LoadedScene(path, options, files, findings, world=world)
 
 
 def _with_message_types(options: Options) -> Options:

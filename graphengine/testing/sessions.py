@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -28,14 +28,14 @@ def session(source: str | PathLike[str], **arguments: Any) -> Session:
     Raises:
         CheckError: the files have errors.
     """
-    of_load, of_session = _divided(arguments)
-    return _load(source, of_load).session(**of_session)
+    scene, of_session = _loader(source, arguments)
+    return scene().session(**of_session)
 
 
 def session_fixture(
     source: str | PathLike[str],
     *,
-    scope: Literal["function", "class", "module", "package", "session"] = "function",
+    scope: FixtureScope = "function",
     **arguments: Any,
 ) -> Any:
     """A pytest fixture that gives each test a session, closed at its end; the scene is loaded once.
@@ -52,8 +52,7 @@ def session_fixture(
     """
     import pytest
 
-    of_load, of_session = _divided(arguments)
-    scene = functools.cache(lambda: _load(source, of_load))
+    scene, of_session = _loader(source, arguments)
 
     @pytest.fixture(scope=scope)
     def sim() -> Iterator[Session]:
@@ -63,18 +62,11 @@ def session_fixture(
     return sim
 
 
-def _divided(arguments: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Split keyword arguments into those of `load` and those of `Scene.session`."""
-    from graphengine.api.scene import load
+def _loader(source: str | PathLike[str], arguments: dict[str, Any]) -> tuple[Callable[[], Scene], dict[str, Any]]:
+    """A function that loads the scene once, and those of the keyword arguments that are for `Scene.session`."""
+    from graphengine.api.scene_loading import load
 
     names = inspect.signature(load).parameters
-    return (
-        {name: value for name, value in arguments.items() if name in names},
-        {name: value for name, value in arguments.items() if name not in names},
-    )
-
-
-def _load(source: str | PathLike[str], arguments: dict[str, Any]) -> Scene:
-    from graphengine.api.scene import load
-
-    return load(source, **arguments)
+    of_load = {name: value for name, value in arguments.items() if name in names}
+    of_session = {name: value for name, value in arguments.items() if name not in names}
+    return functools.cache(lambda: load(source, **of_load)), of_session

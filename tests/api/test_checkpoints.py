@@ -70,7 +70,7 @@ def test_a_session_that_failed_goes_on_from_its_checkpoint(start: Start) -> None
 def test_a_checkpoint_of_another_session_is_refused(scene: ge.Scene) -> None:
     with scene.session() as sim, scene.session() as other:
         mark = sim.checkpoint()
-        with pytest.raises(ge.UsageError, match="another session"):
+        with pytest.raises(ge.UsageError, match="checkpoint_1 is a checkpoint of another session"):
             other.restore(mark)
 
 

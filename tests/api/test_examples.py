@@ -12,13 +12,14 @@ from typing import Any
 import pytest
 
 import graphengine as ge
-from graphengine.api import robots, scene
+from graphengine.api import robots, scene, scene_loading
 from graphengine.api import session as sessions
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 FINDER = doctest.DocTestFinder(exclude_empty=False)
-DOCUMENTED = {test.name: test for module in (scene, sessions, robots) for test in FINDER.find(module) if test.examples}
+MODULES = (scene_loading, scene, sessions, robots)
+DOCUMENTED = {test.name: test for module in MODULES for test in FINDER.find(module) if test.examples}
 
 
 def example(name: str) -> Any:

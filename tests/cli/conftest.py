@@ -30,13 +30,17 @@ def graphrun(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
     monkeypatch.setattr(sys, "path", list(sys.path))
 
-    def run(*arguments: str) -> Result:
+    def run(*arguments: str, code: int | None = None, out: str | None = None, err: str | None = None) -> Result:
+        """Run a command; it must end with the exit code, and print exactly the texts, that are given."""
         capsys.readouterr()
         try:
-            code = main(arguments)
+            ended = main(arguments)
         except SystemExit as end:  # as argparse ends
-            code = end.code if isinstance(end.code, int) else 1
-        return Result(code, *capsys.readouterr())
+            ended = end.code if isinstance(end.code, int) else 1
+        result = Result(ended, *capsys.readouterr())
+        for told, wanted in ((result.code, code), (result.out, out), (result.err, err)):
+            assert wanted is None or told == wanted, result
+        return result
 
     return run
 

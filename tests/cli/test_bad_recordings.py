@@ -16,12 +16,6 @@ from tests.cli.harness import Graphrun
 from tests.recording.harness import CLOCK, NOISY_ROBOT, NOISY_SCENE, put, record, rewritten
 
 
-@pytest.fixture
-def clock(tmp_path: Path) -> Path:
-    """A graph in a folder of its own."""
-    return put(tmp_path / "hall" / "clock.yaml", CLOCK)
-
-
 @pytest.mark.parametrize(
     ("content", "expected"),
     [
@@ -35,8 +29,7 @@ def clock(tmp_path: Path) -> Path:
 def test_a_file_that_is_no_recording_is_told(graphrun: Graphrun, tmp_path: Path, content: bytes, expected: str) -> None:
     path = tmp_path / "out.mcap"
     path.write_bytes(content)
-    result = graphrun("replay", str(path))
-    assert (result.code, result.out) == (2, "")
+    result = graphrun("replay", str(path), code=2, out="")
     assert result.err.startswith(f"graphrun replay: {path}: {expected}")
 
 
@@ -57,8 +50,7 @@ def test_a_bag_of_another_program_is_told(graphrun: Graphrun, tmp_path: Path) ->
     channel = writer.register_channel("/chatter", "cdr", schema)
     writer.add_message(channel, 0, messages.encode(messages.String("a")), 0)
     writer.finish()  # type: ignore[no-untyped-call]
-    result = graphrun("replay", str(path))
-    assert result.code == 2
+    result = graphrun("replay", str(path), code=2)
     assert "it holds no run: what `graphrun run --record` writes can be replayed" in result.err
 
 
@@ -68,8 +60,7 @@ def test_a_chunk_with_a_byte_that_changed_is_told(graphrun: Graphrun, clock: Pat
     at = plain.rindex(messages.encode(messages.Clock(messages.Time(0, 50_000_000))))
     path = tmp_path / "out.mcap"
     path.write_bytes(plain[: at + 8] + b"\0" + plain[at + 9 :])
-    result = graphrun("replay", str(path))
-    assert (result.code, result.out) == (2, "")
+    result = graphrun("replay", str(path), code=2, out="")
     assert "damaged: the checksum of the chunk at byte " in result.err
 
 
@@ -100,6 +91,7 @@ def clock_recording(tmp_path_factory: pytest.TempPathFactory) -> bytes:
         ({"manifest": {"format": "2"}}, "it is of format '2', and this version reads 1"),
         ({"manifest": {"seed": '"x"'}}, "its seed cannot be"),
         ({"manifest": {"period": "[1, 0]"}}, "its period.1 cannot be"),
+        ({"manifest": {"domain_from_environment": "233"}}, "its domain_from_environment cannot be"),
         ({"manifest": {"seed": "{"}}, "how the run was made cannot be read"),
         ({"manifest": {"given": '"project/../../etc/passwd"'}}, "is no name that a file of a recording can have"),
         ({"attachments": {"project/hall/clock.yaml": b"graph: other"}}, "is not what it was"),
@@ -141,6 +133,5 @@ def test_the_scene_of_a_stranger_reads_nothing_else(graphrun: Graphrun, tmp_path
     put(tmp_path / "hall" / "noisy_robot.yaml", NOISY_ROBOT)
     scene = put(tmp_path / "hall" / "scene.yaml", NOISY_SCENE.replace("noisy_robot.yaml", str(secret)))
     record(tmp_path / "out.mcap", 2, scene, options=Options(allowed=[secret.parent]))
-    result = graphrun("replay", str(tmp_path / "out.mcap"))
-    assert result.code == 1
+    result = graphrun("replay", str(tmp_path / "out.mcap"), code=1)
     assert "lies outside the folder of the file you gave" in result.err

@@ -42,8 +42,7 @@ def metadata(path: str) -> dict[str, str]:
 
 
 def test_a_bad_value_is_dropped_warned_of_and_summed_up(graphrun: Graphrun, divides: str) -> None:
-    result = graphrun("run", divides, *MEMORY, "--for", "1s", "--record", "out.mcap")
-    assert result.code == 0
+    result = graphrun("run", divides, *MEMORY, "--for", "1s", "--record", "out.mcap", code=0)
     warning = "warning: /World/divides/Ratio: b must be other than 0, it is 0.0; dropped at tick 5\n  divides.yaml:5:3:"
     assert result.err.count(warning) == 1
     assert "dropped bad values: in 1 tick at /World/divides/Ratio\n" in result.err
@@ -54,8 +53,7 @@ def test_a_bad_value_is_dropped_warned_of_and_summed_up(graphrun: Graphrun, divi
 
 
 def test_a_bad_value_ends_the_run_where_it_is_to(graphrun: Graphrun, divides: str) -> None:
-    result = graphrun("run", divides, *MEMORY, "--for", "1s", "--record", "out.mcap", "--bad-values", "stop")
-    assert result.code == 1
+    result = graphrun("run", divides, *MEMORY, "--for", "1s", "--record", "out.mcap", "--bad-values", "stop", code=1)
     assert "error: divides.yaml:5:3: node Ratio (omni.graph.nodes.Divide) raised BadValueError: b must be" in result.err
     assert json.loads(metadata("out.mcap")["bad_values"]) == "stop"
     assert graphrun("replay", "out.mcap").out == "identical: 4 messages in 4 ticks, 0.067 s\n"

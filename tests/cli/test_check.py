@@ -28,8 +28,7 @@ def broken(project: Path) -> str:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_scene_that_ships_checks_without_an_error(graphrun: Graphrun, name: str) -> None:
-    result = graphrun("check", name)
-    assert (result.code, result.err) == (0, "")
+    result = graphrun("check", name, code=0, err="")
     assert " error " not in result.out
     assert result.lines[-1].startswith("1 file, ")
     if not name.startswith("tutorial"):
@@ -44,8 +43,7 @@ def test_a_graph_that_ships_checks_without_an_error_alone_and_in_a_scene(graphru
 
 
 def test_all_that_ships_checks_at_once(graphrun: Graphrun) -> None:
-    result = graphrun("check", *SCENES, *GRAPHS)
-    assert result.code == 0
+    result = graphrun("check", *SCENES, *GRAPHS, code=0)
     assert result.lines[-1].startswith(f"{len(SCENES) + len(GRAPHS)} files, ")
     assert result.lines[-1].endswith(": 0 errors, 3 warnings")  # each once: W201, and W203 with and without a namespace
 
@@ -58,14 +56,12 @@ def test_warnings_are_errors_when_strict(graphrun: Graphrun, warned: str) -> Non
 
 
 def test_notes_are_no_errors_when_strict(graphrun: Graphrun) -> None:
-    result = graphrun("check", "dd100_warehouse", "--strict")
-    assert result.code == 0
+    result = graphrun("check", "dd100_warehouse", "--strict", code=0)
     assert " note N" in result.out
 
 
 def test_every_mistake_is_told_at_its_place_on_the_standard_output(graphrun: Graphrun, broken: str) -> None:
-    result = graphrun("check", broken)
-    assert (result.code, result.err) == (1, "")
+    result = graphrun("check", broken, code=1, err="")
     assert [line for line in result.lines if " error " in line] == [
         "broken.yaml:8:14: error G204: ROS2PublishClock has no input 'topicname'",
         "broken.yaml:10:5: error G204: OnPlaybackTick has no output 'tack'",
@@ -75,8 +71,7 @@ def test_every_mistake_is_told_at_its_place_on_the_standard_output(graphrun: Gra
 
 
 def test_json_names_each_finding_with_file_line_and_remedy(graphrun: Graphrun, broken: str) -> None:
-    result = graphrun("check", broken, "--format", "json")
-    assert (result.code, result.err) == (1, "")
+    result = graphrun("check", broken, "--format", "json", code=1, err="")
     findings = [finding for finding in json.loads(result.out) if finding["severity"] == "error"]
     assert [(f["code"], f["path"], f["line"], f["column"]) for f in findings] == [
         ("G204", "broken.yaml", 8, 14),
@@ -94,16 +89,14 @@ def test_json_of_files_without_a_finding_is_an_empty_list(graphrun: Graphrun, pr
 def test_findings_of_several_files_come_together_each_once(
     graphrun: Graphrun, project: Path, warned: str, broken: str
 ) -> None:
-    result = graphrun("check", "mine.yaml", warned, broken, broken, "--format", "json")
-    assert result.code == 1
+    result = graphrun("check", "mine.yaml", warned, broken, broken, "--format", "json", code=1)
     paths = [finding["path"] for finding in json.loads(result.out) if finding["severity"] != "note"]
     assert paths[:3] == [warned, broken, broken]
     assert len(paths) == len({(f["path"], f["line"], f["code"], f["message"]) for f in json.loads(result.out)})
 
 
 def test_a_file_that_is_not_there_is_a_mistake_of_the_command_line(graphrun: Graphrun, broken: str) -> None:
-    result = graphrun("check", broken, "dd100_warehose")
-    assert (result.code, result.out) == (2, "")
+    result = graphrun("check", broken, "dd100_warehose", code=2, out="")
     assert result.err == "graphrun check: no file 'dd100_warehose'\n  did you mean 'dd100_warehouse'?\n"
 
 
@@ -128,8 +121,7 @@ def test_a_file_may_name_only_what_lies_beside_it_unless_allowed(graphrun: Graph
     (project / "mine.yaml").rename(project / "far/mine.yaml")
     scene = "scene: s\nworld: worlds/flat_grid.xml\ngraphs:\n  clock: {use: ../far/mine.yaml}\n"
     (project / "near/scene.yaml").write_text(scene, encoding="utf-8")
-    refused = graphrun("check", "near/scene.yaml")
-    assert refused.code == 1
+    refused = graphrun("check", "near/scene.yaml", code=1)
     assert f"allow it with --allow {project / 'far'}" in refused.out
     assert graphrun("check", "near/scene.yaml", "--allow", "far").code == 0
 
@@ -158,8 +150,7 @@ def robots(project: Path) -> Path:
 
 
 def test_of_a_folder_every_scene_robot_and_graph_is_checked(graphrun: Graphrun, robots: Path) -> None:
-    result = graphrun("check", "mine")
-    assert result.code == 1
+    result = graphrun("check", "mine", code=1)
     found = [line.partition(": error ") for line in result.lines if ": error " in line]
     assert [(place, what[:4]) for place, _, what in found] == [
         ("mine/robots/alone.yaml:4:10", "S104"),
@@ -177,6 +168,5 @@ def test_yaml_of_a_folder_that_cannot_be_read_is_an_error_and_a_folder_without_f
     (robots / "broken.yaml").write_text("graph: [\n", encoding="utf-8")
     assert "mine/broken.yaml:2:1: error G102" in graphrun("check", "mine").out
     (robots / "empty").mkdir()
-    result = graphrun("check", "mine/empty")
-    assert (result.code, result.out) == (2, "")
+    result = graphrun("check", "mine/empty", code=2, out="")
     assert "mine/empty: no scene, robot or graph file in this folder" in result.err

@@ -141,8 +141,7 @@ def test_what_is_put_into_something_is_told_to_who_did_it_and_in_the_run(graphru
         assert into_ground.startswith("warning: late is 0.0")
         assert " m deep in floor: physics pushes them apart at once" in into_ground
         assert done.lines[-1].endswith("spawned")
-        done = graphrun("ctl", "move", "late", "0.2", "0", "0.03")
-        assert done.code == 0
+        done = graphrun("ctl", "move", "late", "0.2", "0", "0.03", code=0)
         assert done.err.startswith("warning: late is 0.")
         assert " m deep in dd100" in done.err
         assert graphrun("ctl", "move", "late", "5", "0", "0.03").err == ""
@@ -190,8 +189,7 @@ def test_where_nothing_runs_that_is_said(ctl: Graphrun) -> None:
 
 def test_of_several_runs_one_is_named(ctl: Graphrun, graphrun: Graphrun, project: Path) -> None:
     with paused("mine.yaml", *MEMORY, cwd=project) as one, paused("dd100_flat", *MEMORY) as other:
-        asked = graphrun("ctl", "state")
-        assert asked.code == 2
+        asked = graphrun("ctl", "state", code=2)
         assert asked.err.splitlines() == [
             "graphrun ctl: 2 sessions run; say which",
             f"  --run {other.process.pid}   dd100_flat",
@@ -218,8 +216,7 @@ def test_a_run_can_be_closed_to_others(ctl: Graphrun, project: Path) -> None:
 
 def test_a_run_goes_on_where_it_cannot_be_reached(graphrun: Graphrun, project: Path, runtime: Path) -> None:
     runtime.write_bytes(b"in the way")
-    result = graphrun("run", "mine.yaml", "--for", "1", *MEMORY)
-    assert result.code == 0
+    result = graphrun("run", "mine.yaml", "--for", "1", *MEMORY, code=0)
     assert result.err.startswith(f"warning: graphrun ctl cannot reach this run: {runtime}: not a folder")
     assert "60 ticks" in result.err
 
@@ -276,8 +273,7 @@ def test_a_terminal_shows_that_a_run_is_paused(project: Path) -> None:
     ],
 )
 def test_a_command_line_that_makes_no_sense_is_told(graphrun: Graphrun, words: list[str], legal: str) -> None:
-    result = graphrun("ctl", *words)
-    assert result.code == 2
+    result = graphrun("ctl", *words, code=2)
     assert legal in result.err
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -84,8 +85,8 @@ def cart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def imported(graphrun: Graphrun, *arguments: str) -> Result:
-    return graphrun("import-urdf", *arguments, "-o", "scenes/robots/cart.yaml")
+def imported(graphrun: Graphrun, *arguments: str, **ended: Any) -> Result:
+    return graphrun("import-urdf", *arguments, "-o", "scenes/robots/cart.yaml", **ended)
 
 
 def robot(folder: Path) -> dict[str, object]:
@@ -95,8 +96,7 @@ def robot(folder: Path) -> dict[str, object]:
 
 
 def test_a_robot_file_names_every_link_and_joint_and_loads_in_a_scene(graphrun: Graphrun, cart: Path) -> None:
-    result = imported(graphrun, "ws/cart/urdf/cart.urdf")
-    assert (result.code, result.err) == (0, "")
+    imported(graphrun, "ws/cart/urdf/cart.urdf", code=0, err="")
     text = (cart / "scenes/robots/cart.yaml").read_text(encoding="utf-8")
     for name in ("base_link", "left_wheel", "right_wheel", "grip", "finger", "left_joint", "finger_joint"):
         assert name in text
@@ -249,8 +249,7 @@ def test_what_mujoco_warns_of_is_told(graphrun: Graphrun, cart: Path) -> None:
     textured = TETRAHEDRON.replace("f 1 3 2", "vt 0 0\nf 1/9 3/1 2/1").replace("f 1 2 4", "f 1/1 2/1 4/1")
     textured = textured.replace("f 1 4 3", "f 1/1 4/1 3/1").replace("f 2 3 4", "f 2/1 3/1 4/1")
     (cart / "ws/cart/meshes/body.obj").write_text(textured, encoding="utf-8")
-    result = imported(graphrun, "ws/cart/urdf/cart.urdf")
-    assert result.code == 0
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf", code=0)
     assert "ws/cart/urdf/cart.urdf:1:1: warning W205: MuJoCo: obj_decoder: invalid" in result.err
 
 
@@ -265,8 +264,7 @@ def test_arguments_of_xacro_stand_wherever_one_puts_them(graphrun: Graphrun, car
 def test_a_description_is_not_written_over_by_what_it_expands_to(graphrun: Graphrun, cart: Path) -> None:
     source = cart / "ws/cart/urdf/robot.urdf"
     source.write_text(XACRO, encoding="utf-8")
-    result = graphrun("import-urdf", "ws/cart/urdf/robot.urdf", "-o", "ws/cart/urdf/robot.yaml", "--force")
-    assert result.code == 2
+    result = graphrun("import-urdf", "ws/cart/urdf/robot.urdf", "-o", "ws/cart/urdf/robot.yaml", "--force", code=2)
     assert "what ws/cart/urdf/robot.urdf expands to would be overwritten; choose another name" in result.err
     assert source.read_text(encoding="utf-8") == XACRO
 
@@ -292,8 +290,7 @@ def test_a_name_that_is_a_word_of_yaml_stays_a_name(graphrun: Graphrun, cart: Pa
 
 def test_a_target_that_cannot_be_written_is_told(graphrun: Graphrun, cart: Path) -> None:
     (cart / "scenes/robots/cart.yaml").mkdir()
-    result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", "--force")
-    assert (result.code, result.out) == (1, "")
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", "--force", code=1, out="")
     assert "error: scenes/robots/cart.yaml: Is a directory" in result.err
     assert [path.name for path in (cart / "scenes/robots").iterdir()] == ["cart.yaml"]
 
@@ -329,8 +326,7 @@ def test_installed_packages_are_found_without_being_named(
 def test_nothing_is_written_over_unless_asked_for(graphrun: Graphrun, cart: Path) -> None:
     target = cart / "scenes/robots/cart.yaml"
     target.write_text("mine", encoding="utf-8")
-    result = imported(graphrun, "ws/cart/urdf/cart.urdf")
-    assert result.code == 2
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf", code=2)
     assert "scenes/robots/cart.yaml: already exists; --force overwrites it" in result.err
     assert target.read_text(encoding="utf-8") == "mine"
     target.unlink()
@@ -357,8 +353,7 @@ def test_a_description_with_mistakes_is_explained_and_nothing_is_written(
     graphrun: Graphrun, cart: Path, old: str, new: str, told: str
 ) -> None:
     (cart / "ws/cart/urdf/cart.urdf").write_text(URDF.replace(old, new, 1), encoding="utf-8")
-    result = imported(graphrun, "ws/cart/urdf/cart.urdf")
-    assert (result.code, result.out) == (1, "")
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf", code=1, out="")
     assert told.format(ws=cart / "ws/cart") in result.err
     assert result.err.endswith("scenes/robots/cart.yaml is not written\n")
     assert list((cart / "scenes/robots").iterdir()) == []
@@ -368,8 +363,7 @@ def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
     """A line break in a name does not become a line of YAML, nor does a colour steer the terminal."""
     odd = "a: {}&#10;graphs: {x: {use: /etc/passwd}}&#155;31m"
     (cart / "ws/cart/urdf/cart.urdf").write_text(URDF.replace('"grip_joint"', f'"{odd}"'), encoding="utf-8")
-    result = imported(graphrun, "ws/cart/urdf/cart.urdf")
-    assert (result.code, result.err) == (0, "")
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf", code=0, err="")
     assert "\x9b" not in result.out
     data = robot(cart)
     assert set(data) == {"format", "robot", "urdf", "package_paths", "base_link", "joints"}
@@ -396,21 +390,18 @@ def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
 def test_a_command_line_that_makes_no_sense(
     graphrun: Graphrun, cart: Path, arguments: tuple[str, ...], told: str
 ) -> None:
-    result = imported(graphrun, *arguments)
-    assert (result.code, result.out) == (2, "")
+    result = imported(graphrun, *arguments, code=2, out="")
     assert told in result.err
 
 
 @pytest.mark.parametrize("target", ["cart.urdf", "scenes/robots/my-cart.yaml"])
 def test_a_target_that_is_no_robot_file(graphrun: Graphrun, cart: Path, target: str) -> None:
-    result = graphrun("import-urdf", "ws/cart/urdf/cart.urdf", "-o", target)
-    assert (result.code, result.out) == (2, "")
+    result = graphrun("import-urdf", "ws/cart/urdf/cart.urdf", "-o", target, code=2, out="")
     assert f"-o {target}: " in result.err
 
 
 def test_an_argument_that_xacro_does_not_take_is_told(graphrun: Graphrun, cart: Path) -> None:
-    result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", "prefx:=a")
-    assert result.code == 1
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", "prefx:=a", code=1)
     assert "has no argument 'prefx'" in result.err
     assert "did you mean 'prefix'?" in result.err
 
@@ -438,8 +429,7 @@ def test_a_description_on_the_network_is_written_beside_the_robot_file(
 
 
 def test_a_topic_on_which_nothing_arrives_is_told(graphrun: Graphrun, cart: Path, domain: Domain) -> None:
-    result = imported(graphrun, "--topic", "/quiet", "--transport", "dds", "--timeout", "200ms")
-    assert result.code == 1
+    result = imported(graphrun, "--topic", "/quiet", "--transport", "dds", "--timeout", "200ms", code=1)
     assert "error: nothing arrived on /quiet within 0.2 s" in result.err
     assert list((cart / "scenes/robots").iterdir()) == []
 

@@ -59,18 +59,9 @@ USAGE = [
     ["run", "dd100_flat", "--fro", "10s"],
     ["run", "dd100_flat", "--for"],
     ["run", "dd100_flat", "--for=-1s"],
-    ["run", "dd100_flat", "--rate", "0"],
-    ["run", "dd100_flat", "--rate", "1e-320"],
-    ["run", "dd100_flat", "--transport", "zenoh"],
     ["run", "dd100_flat", "--seed", "1.5"],
-    ["run", "dd100_flat", "--set", "wheelRadius"],
     ["run", "dd100_flat", "--set", "Diff.wheelRadius=1"],
-    ["run", "dd100_flat", "--set", "*.topicName=["],
     ["run", "dd100_flat", "--set", "*.topicName=a: b: c"],
-    ["run", "dd100_flat", "--allow", "nowhere"],
-    ["run", "dd100_flat", "--scene", "nowhere"],
-    ["run", "dd100/cmd_vel"],
-    ["run", "clock", "--robot-state"],
     ["run", "nowhere"],
     ["run", ""],
     ["run", "."],
@@ -81,10 +72,7 @@ USAGE = [
     ["show", "clock", "--plan", "--schedule"],
     ["nodes", "Nowhere"],
     ["nodes", "Tick", "Tock"],
-    *(
-        ["nodes", "--import", module]
-        for module in ("", ".", ".x", "a b", "nowhere", "fine.py", "raises", "syntax", "leaves", "lacks", "unported")
-    ),
+    *(["nodes", "--import", module] for module in ("", ".", ".x", "a b")),
 ]
 
 ERRORS = [
@@ -119,8 +107,7 @@ def shown(arguments: list[str]) -> str:
 
 @pytest.mark.parametrize("arguments", USAGE, ids=shown)
 def test_a_command_line_that_makes_no_sense_is_told_so(graphrun: Graphrun, folder: Path, arguments: list[str]) -> None:
-    result = graphrun(*arguments)
-    assert (result.code, result.out) == (2, "")
+    result = graphrun(*arguments, code=2, out="")
     assert result.err.startswith(("graphrun: ", "graphrun "))
     assert "usage: " not in result.err
     assert "Traceback" not in result.err
@@ -130,8 +117,7 @@ def test_a_command_line_that_makes_no_sense_is_told_so(graphrun: Graphrun, folde
 def test_a_file_or_a_value_that_makes_no_sense_is_told_so(
     graphrun: Graphrun, folder: Path, arguments: list[str]
 ) -> None:
-    result = graphrun(*arguments)
-    assert result.code == 1
+    result = graphrun(*arguments, code=1)
     assert "error" in result.out + result.err
     assert "Traceback" not in result.out + result.err
 
@@ -159,7 +145,7 @@ def test_neither_is_there_a_traceback_in_a_process_of_its_own(folder: Path, argu
 def test_a_module_that_cannot_be_imported_is_told_with_its_line(
     graphrun: Graphrun, folder: Path, module: str, complaint: str
 ) -> None:
-    assert graphrun("nodes", "--import", module).err == f"graphrun nodes: --import {module}: {complaint}\n"
+    graphrun("nodes", "--import", module, code=2, out="", err=f"graphrun nodes: --import {module}: {complaint}\n")
 
 
 @pytest.mark.parametrize(
@@ -175,8 +161,7 @@ def test_an_environment_that_makes_no_sense_is_told_so(
     graphrun: Graphrun, folder: Path, monkeypatch: pytest.MonkeyPatch, variable: str, value: str
 ) -> None:
     monkeypatch.setenv(variable, value)
-    result = graphrun("run", "mine.yaml", "--for", "100ms", "--transport", "dds")
-    assert result.code == 1
+    result = graphrun("run", "mine.yaml", "--for", "100ms", "--transport", "dds", code=1)
     assert result.err.startswith(f"error: {variable} is {value!r}\n")
     assert "legal: " in result.err
 
@@ -201,8 +186,7 @@ def test_a_scene_whose_name_is_no_name_of_a_node_runs_on_the_network(graphrun: G
 def test_a_verb_or_option_that_is_mistyped_gets_a_suggestion(
     graphrun: Graphrun, arguments: list[str], hint: str
 ) -> None:
-    result = graphrun(*arguments)
-    assert (result.code, result.out) == (2, "")
+    result = graphrun(*arguments, code=2, out="")
     assert result.err.splitlines()[-2] == f"  {hint}"
 
 

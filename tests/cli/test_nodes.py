@@ -35,8 +35,7 @@ TUTORIAL = {
 
 
 def test_the_list_has_every_type_with_its_kind_and_what_it_does(graphrun: Graphrun) -> None:
-    result = graphrun("nodes")
-    assert (result.code, result.err) == (0, "")
+    result = graphrun("nodes", code=0, err="")
     names = [line.split()[0] for line in result.lines]
     assert names == sorted(names)
     assert set(names) >= TUTORIAL
@@ -56,8 +55,7 @@ def test_the_list_has_every_type_with_its_kind_and_what_it_does(graphrun: Graphr
     ],
 )
 def test_a_type_is_found_by_registered_short_and_old_name(graphrun: Graphrun, name: str) -> None:
-    result = graphrun("nodes", name)
-    assert result.code == 0
+    result = graphrun("nodes", name, code=0)
     assert result.lines[0] == "isaacsim.ros2.bridge.ROS2SubscribeTwist  (action)"
 
 
@@ -100,8 +98,7 @@ def test_json_of_a_type_is_one_record_and_of_all_a_list(graphrun: Graphrun) -> N
     ],
 )
 def test_an_unknown_type_is_told_with_what_is_near(graphrun: Graphrun, name: str, hint: str) -> None:
-    result = graphrun("nodes", name)
-    assert (result.code, result.out) == (2, "")
+    result = graphrun("nodes", name, code=2, out="")
     assert result.err.startswith(f"graphrun nodes: no node type {name!r}; {hint}")
 
 
@@ -246,8 +243,7 @@ def test_a_message_of_a_users_package_is_shown_too(graphrun: Graphrun, project: 
     ],
 )
 def test_a_message_that_makes_no_ports_is_told(graphrun: Graphrun, arguments: list[str], message: str) -> None:
-    result = graphrun("nodes", *arguments)
-    assert (result.code, result.out) == (2, "")
+    result = graphrun("nodes", *arguments, code=2, out="")
     assert message in result.err
 
 
@@ -265,8 +261,7 @@ def test_a_graph_with_a_users_message_is_checked_shown_and_run(graphrun: Graphru
     assert "Tick.time -> Say.number" in graphrun("show", "tag.yaml", *known).out
     assert graphrun("topics", "tag.yaml", *known).lines[1].split()[:3] == ["/tag", "pub", "my_msgs/msg/Tag"]
     assert graphrun("run", "tag.yaml", *known, "--transport", "memory", "--for", "0.1").code == 0
-    unknown = graphrun("check", "tag.yaml")
-    assert unknown.code == 1
+    unknown = graphrun("check", "tag.yaml", code=1)
     assert "error G308: Say: no message type 'my_msgs/msg/Tag'" in unknown.out + unknown.err
 
 

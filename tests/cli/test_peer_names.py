@@ -81,8 +81,7 @@ connections: [Tick.tick -> Hear.execIn]
 @pytest.mark.usefixtures("evil")
 def test_a_run_names_a_peer_on_one_line(graphrun: Graphrun, project: Path) -> None:
     (project / "hears.yaml").write_text(HEARS, encoding="utf-8")
-    result = graphrun("run", "hears.yaml", "--transport", "dds", "--for", "2s")
-    assert result.code == 0
+    result = graphrun("run", "hears.yaml", "--transport", "dds", "--for", "2s", code=0)
     assert all(character.isprintable() or character == "\n" for character in result.err)
     (line,) = (line for line in result.err.splitlines() if "forged" in line)
     assert CLEAN in line

@@ -35,8 +35,7 @@ def asking(project: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 def test_without_leave_a_check_tells_which_options_a_graph_needs(graphrun: Graphrun, asking: str) -> None:
-    result = graphrun("check", asking)
-    assert result.code == 1
+    result = graphrun("check", asking, code=1)
     assert "allow it with --env ROBOT_NAME" in result.out
     assert "dd100" not in result.out
     result = graphrun("check", asking, *ALLOWED[:2])  # the script hangs on the variable
@@ -46,8 +45,7 @@ def test_without_leave_a_check_tells_which_options_a_graph_needs(graphrun: Graph
 
 
 def test_with_leave_it_runs(graphrun: Graphrun, asking: str) -> None:
-    result = graphrun("run", asking, "--transport", "memory", "--for", "0.05", *ALLOWED)
-    assert result.code == 0
+    result = graphrun("run", asking, "--transport", "memory", "--for", "0.05", *ALLOWED, code=0)
     assert "info: /World/asking/Greet: hello, dd100" in result.err
 
 

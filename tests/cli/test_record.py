@@ -39,8 +39,7 @@ def test_a_place_that_cannot_be_recorded_to_is_told_before_anything_runs(
     graphrun: Graphrun, project: Path, name: str, expected: str
 ) -> None:
     (project / "there.mcap").write_bytes(b"mine")
-    result = graphrun("run", "mine.yaml", "--record", name, *MEMORY)
-    assert (result.code, result.err) == (2, f"graphrun run: --record {name}: {expected}\n")
+    graphrun("run", "mine.yaml", "--record", name, *MEMORY, code=2, err=f"graphrun run: --record {name}: {expected}\n")
     assert (project / "there.mcap").read_bytes() == b"mine"
 
 
@@ -100,8 +99,7 @@ def test_a_file_that_may_not_grow_ends_the_run_and_keeps_what_there_is(graphrun:
 def test_a_run_over_dds_is_the_same(graphrun: Graphrun, domain_id: int, tmp_path: Path) -> None:
     path, odometry = tmp_path / "out.mcap", list[bytes]()
     env = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    peer = DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))
-    try:
+    with contextlib.closing(DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))) as peer:
         writer = peer.writer(CMD_VEL, "geometry_msgs/msg/Twist", QoS())
         peer.reader(ODOM, ODOMETRY, QoS(), odometry.append)
         with live("run", "dd100_flat", "--transport", "dds", "--record", str(path), env=env) as run:
@@ -114,8 +112,6 @@ def test_a_run_over_dds_is_the_same(graphrun: Graphrun, domain_id: int, tmp_path
 
             assert eventually(moves), run.said
             assert run.stop(signal.SIGINT) == 0, run.said
-    finally:
-        peer.close()
     with path.open("rb") as file:
         speeds = [
             messages.decode(message.data, schema.name).linear.x
@@ -124,5 +120,4 @@ def test_a_run_over_dds_is_the_same(graphrun: Graphrun, domain_id: int, tmp_path
         ]
     assert speeds
     assert set(speeds) <= {0.1 * speed for speed in range(10)}
-    result = graphrun("replay", str(path))
-    assert (result.code, result.err) == (0, "")
+    graphrun("replay", str(path), code=0, err="")

@@ -20,7 +20,19 @@ from graphengine.scene.loaded_scene import Options
 from tests.cli.harness import Graphrun
 from tests.jobs.harness import twist
 from tests.physics.pictures.harness import needs_opengl
-from tests.recording.harness import CLOCK, CMD_VEL, GOODBYE, NOISY_ROBOT, NOISY_SCENE, Run, put, record, rewritten
+from tests.recording.harness import (
+    CLOCK,
+    CMD_VEL,
+    GOODBYE,
+    NOISY_ROBOT,
+    NOISY_SCENE,
+    SYSTEM_CLOCK,
+    Run,
+    at,
+    put,
+    record,
+    rewritten,
+)
 
 MEMORY = ("--transport", "memory")
 SEEING_ROBOT = """robot: seeing
@@ -61,15 +73,12 @@ connections:
 
 
 def test_a_drive_is_the_same_byte_by_byte(graphrun: Graphrun, drive: Path) -> None:
-    result = graphrun("replay", str(drive))
-    assert (result.code, result.err) == (0, "")
-    assert result.out == "identical: 1302 messages in 300 ticks, 5.000 s\n"
+    graphrun("replay", str(drive), code=0, err="", out="identical: 1302 messages in 300 ticks, 5.000 s\n")
 
 
 def test_what_run_records_is_the_same(graphrun: Graphrun, tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
-    ran = graphrun("run", "dd100_flat", "--for", "1s", "--record", str(path), *MEMORY)
-    assert (ran.code, ran.out) == (0, "")
+    ran = graphrun("run", "dd100_flat", "--for", "1s", "--record", str(path), *MEMORY, code=0, out="")
     assert f"; recorded to {path}\n" in ran.err
     sent = ran.err.split()[-2]
     assert graphrun("replay", str(path)).out == f"identical: {sent} messages in 60 ticks, 1.000 s\n"
@@ -89,8 +98,7 @@ def test_options_of_the_run_are_those_of_the_replay(
 ) -> None:
     path = tmp_path / "out.mcap"
     assert graphrun("run", *options, "--for", "300ms", "--record", str(path), *MEMORY).code == 0
-    result = graphrun("replay", str(path))
-    assert (result.code, result.err) == (0, "")
+    result = graphrun("replay", str(path), code=0, err="")
     assert "in 18 ticks" in result.out
 
 
@@ -105,13 +113,11 @@ def test_the_files_that_were_run_need_not_be_there_any_more(graphrun: Graphrun, 
     path = tmp_path / "out.mcap"
     record(path, 40, hall / "scene.yaml", commands={3: [(0.5, 0.1)]}, options=Options(allowed=[shared], seed=3))
     shutil.rmtree(hall.parent)
-    result = graphrun("replay", str(path))
-    assert (result.code, result.err) == (0, "")
+    graphrun("replay", str(path), code=0, err="")
 
 
 def test_the_wall_clock_is_brought_again(graphrun: Graphrun, clock: Path, tmp_path: Path) -> None:
-    text = CLOCK.replace("ReadSimulationTime", "IsaacReadSystemTime").replace("simulationTime", "systemTime")
-    clock.write_text(text, encoding="utf-8")
+    clock.write_text(SYSTEM_CLOCK, encoding="utf-8")
     record(tmp_path / "out.mcap", 5, clock)
     assert graphrun("replay", str(tmp_path / "out.mcap")).out.startswith("identical: 5 messages in 5 ticks")
 
@@ -154,25 +160,18 @@ def test_commands_between_ticks_are_given_again(graphrun: Graphrun, tmp_path: Pa
 
     run = record(tmp_path / "out.mcap", 30, "dd100_flat", commands={22: [(0.5, 0.0)]}, before=command)
     assert sum(topic == "/late/odom" for topic, _, _ in run.heard) == 10
-    result = graphrun("replay", str(tmp_path / "out.mcap"))
-    assert (result.code, result.err) == (0, "")
+    result = graphrun("replay", str(tmp_path / "out.mcap"), code=0, err="")
     assert result.out.endswith(" in 30 ticks, 0.500 s\n")
 
 
 def test_what_graphs_say_at_a_stop_and_at_the_end_is_the_same(graphrun: Graphrun, tmp_path: Path) -> None:
     path = put(tmp_path / "hall" / "graph.yaml", GOODBYE)
-
-    def stop(tick: int, run: Run) -> None:
-        if tick == 6:
-            run.session.stop()
-
-    run = record(tmp_path / "out.mcap", 10, path, before=stop)
+    run = record(tmp_path / "out.mcap", 10, path, before=at(6, lambda run: run.session.stop()))
     assert [topic for topic, _, _ in run.heard if topic != "/clock"] == ["/stopped", "/stopped", "/closed"]
     with Reader(tmp_path / "out.mcap") as reader:
         said = [(connection.topic, stamp) for connection, stamp, _ in reader.messages()]
     assert [topic for topic, _ in said if topic in ("/stopped", "/closed")] == ["/stopped", "/stopped", "/closed"]
-    result = graphrun("replay", str(tmp_path / "out.mcap"))
-    assert (result.code, result.out) == (0, "identical: 13 messages in 10 ticks, 0.167 s\n")
+    graphrun("replay", str(tmp_path / "out.mcap"), code=0, out="identical: 13 messages in 10 ticks, 0.167 s\n")
 
 
 def test_what_is_asked_for_at_the_desk_is_done_again_to_the_last_bit(graphrun: Graphrun, tmp_path: Path) -> None:
@@ -210,8 +209,7 @@ def test_what_is_asked_for_at_the_desk_is_done_again_to_the_last_bit(graphrun: G
     assert [str(error).split("\n")[0] for error in refused] == ["no robot 'nobody'"]
     assert sum(topic == "/late/odom" for topic, _, _ in run.heard) == (59 - 7) + (81 - 67)
     shutil.rmtree(tmp_path / "here")
-    result = graphrun("replay", str(tmp_path / "out.mcap"))
-    assert (result.code, result.err) == (0, "")
+    result = graphrun("replay", str(tmp_path / "out.mcap"), code=0, err="")
     assert f"{len(run.heard)} messages in 80 ticks" in result.out
 
 
@@ -221,8 +219,7 @@ def test_pictures_are_the_same_on_one_driver(graphrun: Graphrun, tmp_path: Path)
     scene = put(tmp_path / "hall" / "scene.yaml", NOISY_SCENE.replace("noisy_robot.yaml", "robot.yaml"))
     run = record(tmp_path / "out.mcap", 12, scene, commands={2: [(0.5, 0.5)]})
     assert sum(kind == "sensor_msgs/msg/Image" for _, kind, _ in run.heard) >= 2
-    result = graphrun("replay", str(tmp_path / "out.mcap"))
-    assert (result.code, result.err) == (0, "")
+    graphrun("replay", str(tmp_path / "out.mcap"), code=0, err="")
     other = rewritten(tmp_path / "out.mcap", manifest={"machine": '{"OpenGL": "a GPU"}'})
     assert "warning: OpenGL: " in graphrun("replay", str(other)).err
 
@@ -240,8 +237,7 @@ def test_a_robot_of_xacro_and_meshes_needs_nothing_of_the_machine(graphrun: Grap
     run = record(tmp_path / "out.mcap", 5, hall / "scene.yaml", options=options)
     assert any(topic.endswith("/robot_description") for topic, _, _ in run.heard)
     shutil.rmtree(tmp_path / "ws")
-    result = graphrun("replay", str(tmp_path / "out.mcap"))
-    assert (result.code, result.err) == (0, "")
+    graphrun("replay", str(tmp_path / "out.mcap"), code=0, err="")
 
 
 def test_message_types_of_ones_own_are_found_in_the_recording(graphrun: Graphrun, tmp_path: Path) -> None:
@@ -251,8 +247,7 @@ def test_message_types_of_ones_own_are_found_in_the_recording(graphrun: Graphrun
     run = record(tmp_path / "out.mcap", 3, graph, options=options)
     assert [kind for _, kind, _ in run.heard] == ["my_msgs/msg/Reading"] * 3
     definition.unlink()
-    result = graphrun("replay", str(tmp_path / "out.mcap"))
-    assert (result.code, result.err) == (0, "")
+    graphrun("replay", str(tmp_path / "out.mcap"), code=0, err="")
     put(definition, "float64 value 3.5\nstring[] names\n")
     result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(graph), "--msg-path", str(tmp_path / "ws"))
     assert result.code == 1
@@ -299,15 +294,12 @@ def test_a_run_that_ended_with_an_error_ends_with_the_same_error(
 ) -> None:
     clock.write_text(RAISING, encoding="utf-8")
     path = tmp_path / "out.mcap"
-    ran = graphrun("run", str(clock), "--for", "1s", "--record", str(path), "--bad-values", "stop", *MEMORY)
-    assert ran.code == 1
+    ran = graphrun("run", str(clock), "--for", "1s", "--record", str(path), "--bad-values", "stop", *MEMORY, code=1)
     assert "a stamp cannot be 2147483648" in ran.err
-    result = graphrun("replay", str(path))
-    assert (result.code, result.err) == (0, "")
+    result = graphrun("replay", str(path), code=0, err="")
     assert result.out.startswith("identical: 2 messages in 2 ticks")
     clock.write_text(HARMLESS, encoding="utf-8")
-    result = graphrun("replay", str(path), "--against", str(clock))
-    assert result.code == 1
+    result = graphrun("replay", str(path), "--against", str(clock), code=1)
     assert result.lines[0] == "different in tick 3, t = 0.050000 s"
     assert "  replayed: the run goes on" in result.lines
     assert any(line.startswith("  recorded: node Late (") for line in result.lines)
@@ -319,7 +311,6 @@ def test_an_error_that_the_recorded_run_did_not_have_is_a_difference(
     clock.write_text(HARMLESS, encoding="utf-8")
     record(tmp_path / "out.mcap", 3, clock, bad_values="stop")
     clock.write_text(RAISING, encoding="utf-8")
-    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock))
-    assert result.code == 1
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock), code=1)
     assert "  recorded: the run goes on" in result.lines
     assert any("replayed: " in line and "a stamp cannot be" in line for line in result.lines)

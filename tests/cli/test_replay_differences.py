@@ -24,14 +24,12 @@ def test_another_end_is_told(graphrun: Graphrun, tmp_path: Path, old: str, new: 
     path = put(tmp_path / "hall" / "graph.yaml", GOODBYE)
     record(tmp_path / "out.mcap", 10, path)
     path.write_text(GOODBYE.replace(old, new), "utf-8")
-    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(path))
-    assert result.code == 1
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(path), code=1)
     assert result.lines[0] == expected
 
 
 def test_another_value_is_found_at_the_tick_after_the_first_command(graphrun: Graphrun, drive: Path) -> None:
-    result = graphrun("replay", str(drive), "--set", "*DiffController.wheelRadius=0.05")
-    assert (result.code, result.err) == (1, "")
+    result = graphrun("replay", str(drive), "--set", "*DiffController.wheelRadius=0.05", code=1, err="")
     # The command is seen in tick 7, and the joints turn in the substeps of tick 8.
     assert min(DRIVE) == 7
     where, by, *fields, before = result.lines
@@ -47,13 +45,11 @@ def test_another_seed_is_found_at_the_first_scan(graphrun: Graphrun, tmp_path: P
     scene = put(tmp_path / "hall" / "scene.yaml", NOISY_SCENE)
     record(tmp_path / "out.mcap", 5, scene, options=Options(seed=7))
     assert graphrun("replay", str(tmp_path / "out.mcap")).code == 0
-    result = graphrun("replay", str(tmp_path / "out.mcap"), "--seed", "8")
-    assert result.code == 1
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--seed", "8", code=1)
     assert result.lines[0] == "different in tick 1, t = 0.016667 s: /dd100_0000/sim_lidar/scan"
     assert "ranges[0]: recorded " in result.out
     assert "(and 540 more of 541 elements)" in result.out
-    result = graphrun("replay", str(tmp_path / "out.mcap"), "--seed", "8", "--ignore", "*/scan")
-    assert (result.code, result.err) == (0, "")
+    graphrun("replay", str(tmp_path / "out.mcap"), "--seed", "8", "--ignore", "*/scan", code=0, err="")
     result = graphrun("replay", str(tmp_path / "out.mcap"), "--ignore", "*/scan", "--ignore", "/scna")
     assert (result.code, result.err) == (0, "warning: --ignore /scna: nothing was sent on such a topic\n")
 
@@ -96,8 +92,7 @@ def test_another_graph_is_found_at_its_first_message(
         text = text.replace("nodes:\n", "nodes:\n  Gate: {type: IsaacSimulationGate, inputs: {step: 2}}\n")
     clock.write_text(text, encoding="utf-8")
     assert graphrun("replay", str(tmp_path / "out.mcap")).code == 0
-    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock))
-    assert result.code == 1
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock), code=1)
     assert result.lines[0] == expected[0]
     assert f"  {expected[1]}" in result.lines
 
@@ -107,8 +102,7 @@ def test_the_ports_of_the_node_are_shown_as_they_are_in_the_replay(
 ) -> None:
     record(tmp_path / "out.mcap", 3, clock)
     clock.write_text(CLOCK.replace("ReadSimulationTime", FIXED), encoding="utf-8")
-    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock))
-    assert result.code == 1
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock), code=1)
     assert "  Time.simulationTime -> Clock.timeStamp = 2.5" in result.lines
     assert "  clock.sec: recorded 0, replayed 2" in result.lines
     assert f"(isaacsim.ros2.bridge.ROS2PublishClock, {clock}:5:3)" in result.out
@@ -123,8 +117,7 @@ def test_another_order_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
     lines = text.replace(one, one + other).splitlines(keepends=True)
     wires = lines.index("  - Tick.tick -> Clock.execIn\n")
     path.write_text("".join(lines[:wires] + lines[wires + 2 :] + lines[wires : wires + 2]), encoding="utf-8")
-    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(path))
-    assert result.code == 1
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(path), code=1)
     assert result.lines[0].endswith(": /other")
     assert "  sent here by the replay, and /clock in the recording: the order is another" in result.lines
 
@@ -133,17 +126,20 @@ def test_a_topic_of_another_type_is_told(graphrun: Graphrun, tmp_path: Path) -> 
     path = put(tmp_path / "hall" / "clock.yaml", CLOCK)
     record(tmp_path / "out.mcap", 3, path)
     tampered = rewritten(tmp_path / "out.mcap", types={"rosgraph_msgs/msg/Clock": "builtin_interfaces/msg/Time"})
-    result = graphrun("replay", str(tampered))
-    assert result.code == 1
+    result = graphrun("replay", str(tampered), code=1)
     assert "  recorded as builtin_interfaces/msg/Time, replayed as rosgraph_msgs/msg/Clock" in result.lines
 
 
 def test_a_scene_that_has_errors_is_told_with_them(graphrun: Graphrun, clock: Path, tmp_path: Path) -> None:
     record(tmp_path / "out.mcap", 3, clock)
     clock.write_text(CLOCK.replace("Clock.execIn", "Clok.execIn"), encoding="utf-8")
-    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock))
-    assert (result.code, result.out) == (1, "")
+    result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock), code=1, out="")
     assert f"{clock}:7:18: error G203: no node 'Clok'" in result.err
+
+
+def test_a_graph_without_the_scene_that_it_needs_cannot_be_compared(graphrun: Graphrun, drive: Path) -> None:
+    result = graphrun("replay", str(drive), "--against", "dd100/cmd_vel", code=2, out="")
+    assert result.err == "graphrun replay: dd100/cmd_vel asks for prims of a scene; give a scene to --against\n"
 
 
 def test_a_topic_that_nobody_reads_any_more_is_told(graphrun: Graphrun, drive: Path) -> None:
@@ -155,16 +151,14 @@ def test_a_topic_that_nobody_reads_any_more_is_told(graphrun: Graphrun, drive: P
 
 def test_versions_and_processors_that_differ_are_told_first(graphrun: Graphrun, drive: Path, tmp_path: Path) -> None:
     other = rewritten(drive, manifest={"machine": '{"mujoco-core": "1.2.3", "processor": "Z80", "numba": "0"}'})
-    result = graphrun("replay", str(other), "--set", "*DiffController.wheelRadius=0.05")
-    assert result.code == 1
+    result = graphrun("replay", str(other), "--set", "*DiffController.wheelRadius=0.05", code=1)
     assert "recorded with 1.2.3; results may differ in their last bits\n" in result.err
     assert "recorded with Z80; results may differ in their last bits\n" in result.err
 
 
 def test_rays_are_those_of_the_recording(graphrun: Graphrun, drive: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("graphengine.cli.replay.find_spec", lambda name: None)
-    result = graphrun("replay", str(rewritten(drive, manifest={"rays": '"fast"'})))
-    assert (result.code, result.out) == (2, "")
+    result = graphrun("replay", str(rewritten(drive, manifest={"rays": '"fast"'})), code=2, out="")
     assert "its lidars used rays 'fast', which need numba\n" in result.err
     assert "give --rays mujoco" in result.err
     assert (
@@ -179,8 +173,7 @@ def test_modules_are_not_imported_because_a_file_says_so(
     monkeypatch.chdir(tmp_path)
     put(tmp_path / "evil_nodes.py", "raise SystemExit('imported')")
     record(tmp_path / "out.mcap", 1, clock, modules=["evil_nodes"])
-    result = graphrun("replay", "out.mcap")
-    assert result.code == 2
+    result = graphrun("replay", "out.mcap", code=2)
     assert "the run used additional node types; if you trust them, give --import evil_nodes" in result.err
     assert "--import evil_nodes: SystemExit: imported" in graphrun("replay", "out.mcap", "--import", "evil_nodes").err
 

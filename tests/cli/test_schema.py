@@ -123,6 +123,5 @@ def test_a_value_of_a_wrong_type_is_refused_by_schema_and_check_alike(
     scene = "scene: s\nworld: worlds/flat_grid.xml\nrobots: {r: {use: changed.yaml}}\n"
     (project / "scene.yaml").write_text(scene, encoding="utf-8")
     assert f"$.{key}" in faults(kind, data)
-    result = graphrun("check", "scene.yaml" if kind == "robot" else "changed.yaml")
-    assert result.code == 1
+    result = graphrun("check", "scene.yaml" if kind == "robot" else "changed.yaml", code=1)
     assert re.search(rf"^changed\.yaml:\d+:\d+: error G10[89]: {key}: ", result.out, re.MULTILINE)

@@ -24,8 +24,7 @@ def check_against_golden(text: str, name: str) -> None:
 
 @pytest.mark.parametrize("form", ["schedule", "plan", "mermaid"])
 def test_cmd_vel_is_shown_as_the_golden_has_it(graphrun: Graphrun, form: str) -> None:
-    result = graphrun("show", "dd100/cmd_vel", f"--{form}")
-    assert (result.code, result.err) == (0, "")
+    result = graphrun("show", "dd100/cmd_vel", f"--{form}", code=0, err="")
     check_against_golden(result.out, f"cmd_vel.{form}.txt")
 
 
@@ -127,8 +126,7 @@ def test_one_form_at_a_time(graphrun: Graphrun) -> None:
 
 def test_a_graph_with_errors_is_not_shown_but_explained(graphrun: Graphrun, project: Path) -> None:
     (project / "mine.yaml").write_text("graph: mine\nnodes: {Tick: OnPlaybackTik}\n", encoding="utf-8")
-    result = graphrun("show", "mine.yaml")
-    assert (result.code, result.out) == (1, "")
+    result = graphrun("show", "mine.yaml", code=1, out="")
     assert result.err.startswith("mine.yaml:2:15: error G201")
 
 
@@ -147,8 +145,7 @@ def test_a_scene_is_drawn_into_one_file_with_all_of_its_graphs(graphrun: Graphru
 
 def test_a_graph_with_errors_is_drawn_with_them_on_it_and_they_are_told_too(graphrun: Graphrun, project: Path) -> None:
     (project / "bad.yaml").write_text("graph: bad\nnodes: {Tick: OnPlaybackTik}\n", encoding="utf-8")
-    result = graphrun("show", "bad.yaml", "--svg", "bad.svg")
-    assert result.code == 1
+    result = graphrun("show", "bad.yaml", "--svg", "bad.svg", code=1)
     assert result.err.startswith("bad.yaml:2:15: error G201")
     assert "error G201</text>" in (project / "bad.svg").read_text(encoding="utf-8")
 
@@ -160,8 +157,7 @@ def test_of_a_file_that_is_no_graph_nothing_is_drawn(graphrun: Graphrun, project
 
 
 def test_a_drawing_that_cannot_be_written_leaves_what_was_there(graphrun: Graphrun, project: Path) -> None:
-    result = graphrun("show", "mine.yaml", "--svg", "mine.yaml/out.svg")
-    assert (result.code, result.out) == (1, "")
+    result = graphrun("show", "mine.yaml", "--svg", "mine.yaml/out.svg", code=1, out="")
     assert "mine.yaml/out.svg: Not a directory" in result.err
 
 
@@ -183,8 +179,7 @@ def test_without_the_layout_library_it_is_told_how_to_get_it(
     graphrun: Graphrun, project: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "graphlay", None)
-    result = graphrun("show", "mine.yaml", "--svg", "out.svg")
-    assert result.code == 2
+    result = graphrun("show", "mine.yaml", "--svg", "out.svg", code=2)
     assert "pip install 'graphengine[draw]'" in result.err
 
 
@@ -199,7 +194,6 @@ def test_a_graph_that_is_too_large_to_be_drawn_is_told(graphrun: Graphrun, proje
 def test_a_drawing_does_not_write_over_a_file_of_another_kind(graphrun: Graphrun, tmp_path: Path, option: str) -> None:
     graph = tmp_path / "mine.yaml"
     graph.write_text("kept")
-    result = graphrun("show", "tutorial/clock", option, str(graph))
-    assert result.code == 2
+    result = graphrun("show", "tutorial/clock", option, str(graph), code=2)
     assert "a drawing's name ends in" in result.err
     assert graph.read_text() == "kept"

@@ -27,8 +27,7 @@ def pixels(path: Path) -> NDArray[np.int64]:
 @needs_opengl
 @pytest.mark.parametrize("camera", ["top", "perspective"])
 def test_a_view_shows_the_robot_in_its_colours(graphrun: Graphrun, project: Path, camera: str) -> None:
-    result = graphrun("snapshot", SCENE, "--camera", camera, "--size", "160x90", "-o", "picture.png")
-    assert (result.code, result.out) == (0, "")
+    result = graphrun("snapshot", SCENE, "--camera", camera, "--size", "160x90", "-o", "picture.png", code=0, out="")
     assert result.err.splitlines()[-1] == f"picture.png: {camera} at t = 0 s, 160 x 90"
     picture = pixels(project / "picture.png")
     assert picture.shape == (90, 160, 3)
@@ -84,8 +83,7 @@ def test_depths_are_millimetres_and_0_where_nothing_is_in_range(graphrun: Graphr
 def test_the_table_of_a_segmentation_has_the_colours_and_pixels_of_its_picture(
     graphrun: Graphrun, project: Path
 ) -> None:
-    result = graphrun("snapshot", SCENE, "--size", "160x90", "--segmentation", "-o", "parts.png")
-    assert result.code == 0
+    result = graphrun("snapshot", SCENE, "--size", "160x90", "--segmentation", "-o", "parts.png", code=0)
     picture = pixels(project / "parts.png").reshape(-1, 3)
     told = {path: (colour, int(count)) for colour, count, _, path in (line.split() for line in result.lines)}
     assert {"/World", "/dd100/Geometry/base_link/chassis_link"} <= set(told)
@@ -119,8 +117,7 @@ def test_two_snapshots_are_alike_to_the_last_byte(graphrun: Graphrun, project: P
 def test_an_unknown_camera_is_told_with_what_there_is(
     graphrun: Graphrun, project: Path, camera: str, told: str
 ) -> None:
-    result = graphrun("snapshot", SCENE, "--camera", camera, "-o", "picture.png")
-    assert result.code == 2
+    result = graphrun("snapshot", SCENE, "--camera", camera, "-o", "picture.png", code=2)
     assert f"--camera {camera}: there is no such view, and no camera there\n  {told}" in result.err
     assert not (project / "picture.png").exists()
 
@@ -132,8 +129,7 @@ def test_a_name_that_several_cameras_have_is_told_with_their_paths(graphrun: Gra
     )
     scene = f"scene: two\nworld: worlds/flat_grid.xml\nrobots:\n{robots}"
     (project / "two.yaml").write_text(scene, encoding="utf-8")
-    result = graphrun("snapshot", "two.yaml", "--camera", DEPTH, "-o", "picture.png")
-    assert result.code == 2
+    result = graphrun("snapshot", "two.yaml", "--camera", DEPTH, "-o", "picture.png", code=2)
     assert "this could mean 2 cameras\n  write one of: /one/Geometry/" in result.err
 
 
@@ -151,30 +147,26 @@ def test_a_name_that_several_cameras_have_is_told_with_their_paths(graphrun: Gra
 def test_a_command_line_that_makes_no_sense_is_told(
     graphrun: Graphrun, project: Path, arguments: list[str], told: str
 ) -> None:
-    result = graphrun("snapshot", SCENE, *arguments)
-    assert result.code == 2
+    result = graphrun("snapshot", SCENE, *arguments, code=2)
     assert told in result.err
 
 
 @needs_opengl
 def test_a_file_that_cannot_be_written_is_told_and_what_was_there_stays(graphrun: Graphrun, project: Path) -> None:
     os.mkfifo(project / "picture.png")
-    result = graphrun("snapshot", SCENE, "--size", "32x18", "-o", "picture.png")
-    assert result.code == 1
+    result = graphrun("snapshot", SCENE, "--size", "32x18", "-o", "picture.png", code=1)
     assert result.err.endswith("error: picture.png: not a regular file\n")
     assert [path.name for path in project.glob("*picture*")] == ["picture.png"]
 
 
 def test_a_graph_without_a_scene_has_nothing_to_show(graphrun: Graphrun, project: Path) -> None:
-    result = graphrun("snapshot", "mine.yaml", "-o", "picture.png")
-    assert result.code == 2
+    result = graphrun("snapshot", "mine.yaml", "-o", "picture.png", code=2)
     assert "mine.yaml is a graph without a scene and has nothing to draw; give a scene with --scene" in result.err
 
 
 def test_a_scene_with_mistakes_is_not_drawn(graphrun: Graphrun, project: Path) -> None:
     (project / "bad.yaml").write_text("scene: bad\nworld: nowhere.xml\n", encoding="utf-8")
-    result = graphrun("snapshot", "bad.yaml", "-o", "picture.png")
-    assert result.code == 1
+    result = graphrun("snapshot", "bad.yaml", "-o", "picture.png", code=1)
     assert "S101" in result.err
     assert not (project / "picture.png").exists()
 

@@ -64,14 +64,12 @@ def test_node_types_need_arrays_and_messages_but_neither_files_nor_planning_nor_
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_each_verb_has_help(graphrun: Graphrun, verb: str) -> None:
-    result = graphrun(verb, "--help")
-    assert (result.code, result.err) == (0, "")
+    result = graphrun(verb, "--help", code=0, err="")
     assert result.out.startswith(f"usage: graphrun {verb} ")
 
 
 def test_the_help_names_every_verb(graphrun: Graphrun) -> None:
-    result = graphrun("--help")
-    assert result.code == 0
+    result = graphrun("--help", code=0)
     assert [verb for verb in VERBS if re.search(rf"^    {verb}\s", result.out, re.MULTILINE)] == list(VERBS)
 
 

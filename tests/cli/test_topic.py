@@ -5,15 +5,15 @@ Where it can be, the peer lives in this process, in a domain that nobody else is
 
 from __future__ import annotations
 
+import contextlib
 import io
-import os
 import re
 import signal
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -37,15 +37,32 @@ SENSOR = QoS(depth=5, reliability="bestEffort")
 
 @pytest.fixture
 def peer(domain_id: int) -> Iterator[DdsTransport]:
-    transport = DdsTransport(JoinOptions(Domain(domain_id, "OFF"), "peer", "/robots"))
-    yield transport
-    transport.close()
+    with contextlib.closing(DdsTransport(JoinOptions(Domain(domain_id, "OFF"), "peer", "/robots"))) as transport:
+        yield transport
+
+
+@contextlib.contextmanager
+def repeating(action: Callable[[], object]) -> Iterator[None]:
+    """Do something 50 times a second meanwhile."""
+    stop = threading.Event()
+
+    def repeat() -> None:
+        while not stop.wait(0.02):
+            action()
+
+    thread = threading.Thread(target=repeat)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
 
 
 @pytest.fixture
 def topic(graphrun: Graphrun) -> Graphrun:
     """`graphrun topic` in this process."""
-    return lambda verb, *arguments: graphrun("topic", verb, *arguments, "--transport", "dds")
+    return lambda verb, *arguments, **ended: graphrun("topic", verb, *arguments, "--transport", "dds", **ended)
 
 
 def latch(peer: DdsTransport, name: str, message: Any) -> None:
@@ -79,8 +96,7 @@ def crowd(peer: DdsTransport) -> DdsTransport:
 
 
 def test_list_names_every_topic_in_order(topic: Graphrun, crowd: DdsTransport) -> None:
-    result = topic("list")
-    assert (result.code, result.err) == (0, "")
+    result = topic("list", code=0, err="")
     assert result.lines == ["/cmd_vel", "/parameter_events", "/rosout", "/scan"]
 
 
@@ -108,8 +124,7 @@ def test_list_counts_who_writes_and_reads(topic: Graphrun, crowd: DdsTransport) 
 
 
 def test_where_nobody_is_list_says_where_it_looked(topic: Graphrun, domain_id: int) -> None:
-    result = topic("list")
-    assert (result.code, result.out) == (0, "")
+    result = topic("list", code=0, out="")
     assert result.err.startswith("no topics; dds (Eclipse Cyclone DDS), domain ")
 
 
@@ -140,8 +155,7 @@ def test_info_tells_everything_of_each_end(topic: Graphrun, peer: DdsTransport) 
 def test_a_topic_that_is_not_there_is_told_with_what_is_near(
     topic: Graphrun, crowd: DdsTransport, name: str, hint: str
 ) -> None:
-    result = topic("info", name)
-    assert (result.code, result.out) == (1, "")
+    result = topic("info", name, code=1, out="")
     assert result.err.startswith(f"error: unknown topic {name!r}\n{hint}\nseen over dds")
 
 
@@ -192,19 +206,8 @@ def test_echo_shows_only_messages_that_the_filter_wants(topic: Graphrun, peer: D
 def test_echo_asks_for_what_all_publishers_offer(topic: Graphrun, peer: DdsTransport) -> None:
     latch(peer, "/chatter", messages.String("latched"))
     volatile = peer.writer("/chatter", STRING, SENSOR)
-    stop = threading.Event()
-
-    def chat() -> None:
-        while not stop.wait(0.02):
-            volatile.write(messages.encode(messages.String("passing")))
-
-    thread = threading.Thread(target=chat)
-    thread.start()
-    try:
+    with repeating(lambda: volatile.write(messages.encode(messages.String("passing")))):
         result = topic("echo", "--once", "/chatter")
-    finally:
-        stop.set()
-        thread.join()
     assert result.out == "data: passing\n---\n"
     assert result.err.splitlines() == [
         f"WARNING: some publishers, but not all, offer {more}; what connects to all is {less}, and so it is asked for"
@@ -224,8 +227,7 @@ def test_echo_drops_what_a_peer_with_another_definition_sends_and_warns(
     with monkeypatch.context() as patch:
         patch.setattr(type(DEFINITIONS), "type_hash", lambda self, name: other)
         latch(peer, "/chatter", messages.String("hello"))
-    result = topic("echo", "--once", "--timeout", "1", "/chatter")
-    assert (result.code, result.out) == (1, "")
+    result = topic("echo", "--once", "--timeout", "1", "/chatter", code=1, out="")
     assert result.err.splitlines() == [
         f"WARNING: /robots/peer has another definition of {STRING} ({other}): its messages are dropped",
         "nothing arrived on /chatter within 1 s",
@@ -267,20 +269,9 @@ def test_pub_stamps_each_message_when_it_is_sent(topic: Graphrun, peer: DdsTrans
 def test_pub_stamps_with_the_time_of_a_simulation_when_asked(topic: Graphrun, peer: DdsTransport) -> None:
     inbox = Inbox(peer, "/cmd_vel", "geometry_msgs/msg/TwistStamped")
     clock = peer.writer("/clock", "rosgraph_msgs/msg/Clock", QoS())
-    ticking = threading.Event()
-
-    def tick() -> None:
-        while not ticking.wait(0.01):
-            clock.write(messages.encode(messages.Clock(messages.Time(7, 5))))
-
-    thread = threading.Thread(target=tick)
-    thread.start()
-    try:
-        arguments = ("/cmd_vel", "geometry_msgs/msg/TwistStamped", "header: auto", "--spin-time", "20")
+    arguments = ("/cmd_vel", "geometry_msgs/msg/TwistStamped", "header: auto", "--spin-time", "20")
+    with repeating(lambda: clock.write(messages.encode(messages.Clock(messages.Time(7, 5))))):
         topic("pub", "--once", "-s", *arguments)
-    finally:
-        ticking.set()
-        thread.join()
     (message,) = inbox.wait(1)
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (7, 5)
 
@@ -319,8 +310,7 @@ def test_pub_tells_why_nobody_matches(
     topic: Graphrun, peer: DdsTransport, name: str, message_type: str, options: list[str], reason: str
 ) -> None:
     peer.reader("/cmd_vel", TWIST, QoS(), lambda data: None)
-    result = topic("pub", "--once", name, message_type, "--max-wait-time-secs", "0.1", *options)
-    assert result.code == 1
+    result = topic("pub", "--once", name, message_type, "--max-wait-time-secs", "0.1", *options, code=1)
     assert result.out.startswith(f"Waiting for at least 1 matching subscription(s)...\n  {reason}")
     assert result.err.startswith("error: Timed out waiting for subscribers: Expected 1 subscribers but only got 0 ")
     assert reason in result.err
@@ -337,8 +327,7 @@ def test_pub_that_waits_for_a_reader_says_how_to_leave(domain_id: int) -> None:
 
 def test_pub_with_a_time_limit_says_nothing_of_it(topic: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("graphengine.cli.topic.pub.PATIENCE", 0.01)
-    result = topic("pub", "--once", "/cmd_vel", TWIST, "--max-wait-time-secs", "1")
-    assert result.code == 1
+    result = topic("pub", "--once", "/cmd_vel", TWIST, "--max-wait-time-secs", "1", code=1)
     assert "-w 0" not in result.err
 
 
@@ -404,8 +393,7 @@ def test_mistakes_are_told_in_words(
 
 def test_without_ros_rclpy_is_refused_with_the_reason(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "rclpy.executors", None)
-    result = graphrun("topic", "list", "--transport", "rclpy")
-    assert (result.code, result.out) == (1, "")
+    result = graphrun("topic", "list", "--transport", "rclpy", code=1, out="")
     assert result.err.startswith("error: rclpy cannot be used: ")
 
 
@@ -413,24 +401,18 @@ def test_without_ros_rclpy_is_refused_with_the_reason(graphrun: Graphrun, monkey
 
 
 @pytest.fixture
-def ticking(domain_id: int) -> Iterator[None]:
-    """A peer that says 50 times a second what time it is."""
-    transport = DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))
-    writer = transport.writer("/pose", "geometry_msgs/msg/PoseStamped", QoS())
-    stop = threading.Event()
+def ticking(domain_id: int) -> Iterator[dict[str, str]]:
+    """The environment of a peer that says 50 times a second what time it is."""
+    with contextlib.closing(DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))) as transport:
+        writer = transport.writer("/pose", "geometry_msgs/msg/PoseStamped", QoS())
 
-    def tick() -> None:
-        while not stop.wait(0.02):
+        def tick() -> None:
             pose = DEFINITIONS.initial("geometry_msgs/msg/PoseStamped")
             pose.header.stamp = messages.Time(*divmod(time.time_ns(), 10**9))
             writer.write(messages.encode(pose))
 
-    thread = threading.Thread(target=tick)
-    thread.start()
-    yield
-    stop.set()
-    thread.join()
-    transport.close()
+        with repeating(tick):
+            yield {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 
 
 STATISTICS = r"\tmin: -?\d+\.\d{3}s max: -?\d+\.\d{3}s std dev: \d+\.\d{5}s window: \d+\n"
@@ -446,12 +428,10 @@ STATISTICS = r"\tmin: -?\d+\.\d{3}s max: -?\d+\.\d{3}s std dev: \d+\.\d{5}s wind
     ],
     ids=["hz", "delay", "echo", "pub"],
 )
-@pytest.mark.usefixtures("ticking")
 def test_what_goes_on_is_ended_by_a_signal_without_complaint(
-    arguments: list[str], form: str, number: signal.Signals
+    ticking: dict[str, str], arguments: list[str], form: str, number: signal.Signals
 ) -> None:
-    variables = {"ROS_DOMAIN_ID": os.environ["ROS_DOMAIN_ID"], "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    with live("topic", *arguments, "--transport", "dds", "--spin-time", "20", env=variables, out=True) as running:
+    with live("topic", *arguments, "--transport", "dds", "--spin-time", "20", env=ticking, out=True) as running:
         assert running.hear(lambda said: re.fullmatch(form, said) is not None), running.said
         assert running.stop(number) == 0
     assert re.fullmatch(form, running.said), running.said
@@ -469,21 +449,17 @@ def test_a_signal_ends_what_a_script_has_put_in_the_background(domain_id: int) -
         signal.signal(signal.SIGINT, before)
 
 
-@pytest.mark.usefixtures("ticking")
-def test_hz_waits_for_a_topic_and_says_so() -> None:
-    variables = {"ROS_DOMAIN_ID": os.environ["ROS_DOMAIN_ID"], "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    with live("topic", "hz", "/pos", "--transport", "dds", env=variables, out=True) as running:
+def test_hz_waits_for_a_topic_and_says_so(ticking: dict[str, str]) -> None:
+    with live("topic", "hz", "/pos", "--transport", "dds", env=ticking, out=True) as running:
         assert running.hear(lambda said: said.endswith("\n"))
         assert running.stop(signal.SIGINT) == 0
     assert running.said.startswith("WARNING: topic [/pos] does not appear to be published yet\n")
 
 
-@pytest.mark.usefixtures("ticking")
-def test_echo_ends_when_who_reads_its_output_has_seen_enough() -> None:
-    variables = {"ROS_DOMAIN_ID": os.environ["ROS_DOMAIN_ID"], "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+def test_echo_ends_when_who_reads_its_output_has_seen_enough(ticking: dict[str, str]) -> None:
     running = subprocess.Popen(
         command("topic", "echo", "/pose", "--transport", "dds", "--spin-time", "20"),
-        env=environment(variables),
+        env=environment(ticking),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )

@@ -31,8 +31,7 @@ WAREHOUSE = {
 
 
 def test_the_table_has_type_rate_qos_frame_and_node_of_every_topic(graphrun: Graphrun) -> None:
-    result = graphrun("topics", "dd100_warehouse")
-    assert (result.code, result.err) == (0, "")
+    result = graphrun("topics", "dd100_warehouse", code=0, err="")
     head, *lines = result.lines
     starts = [match.start() for match in re.finditer(r"\S+", head)]
     direction = next(match.start() for match in re.finditer(r"(pub|sub) ", lines[0]))
@@ -75,7 +74,6 @@ def test_a_graph_without_a_scene_says_that_namespaces_are_not_known(graphrun: Gr
 
 
 def test_a_scene_with_errors_is_explained_instead(graphrun: Graphrun) -> None:
-    result = graphrun("topics", "dd100_flat", "--set", "SubscribeTwist.topicName='a b'")
-    assert (result.code, result.out) == (1, "")
+    result = graphrun("topics", "dd100_flat", "--set", "SubscribeTwist.topicName='a b'", code=1, out="")
     assert "error G304" in result.err
     assert "note N" not in result.err

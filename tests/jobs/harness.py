@@ -8,14 +8,12 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from graphengine.compiler.registry import Registry
 from graphengine.format.errors import NodeError
 from graphengine.format.files import find_given
 from graphengine.format.spec import RobotUse
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim
 from graphengine.node.dropped_values import BadValues
-from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.commands import Spawn, parse
@@ -54,13 +52,10 @@ class Job:
         name: a file, or the name of a scene that ships.
         overrides: as `--set` gives them.
         seed: as `--seed` gives it.
-        robot_state: as `--robot-state` gives it.
-        registry: as `--import` makes it.
-        rays: as `--rays` gives it.
         heard: whether the peer hears everything; if not, nobody listens until a reader is made.
         fault: hears of nodes that raise, as with `--keep-going`.
-        allowed: as `--allow` gives it.
         bad_values: as `--bad-values` gives it.
+        options: other fields of `Options`.
     """
 
     def __init__(
@@ -69,17 +64,14 @@ class Job:
         overrides: Mapping[str, Any] | None = None,
         *,
         seed: int = 0,
-        robot_state: bool = False,
-        registry: Registry | None = None,
-        rays: RaysChoice = "auto",
         heard: bool = True,
         fault: Callable[[NodeError], None] | None = None,
-        allowed: Sequence[Path] = (),
         bad_values: BadValues = "drop",
+        **options: Any,
     ) -> None:
         self.transport = MemoryTransport(wants_all=heard)
         self.recorder = Recorder()
-        self.scene = assemble(name, overrides, robot_state=robot_state, registry=registry, rays=rays, allowed=allowed)
+        self.scene = assemble(name, overrides, **options)
         network = LiveNetwork(lambda domain: self.transport, 0, lambda complaint: None)
         if heard:
             network.sinks.append(self.recorder)
@@ -144,23 +136,14 @@ class Job:
 _shipped: dict[object, LoadedScene] = {}
 
 
-def assemble(
-    name: str | Path,
-    overrides: Mapping[str, Any] | None = None,
-    *,
-    robot_state: bool = False,
-    registry: Registry | None = None,
-    rays: RaysChoice = "auto",
-    allowed: Sequence[Path] = (),
-) -> LoadedScene:
+def assemble(name: str | Path, overrides: Mapping[str, Any] | None = None, **options: Any) -> LoadedScene:
     """A scene, loaded; one that ships is loaded once in a process, as no session changes it."""
-    path = name if isinstance(name, Path) else find_given(name, "scenes")
-    options = Options(overrides or {}, robot_state=robot_state, registry=registry, rays=rays, allowed=allowed)
-    if isinstance(name, Path) or registry is not None or allowed:
-        return build.load(path, options)
-    key = (name, robot_state, rays, *sorted(map(str, (overrides or {}).items())))
+    given = Options(overrides or {}, **options)
+    if isinstance(name, Path) or given.registry is not None or given.allowed:
+        return build.load(name if isinstance(name, Path) else find_given(name, "scenes"), given)
+    key = name, repr(given)
     if key not in _shipped:
-        _shipped[key] = build.load(path, options)
+        _shipped[key] = build.load(find_given(name, "scenes"), given)
     return _shipped[key]
 
 

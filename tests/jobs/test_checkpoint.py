@@ -104,13 +104,6 @@ def test_a_checkpoint_that_is_not_there_names_those_that_are() -> None:
             command("restore", name="befor")(job)
 
 
-def test_a_checkpoint_is_that_of_its_session() -> None:
-    with Job("dd100_flat") as job, Job("dd100_flat") as other:
-        kept = job.session.checkpoint()
-        with pytest.raises(UsageError, match="checkpoint_1 is a checkpoint of another session"):
-            other.session.restore(kept)
-
-
 def test_a_session_that_failed_goes_on_from_a_checkpoint() -> None:
     with Job("dd100_flat") as job:
         job.run(0.2)

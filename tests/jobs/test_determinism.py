@@ -13,18 +13,7 @@ import pytest
 from graphengine.messages.endpoints import QoS
 from tests.jobs import stream
 from tests.jobs.harness import ROOT, Job, Recorder
-
-NOISY_ROBOT = """robot: noisy
-extends: robots/dd100.yaml
-sensors:
-  sim_lidar: {type: lidar, profile: microscan3_light, parent: base_link/chassis_link, position: [0, 0, 0.15], noise_std: %s}
-"""
-NOISY_SCENE = """scene: noisy
-world: worlds/full_warehouse.xml
-settle: true
-robots:
-  dd100: {use: noisy_robot.yaml, position: [-3.0, 6.0, 0.025], namespace: dd100_0000}
-"""
+from tests.recording.harness import NOISY_ROBOT, NOISY_SCENE, put
 
 
 @pytest.fixture(scope="module")
@@ -32,10 +21,11 @@ def drive() -> list[tuple[str, str, bytes]]:
     return stream.drive().stream
 
 
-def noisy(folder: Path, noise: float) -> Path:
-    (folder / "noisy_robot.yaml").write_text(NOISY_ROBOT % noise, encoding="utf-8")
-    (folder / "scene.yaml").write_text(NOISY_SCENE, encoding="utf-8")
-    return folder / "scene.yaml"
+@pytest.fixture
+def noisy(tmp_path: Path) -> Path:
+    """A scene whose lidar is noisy."""
+    put(tmp_path / "noisy_robot.yaml", NOISY_ROBOT)
+    return put(tmp_path / "scene.yaml", NOISY_SCENE.replace("robots:\n", "settle: true\nrobots:\n"))
 
 
 def test_a_drive_sends_what_was_to_be_expected(drive: list[tuple[str, str, bytes]]) -> None:
@@ -74,18 +64,17 @@ def test_another_seed_changes_nothing_where_there_is_no_chance(drive: list[tuple
     assert stream.drive(seed=1).stream == drive
 
 
-def test_another_seed_changes_the_noise_of_the_scans_and_nothing_else(tmp_path: Path) -> None:
-    scene = noisy(tmp_path, 0.01)
-    one, same, other = (stream.drive(scene, seed).stream for seed in (7, 7, 8))
+def test_another_seed_changes_the_noise_of_the_scans_and_nothing_else(noisy: Path) -> None:
+    one, same, other = (stream.drive(noisy, seed).stream for seed in (7, 7, 8))
     assert one == same
     assert len(one) == len(other)
     differing = {a[0] for a, b in zip(one, other, strict=True) if a != b}
     assert differing == {"/dd100_0000/sim_lidar/scan"}
 
 
-def test_noise_does_not_depend_on_who_listens_when(tmp_path: Path) -> None:
+def test_noise_does_not_depend_on_who_listens_when(noisy: Path) -> None:
     scan = "/dd100_0000/sim_lidar/scan"
-    with Job(noisy(tmp_path, 0.01)) as always, Job(noisy(tmp_path, 0.01), heard=False) as late:
+    with Job(noisy) as always, Job(noisy, heard=False) as late:
         always.run(2.0)
         late.run(1.0)
         assert late.transport.raw(scan) == []

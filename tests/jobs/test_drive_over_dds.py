@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import os
 import signal
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from typing import Any
 
 import pytest
@@ -18,7 +16,8 @@ from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
-from tests.waiting import PATIENCE, eventually
+from tests.cli.harness import live
+from tests.waiting import eventually
 
 TOPICS = {
     "/clock": "rosgraph_msgs/msg/Clock",
@@ -59,35 +58,23 @@ class Listener:
 
 
 @pytest.fixture
-def simulation(domain_id: int) -> Iterator[tuple[subprocess.Popen[str], Listener]]:
-    environment = {**os.environ, "ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    command = [
-        sys.executable,
-        "-m",
-        "graphengine.cli",
-        "run",
-        "dd100_warehouse",
-        "--transport",
-        "dds",
-        "--for",
-        "10min",
-    ]
-    process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
-    listener = Listener(domain_id)
-    try:
-        yield process, listener
-    finally:
-        listener.transport.close()
-        process.kill()
-        process.communicate()
+def listener(domain_id: int) -> Iterator[Listener]:
+    made = Listener(domain_id)
+    with closing(made.transport):
+        yield made
 
 
-def test_another_process_reads_every_topic_and_drives_the_robot(
-    simulation: tuple[subprocess.Popen[str], Listener],
-) -> None:
-    process, listener = simulation
+def test_another_process_reads_every_topic_and_drives_the_robot(domain_id: int, listener: Listener) -> None:
+    env = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    with live("run", "dd100_warehouse", "--transport", "dds", "--for", "10min", env=env) as running:
+        drive(listener)
+        assert running.stop(signal.SIGTERM) == 0, running.said
+    assert "ticks" in running.said.splitlines()[-1]
+
+
+def drive(listener: Listener) -> None:
+    """Read every topic, drive and turn, and fall silent."""
     assert eventually(lambda: len(listener.newest) == len(TOPICS)), f"only {sorted(listener.newest)} came"
-
     names = listener.newest["/dd100_0000/platform/joint_states"].name
     assert names == ["front_left_wheel_joint", "front_right_wheel_joint"]
     scan = listener.newest["/dd100_0000/sim_lidar/scan"]
@@ -100,8 +87,3 @@ def test_another_process_reads_every_topic_and_drives_the_robot(
     reached = eventually(lambda: abs(listener.twist()[1] - 0.5) < 0.0025, lambda: listener.drive(0.0, 0.5))
     assert reached, f"w = {listener.twist()[1]} rad/s, 0.5 was commanded"
     assert eventually(lambda: abs(listener.twist()[1]) < 1e-3), "silence did not stop the robot"
-
-    process.send_signal(signal.SIGTERM)
-    _, said = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 0, said
-    assert "ticks" in said.splitlines()[-1]

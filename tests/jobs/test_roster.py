@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import ClassVar
 
@@ -39,17 +39,23 @@ SEEING = ROBOT + "graphs:\n  camera: {use: graphs/camera.yaml, parameters: {widt
 ELSEWHERE = LATE.model_copy(update={"position": (200.0, 0.0, 0.025)})
 
 
-def test_a_robot_that_comes_leaves_time_and_others_as_they_are(tmp_path: Path) -> None:
-    with Job(scene(tmp_path, FIRST)) as job:
-        job.drive("/one/cmd_vel", 0.5, 0.2, 1.0)
-        world, time = physics(job), job.session.time
-        state = world.articulation(world.stage.find("/one")).positions(), world.data.qpos[:7].copy()
-        job.spawn("late", LATE)
-        assert job.session.time == time
-        assert np.array_equal(world.articulation(world.stage.find("/one")).positions(), state[0])
-        assert np.array_equal(world.data.qpos[:7], state[1])
-        job.drive("/one/cmd_vel", 0.5, 0.2, 1.0)
-        stamps = [message.clock for message in job.heard("/clock")]
+@pytest.fixture
+def job(tmp_path: Path) -> Iterator[Job]:
+    """A scene with one robot, whose folder has files of more."""
+    with Job(scene(tmp_path, FIRST)) as running:
+        yield running
+
+
+def test_a_robot_that_comes_leaves_time_and_others_as_they_are(job: Job) -> None:
+    job.drive("/one/cmd_vel", 0.5, 0.2, 1.0)
+    world, time = physics(job), job.session.time
+    state = world.articulation(world.stage.find("/one")).positions(), world.data.qpos[:7].copy()
+    job.spawn("late", LATE)
+    assert job.session.time == time
+    assert np.array_equal(world.articulation(world.stage.find("/one")).positions(), state[0])
+    assert np.array_equal(world.data.qpos[:7], state[1])
+    job.drive("/one/cmd_vel", 0.5, 0.2, 1.0)
+    stamps = [message.clock for message in job.heard("/clock")]
     assert len(stamps) == 120
     assert len(job.heard("/one/odom")) == 120
     assert len(job.heard("/late/odom")) == 60
@@ -94,24 +100,23 @@ def test_what_a_robot_pushes_goes_on_as_if_nobody_had_come_or_gone(tmp_path: Pat
     assert seen[0] == seen[1]
 
 
-def test_a_robot_that_came_is_driven_and_senses_like_any_other(tmp_path: Path) -> None:
+def test_a_robot_that_came_is_driven_and_senses_like_any_other(job: Job) -> None:
     turned = LATE.model_copy(update={"orientation": Orientation(rpy_deg=(0.0, 0.0, 90.0))})
-    with Job(scene(tmp_path, FIRST)) as job:
-        job.run(0.5)
-        job.spawn("late", turned)
-        job.run(0.5)  # it drops a centimetre
-        job.drive("/late/cmd_vel", 0.5, 0.0, 2.0)
-        assert job.velocity("/late/odom")[0] == pytest.approx(0.5, rel=0.005)
-        assert job.newest("/late/odom").pose.pose.position.x > 0.7
-        assert job.velocity("/one/odom")[0] == pytest.approx(0.0, abs=1e-6)
-        scan = job.newest("/one/sim_lidar/scan")
-        world = physics(job)
-        (x, y, _), _ = world.body(world.stage.find("/late/base_link/chassis_link")).pose()
+    job.run(0.5)
+    job.spawn("late", turned)
+    job.run(0.5)  # it drops a centimetre
+    job.drive("/late/cmd_vel", 0.5, 0.0, 2.0)
+    assert job.velocity("/late/odom")[0] == pytest.approx(0.5, rel=0.005)
+    assert job.newest("/late/odom").pose.pose.position.x > 0.7
+    assert job.velocity("/one/odom")[0] == pytest.approx(0.0, abs=1e-6)
+    scan = job.newest("/one/sim_lidar/scan")
+    world = physics(job)
+    (x, y, _), _ = world.body(world.stage.find("/late/base_link/chassis_link")).pose()
     beam = round((np.arctan2(y, x) - scan.angle_min) / scan.angle_increment)
     assert scan.ranges[beam] == pytest.approx(np.hypot(x, y), abs=0.4)  # half a robot
 
 
-def test_a_kind_of_robot_that_the_scene_never_had_may_come(tmp_path: Path) -> None:
+def test_a_kind_of_robot_that_the_scene_never_had_may_come(tmp_path: Path, job: Job) -> None:
     corners = [(x, y, z) for x in (-0.2, 0.2) for y in (-0.15, 0.15) for z in (-0.05, 0.25)]
     faces = ("1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4")
     box = "".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "".join(f"f {face}\n" for face in faces)
@@ -119,33 +124,31 @@ def test_a_kind_of_robot_that_the_scene_never_had_may_come(tmp_path: Path) -> No
     cart = CART.replace('<box size=".4 .3 .1"/>', '<mesh filename="box.obj"/>')
     (tmp_path / "cart.urdf").write_text(cart, encoding="utf-8")
     (tmp_path / "cart.yaml").write_text("robot: cart\nurdf: cart.urdf\n", encoding="utf-8")
-    with Job(scene(tmp_path, FIRST)) as job:
-        job.run(0.1)
-        for name, x in (("late", 2.0), ("later", 4.0)):
-            job.spawn(name, RobotUse(use="cart.yaml", position=(x, 0.0, 0.05)))
-        job.run(0.5)
-        scan = job.newest("/one/sim_lidar/scan")
-        assert scan.ranges[len(scan.ranges) // 2] == pytest.approx(1.8, abs=0.05)  # straight ahead; its noise is 1 cm
-        job.remove("late")
-        job.run(0.5)
-        scan = job.newest("/one/sim_lidar/scan")
-        assert scan.ranges[len(scan.ranges) // 2] == pytest.approx(3.8, abs=0.05)
+    job.run(0.1)
+    for name, x in (("late", 2.0), ("later", 4.0)):
+        job.spawn(name, RobotUse(use="cart.yaml", position=(x, 0.0, 0.05)))
+    job.run(0.5)
+    scan = job.newest("/one/sim_lidar/scan")
+    assert scan.ranges[len(scan.ranges) // 2] == pytest.approx(1.8, abs=0.05)  # straight ahead; its noise is 1 cm
+    job.remove("late")
+    job.run(0.5)
+    scan = job.newest("/one/sim_lidar/scan")
+    assert scan.ranges[len(scan.ranges) // 2] == pytest.approx(3.8, abs=0.05)
 
 
-def test_a_robot_that_goes_takes_its_topics_along(tmp_path: Path) -> None:
-    with Job(scene(tmp_path, FIRST)) as job:
-        job.spawn("late", LATE)
-        job.run(0.2)
-        job.remove("late")
-        sent = len(job.heard("/late/odom"))
-        job.run(0.2)
-        assert sent == 12
-        assert len(job.heard("/late/odom")) == sent
-        assert not [claim.topic for claim in job.session.services.claims if claim.topic.startswith("/late")]
-        assert "/late" not in physics(job).stage
-        job.spawn("late", LATE)  # the name is free
-        job.run(0.2)
-        assert len(job.heard("/late/odom")) == 2 * sent
+def test_a_robot_that_goes_takes_its_topics_along(job: Job) -> None:
+    job.spawn("late", LATE)
+    job.run(0.2)
+    job.remove("late")
+    sent = len(job.heard("/late/odom"))
+    job.run(0.2)
+    assert sent == 12
+    assert len(job.heard("/late/odom")) == sent
+    assert not [claim.topic for claim in job.session.services.claims if claim.topic.startswith("/late")]
+    assert "/late" not in physics(job).stage
+    job.spawn("late", LATE)  # the name is free
+    job.run(0.2)
+    assert len(job.heard("/late/odom")) == 2 * sent
 
 
 def test_a_robot_that_goes_says_goodbye_and_one_that_cannot_go_does_not(tmp_path: Path) -> None:
@@ -167,18 +170,17 @@ def test_a_robot_that_goes_says_goodbye_and_one_that_cannot_go_does_not(tmp_path
     assert len(job.heard("/bye")) == 2  # the other one's, when the session ended
 
 
-def test_stop_takes_a_robot_that_came_back_to_where_it_was_put(tmp_path: Path) -> None:
-    with Job(scene(tmp_path, FIRST)) as job:
-        job.run(0.5)
-        job.spawn("late", LATE)
-        world = physics(job)
-        start = world.body(world.stage.find("/late/base_link")).pose()
-        first = world.body(world.stage.find("/one/base_link")).pose()
-        job.drive("/late/cmd_vel", 0.5, 0.0, 1.0)
-        job.drive("/one/cmd_vel", 0.5, 0.0, 1.0)
-        job.session.stop()
-        assert world.body(world.stage.find("/late/base_link")).pose() == start
-        assert world.body(world.stage.find("/one/base_link")).pose()[0] == pytest.approx(first[0], abs=1e-5)
+def test_stop_takes_a_robot_that_came_back_to_where_it_was_put(job: Job) -> None:
+    job.run(0.5)
+    job.spawn("late", LATE)
+    world = physics(job)
+    start = world.body(world.stage.find("/late/base_link")).pose()
+    first = world.body(world.stage.find("/one/base_link")).pose()
+    job.drive("/late/cmd_vel", 0.5, 0.0, 1.0)
+    job.drive("/one/cmd_vel", 0.5, 0.0, 1.0)
+    job.session.stop()
+    assert world.body(world.stage.find("/late/base_link")).pose() == start
+    assert world.body(world.stage.find("/one/base_link")).pose()[0] == pytest.approx(first[0], abs=1e-5)
 
 
 def test_commands_outlive_a_newcomer(tmp_path: Path) -> None:
@@ -203,7 +205,7 @@ def test_commands_outlive_a_newcomer(tmp_path: Path) -> None:
         ("late", RobotUse(use="bad_graph.yaml"), "no link 'elbow'"),
     ],
 )
-def test_a_robot_that_cannot_be_changes_nothing(tmp_path: Path, name: str, use: RobotUse, words: str) -> None:
+def test_a_robot_that_cannot_be_changes_nothing(tmp_path: Path, job: Job, name: str, use: RobotUse, words: str) -> None:
     (tmp_path / "broken.yaml").write_text("robot: b\nextends: noisy.yaml\njoints: {wheel: {}}\n", encoding="utf-8")
     (tmp_path / "no_graph.yaml").write_text(
         "robot: b\nextends: noisy.yaml\ngraphs: {a: {use: nowhere.yaml}}\n", encoding="utf-8"
@@ -211,15 +213,14 @@ def test_a_robot_that_cannot_be_changes_nothing(tmp_path: Path, name: str, use: 
     (tmp_path / "bad_graph.yaml").write_text(
         "robot: b\nextends: noisy.yaml\nkeep_only_joints: []\narticulation_root: elbow\n", encoding="utf-8"
     )
-    with Job(scene(tmp_path, FIRST)) as job:
-        job.run(0.2)
-        prims = [prim.path for prim in physics(job).stage.prims()]
-        with pytest.raises(CheckError) as error:
-            job.spawn(name, use)
-        assert words in str(error.value)
-        assert [prim.path for prim in physics(job).stage.prims()] == prims
-        job.run(0.2)
-        assert len(job.heard("/one/odom")) == 24
+    job.run(0.2)
+    prims = [prim.path for prim in physics(job).stage.prims()]
+    with pytest.raises(CheckError) as error:
+        job.spawn(name, use)
+    assert words in str(error.value)
+    assert [prim.path for prim in physics(job).stage.prims()] == prims
+    job.run(0.2)
+    assert len(job.heard("/one/odom")) == 24
 
 
 def test_a_robot_that_is_not_there_cannot_go(tmp_path: Path) -> None:
@@ -244,52 +245,48 @@ def test_a_robot_that_others_read_cannot_go(tmp_path: Path) -> None:
 # What is refused
 
 
-def test_what_is_missing_is_told_to_who_asks_and_nothing_comes(tmp_path: Path) -> None:
+def test_what_is_missing_is_told_to_who_asks_and_nothing_comes(tmp_path: Path, job: Job) -> None:
     mesh = CART.replace('<sphere radius=".05"/>', '<mesh filename="nowhere.stl"/>')
     (tmp_path / "cart.urdf").write_text(mesh, encoding="utf-8")
     (tmp_path / "cart.yaml").write_text("robot: cart\nurdf: cart.urdf\n", encoding="utf-8")
-    with Job(scene(tmp_path, FIRST)) as job:
-        with pytest.raises(CheckError, match=r"no file 'nowhere\.stl'"):
-            job.spawn("late", RobotUse(use="cart.yaml"))
-        assert "/late" not in physics(job).stage
-        assert job.scene.findings.errors == []
+    with pytest.raises(CheckError, match=r"no file 'nowhere\.stl'"):
+        job.spawn("late", RobotUse(use="cart.yaml"))
+    assert "/late" not in physics(job).stage
+    assert job.scene.findings.errors == []
 
 
-def test_a_file_with_a_mistake_is_told_each_time_until_it_is_right(tmp_path: Path) -> None:
+def test_a_file_with_a_mistake_is_told_each_time_until_it_is_right(tmp_path: Path, job: Job) -> None:
     late = tmp_path / "late.yaml"
     late.write_text("robot: late\nextends: noisy.yaml\njoints: {wheel: {}}\n", encoding="utf-8")
     use = LATE.model_copy(update={"use": "late.yaml"})
-    with Job(scene(tmp_path, FIRST)) as job:
-        for _ in range(2):
-            with pytest.raises(CheckError, match="no joint 'wheel'"):
-                job.spawn("late", use)
-        late.write_text("robot: late\nextends: noisy.yaml\n", encoding="utf-8")
-        job.spawn("late", use)
-        job.run(0.1)
-        assert len(job.heard("/late/odom")) == 6
+    for _ in range(2):
+        with pytest.raises(CheckError, match="no joint 'wheel'"):
+            job.spawn("late", use)
+    late.write_text("robot: late\nextends: noisy.yaml\n", encoding="utf-8")
+    job.spawn("late", use)
+    job.run(0.1)
+    assert len(job.heard("/late/odom")) == 6
 
 
-def test_a_robot_that_would_say_what_another_says_is_refused(tmp_path: Path) -> None:
-    with Job(scene(tmp_path, FIRST)) as job:
-        with pytest.raises(CheckError, match=r"frame 'base_link' below 'odom' comes from both /one/.* and /late/"):
-            job.spawn("late", LATE.model_copy(update={"namespace": "one"}))
-        assert "/late" not in physics(job).stage
-        job.spawn("late", LATE)
-        job.remove("late")
-        job.spawn("again", LATE)  # whose topics are free
+def test_a_robot_that_would_say_what_another_says_is_refused(job: Job) -> None:
+    with pytest.raises(CheckError, match=r"frame 'base_link' below 'odom' comes from both /one/.* and /late/"):
+        job.spawn("late", LATE.model_copy(update={"namespace": "one"}))
+    assert "/late" not in physics(job).stage
+    job.spawn("late", LATE)
+    job.remove("late")
+    job.spawn("again", LATE)  # whose topics are free
 
 
-def test_a_place_that_physics_cannot_count_is_refused_and_the_others_go_on(tmp_path: Path) -> None:
-    with Job(scene(tmp_path, FIRST)) as job:
-        job.run(0.1)
-        prims, model = [prim.path for prim in physics(job).stage.prims()], physics(job).model
-        with pytest.raises(PhysicsError, match=r"'late/base_link' is farther from the world's origin than 1e\+10 m"):
-            job.spawn("late", LATE.model_copy(update={"position": (1e12, 0.0, 0.0)}))
-        assert physics(job).model is model
-        assert [prim.path for prim in physics(job).stage.prims()] == prims
-        job.spawn("late", LATE)
-        job.run(0.1)
-        assert (len(job.heard("/one/odom")), len(job.heard("/late/odom"))) == (12, 6)
+def test_a_place_that_physics_cannot_count_is_refused_and_the_others_go_on(job: Job) -> None:
+    job.run(0.1)
+    prims, model = [prim.path for prim in physics(job).stage.prims()], physics(job).model
+    with pytest.raises(PhysicsError, match=r"'late/base_link' is farther from the world's origin than 1e\+10 m"):
+        job.spawn("late", LATE.model_copy(update={"position": (1e12, 0.0, 0.0)}))
+    assert physics(job).model is model
+    assert [prim.path for prim in physics(job).stage.prims()] == prims
+    job.spawn("late", LATE)
+    job.run(0.1)
+    assert (len(job.heard("/one/odom")), len(job.heard("/late/odom"))) == (12, 6)
 
 
 def test_a_robot_that_the_rays_asked_for_cannot_meet_is_refused_and_the_others_go_on(
@@ -389,33 +386,32 @@ def left_of(job: Job) -> list[list[str]]:
     ]
 
 
-def test_within_a_tick_nothing_comes_or_goes_or_stops(tmp_path: Path) -> None:
+def test_within_a_tick_nothing_comes_or_goes_or_stops(job: Job) -> None:
     asked: list[str] = []
-    with Job(scene(tmp_path, FIRST)) as job:
-        session = job.session
-        comings_and_goings: list[Callable[[], object]] = [
-            lambda: job.spawn("late", LATE),
-            lambda: job.remove("one"),
-        ]
+    session = job.session
+    comings_and_goings: list[Callable[[], object]] = [
+        lambda: job.spawn("late", LATE),
+        lambda: job.remove("one"),
+    ]
 
-        def ask(_: bytes) -> None:
-            for question in [*comings_and_goings, session.step, session.run, session.stop, session.reset]:
-                with pytest.raises(UsageError, match="between two ticks") as error:
-                    question()
-                asked.append(str(error.value))
+    def ask(_: bytes) -> None:
+        for question in [*comings_and_goings, session.step, session.run, session.stop, session.reset]:
+            with pytest.raises(UsageError, match="between two ticks") as error:
+                question()
+            asked.append(str(error.value))
 
-        job.transport.reader("/clock", "rosgraph_msgs/msg/Clock", QoS(), ask)
-        session.step()
-        assert len(asked) == 6
-        assert "/late" not in physics(job).stage
+    job.transport.reader("/clock", "rosgraph_msgs/msg/Clock", QoS(), ask)
+    session.step()
+    assert len(asked) == 6
+    assert "/late" not in physics(job).stage
 
-        def come(running: SessionCore) -> bool:
-            Spawn(name="late", use=LATE).apply(running)
-            return False
+    def come(running: SessionCore) -> bool:
+        Spawn(name="late", use=LATE).apply(running)
+        return False
 
-        asked.clear()
-        session.run(on_tick=come)
-        assert "/late" in physics(job).stage
+    asked.clear()
+    session.run(on_tick=come)
+    assert "/late" in physics(job).stage
 
 
 # What is kept for a robot

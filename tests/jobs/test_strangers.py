@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Iterator
+from contextlib import closing
 
 import pytest
 
@@ -21,9 +22,8 @@ def environment(domain_id: int) -> dict[str, str]:
 
 @pytest.fixture
 def rviz(environment: dict[str, str]) -> Iterator[DdsTransport]:
-    transport = DdsTransport(JoinOptions(Domain.from_environment(environment), "rviz"))
-    yield transport
-    transport.close()
+    with closing(DdsTransport(JoinOptions(Domain.from_environment(environment), "rviz"))) as transport:
+        yield transport
 
 
 def test_a_run_tells_who_asks_for_what_it_does_not_offer(environment: dict[str, str], rviz: DdsTransport) -> None:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.devices.sensor import Vector3
+from graphengine.devices.rotation import Vector3
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.nodes.ros2.subscribers import ROS2SubscribeTwist

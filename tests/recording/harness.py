@@ -20,6 +20,7 @@ from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import Options
+from tests.jobs import crowd
 from tests.jobs.harness import Recorder as Listener
 from tests.jobs.harness import twist
 
@@ -55,11 +56,8 @@ connections:
   - Time.simulationTime -> Closed.timeStamp
 """,
 )
-NOISY_ROBOT = """robot: noisy
-extends: robots/dd100.yaml
-sensors:
-  sim_lidar: {type: lidar, profile: microscan3_light, parent: base_link/chassis_link, position: [0, 0, 0.15], noise_std: 0.01}
-"""
+SYSTEM_CLOCK = CLOCK.replace("ReadSimulationTime", "IsaacReadSystemTime").replace("simulationTime", "systemTime")
+NOISY_ROBOT = crowd.ROBOT
 NOISY_SCENE = """scene: noisy
 world: worlds/full_warehouse.xml
 robots:
@@ -79,13 +77,22 @@ class Run:
         self.heard = listener.stream
 
 
+Before = Callable[[int, Run], object]
+"""What is done before a tick, by its number."""
+
+
+def at(tick: int, action: Callable[[Run], object]) -> Before:
+    """Something that is done before one tick."""
+    return lambda number, run: action(run) if number == tick else None
+
+
 def record(
     path: Path,
     ticks: int,
     scene: str | Path = "dd100_warehouse",
     *,
     commands: Mapping[int, Sequence[tuple[float, float]]] = MappingProxyType({}),
-    before: Callable[[int, Run], None] = lambda tick, run: None,
+    before: Before = lambda tick, run: None,
     options: Options | None = None,
     bad_values: BadValues = "drop",
     **how: Any,

@@ -29,18 +29,9 @@ from graphengine.runtime.inbox import ExternalInputs
 from graphengine.scene import build
 from tests.jobs.harness import Recorder as Listener
 from tests.jobs.harness import nanoseconds, twist
-from tests.recording.harness import CMD_VEL, DRIVE, Run, record
+from tests.recording.harness import CLOCK, CMD_VEL, DRIVE, SYSTEM_CLOCK, Run, at, put, record
 
 TICKS = 125
-SYSTEM_CLOCK = """graph: clock
-nodes:
-  Tick: OnPlaybackTick
-  Time: IsaacReadSystemTime
-  Clock: PublishClock
-connections:
-  - Tick.tick -> Clock.execIn
-  - Time.systemTime -> Clock.timeStamp
-"""
 ECHO = """graph: echo
 nodes:
   Tick: OnPlaybackTick
@@ -56,7 +47,8 @@ connections:
   - Tick.tick -> Other.execIn
   - Context.context -> Clock.context
 """
-CLOCK = SYSTEM_CLOCK.replace("SystemTime", "SimulationTime").replace("systemTime", "simulationTime")
+SPEAK = messages.Clock(messages.Time(1000, 0))
+"""What another program says on /clock."""
 
 
 @pytest.fixture(scope="module")
@@ -97,10 +89,7 @@ def metadata(path: Path, name: str) -> dict[str, str]:
 
 
 def small(folder: Path, text: str = CLOCK) -> Path:
-    path = folder / "hall" / "clock.yaml"
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(text, encoding="utf-8")
-    return path
+    return put(folder / "hall" / "clock.yaml", text)
 
 
 # Messages
@@ -231,11 +220,7 @@ def test_the_wall_clock_is_there_only_where_a_node_has_read_it(tmp_path: Path) -
 
 
 def test_after_a_stop_the_recording_goes_on_and_the_time_of_play_begins_anew(tmp_path: Path) -> None:
-    def stop_before_four(tick: int, run: Run) -> None:
-        if tick == 4:
-            run.session.stop()
-
-    record(tmp_path / "out.mcap", 5, small(tmp_path), before=stop_before_four)
+    record(tmp_path / "out.mcap", 5, small(tmp_path), before=at(4, lambda run: run.session.stop()))
     clocks = [message for channel, message, _ in read(tmp_path / "out.mcap") if channel.topic == "/clock"]
     assert [message.log_time for message in clocks] == [tick * 10**9 // 60 for tick in (1, 2, 3, 4, 5)]
     assert [message.publish_time for message in clocks[3:]] == [message.publish_time for message in clocks[:2]]
@@ -258,12 +243,8 @@ connections:
 
 
 def test_what_nodes_told_each_other_is_on_its_topic_once(tmp_path: Path) -> None:
-    def speak(tick: int, run: Run) -> None:
-        if tick == 5:
-            run.transport.inject("/clock", messages.Clock(messages.Time(1000, 0)))
-
     path = tmp_path / "out.mcap"
-    record(path, 10, small(tmp_path, ECHO), before=speak)
+    record(path, 10, small(tmp_path, ECHO), before=at(5, lambda run: run.transport.inject("/clock", SPEAK)))
     clocks = read(path, topics=["/clock", "/_graphengine/delivered/clock"])
     told = [(c.topic, messages.decode(m.data, kind).clock.sec, m.log_time) for c, m, kind in clocks]
     assert Counter((topic, sec) for topic, sec, _ in told) == {
@@ -282,12 +263,8 @@ def test_what_comes_to_a_topic_that_the_run_publishes_too_is_on_the_same_channel
     text = ECHO.replace(
         "  Clock: PublishClock\n", "  Clock: {type: PublishClock, inputs: {qosProfile: '{\"depth\": 3}'}}\n"
     )
-
-    def speak(tick: int, run: Run) -> None:
-        if tick == 1:
-            run.transport.inject("/clock", messages.Clock(messages.Time(1000, 0)))
-
-    record(tmp_path / "out.mcap", 3, small(tmp_path, text), before=speak)
+    before = at(1, lambda run: run.transport.inject("/clock", SPEAK))
+    record(tmp_path / "out.mcap", 3, small(tmp_path, text), before=before)
     (channel,) = {c.id: c for c, _, _ in read(tmp_path / "out.mcap", topics=["/clock"])}.values()
     assert "depth: 3\n" in channel.metadata["offered_qos_profiles"]
 
@@ -297,23 +274,19 @@ def test_what_a_tick_sent_before_it_was_interrupted_is_not_recorded(tmp_path: Pa
         def write(self, claim: EndpointClaim, data: bytes) -> None:
             raise KeyboardInterrupt
 
-    def interrupt(tick: int, run: Run) -> None:
-        if tick == 3:
-            network = run.session.services.network
-            assert isinstance(network, LiveNetwork)
-            network.sinks.append(Interrupting())
+    def interrupt(run: Run) -> None:
+        network = run.session.services.network
+        assert isinstance(network, LiveNetwork)
+        network.sinks.append(Interrupting())
 
     with pytest.raises(KeyboardInterrupt):
-        record(tmp_path / "out.mcap", 5, small(tmp_path), before=interrupt)
+        record(tmp_path / "out.mcap", 5, small(tmp_path), before=at(3, interrupt))
     assert [topic for topic, _, _ in published(tmp_path / "out.mcap")] == ["/clock"] * 2
 
 
 def test_bytes_that_are_no_message_are_kept_as_they_came(tmp_path: Path) -> None:
-    def speak(tick: int, run: Run) -> None:
-        if tick == 2:
-            run.transport.inject(CMD_VEL, b"rubbish")
-
-    record(tmp_path / "out.mcap", 3, "dd100_flat", before=speak)
+    before = at(2, lambda run: run.transport.inject(CMD_VEL, b"rubbish"))
+    record(tmp_path / "out.mcap", 3, "dd100_flat", before=before)
     assert [m.data for c, m, _ in read(tmp_path / "out.mcap", topics=[CMD_VEL])] == [b"rubbish"]
 
 
@@ -357,12 +330,11 @@ def test_a_file_that_is_there_is_not_written_over(tmp_path: Path) -> None:
 def test_a_file_that_another_run_is_recorded_to_is_left_to_it(tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
 
-    def interfere(tick: int, run: Run) -> None:
-        if tick == 70:
-            with pytest.raises(RecordingError, match="another run is being recorded there"):
-                RecordingWriter(path, DEFINITIONS, force=True)
+    def interfere(run: Run) -> None:
+        with pytest.raises(RecordingError, match="another run is being recorded there"):
+            RecordingWriter(path, DEFINITIONS, force=True)
 
-    record(path, 130, small(tmp_path), before=interfere)
+    record(path, 130, small(tmp_path), before=at(70, interfere))
     assert len(read(path)) == 130
     RecordingWriter(path, DEFINITIONS, force=True).close()
     assert read(path) == []
@@ -373,24 +345,19 @@ def test_a_file_that_is_removed_meanwhile_ends_the_run(tmp_path: Path, gone: str
     folder = tmp_path / "bags"
     folder.mkdir()
 
-    def remove(tick: int, run: Run) -> None:
-        if tick == 70:
-            (folder / "out.mcap").unlink()
-            if gone == ".":
-                folder.rmdir()
+    def remove(run: Run) -> None:
+        (folder / "out.mcap").unlink()
+        if gone == ".":
+            folder.rmdir()
 
     with pytest.raises(RecordingError, match="it cannot be recorded there: the file was removed"):
-        record(folder / "out.mcap", 1000, small(tmp_path), before=remove)
+        record(folder / "out.mcap", 1000, small(tmp_path), before=at(70, remove))
 
 
 def test_two_recordings_side_by_side_do_not_meet(tmp_path: Path) -> None:
     paths = [tmp_path / "one.mcap", tmp_path / "other.mcap"]
-
-    def begin_another(tick: int, run: Run) -> None:
-        if tick == 30:
-            record(paths[1], 130, small(tmp_path))
-
-    record(paths[0], 130, small(tmp_path), before=begin_another)
+    before = at(30, lambda run: record(paths[1], 130, small(tmp_path)))
+    record(paths[0], 130, small(tmp_path), before=before)
     assert paths[0].read_bytes() == paths[1].read_bytes()
 
 

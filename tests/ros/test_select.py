@@ -69,13 +69,16 @@ def test_the_project_file_registers_the_transports_that_lie_in_the_package() -> 
     assert set(registered) == {"dds", "memory", "rclpy"}
 
 
-@pytest.mark.parametrize("name", ["dds", "auto"])
+@pytest.mark.parametrize(
+    ("name", "reason"), [("dds", "dds cannot be used: {}"), ("auto", r"; dds cannot be imported \({}\)")]
+)
 @pytest.mark.usefixtures("without_rclpy")
-def test_without_cyclonedds_the_error_says_what_to_do(
-    domain: Domain, monkeypatch: pytest.MonkeyPatch, name: str
+def test_without_cyclonedds_the_error_says_so_once_and_what_to_do(
+    domain: Domain, monkeypatch: pytest.MonkeyPatch, name: str, reason: str
 ) -> None:
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
-    with pytest.raises(TransportError, match=r"dds needs cyclonedds, which cannot be imported[^$]*--transport memory"):
+    why = reason.format("import of cyclonedds halted; None in sys.modules")
+    with pytest.raises(TransportError, match=rf"{why}\nPyPI has cyclonedds for [^$]*--transport memory"):
         open_transport(name, JoinOptions(domain))
 
 

@@ -62,6 +62,9 @@ class MapRequest:
         seeds: points that are free, with all that can be reached from them; where the first robot stands when empty.
         include: prims of robots or of bodies that can move which are obstacles all the same, where they are at the start.
         exclude: prims that are no obstacles.
+
+    Raises:
+        UsageError: they make no sense.
     """
 
     window: Window
@@ -73,12 +76,7 @@ class MapRequest:
     include: Sequence[str] = ()
     exclude: Sequence[str] = ()
 
-    def check(self) -> None:
-        """Validate the parameters together.
-
-        Raises:
-            UsageError: they make no sense.
-        """
+    def __post_init__(self) -> None:
         (low, high), corners = self.window, self.bounds or ((0.0, 0.0), (1.0, 1.0))
         points = [number for point in (*corners, self.origin, *self.seeds) for number in point]
         if not all(abs(number) <= FARTHEST for number in (*points, low, high, self.cell)):
@@ -99,7 +97,6 @@ def make_map(world: LoadedWorld, request: MapRequest) -> OccupancyMap:
         UsageError: the request makes no sense in this scene.
         PrimError: it names a prim that is not there.
     """
-    request.check()
     model, data = world.simulation.model, world.simulation.data
     geoms = _obstacles(world, request)
     grid = Grid.around(*(request.bounds or _bounds(world, request.select, geoms)), request.cell, request.origin)

@@ -1,0 +1,52 @@
+"""Guards of the public API: one thread at a time uses a session, and a failed session only shows what it is."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Concatenate, ParamSpec, Protocol, TypeVar
+
+from graphengine.format.errors import StateError
+
+if TYPE_CHECKING:
+    from graphengine.api.runner import Runner
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+class HasRunner(Protocol):
+    """An object of the public API that uses one session."""
+
+    @property
+    def _runner(self) -> Runner: ...
+
+
+S = TypeVar("S", bound=HasRunner)
+
+
+def reading(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
+    """Decorate a method that reads a session: one thread at a time may call it."""
+    return _guarded(method, acts=False)
+
+
+def acting(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
+    """Decorate a method that changes a session: one thread at a time may call it, and not in the state `failed`."""
+    return _guarded(method, acts=True)
+
+
+def _guarded(method: Callable[Concatenate[S, P], T], acts: bool) -> Callable[Concatenate[S, P], T]:
+    @functools.wraps(method)
+    def guarded(self: S, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        runner = self._runner
+        runner.enter()
+        try:
+            if runner.closed:
+                raise StateError("the session is closed")
+            if acts:
+                runner.session.admit()
+            return method(self, *args, **kwargs)
+        finally:
+            runner.lock.release()
+
+    return guarded

@@ -1,0 +1,139 @@
+"""Loading: from files to a checked scene."""
+
+from __future__ import annotations
+
+import importlib
+import tempfile
+import weakref
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+from types import MappingProxyType, ModuleType
+from typing import TYPE_CHECKING, Any
+
+from graphengine.api.scene import Scene, loaded_of
+from graphengine.api.values import plain
+from graphengine.compiler.registry import Registry, default_registry
+from graphengine.format.errors import UsageError
+from graphengine.format.files import find_file, installed_packages
+from graphengine.format.wording import listing, shown
+from graphengine.scene import build
+from graphengine.scene.loaded_scene import Options
+
+if TYPE_CHECKING:
+    from graphengine.physics.sensors.rays import RaysChoice
+    from graphengine.recording.packing import PackedScene
+
+RAYS = ("auto", "mujoco", "fast")
+NOTHING: Mapping[str, Any] = MappingProxyType({})
+
+
+def load(
+    source: str | PathLike[str],
+    *,
+    set: Mapping[str, Any] = NOTHING,
+    scene: str | PathLike[str] | None = None,
+    robot_state: bool = False,
+    rays: RaysChoice = "auto",
+    allow: Sequence[str | PathLike[str]] = (),
+    message_paths: Sequence[str | PathLike[str]] = (),
+    packages: Sequence[str | PathLike[str]] = (),
+    modules: Sequence[str | ModuleType] = (),
+    env: Mapping[str, str] = NOTHING,
+    allow_scripts: bool = False,
+) -> Scene:
+    """Read and check a scene or a graph.
+
+    >>> scene = ge.load("dd100_flat", set={"DiffController.maxLinearSpeed": 0.8})
+    >>> list(scene.robots)
+    ['dd100']
+
+    Args:
+        source: path of a file, or name of an included scene or graph: `dd100_warehouse`, `dd100/cmd_vel`.
+        set: input values by `[robot/][graph/]Node.port`, globs allowed.
+        scene: the scene to put a single graph into.
+        robot_state: publish the topics of robot_state_publisher for every robot.
+        rays: `mujoco`, `fast` (needs numba), or `auto`, which takes `fast` where possible.
+        allow: folders that files may be read from, in addition to the source's own.
+        message_paths: packages, folders of packages, or single files with message types.
+        packages: `share` folders of ROS packages, in addition to those of AMENT_PREFIX_PATH.
+        modules: Python modules with node types, or their names.
+        env: environment variables that graphs may read, with their values.
+        allow_scripts: let graphs run the Python of their ScriptNodes, without a sandbox.
+
+    Raises:
+        CheckError: the files have errors; its `findings` hold all errors, warnings and notes.
+        UsageError: an argument is invalid, such as a missing file or a `set` address that matches no input.
+    """
+    if rays not in RAYS:
+        raise UsageError(f"rays: no rays {rays!r}; {listing(RAYS)}")
+    for name, several in (
+        ("allow", allow),
+        ("message_paths", message_paths),
+        ("packages", packages),
+        ("modules", modules),
+    ):
+        if isinstance(several, str):
+            raise UsageError(f"{name}: expected a list, got {shown(several)}")
+    given = {"allow": allow, "message_paths": message_paths, "packages": packages}
+    paths = {name: [Path(path) for path in entries] for name, entries in given.items()}
+    for name, entries in paths.items():
+        for path in entries:
+            if not (path.is_dir() or (name == "message_paths" and path.is_file())):
+                raise UsageError(f"{name}: no such folder: {path}")
+    options = Options(
+        overrides=plain(set),
+        allowed=paths["allow"],
+        installed=[*paths["packages"], *installed_packages()],
+        message_paths=paths["message_paths"],
+        robot_state=robot_state,
+        scene=find_file(str(scene)) if scene is not None else None,
+        rays=rays,
+        registry=_registry(modules) if modules else None,
+        near=Path.cwd(),
+        environment=dict(env),
+        scripts=allow_scripts,
+    )
+    names = [module if isinstance(module, str) else module.__name__ for module in modules]
+    return open_scene(find_file(str(source)), options, names)
+
+
+def open_scene(path: Path, options: Options, modules: Sequence[str] = (), *, graphs: bool = True) -> Scene:
+    """Read and check the scene in a file; with `graphs` unset, a scene without its graphs, for `graphrun map`.
+
+    Raises:
+        CheckError: the scene has errors.
+    """
+    loaded = (build.load if graphs else build.load_without_graphs)(path, options)
+    loaded.findings.raise_errors()
+    return Scene(loaded, modules)
+
+
+def _registry(modules: Sequence[str | ModuleType]) -> Registry:
+    """A registry of the installed node types and those of the given modules.
+
+    Raises:
+        UsageError: a module cannot be found.
+    """
+    registry = default_registry().copy()
+    for module in modules:
+        try:
+            found = importlib.import_module(module) if isinstance(module, str) else module
+        except ModuleNotFoundError as error:
+            if error.name != module:
+                raise
+            raise UsageError(f"modules: {error}") from None
+        registry.add_module(found, found.__name__)
+    return registry
+
+
+def unpack(packed: PackedScene, modules: Sequence[str]) -> Scene:
+    """Load a pickled scene. Its files are kept in a temporary folder while the scene or one of its sessions exists."""
+    from graphengine.recording.sources import Workspace
+
+    folder = tempfile.TemporaryDirectory(prefix="graphengine-")
+    path, options = packed.lay_out(Workspace(Path(folder.name)))
+    scene = open_scene(path, replace(options, registry=_registry(modules) if modules else None), modules)
+    weakref.finalize(loaded_of(scene), folder.cleanup)
+    return scene
