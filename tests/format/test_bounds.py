@@ -134,6 +134,11 @@ def test_after_a_thousand_mistakes_the_rest_is_dropped(tmp_path: Path) -> None:
     assert assembly.findings.items[-1].message == f"more than {MAX_ERRORS} mistakes; the others are not told"
 
 
+def many(kind: str, count: int) -> str:
+    """Nodes of one type, and the beginning of the connections."""
+    return "nodes:\n" + "".join(f"  A{i}: {kind}\n" for i in range(count)) + "connections:\n"
+
+
 @pytest.mark.parametrize(
     "body",
     [
@@ -141,14 +146,8 @@ def test_after_a_thousand_mistakes_the_rest_is_dropped(tmp_path: Path) -> None:
         "doc: '" + "$(a" * 700_000 + "'\n",
         "doc: '" + "$(a)" * 500_000 + "'\n",
         "nodes: {T: OnPlaybackTick}\nconnections:\n" + "".join(f"- X{i}.a -> Y{i}.b\n" for i in range(20_000)),
-        "nodes:\n"
-        + "".join(f"  A{i}: OnPlaybackTick\n" for i in range(10_000))
-        + "connections:\n"
-        + "".join(f"- B{i}.a -> C{i}.b\n" for i in range(20_000)),
-        "nodes:\n"
-        + "".join(f"  A{i}: IsaacComputeOdometry\n" for i in range(5_000))
-        + "connections:\n"
-        + "".join(f"- A{i}.execOut -> A{i + 1}.execIn\n" for i in range(4_999)),
+        many("OnPlaybackTick", 10_000) + "".join(f"- B{i}.a -> C{i}.b\n" for i in range(20_000)),
+        many("IsaacComputeOdometry", 5_000) + "".join(f"- A{i}.execOut -> A{i + 1}.execIn\n" for i in range(4_999)),
     ],
     ids=["open", "open names", "unknown parameters", "unknown nodes", "among many nodes", "missing inputs"],
 )

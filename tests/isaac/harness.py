@@ -16,7 +16,7 @@ from graphengine.compiler.subgraph_expansion import load_graph
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.files import Files
 from graphengine.isaac.graph_file import compose, file_names
-from graphengine.isaac.recorded_graph import RecordedGraph
+from graphengine.isaac.recorded_graph import RecordedGraph, RecordedNode
 from graphengine.isaac.script.script_reader import read_script
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -63,6 +63,15 @@ def recorded(script: Path, *arguments: str) -> tuple[list[RecordedGraph], list[F
     """The graphs of a script and what is told, found out once."""
     findings = Findings()
     return read_script(script, findings, arguments, types=default_registry().types), findings.items
+
+
+def graph(*nodes: RecordedNode, **values: Any) -> RecordedGraph:
+    return RecordedGraph("/World/g", "execution", nodes={node.name: node for node in nodes}, **values)
+
+
+def composed(recorded: RecordedGraph) -> tuple[str, Findings]:
+    findings = Findings()
+    return compose(recorded, "g", default_registry(), findings, "a test"), findings
 
 
 class Read(NamedTuple):

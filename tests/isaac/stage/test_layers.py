@@ -155,10 +155,8 @@ def test_size_and_number_of_layers_are_bounded(home: Path, monkeypatch: pytest.M
     monkeypatch.setattr(stage_layers, "MAX_LAYERS", 2)
     assert left_out(home, text, a="#usda 1.0\n", b="#usda 1.0\n") == [("b.usda", "it is one of more than 2 files")]
     monkeypatch.setattr(stage_layers, "MAX_BYTES", 100)
-    assert left_out(home, text, a="#usda 1.0\n" + "#" * 100) == [
-        ("a.usda", "all files together are larger than 0 MB"),
-        ("b.usda", "all files together are larger than 0 MB"),
-    ]
+    too_large = "all files together are larger than 0 MB"
+    assert left_out(home, text, a="#usda 1.0\n" + "#" * 100) == [("a.usda", too_large), ("b.usda", too_large)]
 
 
 @pytest.mark.parametrize("name", ["stage.txt", "gone.usda"])

@@ -1,6 +1,5 @@
 import importlib.util
 import random
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -35,27 +34,16 @@ def imported(path: Path) -> tuple[ImportedStage | None, str]:
     return found, "\n".join(finding.render() for finding in findings.items)
 
 
-@dataclass
-class Resolved:
-    """What a graph file means."""
-
-    at: str
-    nodes: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)
-    wires: set[str] = field(default_factory=set)
-
-
-def resolved(path: Path) -> Resolved:
+def resolved(path: Path) -> tuple[str, dict[str, Any], set[str]]:
+    """What a graph file means: its place, the type and inputs of each node, and the wires."""
     assembly = build.load(path)
     assert not assembly.findings.errors
     (graph,) = assembly.planned
-    found = Resolved(graph.prim_path)
+    nodes = {}
     for instance in graph.instances:
-        found.nodes[instance.id] = (
-            instance.cls.type_name,
-            {name: repr(instance.value(name)) for name, port in instance.cls.fields.items() if port.side == "inputs"},
-        )
-    found.wires = {str(wire) for wire in (*graph.data_wires, *graph.exec_wires)}
-    return found
+        inputs = [name for name, port in instance.cls.fields.items() if port.side == "inputs"]
+        nodes[instance.id] = instance.cls.type_name, {name: repr(instance.value(name)) for name in inputs}
+    return graph.prim_path, nodes, {str(wire) for wire in (*graph.data_wires, *graph.exec_wires)}
 
 
 @pytest.fixture(scope="module")
@@ -156,12 +144,7 @@ def test_the_command_line_writes_the_graphs_and_offers_the_namespaces(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["import", str(TUTORIAL), "-o", str(tmp_path)]) == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
-        "clock.yaml",
-        "cmd_vel.yaml",
-        "joint_states.yaml",
-        "scan.yaml",
-    ]
+    assert sorted(path.stem for path in tmp_path.glob("*.yaml")) == ["clock", "cmd_vel", "joint_states", "scan"]
     assert "/dd100/Geometry/base_link: dd100_0000" in capsys.readouterr().out
 
 
