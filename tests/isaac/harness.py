@@ -28,9 +28,8 @@ def resolved(path: Path) -> tuple[Graph, Findings]:
     findings = Findings()
     flat = load_graph(path, {}, GraphLibrary(Files.of(path)), findings)
     assert flat is not None, findings.items
-    return resolve(
-        flat, flat.spec.graph, flat.spec.at or f"/World/{flat.spec.graph}", default_registry(), findings
-    ), findings
+    name, at = flat.spec.graph, flat.spec.at or f"/World/{flat.spec.graph}"
+    return resolve(flat, name, at, default_registry(), findings), findings
 
 
 def meaning(graph: Graph) -> dict[str, Any]:

@@ -145,10 +145,8 @@ def test_namespaces_of_a_script_are_shown_as_a_scene_has_them(builds: Graphrun) 
         "assert robot.GetAttribute('isaac:namespace').Get() == 'r1'\n"
     )
     out = builds(text).out
-    block = (
-        "namespaces:\n  /World/robot: r1\n  /World/robot/arm: arm\n  /World/lidar: front\n  /World/g: of_the_graph\n"
-    )
-    assert out.endswith(f"in a scene:\n{block}")
+    block = "  /World/robot: r1\n  /World/robot/arm: arm\n  /World/lidar: front\n  /World/g: of_the_graph\n"
+    assert out.endswith(f"in a scene:\nnamespaces:\n{block}")
     assert "AddTranslateOp.Set()" in out
 
 

@@ -85,9 +85,7 @@ ERROR = "the error at line {}: KeyError: 'b'"
 LOST = ERROR.format(7)
 NEXT = f"the condition at line {LINES + 2}"
 QUIET = "class Q:\n    __enter__ = print\n    def __exit__(self, *_): return True\nwith Q():\n    fails()\n    build()"
-THREAD = (
-    "from threading import Thread\ndef run():\n    fails()\n    build()\nt = Thread(target=run)\nt.start(), t.join()"
-)
+THREAD = "import threading\ndef run():\n    fails()\n    build()\nt = threading.Thread(target=run)\nt.start(), t.join()"
 KEYWORD = f"the error at line {LINES + 2}: TypeError: build() got an unexpected keyword argument 'n'"
 SPLIT = "try:\n    {}['b']\n    print('', og.Controller.edit('/B',\n  {'': ''}))\nexcept KeyError: pass"
 TURNS = "for n in (1, 2):\n    try:\n        if n == {}\n    except KeyError: pass"
@@ -213,9 +211,8 @@ def test_what_decides_between_values_and_is_unknown_is_told_and_may_be_assumed(t
         (graph,), warnings, findings = told(tmp_path, text, assume=assume)
         assert (graph.nodes["Tick"].values["inputs:x"].data, warnings) == (value, [])
         notes = [finding.message for finding in findings.items if "taken to be false" in finding.message]
-        assert [note.partition(": ")[2] for note in notes] == [
-            f"isaacsim.sensors.camera.Camera.get_mass > 3 (line {LINES + 2} of script.py)"
-        ] * (value == 1)
+        asked = f"isaacsim.sensors.camera.Camera.get_mass > 3 (line {LINES + 2} of script.py)"
+        assert [note.partition(": ")[2] for note in notes] == [asked] * (value == 1)
 
 
 def test_an_output_that_a_script_reads_itself_is_noted(tmp_path: Path) -> None:

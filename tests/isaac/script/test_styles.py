@@ -165,9 +165,8 @@ def test_graphs_that_come_with_an_asset_are_told_and_the_others_are_kept(tmp_pat
     (path,), findings = imported(SCRIPTS / "from_an_asset.py", tmp_path)
     assert path.name == "clock.yaml"
     assert [str(finding.span).rpartition(".py:")[2] for finding in findings.warnings] == ["8:19", "9:1", "17:60"]
-    assert {finding.help for finding in findings.warnings} == {
-        ("a USD file that the script opens may hold it; import that file too",)
-    }
+    advice = "a USD file that the script opens may hold it; import that file too"
+    assert {finding.help for finding in findings.warnings} == {(advice,)}
 
 
 def test_a_graph_whose_place_cannot_be_told_is_found_again(tmp_path: Path) -> None:

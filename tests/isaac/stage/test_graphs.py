@@ -6,9 +6,8 @@ pytest.importorskip("pxr")
 
 from tests.isaac.stage.harness import node, read, read_graph
 
-TICK = node(
-    "Tick", "omni.graph.action.OnPlaybackTick", "custom uint outputs:tick (customData = { bool isExecution = 1 })"
-)
+FIRED = "custom uint outputs:tick (customData = { bool isExecution = 1 })"
+TICK = node("Tick", "omni.graph.action.OnPlaybackTick", FIRED)
 ADD = "omni.graph.nodes.Add"
 META = "(customData = { dictionary omni = { dictionary graph = {\n%s\n} } })"
 
@@ -246,9 +245,8 @@ def add(name: str, source: str) -> str:
 
 
 def test_compounds_become_flat_and_pass_wires_and_values_through(tmp_path: Path) -> None:
-    inner = node(
-        "Sum", ADD, "double inputs:a.connect = </G/C.inputs:left>", "double inputs:b.connect = </G/C.inputs:right>"
-    )
+    ends = "double inputs:a.connect = </G/C.inputs:left>", "double inputs:b.connect = </G/C.inputs:right>"
+    inner = node("Sum", ADD, *ends)
     lines = "double inputs:left.connect = </G/Left.inputs:value>", "double inputs:right = 3"
     outer = compound("C", inner, *lines, "double outputs:sum.connect = </G/C/Graph/Sum.outputs:sum>")
     reader = node("Out", "omni.graph.nodes.ToString", "double inputs:value.connect = </G/C.outputs:sum>")
