@@ -241,3 +241,7 @@ class OgVariable(OgHandle):
 
     def __getattr__(self, name: str) -> Any:
         return member("og.IVariable", name, self.recorder)
+
+
+HANDLES = (OgGraph, OgNode, OgAttribute, GraphPipelineStage, ExecutionAttributeState)
+"""Those that scripts name."""
