@@ -105,9 +105,9 @@ class OgGraph(OgHandle):
         """Set the pipeline stage."""
         self.graph.pipeline_stage = stage_of(stage)
 
-    def get_pipeline_stage(self) -> Any:
+    def get_pipeline_stage(self) -> GraphPipelineStage:
         """The pipeline stage."""
-        return self.graph.pipeline_stage
+        return GraphPipelineStage[f"GRAPH_PIPELINE_STAGE_{self.graph.pipeline_stage.replace('_', '').upper()}"]
 
     def evaluate(self, *_: Any) -> bool:
         """Do nothing; scripts are recorded, not simulated."""
