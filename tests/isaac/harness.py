@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import functools
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
+import pytest
 
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.library import GraphLibrary
@@ -18,6 +20,7 @@ from graphengine.format.files import Files
 from graphengine.isaac.graph_file import compose, file_names
 from graphengine.isaac.recorded_graph import RecordedGraph, RecordedNode
 from graphengine.isaac.script.script_reader import read_script
+from graphengine.sandbox import confinement
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = Path(__file__).parent / "scripts"
@@ -71,6 +74,18 @@ def graph(*nodes: RecordedNode, **values: Any) -> RecordedGraph:
 def composed(recorded: RecordedGraph) -> tuple[str, Findings]:
     findings = Findings()
     return compose(recorded, "g", default_registry(), findings, "a test"), findings
+
+
+def kept_answers(module: ModuleType, patch: pytest.MonkeyPatch) -> list[bytes]:
+    """Answers of the confined processes that a module asks from now on."""
+    real: list[bytes] = []
+
+    def ask(*given: Any) -> bytes:
+        real.append(confinement.ask(*given))
+        return real[-1]
+
+    patch.setattr(module, "ask", ask)
+    return real
 
 
 class Read(NamedTuple):

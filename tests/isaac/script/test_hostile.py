@@ -15,14 +15,12 @@ from graphengine.isaac.recorded_graph import RecordedGraph, RecordedNode, Record
 from graphengine.isaac.script import script_reader
 from graphengine.isaac.script.script_answer import ScriptAnswer
 from graphengine.isaac.script.script_reader import read_script
-from graphengine.sandbox import confinement
 from graphengine.sandbox.borders import missing
 from graphengine.sandbox.untrusted import encoded
+from tests.isaac.harness import kept_answers
 from tests.physics.files.forging import forged
 
-GRAPH = (
-    'import omni.graph.core as og\nog.Controller.edit("/g", {"create_nodes": [("T", "omni.graph.action.OnTick")]})\n'
-)
+GRAPH = 'import omni.graph.core as og\nog.Controller.edit("/g", {"create_nodes": ("T", "omni.graph.action.OnTick")})\n'
 SECONDS = 0.5
 
 
@@ -392,13 +390,7 @@ def test_a_position_that_is_no_number_is_not_written() -> None:
 def test_no_forged_answer_raises_anything_but_errors_of_this_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = []
-
-    def ask(*given: Any) -> bytes:
-        real.append(confinement.ask(*given))
-        return real[-1]
-
-    monkeypatch.setattr(script_reader, "ask", ask)
+    real = kept_answers(script_reader, monkeypatch)
     (tmp_path / "loop").symlink_to("loop")
     script = Path(__file__).parents[1] / "scripts" / "typed_values.py"
     assert read_script(script, Findings())

@@ -19,9 +19,9 @@ from graphengine.isaac.stage import graphs as stage_graphs
 from graphengine.isaac.stage import stage_reader as stage
 from graphengine.isaac.stage.stage_contents import StageAttribute, StageContents, StagePrim
 from graphengine.isaac.stage.stage_reader import ImportedStage, read_stage
-from graphengine.sandbox import confinement
 from graphengine.sandbox.untrusted import encoded
 from graphengine.scene import build
+from tests.isaac.harness import kept_answers
 from tests.isaac.stage.harness import GRAPH, node
 from tests.physics.files.forging import forged
 
@@ -173,13 +173,7 @@ def test_what_usd_says_is_told_in_one_line_of_bounded_length(tmp_path: Path) -> 
 def test_no_forged_answer_raises_anything_but_errors_of_this_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real: list[bytes] = []
-
-    def ask(*given: Any) -> bytes:
-        real.append(confinement.ask(*given))
-        return real[-1]
-
-    monkeypatch.setattr(stage, "ask", ask)
+    real = kept_answers(stage, monkeypatch)
     path = tmp_path / "a.usda"
     below = f'def OmniGraph "Graph" {{\n{node("In")}}}\n'
     compound = node("C", "x.y", "rel omni:graph:compoundGraph = <Graph>", below=below)
