@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Coroutine, Generator
 from typing import Any
 
-from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
+from graphengine.isaac.omniverse.script_notes import ScriptNotes
 from graphengine.isaac.omniverse.stubs import StubModule, StubObject, draw, idle, member
 
 
 class Task:
     """A finished coroutine."""
 
-    def __init__(self, value: Any, recorder: GraphRecorder) -> None:
+    def __init__(self, value: Any, recorder: ScriptNotes) -> None:
         self._value, self._recorder = value, recorder
 
     def result(self) -> Any:
@@ -31,7 +31,7 @@ class Task:
         return member("asyncio.Task", name, self._recorder)
 
 
-def finish(awaitable: Any, recorder: GraphRecorder) -> Any:
+def finish(awaitable: Any, recorder: ScriptNotes) -> Any:
     """Run an awaitable to completion and return its result."""
     if isinstance(awaitable, Task):
         return awaitable.result()
@@ -44,7 +44,7 @@ def finish(awaitable: Any, recorder: GraphRecorder) -> Any:
         return end.value
 
 
-def make_asyncio(recorder: GraphRecorder) -> StubModule:
+def make_asyncio(recorder: ScriptNotes) -> StubModule:
     """Return an `asyncio` module that never waits."""
 
     def run(awaitable: Any, *_: Any, **__: Any) -> Any:

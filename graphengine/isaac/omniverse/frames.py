@@ -19,23 +19,22 @@ Values = dict[str, RecordedValue]
 """Values of a part, by name; of a variable its own."""
 Call = tuple[str, int, int]
 """A call: its file, the line at which its function begins, and the instruction."""
+Where = Callable[[str], Span | None]
+"""Returns the place in the script of the current call, or of a text in it."""
+Stack = Callable[[], tuple[Call, Sequence[Loop]]]
+"""Returns the current call of the script, and the loops that it is in, innermost first."""
 
 
 class Frames:
     """Frames that a script draws, and what it sets meanwhile of what it built before.
 
     Args:
-        where: place in the script of the current call, or of a text in it.
-        stack: the current call of the script, and the loops that it is in, innermost first.
+        where: gives places in the script.
+        stack: gives its current call.
         findings: takes what is set while frames go by.
     """
 
-    def __init__(
-        self,
-        where: Callable[[str], Span | None],
-        stack: Callable[[], tuple[Call, Sequence[Loop]]],
-        findings: Findings,
-    ) -> None:
+    def __init__(self, where: Where, stack: Stack, findings: Findings) -> None:
         self.where, self.stack, self.findings = where, stack, findings
         self.number = 0
         """Of the frame; a new one begins where a call that draws comes again."""
