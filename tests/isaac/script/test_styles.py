@@ -19,7 +19,6 @@ BUILDS: dict[str, dict[str, tuple[int, int]]] = {
     "camera_helpers": {"/World/robot/camera_graph": (7, 10)},
     "change_of_mind": {"/World/changed": (2, 1)},
     "class_builder": {"/World/leatherback/graphs/joints": (2, 1), "/World/leatherback/graphs/drive": (2, 1)},
-    "clock_plain": {"/World/ClockGraph": (3, 2)},
     "compound": {"/World/compound": (4, 4)},
     "config_driven": {"/World/config": (4, 3)},
     "controller_instance": {"/World/states": (2, 1)},
