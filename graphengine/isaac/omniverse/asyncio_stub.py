@@ -6,7 +6,7 @@ from collections.abc import Coroutine, Generator
 from typing import Any
 
 from graphengine.isaac.omniverse.script_notes import ScriptNotes
-from graphengine.isaac.omniverse.stubs import StubModule, StubObject, draw, idle, member
+from graphengine.isaac.omniverse.stubs import StubModule, StubObject, member
 
 
 class Task:
@@ -39,7 +39,7 @@ def finish(awaitable: Any, recorder: ScriptNotes) -> Any:
     try:
         while True:
             steps.send(None)
-            idle(recorder)
+            recorder.idle()
     except StopIteration as end:
         return end.value
 
@@ -54,7 +54,7 @@ def make_asyncio(recorder: ScriptNotes) -> StubModule:
         return Task(finish(awaitable, recorder), recorder)
 
     def sleep(*_: Any) -> Task:
-        draw(recorder)
+        recorder.draw()
         return Task(None, recorder)
 
     def gather(*awaitables: Any, **_: Any) -> Task:

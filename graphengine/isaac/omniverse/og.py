@@ -15,7 +15,7 @@ from graphengine.isaac.omniverse.og_lookup import edited_graph, graph_above, gra
 from graphengine.isaac.omniverse.og_names import NotThereError, OmniGraphError
 from graphengine.isaac.omniverse.og_types import TYPES, NodeType
 from graphengine.isaac.omniverse.plain_data import unknown
-from graphengine.isaac.omniverse.stubs import ELSEWHERE, OWN, StubObject, draw, member
+from graphengine.isaac.omniverse.stubs import ELSEWHERE, OWN, StubObject, member
 
 
 class either:  # noqa: N801  used as a decorator
@@ -225,13 +225,13 @@ class Controller(metaclass=Open):
     @either
     def evaluate(self, *_: Any, **__: Any) -> Task:
         """Nothing: what a graph does is no part of it."""
-        draw(self.recorder)
+        self.recorder.draw()
         return Task(None, self.recorder)
 
     @either
     def evaluate_sync(self, *_: Any, **__: Any) -> None:
         """Nothing: what a graph does is no part of it."""
-        draw(self.recorder)
+        self.recorder.draw()
 
     def _leave_attribute(self, spec: Any) -> StubObject:
         """Tell of an attribute of a graph that Omniverse makes itself, as its renderer does; once, where it is told already."""

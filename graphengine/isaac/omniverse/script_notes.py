@@ -12,8 +12,16 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.isaac.omniverse.frames import Frames, Stack, Where
 from graphengine.isaac.omniverse.plain_data import UnknownError
 
+MAX_CALLS = 20_000
+"""Calls that do nothing to graphs after which a script is taken to go on without end, as one that steps a simulation does."""
+MAX_FRAMES = 5_000
+"""That a script may draw until then."""
 MAX_PASSED_OVER = 1000
 """Things besides graphs that are reported one by one."""
+
+
+class EndlessError(BaseException):
+    """Ends a script that loops without end; scripts are not meant to catch it."""
 
 
 class ScriptNotes:
@@ -48,6 +56,17 @@ class ScriptNotes:
         """What the script looked through since it last made something, and where."""
         self._alike: dict[str, dict[Any, int]] = {}
         """Numbers of the arguments with which stubs were called, by the name that the results would share."""
+
+    def idle(self) -> None:
+        """Count a call that builds nothing, and end a script that goes on without end."""
+        self.idle_calls += 1
+        if self.idle_calls > MAX_CALLS or self.frames.number > MAX_FRAMES:
+            raise EndlessError
+
+    def draw(self) -> None:
+        """Draw a frame, which builds nothing."""
+        self.idle()
+        self.frames.draw()
 
     def leave_out(self, message: str, hint: str = "", *help: str) -> None:
         """Report something that the graphs will lack."""

@@ -17,11 +17,6 @@ from typing import Any
 from graphengine.isaac.omniverse.plain_data import MAX_DEPTH, UnknownError, unknown
 from graphengine.isaac.omniverse.script_notes import ScriptNotes
 
-MAX_CALLS = 20_000
-"""Calls of stubs after which a script is taken to go on without end, as one that steps a simulation does."""
-MAX_FRAMES = 5_000
-"""That a script may draw until then."""
-
 MAX_SAID = 200
 """Characters of a script's log message that a finding quotes."""
 
@@ -54,10 +49,6 @@ _NUMERIC = frozenset(("math", "numpy", "random", "statistics"))
 """Modules all of whose functions are."""
 
 _UNPACK = dis.opmap["UNPACK_SEQUENCE"]
-
-
-class EndlessError(BaseException):
-    """Ends a script that loops without end; scripts are not meant to catch it."""
 
 
 class StubObject:
@@ -250,22 +241,9 @@ class StubBase:
         return member(type(self).__name__, name, self._recorder)
 
 
-def idle(recorder: ScriptNotes) -> None:
-    """Count a call that builds nothing, and end a script that goes on without end."""
-    recorder.idle_calls += 1
-    if recorder.idle_calls > MAX_CALLS or recorder.frames.number > MAX_FRAMES:
-        raise EndlessError
-
-
-def draw(recorder: ScriptNotes) -> None:
-    """Draw a frame, which builds nothing."""
-    idle(recorder)
-    recorder.frames.draw()
-
-
 def told(recorder: ScriptNotes, name: str) -> None:
     """Record a call."""
-    idle(recorder)
+    recorder.idle()
     name = _CALLS.sub("", name)
     last = name.rpartition(".")[2]
     if last in _DRAWS:
