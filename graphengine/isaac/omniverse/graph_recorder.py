@@ -177,7 +177,7 @@ class GraphRecorder(ScriptNotes):
     def create_node(self, graph: RecordedGraph, name: str, type: str, *, exist_ok: bool = False) -> str:
         """Create a node; return its name below the graph."""
         name = self.name_below(graph, name)
-        if name in graph.nodes or name in self.compounds[graph.path]:
+        if self.has_node(graph, name):
             if exist_ok:
                 return name
             raise OmniGraphError(f"there is a node {name!r} in {graph.path} already")
@@ -210,12 +210,15 @@ class GraphRecorder(ScriptNotes):
         if not found:
             raise NotThereError(f"no graph holds the node {path!r}")
         inside, name = found
-        compounds = self.compounds.get(inside.path, {})
-        if name not in inside.nodes and name not in compounds:
+        if not self.has_node(inside, name):
             near = did_you_mean(name, inside.nodes) or listing(inside.nodes, "nodes")
             error = NotThereError if inside.path in self.opened or self.opened_stages else OmniGraphError
             raise error(f"no node {name!r} in {inside.path}; {near}")
         return inside, name
+
+    def has_node(self, graph: RecordedGraph, name: str) -> bool:
+        """Whether a graph has a node or a compound of this name."""
+        return name in graph.nodes or name in self.compounds.get(graph.path, {})
 
     def delete_node(self, graph: RecordedGraph, name: str) -> None:
         """Remove a node, or a compound, with its wires."""

@@ -129,7 +129,7 @@ class OgNode(OgHandle):
 
     def is_valid(self) -> bool:
         """Whether the node still exists."""
-        return self.name in self.graph.nodes or self.name in self.recorder.compounds[self.graph.path]
+        return self.recorder.has_node(self.graph, self.name)
 
     def get_prim_path(self) -> str:
         """The prim path of the node."""
