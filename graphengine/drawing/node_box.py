@@ -77,7 +77,8 @@ def make_box(view: NodeView) -> NodeBox:
         labels += [_label(port, side, HEAD + ROW * (row + 0.5)) for row, (_, port) in enumerate(shown)]
     rows: dict[float, float] = {}
     for label in labels:
-        rows[label.y] = rows.get(label.y, 0.0) + label_width(label) + MARGIN + _BETWEEN / 2
+        text = f"{label.name} {label.value}" if label.value else label.name
+        rows[label.y] = rows.get(label.y, 0.0) + width(text, PORT_SIZE) + MARGIN + _BETWEEN / 2
     marks = _marks(view.findings, HEAD + ROW * len(rows))
     wide = max([wide, *rows.values(), *(width(mark.text, TYPE_SIZE, bold=True) + 2 * MARGIN for mark in marks)])
     heights = {(label.side, label.view.name): label.y for label in labels}
@@ -89,11 +90,6 @@ def _label(port: PortView, side: str, y: float) -> Label:
     name = fitted(port.name, PORT_SIZE, _PORT_LIMIT)
     value = fitted(port.value, PORT_SIZE, _VALUE_LIMIT, tail=port.is_path) if port.value else ""
     return Label(port, side, y, name, value)
-
-
-def label_width(label: Label) -> float:
-    """Width of a port's name and value."""
-    return width(f"{label.name} {label.value}" if label.value else label.name, PORT_SIZE)
 
 
 def _marks(findings: list[Finding], top: float) -> tuple[Mark, ...]:

@@ -55,18 +55,16 @@ class _Router:
         self.shared = np.isin(self.rows, shared).tolist()
         """Rows along which every link may run; that of a port is left to the links of the port."""
         self.places = (self.columns.tolist(), self.rows.tolist())
-        self.open = (
-            self._open(0, self.columns, self.rows).tolist(),
-            self._open(1, self.rows, self.columns).tolist(),
-        )
+        self.open = self._open(0, self.columns, self.rows), self._open(1, self.rows, self.columns)
 
-    def _open(self, axis: int, lines: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def _open(self, axis: int, lines: NDArray[np.float64], along: NDArray[np.float64]) -> list[list[bool]]:
         """Whether each line of an axis may be followed from each place along it to the next, which no frame is across."""
         free = np.ones((len(lines), len(along)), bool)
         for (low, high), (begin, end) in zip(self.frames[:, :, axis], self.frames[:, :, 1 - axis], strict=True):
             across = slice(np.searchsorted(lines, low, "right"), np.searchsorted(lines, high, "left"))
             free[across, np.searchsorted(along, begin) : np.searchsorted(along, end)] = False
-        return free
+        opened: list[list[bool]] = free.tolist()
+        return opened
 
     def lines(self, begin: Point, end: Point) -> list[Line]:
         """Columns and rows in turn, from the row of one port to the row of another: A* with a price on bends."""

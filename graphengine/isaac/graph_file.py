@@ -101,8 +101,8 @@ class _Composer:
         """Wires by their ends."""
         self.followed = 0
         for wire in graph.wires:
-            self.wired.setdefault(wire.source, set()).add(wire.source_port)
-            self.wired.setdefault(wire.target, set()).add(wire.target_port)
+            for end, port in wire.ends:
+                self.wired.setdefault(end, set()).add(port)
             self.driving.setdefault(wire.ends[1], []).append(wire)
         taken: dict[str, int] = {}
         for node in graph.nodes.values():

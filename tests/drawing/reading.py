@@ -120,12 +120,7 @@ def corners(path: str, x0: float, y0: float) -> list[Point]:
 
 
 def overlap(one: Rectangle, other: Rectangle) -> bool:
-    return (
-        one[0] < other[2] - SLACK
-        and other[0] < one[2] - SLACK
-        and one[1] < other[3] - SLACK
-        and other[1] < one[3] - SLACK
-    )
+    return all(one[i] < other[i + 2] - SLACK and other[i] < one[i + 2] - SLACK for i in (0, 1))
 
 
 def mistakes(drawing: Drawing) -> list[str]:
@@ -157,11 +152,8 @@ def mistakes(drawing: Drawing) -> list[str]:
         for other in drawing.groups[:number]:
             if overlap(group, other) and not (inside(group, other) or inside(other, group)):
                 found.append(f"subgraphs overlap: {group} {other}")
-        found += [
-            f"on the border of a subgraph: {box}"
-            for box in drawing.boxes
-            if overlap(box, group) and not inside(box, group)
-        ]
+        crossed = [box for box in drawing.boxes if overlap(box, group) and not inside(box, group)]
+        found += [f"on the border of a subgraph: {box}" for box in crossed]
     return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -24,11 +24,8 @@ def tangle(count: int, seed: int) -> tuple[list[LayoutBox], list[LayoutLink]]:
 def crossings(boxes: list[LayoutBox], made: Arrangement) -> int:
     low = np.array(made.corners)
     high = low + np.array([(box.width, box.height) for box in boxes])
-    lines = [pair for route in made.routes for pair in pairwise(route)]
-    return sum(
-        bool(np.all((np.min(pair, axis=0) < high - 0.01) & (np.max(pair, axis=0) > low + 0.01), axis=1).any())
-        for pair in lines
-    )
+    ends = [(np.min(pair, axis=0), np.max(pair, axis=0)) for route in made.routes for pair in pairwise(route)]
+    return sum(bool(np.all((begin < high - 0.01) & (end > low + 0.01), axis=1).any()) for begin, end in ends)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -37,15 +34,10 @@ def test_boxes_stand_apart_and_lines_run_around_them(seed: int) -> None:
     made = column_layout.arrange(boxes, links)
     assert crossings(boxes, made) == 0
     assert all(a[0] == b[0] or a[1] == b[1] for route in made.routes for a, b in pairwise(route))
-    outlines = [
-        (*corner, corner[0] + box.width, corner[1] + box.height)
-        for corner, box in zip(made.corners, boxes, strict=True)
-    ]
-    for number, one in enumerate(outlines):
-        assert not any(
-            one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
-            for other in outlines[:number]
-        )
+    placed = zip(made.corners, boxes, strict=True)
+    outlines = [(x, y, x + box.width, y + box.height) for (x, y), box in placed]
+    for one, other in combinations(outlines, 2):
+        assert not all(one[axis] < other[axis + 2] and other[axis] < one[axis + 2] for axis in (0, 1))
 
 
 def test_a_chain_reads_from_left_to_right() -> None:

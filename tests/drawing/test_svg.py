@@ -12,6 +12,7 @@ from tests.cli.harness import ROOT
 from tests.drawing.conftest import Draw
 from tests.drawing.reading import NAMESPACE, Drawing, Point, Text, mistakes, read
 
+CMD_VEL = (ROOT / "graphs/tutorial/cmd_vel.yaml").read_text(encoding="utf-8")
 TICK = "graph: mine\nnodes:\n  Tick: OnPlaybackTick\n"
 
 
@@ -19,6 +20,10 @@ def nodes(text: str) -> dict[str, ElementTree.Element]:
     """Elements of the nodes by their names."""
     found = ElementTree.fromstring(text).iter(f"{NAMESPACE}g")
     return {words(node, "name"): node for node in found if "node" in node.attrib.get("class", "").split()}
+
+
+def groups(of: ElementTree.Element, kind: str) -> list[ElementTree.Element]:
+    return [group for group in of.iter(f"{NAMESPACE}g") if group.get("class") == kind]
 
 
 def words(node: ElementTree.Element, kind: str) -> str:
@@ -31,8 +36,8 @@ def told(node: ElementTree.Element) -> str:
 
 def ports(node: ElementTree.Element) -> dict[str, str]:
     """What is told of each port, by what is written on it."""
-    groups = [group for group in node.iter(f"{NAMESPACE}g") if group.get("class") == "port"]
-    return {"".join(group.find(f"{NAMESPACE}text").itertext()): told(group) for group in groups}  # type: ignore[union-attr]
+    texts = ((group.find(f"{NAMESPACE}text"), group) for group in groups(node, "port"))
+    return {"".join(text.itertext()): told(group) for text, group in texts if text is not None}
 
 
 def label(drawing: Drawing, node: str, port: str) -> tuple[Text, tuple[float, float, float, float]]:
@@ -41,8 +46,13 @@ def label(drawing: Drawing, node: str, port: str) -> tuple[Text, tuple[float, fl
     return next(text for text, within in drawing.texts if within == box and text.text.split()[0] == port), box
 
 
+def failed(made: dict[str, ElementTree.Element]) -> list[str]:
+    """Names of the nodes that are drawn with an error."""
+    return [name for name, node in made.items() if "error" in node.attrib["class"].split()]
+
+
 def test_each_wire_runs_from_the_height_of_one_port_to_that_of_another(drawn: Draw) -> None:
-    drawing = read(drawn((ROOT / "graphs/tutorial/cmd_vel.yaml").read_text(encoding="utf-8")))
+    drawing = read(drawn(CMD_VEL))
     assert len(drawing.wires) == 10
     for about, points in drawing.wires:
         for end, place, side in zip(about.split(" -> "), (points[0], points[-1]), (2, 0), strict=True):
@@ -52,7 +62,7 @@ def test_each_wire_runs_from_the_height_of_one_port_to_that_of_another(drawn: Dr
 
 
 def test_set_values_are_written_with_their_units_and_told_in_full(drawn: Draw) -> None:
-    made = nodes(drawn((ROOT / "graphs/tutorial/cmd_vel.yaml").read_text(encoding="utf-8")))
+    made = nodes(drawn(CMD_VEL))
     shown = ports(made["DiffController"])
     assert "wheelRadius 0.1 m" in shown
     assert shown["wheelRadius 0.1 m"].startswith("wheelRadius: double, m\ndefault 0.0")
@@ -64,20 +74,17 @@ def test_set_values_are_written_with_their_units_and_told_in_full(drawn: Draw) -
 
 def test_execution_values_and_what_fires_later_are_drawn_apart(drawn: Draw) -> None:
     wires = "[Tick.tick -> Wait.execIn, Wait.finished -> Clock.execIn, Tick.time -> Clock.timeStamp]"
-    text = drawn(
-        f"{TICK}  Wait: Delay\n  Clock: {{type: PublishClock, inputs: {{topicName: c}}}}\nconnections: {wires}\n"
-    )
-    groups = [g for g in ElementTree.fromstring(text).iter(f"{NAMESPACE}g") if g.get("class") == "connection"]
-    styles = {told(group): [path.get("class") for path in group.iter(f"{NAMESPACE}path")] for group in groups}
+    clock = "Clock: {type: PublishClock, inputs: {topicName: c}}"
+    text = drawn(f"{TICK}  Wait: Delay\n  {clock}\nconnections: {wires}\n")
+    drawn_wires = groups(ElementTree.fromstring(text), "connection")
+    styles = {told(group): [path.get("class") for path in group.iter(f"{NAMESPACE}path")] for group in drawn_wires}
     assert styles == {
         "Tick.tick -> Wait.execIn": ["wire exec", "exec-tip"],
         "Wait.finished -> Clock.execIn": ["wire later", "exec-tip"],
         "Tick.time -> Clock.timeStamp": ["wire data-wire", "data-tip"],
     }
-    widths = {
-        name: float(width) for name, width in re.findall(r"(exec|data-wire)\b[^{]*\{[^}]*stroke-width: ([\d.]+)", text)
-    }
-    assert widths["exec"] >= 2 * widths["data-wire"]
+    widths = dict(re.findall(r"(exec|data-wire)\b[^{]*\{[^}]*stroke-width: ([\d.]+)", text))
+    assert float(widths["exec"]) >= 2 * float(widths["data-wire"])
 
 
 def test_findings_are_painted_on_the_nodes_that_they_are_about(drawn: Draw) -> None:
@@ -88,14 +95,12 @@ def test_findings_are_painted_on_the_nodes_that_they_are_about(drawn: Draw) -> N
             "connections: [Tick.tick -> Clock.execIn, Tick.time -> Clock.nothing]\n"
         )
     )
-    assert [name for name, node in made.items() if "error" in node.attrib["class"].split()] == ["Odd", "Clock"]
+    assert failed(made) == ["Odd", "Clock"]
     assert "error G201: unknown node type 'NoSuchType'" in told(made["Odd"])
     assert "error G212: Clock.queueSize: expected" in told(made["Clock"])
     assert "error G204: ROS2PublishClock has no input 'nothing'" in told(made["Clock"])
-    marks = [
-        "".join(text.itertext()) for text in made["Clock"].iter(f"{NAMESPACE}text") if "mark" in text.get("class", "")
-    ]
-    assert marks == ["error G204", "error G212"]
+    texts = made["Clock"].iter(f"{NAMESPACE}text")
+    assert [text.text for text in texts if "mark" in text.get("class", "")] == ["error G204", "error G212"]
     assert "error" not in told(made["Tick"])
 
 
@@ -216,18 +221,15 @@ connections:
 
 def circular(text: str) -> list[str]:
     """What is told of the wires that are drawn as a part of a circle."""
-    groups = [
-        group for group in ElementTree.fromstring(text).iter(f"{NAMESPACE}g") if group.get("class") == "connection"
-    ]
-    return [told(group) for group in groups if "circle" in group[1].attrib["class"].split()]
+    wires = groups(ElementTree.fromstring(text), "connection")
+    return [told(wire) for wire in wires if "circle" in wire[1].attrib["class"].split()]
 
 
 def test_a_graph_that_runs_in_a_circle_is_drawn_with_the_circle_on_it(drawn: Draw) -> None:
     text = drawn(CIRCLE)
     assert circular(text) == ["Branch.execTrue -> First.execIn", "First.execOut -> Branch.execIn"]
     made = nodes(text)
-    marked = [name for name, node in made.items() if "error" in node.attrib["class"].split()]
-    assert marked == ["Branch", "First"]
+    assert failed(made) == ["Branch", "First"]
     assert "execution runs in a circle: Branch -> First -> Branch" in told(made["First"])
     assert "in a circle</text>" in text
     assert mistakes(read(text)) == []
@@ -237,18 +239,17 @@ def test_a_circle_of_values_is_drawn_too(drawn: Draw) -> None:
     add = "{type: Add, inputs: {b: {type: double, value: 1}}}"
     wires = "  - A.sum -> B.a\n  - B.sum -> A.a\n  - Tick.time -> C.a\n"
     text = drawn(f"{TICK}  A: {add}\n  B: {add}\n  C: {add}\nconnections:\n{wires}")
-    assert {name for name, node in nodes(text).items() if "error" in node.attrib["class"].split()} == {"A", "B"}
+    assert failed(nodes(text)) == ["A", "B"]
 
 
 PART = "graph: part\ninputs: {go: A.execIn}\noutputs: {done: B.execOut}\nnodes:\n  A: {type: PrintText, inputs: {text: a}}\n"
 PART += "  B: {type: PrintText, inputs: {text: b}}\nconnections:\n  - A.execOut -> B.execIn\n"
+TWICE = f"{TICK}  Good: {{subgraph: part.yaml}}\n  Bad: {{subgraph: part.yaml}}\n"
+GO = "  - Tick.tick -> Good.go\n  - Tick.tick -> Bad.go\n"
 
 
 def test_a_circle_through_one_of_two_like_subgraphs_marks_only_that_one(drawn: Draw) -> None:
-    wires = "  - Tick.tick -> Good.go\n  - Tick.tick -> Bad.go\n  - Bad.done -> Bad.go\n"
-    text = drawn(
-        f"{TICK}  Good: {{subgraph: part.yaml}}\n  Bad: {{subgraph: part.yaml}}\nconnections:\n{wires}", part=PART
-    )
+    text = drawn(f"{TWICE}connections:\n{GO}  - Bad.done -> Bad.go\n", part=PART)
     assert circular(text) == ["Bad/A.execOut -> Bad/B.execIn", "Bad/B.execOut -> Bad/A.execIn"]
     assert text.count("error G210</text>") == 2
 
@@ -259,9 +260,8 @@ def test_a_value_stands_apart_from_its_port_in_viewers_that_know_no_css(drawn: D
 
 
 def test_a_link_that_goes_back_keeps_clear_of_the_boxes_it_passes(drawn: Draw) -> None:
-    made = f"{TICK}  Good: {{subgraph: part.yaml}}\n  Bad: {{subgraph: part.yaml}}\n  P: PrintText\nconnections:\n"
-    made += "  - Tick.tick -> Good.go\n  - Tick.tick -> Bad.go\n  - Bad.done -> P.execIn\n  - P.execOut -> Bad.go\n"
-    drawing = read(drawn(f"{made}  - Tick.tick -> P.no\n", part=PART))
+    wires = f"{GO}  - Bad.done -> P.execIn\n  - P.execOut -> Bad.go\n  - Tick.tick -> P.no\n"
+    drawing = read(drawn(f"{TWICE}  P: PrintText\nconnections:\n{wires}", part=PART))
     boxes = {box for _, box in drawing.texts if box}
     for _, points in drawing.wires:
         for (x0, y0), (x1, y1) in pairwise(points):

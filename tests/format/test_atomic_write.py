@@ -96,8 +96,7 @@ def test_a_new_file_has_the_mode_of_the_umask_and_a_replaced_one_keeps_its_own(t
 def test_no_other_module_writes_files() -> None:
     writing = re.compile(r"write_text\(|write_bytes\(|(?<!fd)open\(.*[\"'][wax]b?\+?[\"']|NamedTemporary|mkstemp")
     package = shipped() / "graphengine"
-    found = {
-        str(path.relative_to(package)) for path in package.rglob("*.py") if writing.search(path.read_text("utf-8"))
-    }
+    writers = (path for path in package.rglob("*.py") if writing.search(path.read_text("utf-8")))
+    found = {str(path.relative_to(package)) for path in writers}
     # What a recording holds is laid out in a new folder that is nobody else's.
     assert found == {"format/atomic_write.py", "recording/writer.py", "recording/sources.py"}

@@ -81,9 +81,8 @@ def test_a_given_link_reads_what_lies_where_it_leads(home: Path) -> None:
 )
 def test_system_files_are_not_read(reference: str, refer: Refer) -> None:
     (message,) = refer(reference)
-    assert message.startswith(f"G214 subgraph: {reference!r} lies outside") or message.endswith(
-        f"no file {reference!r}"
-    )
+    refusals = f"G214 subgraph: {reference!r} lies outside", f"G214 subgraph: no file {reference!r}"
+    assert message.startswith(refusals)
 
 
 def test_the_checkout_itself_is_not_what_ships(home: Path) -> None:

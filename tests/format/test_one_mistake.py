@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from graphengine.format.diagnostics import Source, Span
 from graphengine.scene import build
 
+NOWHERE = Span(Source("", ()), 0, 0)
 WORLD = '<mujoco><worldbody><geom type="plane" size="1 1 1"/></worldbody></mujoco>'
 TICK = "graph: g\nnodes:\n  Tick: OnPlaybackTick\n"
 ROBOT = "graph: g\nparameters: {robot: {type: target, default: /rover}}\nnodes:\n  Tick: OnPlaybackTick\n"
@@ -19,10 +21,8 @@ def told(folder: Path, text: str) -> list[str]:
     path = folder / "a.yaml"
     path.write_text(text)
     assembly = build.load(path)
-    places = [
-        (f.code, f.span.source.path, f.span.line) if f.span else (f.code, "", 0) for f in assembly.findings.errors
-    ]
-    return [f"{code} {Path(place).name}:{line}" for code, place, line in places]
+    spans = [(finding.code, finding.span or NOWHERE) for finding in assembly.findings.errors]
+    return [f"{code} {Path(span.source.path).name}:{span.line}" for code, span in spans]
 
 
 # Parameters

@@ -17,10 +17,8 @@ def told(folder: Path, nodes: str, wires: str, *, scene: bool = False, **overrid
     """Code and underlined text of each error, or of each warning if there is none."""
     path = folder / "a.yaml"
     path.write_text(f"graph: g\nnodes:\n{TICK}{nodes}connections: [{wires}]\n")
-    options = Options(
-        scene=SCENE if scene else None, overrides={name.replace("__", "."): value for name, value in overrides.items()}
-    )
-    assembly = build.load(path, options)
+    given = {name.replace("__", "."): value for name, value in overrides.items()}
+    assembly = build.load(path, Options(scene=SCENE if scene else None, overrides=given))
     places = [(f.code, f.span) for f in assembly.findings.errors or assembly.findings.warnings if f.span]
     return [f"{c} {p.source.lines[p.line - 1][p.column - 1 : p.column - 1 + p.length]}" for c, p in places]
 
@@ -48,10 +46,8 @@ def test_a_value_from_the_command_line_has_the_place_of_its_node(tmp_path: Path)
 
 
 def test_a_value_that_came_by_wire_has_the_place_of_its_node(tmp_path: Path) -> None:
-    nodes = (
-        "  A: {type: IsaacArticulationController, inputs: {targetPrim: /rovr}}\n"
-        "  B: {type: IsaacArticulationController}\n"
-    )
+    controller = "{type: IsaacArticulationController, inputs: {targetPrim: /rovr}}"
+    nodes = f"  A: {controller}\n  B: IsaacArticulationController\n"
     wires = "Tick.tick -> A.execIn, Tick.tick -> B.execIn, A.inputs:targetPrim -> B.targetPrim"
     assert told(tmp_path, nodes, wires, scene=True) == ["G301 /rovr"]  # B lacks only what A was told wrongly
 
@@ -75,11 +71,9 @@ def test_nodes_behind_a_refused_wire_are_not_called_idle(tmp_path: Path) -> None
 def test_nodes_behind_a_wire_that_cannot_be_read_are_not_called_idle(wire: str, tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     nodes = "  A: ROS2SubscribeTwist\n  B: ROS2PublishClock\n  C: ROS2Context\n"
-    path.write_text(
-        f"graph: g\nnodes:\n{TICK}{nodes}connections: ['{wire}', A.execOut -> B.execIn, C.context -> B.context]\n"
-    )
-    assembly = build.load(path, Options())
-    assert [finding.code for finding in assembly.findings.items] == ["G202"]
+    wires = f"['{wire}', A.execOut -> B.execIn, C.context -> B.context]"
+    path.write_text(f"graph: g\nnodes:\n{TICK}{nodes}connections: {wires}\n")
+    assert [finding.code for finding in build.load(path).findings.items] == ["G202"]
 
 
 @pytest.mark.parametrize(
@@ -93,5 +87,4 @@ def test_nodes_behind_a_wire_that_cannot_be_read_are_not_called_idle(wire: str, 
 def test_of_a_list_the_element_is_told_that_is_wrong(value: str, underlined: str, message: str, tmp_path: Path) -> None:
     node = f"  A: {{type: IsaacArticulationController, inputs: {{targetPrim: /rover, jointNames: {value}}}}}\n"
     assert told(tmp_path, node, "Tick.tick -> A.execIn") == [f"G211 {underlined}"]
-    assembly = build.load(tmp_path / "a.yaml", Options())
-    assert [finding.message for finding in assembly.findings.errors] == [message]
+    assert [finding.message for finding in build.load(tmp_path / "a.yaml").findings.errors] == [message]

@@ -165,7 +165,7 @@ def test_both_orientations_are_accepted() -> None:
 
 def test_every_mistake_of_a_file_is_told_at_once() -> None:
     text = (
-        "graph: g\nruns: often\nnodes:\n  a-b: x\n  C: {}\n  D: 5\nconnections: [1, [x]]\nlayout: {A: [1]}\nextra: 1\n"
+        f"{GRAPH}runs: often\nnodes: {{a-b: x, C: {{}}, D: 5}}\nconnections: [1, [x]]\nlayout: {{A: [1]}}\nextra: 1\n"
     )
     assert len(told(GraphSpec, text)) == 8
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import functools
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
+import pytest
 
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.library import GraphLibrary
@@ -16,8 +18,9 @@ from graphengine.compiler.subgraph_expansion import load_graph
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.files import Files
 from graphengine.isaac.graph_file import compose, file_names
-from graphengine.isaac.recorded_graph import RecordedGraph
+from graphengine.isaac.recorded_graph import RecordedGraph, RecordedNode
 from graphengine.isaac.script.script_reader import read_script
+from graphengine.sandbox import confinement
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = Path(__file__).parent / "scripts"
@@ -28,9 +31,8 @@ def resolved(path: Path) -> tuple[Graph, Findings]:
     findings = Findings()
     flat = load_graph(path, {}, GraphLibrary(Files.of(path)), findings)
     assert flat is not None, findings.items
-    return resolve(
-        flat, flat.spec.graph, flat.spec.at or f"/World/{flat.spec.graph}", default_registry(), findings
-    ), findings
+    name, at = flat.spec.graph, flat.spec.at or f"/World/{flat.spec.graph}"
+    return resolve(flat, name, at, default_registry(), findings), findings
 
 
 def meaning(graph: Graph) -> dict[str, Any]:
@@ -63,6 +65,27 @@ def recorded(script: Path, *arguments: str) -> tuple[list[RecordedGraph], list[F
     """The graphs of a script and what is told, found out once."""
     findings = Findings()
     return read_script(script, findings, arguments, types=default_registry().types), findings.items
+
+
+def graph(*nodes: RecordedNode, **values: Any) -> RecordedGraph:
+    return RecordedGraph("/World/g", "execution", nodes={node.name: node for node in nodes}, **values)
+
+
+def composed(recorded: RecordedGraph) -> tuple[str, Findings]:
+    findings = Findings()
+    return compose(recorded, "g", default_registry(), findings, "a test"), findings
+
+
+def kept_answers(module: ModuleType, patch: pytest.MonkeyPatch) -> list[bytes]:
+    """Answers of the confined processes that a module asks from now on."""
+    real: list[bytes] = []
+
+    def ask(*given: Any) -> bytes:
+        real.append(confinement.ask(*given))
+        return real[-1]
+
+    patch.setattr(module, "ask", ask)
+    return real
 
 
 class Read(NamedTuple):

@@ -112,9 +112,7 @@ def test_import_gives_a_script_its_arguments(imports: Graphrun, tmp_path: Path) 
 
 
 EDIT = "og.Controller.edit({path!r}, {{'create_nodes': ('T', 'omni.graph.action.OnTick')}})\n"
-START = (
-    f"import omni.graph.core as og\nimport omni.usd\nfrom pxr import Gf, Sdf, UsdGeom\n{EDIT.format(path='/World/g')}"
-)
+START = "import omni.graph.core as og, omni.usd\nfrom pxr import Gf, Sdf, UsdGeom\n" + EDIT.format(path="/World/g")
 
 
 @pytest.fixture
@@ -145,10 +143,8 @@ def test_namespaces_of_a_script_are_shown_as_a_scene_has_them(builds: Graphrun) 
         "assert robot.GetAttribute('isaac:namespace').Get() == 'r1'\n"
     )
     out = builds(text).out
-    block = (
-        "namespaces:\n  /World/robot: r1\n  /World/robot/arm: arm\n  /World/lidar: front\n  /World/g: of_the_graph\n"
-    )
-    assert out.endswith(f"in a scene:\n{block}")
+    block = "  /World/robot: r1\n  /World/robot/arm: arm\n  /World/lidar: front\n  /World/g: of_the_graph\n"
+    assert out.endswith(f"in a scene:\nnamespaces:\n{block}")
     assert "AddTranslateOp.Set()" in out
 
 
@@ -204,7 +200,7 @@ except Exception as error:
 
 def test_what_a_script_catches_is_told(builds: Graphrun) -> None:
     lost = "nodes: T; the script goes on without connect T.outputs:tick"
-    assert f"script.py:9:5: warning W302: no node 'U' in /World/more; {lost}" in builds(CAUGHT).err
+    assert f"script.py:8:5: warning W302: no node 'U' in /World/more; {lost}" in builds(CAUGHT).err
 
 
 @pytest.mark.parametrize(

@@ -44,9 +44,8 @@ def again(graph: Graph, folder: Path) -> tuple[Graph, str]:
     assert recorder is not None, text
     (recorded,) = recorder.graphs.values()
     path = folder / "again.yaml"
-    path.write_text(
-        compose(recorded, graph.flat.spec.graph, default_registry(), findings, "a script"), encoding="utf-8"
-    )
+    made = compose(recorded, graph.flat.spec.graph, default_registry(), findings, "a script")
+    path.write_text(made, encoding="utf-8")
     return resolved(path)[0], text
 
 
@@ -220,9 +219,8 @@ def _grown(cls: type[Node]) -> type[Node]:
 
 GENERIC = ("isaacsim.ros2.bridge.ROS2Publisher", "isaacsim.ros2.bridge.ROS2Subscriber")
 CLASSES = [cls for cls in dict.fromkeys(default_registry().types.values()) if _fixed(cls) or cls.type_name in GENERIC]
-CLASSES = sorted(
-    (_grown(cls) for cls in CLASSES if not cls.type_name.startswith("graphengine.")), key=lambda cls: cls.type_name
-)
+CLASSES = [_grown(cls) for cls in CLASSES if not cls.type_name.startswith("graphengine.")]
+CLASSES.sort(key=lambda cls: cls.type_name)
 PATHS = st.from_regex(r"(/[A-Za-z_][A-Za-z0-9_]{0,8}){1,3}", fullmatch=True)
 WIDTHS = {"half": 16, "float": 32}
 RANGES = {"uchar": (0, 2**8 - 1), "int": (-(2**31), 2**31 - 1), "uint": (0, 2**32 - 1)}

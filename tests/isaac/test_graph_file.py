@@ -9,22 +9,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.compiler.registry import default_registry
 from graphengine.format import document
 from graphengine.format.diagnostics import Findings
 from graphengine.format.yaml_text import block, flow, scalar
-from graphengine.isaac.graph_file import compose, file_names
+from graphengine.isaac.graph_file import file_names
 from graphengine.isaac.recorded_graph import RecordedGraph, RecordedNode, RecordedValue, RecordedWire
-from tests.isaac.harness import resolved
+from tests.isaac.harness import composed, graph, resolved
 
 ODD = ["no", "true", "Null", "1e3", "0x1f", "12:30:00", "~", "-", "- a", "a: b", "#x", "/a/b", "$(x)", "$$", "a #b"]
 ODD += [".inf"]
 TEXTS = st.text(st.characters(codec="utf-8"), max_size=20) | st.sampled_from(ODD)
+KEYS = TEXTS.filter(lambda key: key != "<<")
 VALUES = st.recursive(
     st.booleans() | st.integers(-(2**63), 2**64) | st.floats(allow_nan=False) | TEXTS,
-    lambda inner: (
-        st.lists(inner, max_size=4) | st.dictionaries(TEXTS.filter(lambda key: key != "<<"), inner, max_size=3)
-    ),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS, inner, max_size=3),
     max_leaves=12,
 )
 
@@ -38,14 +36,20 @@ def dollars(value: Any) -> Any:
     return value.replace("$$", "$") if isinstance(value, str) else value
 
 
-@given(VALUES)
-def test_what_is_written_is_read(value: Any) -> None:
+def reads(text: str) -> Any:
+    """What a graph file reads of the value of a key."""
     findings = Findings()
-    read = document.parse(f"key: {flow(value)}\n", "test", findings)
+    read = document.parse(f"key: {text}\n", "test", findings)
     assert findings.items == []
     assert read is not None
-    assert dollars(read.data["key"]) == value
-    assert type(read.data["key"]) is type(value)
+    return dollars(read.data["key"])
+
+
+@given(VALUES)
+def test_what_is_written_is_read(value: Any) -> None:
+    found = reads(flow(value))
+    assert found == value
+    assert type(found) is type(value)
 
 
 LINES = st.text(st.sampled_from(" \t#'\"\\:$-|>%&*!é\u2028\r{}[]ab"), max_size=6)
@@ -54,13 +58,7 @@ LINES = st.text(st.sampled_from(" \t#'\"\\:$-|>%&*!é\u2028\r{}[]ab"), max_size=
 @given(st.lists(LINES, min_size=1, max_size=6).map("\n".join))
 def test_a_text_of_several_lines_is_read_as_it_was(text: str) -> None:
     first, *lines = block(text) or [flow(text)]
-    findings = Findings()
-    read = document.parse(
-        "\n".join([f"key: {first}", *(f"  {line}" if line else "" for line in lines), ""]), "t", findings
-    )
-    assert findings.items == []
-    assert read is not None
-    assert dollars(read.data["key"]) == text
+    assert reads("\n".join([first, *(f"  {line}" if line else "" for line in lines)])) == text
 
 
 def test_a_script_is_written_as_a_block() -> None:
@@ -72,15 +70,10 @@ def test_numbers_that_are_none_are_written_as_yaml_has_them() -> None:
     assert [scalar(float(text)) for text in ("nan", "inf", "-inf")] == [".nan", ".inf", "-.inf"]
 
 
-def graph(*nodes: RecordedNode, **values: Any) -> RecordedGraph:
-    return RecordedGraph("/World/g", "execution", nodes={node.name: node for node in nodes}, **values)
-
-
 def written(recorded: RecordedGraph, folder: Path) -> tuple[Path, list[str]]:
-    findings = Findings()
-    path = folder / "g.yaml"
-    path.write_text(compose(recorded, "g", default_registry(), findings, "a test"), encoding="utf-8")
-    return path, [f"{finding.code} {finding.message}" for finding in findings.items]
+    text, findings = composed(recorded)
+    (folder / "g.yaml").write_text(text, encoding="utf-8")
+    return folder / "g.yaml", [f"{finding.code} {finding.message}" for finding in findings.items]
 
 
 def test_graphs_of_one_name_get_names_of_their_own() -> None:
@@ -106,9 +99,8 @@ def test_a_value_that_no_file_holds_is_left_out(node: RecordedNode, message: str
 
 
 def test_how_to_let_an_impulse_fire_is_told(tmp_path: Path) -> None:
-    findings = Findings()
     node = RecordedNode("On Impulse", "OnImpulseEvent", {"state:enableImpulse": RecordedValue(True)})
-    compose(graph(node), "g", default_registry(), findings, "a test")
+    _, findings = composed(graph(node))
     assert findings.warnings[0].help == ("while it runs: graphrun ctl impulse On_Impulse",)
 
 
@@ -124,12 +116,8 @@ def test_a_node_without_a_type_is_left_out_with_its_wires(tmp_path: Path) -> Non
 
 def test_a_wire_to_what_is_not_there_is_left_out(tmp_path: Path) -> None:
     nodes = RecordedNode("a", "OnTick"), RecordedNode("b", "Counter")
-    wires = [
-        RecordedWire("a", "outputs:tick", "b", "inputs:exec"),
-        RecordedWire("a", "outputs:tick", "c", "inputs:execIn"),
-        RecordedWire("a", "outputs:tick", "b", "inputs:execIn"),
-        RecordedWire("a", "outputs:tick", "b", "inputs:execIn"),
-    ]
+    ends = [("b", "inputs:exec"), ("c", "inputs:execIn"), ("b", "inputs:execIn"), ("b", "inputs:execIn")]
+    wires = [RecordedWire("a", "outputs:tick", *end) for end in ends]
     path, told = written(graph(*nodes, wires=wires), tmp_path)
     assert [line.partition(": left out is ")[2] for line in told] == [
         "the wire a.outputs:tick -> b.inputs:exec: Counter has no inputs:exec",
@@ -165,16 +153,10 @@ def test_a_stage_that_there_is_not_here_is_told(tmp_path: Path) -> None:
 def test_inputs_that_pass_events_on_to_each_other_in_many_ways_are_followed_in_bounded_time() -> None:
     branch, tick = "omni.graph.action.Branch", "omni.graph.action.OnPlaybackTick"
     nodes = [RecordedNode("Tick", tick), *(RecordedNode(f"{side}{n}", branch) for n in range(100) for side in "ab")]
-    passing = [
-        RecordedWire(f"{source}{n}", "inputs:execIn", f"{target}{n + 1}", "inputs:execIn")
-        for n in range(99)
-        for source in "ab"
-        for target in "ab"
-    ]
+    ends = [(f"{source}{n}", f"{target}{n + 1}") for n in range(99) for source in "ab" for target in "ab"]
+    passing = [RecordedWire(source, "inputs:execIn", target, "inputs:execIn") for source, target in ends]
     wires = [RecordedWire("Tick", "outputs:tick", "a0", "inputs:execIn"), *passing]
-    findings = Findings()
-    text = compose(graph(*nodes, wires=wires), "g", default_registry(), findings, "a test")
+    text, findings = composed(graph(*nodes, wires=wires))
     assert text.count("Tick.tick -> ") == 1 + 2 * 99
-    assert {finding.message.partition(": left out is ")[2] for finding in findings.warnings} == {
-        f"the wire b0.inputs:execIn -> {side}1.inputs:execIn: nothing drives b0.inputs:execIn" for side in "ab"
-    }
+    lost = {f"the wire b0.inputs:execIn -> {side}1.inputs:execIn: nothing drives b0.inputs:execIn" for side in "ab"}
+    assert {finding.message.partition(": left out is ")[2] for finding in findings.warnings} == lost

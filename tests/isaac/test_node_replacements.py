@@ -9,14 +9,12 @@ import pytest
 from graphengine.compiler.registry import default_registry
 from graphengine.format.diagnostics import Findings
 from graphengine.isaac import node_replacements
-from graphengine.isaac.graph_file import compose
-from graphengine.isaac.recorded_graph import RecordedGraph, RecordedNode, RecordedValue
+from graphengine.isaac.recorded_graph import RecordedNode, RecordedValue
+from tests.isaac.harness import composed, graph
 
 
 def imported(node: RecordedNode) -> tuple[str, Findings]:
-    findings = Findings()
-    graph = RecordedGraph("/G", "execution", nodes={node.name: node})
-    return compose(graph, "g", default_registry(), findings, "a test"), findings
+    return composed(graph(node))
 
 
 @pytest.mark.parametrize(

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Coroutine, Generator
 from typing import Any
 
-from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
-from graphengine.isaac.omniverse.stubs import StubModule, StubObject, draw, idle, member
+from graphengine.isaac.omniverse.script_notes import ScriptNotes
+from graphengine.isaac.omniverse.stubs import StubModule, StubObject, member
 
 
 class Task:
     """A finished coroutine."""
 
-    def __init__(self, value: Any, recorder: GraphRecorder) -> None:
+    def __init__(self, value: Any, recorder: ScriptNotes) -> None:
         self._value, self._recorder = value, recorder
 
     def result(self) -> Any:
@@ -31,7 +31,7 @@ class Task:
         return member("asyncio.Task", name, self._recorder)
 
 
-def finish(awaitable: Any, recorder: GraphRecorder) -> Any:
+def finish(awaitable: Any, recorder: ScriptNotes) -> Any:
     """Run an awaitable to completion and return its result."""
     if isinstance(awaitable, Task):
         return awaitable.result()
@@ -39,12 +39,12 @@ def finish(awaitable: Any, recorder: GraphRecorder) -> Any:
     try:
         while True:
             steps.send(None)
-            idle(recorder)
+            recorder.idle()
     except StopIteration as end:
         return end.value
 
 
-def make_asyncio(recorder: GraphRecorder) -> StubModule:
+def make_asyncio(recorder: ScriptNotes) -> StubModule:
     """Return an `asyncio` module that never waits."""
 
     def run(awaitable: Any, *_: Any, **__: Any) -> Any:
@@ -54,7 +54,7 @@ def make_asyncio(recorder: GraphRecorder) -> StubModule:
         return Task(finish(awaitable, recorder), recorder)
 
     def sleep(*_: Any) -> Task:
-        draw(recorder)
+        recorder.draw()
         return Task(None, recorder)
 
     def gather(*awaitables: Any, **_: Any) -> Task:

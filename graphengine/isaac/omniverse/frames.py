@@ -19,23 +19,22 @@ Values = dict[str, RecordedValue]
 """Values of a part, by name; of a variable its own."""
 Call = tuple[str, int, int]
 """A call: its file, the line at which its function begins, and the instruction."""
+Where = Callable[[str], Span | None]
+"""Returns the place in the script of the current call, or of a text in it."""
+Stack = Callable[[], tuple[Call, Sequence[Loop]]]
+"""Returns the current call of the script, and the loops that it is in, innermost first."""
 
 
 class Frames:
     """Frames that a script draws, and what it sets meanwhile of what it built before.
 
     Args:
-        where: place in the script of the current call, or of a text in it.
-        stack: the current call of the script, and the loops that it is in, innermost first.
+        where: gives places in the script.
+        stack: gives its current call.
         findings: takes what is set while frames go by.
     """
 
-    def __init__(
-        self,
-        where: Callable[[str], Span | None],
-        stack: Callable[[], tuple[Call, Sequence[Loop]]],
-        findings: Findings,
-    ) -> None:
+    def __init__(self, where: Where, stack: Stack, findings: Findings) -> None:
         self.where, self.stack, self.findings = where, stack, findings
         self.number = 0
         """Of the frame; a new one begins where a call that draws comes again."""
@@ -50,7 +49,6 @@ class Frames:
         self._built: dict[Part, tuple[int, Sequence[Loop]]] = {}
         self._changes: dict[Loop, dict[tuple[Part, str], tuple[Values, RecordedValue | None, Span | None]]] = {}
         """Values that were first set in a loop, what they were before, and where they were set."""
-        self._told: set[tuple[Part, str, Call]] = set()
 
     def go_on(self) -> bool:
         """Whether the application runs for another frame, which is drawn then."""
@@ -110,17 +108,13 @@ class Frames:
         return any(loop not in around or number < self.number for loop in drawing)
 
     def drive(self, part: Part, values: Values, name: str, hint: str) -> bool:
-        """Whether a value is set while frames go by; reported once a call, and then the value is left out."""
-        call, loops = self.stack()
+        """Whether a value is set while frames go by; reported, and then the value is left out."""
         if self.pass_by(part):
-            if (part, name, call) not in self._told:
-                self._told.add((part, name, call))
-                self._tell(part, name, self.where(hint))
+            self._tell(part, name, self.where(hint))
             return True
         _, around = self._built.get(part, (0, ()))
-        for loop in loops:
+        for loop in self.loops:
             if loop not in around and (part, name) not in self._changes.setdefault(loop, {}):
-                self._told.add((part, name, call))
                 self._changes[loop][part, name] = values, values.get(name), self.where(hint)
         return False
 

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import posixpath
-from collections import deque
-from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection
 from dataclasses import dataclass
-from types import ModuleType
 from typing import Any
 
-from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.isaac.omniverse.frames import Call, Frames, Loop
+from graphengine.isaac.omniverse.frames import Stack, Where
 from graphengine.isaac.omniverse.og_names import (
     SIDES,
     NotThereError,
@@ -23,7 +19,8 @@ from graphengine.isaac.omniverse.og_names import (
     split_attribute,
     type_name,
 )
-from graphengine.isaac.omniverse.plain_data import UnknownError, is_unknown, plain_data
+from graphengine.isaac.omniverse.plain_data import is_unknown, plain_data
+from graphengine.isaac.omniverse.script_notes import ScriptNotes
 from graphengine.isaac.recorded_graph import (
     EVALUATORS,
     POSITION,
@@ -56,102 +53,48 @@ Compounds = dict[str, dict[str, tuple[str, str]]]
 """Compounds of a graph by name, and what each of their promoted attributes stands for: inner node and attribute."""
 
 
-class GraphRecorder:
+class GraphRecorder(ScriptNotes):
     """The graphs that a script built so far.
 
     Args:
-        where: place in the script of the call that is made; of a text in that call where one is given.
+        where: gives places in the script.
         types: names of the node types that there are.
         assumed: whether prims, graphs and types that a script asks for, and did not make, are taken to be there.
         absent: paths of prims that are not there until the script makes them, whatever is assumed.
-        stack: the call of the script that is made, and the loops that it is in, innermost first.
+        stack: gives its current call.
     """
 
     def __init__(
         self,
-        where: Callable[[str], Span | None],
+        where: Where,
         types: Collection[str] = (),
         *,
         assumed: bool = False,
         absent: Collection[str] = (),
-        stack: Callable[[], tuple[Call, Sequence[Loop]]] = lambda: (("", 0, 0), ()),
+        stack: Stack = lambda: (("", 0, 0), ()),
     ) -> None:
-        self.where, self.types, self.assumed, self.absent = where, types, assumed, absent
+        super().__init__(where, stack, assumed=assumed)
+        self.types, self.absent = types, absent
         self.graphs: dict[str, RecordedGraph] = {}
-        self.findings = Findings()
-        self.frames = Frames(where, stack, self.findings)
         self.removed: dict[str, RecordedGraph] = {}
         """Graphs that the script removed after it had run the simulation with them."""
         self.compounds: dict[str, Compounds] = {}
         self.parts = 0
-        self.told: set[str] = set()
-        self._searches: list[tuple[str, Span]] = []
-        """What the script looked through since it last made something, and where."""
-        self.prims: set[str] = set()
-        """Paths of other prims that the script made."""
         self.stages: dict[str, list[RecordedGraph]] = {}
         """Graphs of the USD files that could be read, by the paths that the script has for the files."""
         self.opened_stages: list[str] = []
-        self.missed: dict[tuple[str, int], dict[str, str]] = {}
-        """What the script asked for in vain at each file and line, by name: what the user may say of it."""
         self.granted: set[str] = set()
         """Paths of prims that the script asked for and that were taken to be there."""
         self.namespaces: dict[str, str] = {}
         """`isaac:namespace` by prim."""
-        self.modules: dict[str, ModuleType] = {}
-        """Modules of Omniverse that are known, by name."""
-        self._alike: dict[str, dict[Any, int]] = {}
-        """Numbers of the arguments with which stubs were called, by the name that the results would share."""
-        self.lacking: set[str] = set()
-        """Modules that the script imports and that are not there."""
-        self.starred: list[str] = []
-        """Modules that are not there and of which the script imports everything."""
-        self.said: deque[str] = deque(maxlen=3)
-        """Lines that the script printed last."""
-        self.idle_calls = 0
-        """Calls that did nothing to graphs."""
         self.opened: set[str] = set()
         """Graphs that the script edits as if they were there already."""
         self.put: dict[str, str] = {}
         """Where graphs were put whose place only Omniverse knows, by their paths as the script has them."""
 
-    def leave_out(self, message: str, hint: str = "", *help: str) -> None:
-        """Report something that the graphs will lack."""
-        self.findings.add("W302", message, self.where(hint), *help)
-
-    @contextmanager
-    def leaving_out_unknown(self, what: str, hint: str, *help: str) -> Iterator[None]:
-        """Report what is left out because only Omniverse knows its value."""
-        try:
-            yield
-        except UnknownError as error:
-            self.leave_out(f"{what} cannot be told: {error}", hint, *help)
-
-    def pass_over(self, what: str, *help: str) -> None:
-        """Report once something that a script does besides building graphs."""
-        if what not in self.told and len(self.told) < 1000:
-            self.told.add(what)
-            self.findings.add("N302", f"{what} belongs to no graph and is left out", self.where(""), *help)
-
-    def search(self, what: str) -> None:
-        """Note that the script iterates over items that only Omniverse knows; graphs it builds next may be incomplete."""
-        place = self.where("")
-        if place and (key := f"{place.source.path}:{place.line}") not in self.told:
-            self.told.add(key)
-            self._searches.append((what, place))
-
-    def tell_apart(self, name: str, given: Any) -> str:
-        """The name of a call's or an item's stub, numbered by its arguments."""
-        known = self._alike.setdefault(name, {})
-        number = known.setdefault(given, len(known) + 1)
-        return name if number == 1 else f"{name[:-1]}#{number}{name[-1]}"
-
     def count(self) -> None:
         """Count a recorded item against the limit, and report the searches that it may depend on."""
-        for what, place in self._searches:
-            lost = f"the script looks through {what}, which is empty here: what it finds there is left out"
-            self.findings.add("W302", lost, place)
-        self._searches.clear()
+        self.report_searches()
         self.parts += 1
         if self.parts > MAX_PARTS:
             raise OmniGraphError(f"more than {MAX_PARTS} nodes, wires and values")
@@ -219,12 +162,6 @@ class GraphRecorder:
         self.granted.add(path)
         return True
 
-    def holds(self, name: str, said: str = "it to be true") -> bool:
-        """Whether the user assumes that a prim or file exists, or that a stub is true."""
-        if name not in self.prims and (place := self.where("")):
-            self.missed.setdefault((place.source.path, place.line), {})[name] = said
-        return name in self.prims
-
     def remove(self, path: str) -> None:
         """Remove the prim at a path: a graph, a node, or graphs below it."""
         for known in [known for known in self.graphs if known == path or known.startswith(f"{path}/")]:
@@ -240,7 +177,7 @@ class GraphRecorder:
     def create_node(self, graph: RecordedGraph, name: str, type: str, *, exist_ok: bool = False) -> str:
         """Create a node; return its name below the graph."""
         name = self.name_below(graph, name)
-        if name in graph.nodes or name in self.compounds[graph.path]:
+        if self.has_node(graph, name):
             if exist_ok:
                 return name
             raise OmniGraphError(f"there is a node {name!r} in {graph.path} already")
@@ -273,12 +210,15 @@ class GraphRecorder:
         if not found:
             raise NotThereError(f"no graph holds the node {path!r}")
         inside, name = found
-        compounds = self.compounds.get(inside.path, {})
-        if name not in inside.nodes and name not in compounds:
+        if not self.has_node(inside, name):
             near = did_you_mean(name, inside.nodes) or listing(inside.nodes, "nodes")
             error = NotThereError if inside.path in self.opened or self.opened_stages else OmniGraphError
             raise error(f"no node {name!r} in {inside.path}; {near}")
         return inside, name
+
+    def has_node(self, graph: RecordedGraph, name: str) -> bool:
+        """Whether a graph has a node or a compound of this name."""
+        return name in graph.nodes or name in self.compounds.get(graph.path, {})
 
     def delete_node(self, graph: RecordedGraph, name: str) -> None:
         """Remove a node, or a compound, with its wires."""

@@ -10,26 +10,12 @@ from graphengine.format.wording import shown
 from graphengine.isaac.omniverse.asyncio_stub import Task
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
 from graphengine.isaac.omniverse.og_edit import OPENED, Edit, Keys, name_lost
-from graphengine.isaac.omniverse.og_handles import (
-    ExecutionAttributeState,
-    GraphPipelineStage,
-    OgAttribute,
-    OgGraph,
-    OgNode,
-    OgVariable,
-)
+from graphengine.isaac.omniverse.og_handles import HANDLES, OgAttribute, OgGraph, OgNode, OgVariable
 from graphengine.isaac.omniverse.og_lookup import edited_graph, graph_above, graph_at, is_hidden, node_at, place_at
 from graphengine.isaac.omniverse.og_names import NotThereError, OmniGraphError
-from graphengine.isaac.omniverse.og_types import (
-    AttributePortType,
-    AttributeRole,
-    AttributeType,
-    BaseDataType,
-    NodeType,
-    Type,
-)
+from graphengine.isaac.omniverse.og_types import TYPES, NodeType
 from graphengine.isaac.omniverse.plain_data import unknown
-from graphengine.isaac.omniverse.stubs import ELSEWHERE, OWN, StubObject, draw, member
+from graphengine.isaac.omniverse.stubs import ELSEWHERE, OWN, StubObject, member
 
 
 class either:  # noqa: N801  used as a decorator
@@ -239,13 +225,13 @@ class Controller(metaclass=Open):
     @either
     def evaluate(self, *_: Any, **__: Any) -> Task:
         """Nothing: what a graph does is no part of it."""
-        draw(self.recorder)
+        self.recorder.draw()
         return Task(None, self.recorder)
 
     @either
     def evaluate_sync(self, *_: Any, **__: Any) -> None:
         """Nothing: what a graph does is no part of it."""
-        draw(self.recorder)
+        self.recorder.draw()
 
     def _leave_attribute(self, spec: Any) -> StubObject:
         """Tell of an attribute of a graph that Omniverse makes itself, as its renderer does; once, where it is told already."""
@@ -258,8 +244,6 @@ class Controller(metaclass=Open):
 
 
 _CONTROLLERS = ("Controller", "GraphController", "NodeController", "ObjectLookup", "DataView", "AttributeValueHelper")
-_HANDLES = (OgGraph, OgNode, OgAttribute, GraphPipelineStage, ExecutionAttributeState)
-_TYPES = (Type, BaseDataType, AttributeRole, AttributePortType, AttributeType)
 
 
 def members(recorder: GraphRecorder) -> dict[str, Any]:
@@ -267,7 +251,7 @@ def members(recorder: GraphRecorder) -> dict[str, Any]:
     controller = Open("Controller", (Controller,), {"recorder": recorder})
     return {
         **dict.fromkeys(_CONTROLLERS, controller),
-        **{kind.__name__.removeprefix("Og"): kind for kind in (*_HANDLES, *_TYPES, OmniGraphError)},
+        **{kind.__name__.removeprefix("Og"): kind for kind in (*HANDLES, *TYPES, OmniGraphError)},
         "get_registered_nodes": lambda: sorted(recorder.types),
         "get_node_type": NodeType,
         "get_graph_by_path": lambda path: graph_at(recorder, path),

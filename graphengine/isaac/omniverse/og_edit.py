@@ -89,9 +89,8 @@ class Edit:
     def _place(self, spec: Any, compound: str) -> Place:
         if isinstance(spec, str) and not spec.startswith("/"):
             node, name = split_attribute(spec)
-            found, full = self.names.get(node), self._node_name(node, compound)
-            in_graph = full in self.graph.nodes or full in self.recorder.compounds[self.graph.path]
-            if isinstance(found, OgNode) and not in_graph:
+            found = self.names.get(node)
+            if isinstance(found, OgNode) and not self.recorder.has_node(self.graph, self._node_name(node, compound)):
                 return found.get_attribute(name).place
             if compound:
                 return self.recorder.attribute(self.graph, f"{compound}/{spec}")

@@ -105,9 +105,9 @@ class OgGraph(OgHandle):
         """Set the pipeline stage."""
         self.graph.pipeline_stage = stage_of(stage)
 
-    def get_pipeline_stage(self) -> Any:
+    def get_pipeline_stage(self) -> GraphPipelineStage:
         """The pipeline stage."""
-        return self.graph.pipeline_stage
+        return GraphPipelineStage[f"GRAPH_PIPELINE_STAGE_{self.graph.pipeline_stage.replace('_', '').upper()}"]
 
     def evaluate(self, *_: Any) -> bool:
         """Do nothing; scripts are recorded, not simulated."""
@@ -129,7 +129,7 @@ class OgNode(OgHandle):
 
     def is_valid(self) -> bool:
         """Whether the node still exists."""
-        return self.name in self.graph.nodes or self.name in self.recorder.compounds[self.graph.path]
+        return self.recorder.has_node(self.graph, self.name)
 
     def get_prim_path(self) -> str:
         """The prim path of the node."""
@@ -241,3 +241,7 @@ class OgVariable(OgHandle):
 
     def __getattr__(self, name: str) -> Any:
         return member("og.IVariable", name, self.recorder)
+
+
+HANDLES = (OgGraph, OgNode, OgAttribute, GraphPipelineStage, ExecutionAttributeState)
+"""Those that scripts name."""

@@ -82,6 +82,10 @@ class AttributeType:
         return name
 
 
+TYPES = (Type, BaseDataType, AttributeRole, AttributePortType, AttributeType)
+"""Those that scripts name."""
+
+
 class NodeType(str):
     """A type of nodes, which is its name as well."""
 

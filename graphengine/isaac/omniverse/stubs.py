@@ -14,13 +14,8 @@ from collections.abc import Iterator, Mapping
 from types import FrameType, ModuleType
 from typing import Any
 
-from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
 from graphengine.isaac.omniverse.plain_data import MAX_DEPTH, UnknownError, unknown
-
-MAX_CALLS = 20_000
-"""Calls of stubs after which a script is taken to go on without end, as one that steps a simulation does."""
-MAX_FRAMES = 5_000
-"""That a script may draw until then."""
+from graphengine.isaac.omniverse.script_notes import ScriptNotes
 
 MAX_SAID = 200
 """Characters of a script's log message that a finding quotes."""
@@ -56,16 +51,12 @@ _NUMERIC = frozenset(("math", "numpy", "random", "statistics"))
 _UNPACK = dis.opmap["UNPACK_SEQUENCE"]
 
 
-class EndlessError(BaseException):
-    """Ends a script that loops without end; scripts are not meant to catch it."""
-
-
 class StubObject:
     """An object of Omniverse, under the name by which a script reached it."""
 
     is_unknown = True
 
-    def __new__(cls, name: str, recorder: GraphRecorder) -> Any:
+    def __new__(cls, name: str, recorder: ScriptNotes) -> Any:
         """Make an instance of a class whose name reads well in Python's error messages."""
         made = super().__new__(_named(cls, _CALLS.sub("", name)))  # type: ignore[arg-type]
         made.__dict__.update(_name=name, _recorder=recorder)
@@ -216,7 +207,7 @@ def _comparable(value: Any) -> Any:
     return value if isinstance(value, str | int | float) else str(value) if isinstance(value, StubObject) else None
 
 
-def member(owner: str, name: str, recorder: GraphRecorder) -> Any:
+def member(owner: str, name: str, recorder: ScriptNotes) -> Any:
     """A stub for an unknown member of an owner; names such as `__len__` are Python's own and have none.
 
     An `og` that comes from somewhere else is OmniGraph too.
@@ -232,7 +223,7 @@ def member(owner: str, name: str, recorder: GraphRecorder) -> Any:
 class StubBase:
     """Base of a class that a script derives from one of Omniverse."""
 
-    _recorder: GraphRecorder
+    _recorder: ScriptNotes
 
     def __init_subclass__(cls) -> None:
         """Add stubs for what methods ask of `super()`, which calls no `__getattr__`."""
@@ -250,22 +241,9 @@ class StubBase:
         return member(type(self).__name__, name, self._recorder)
 
 
-def idle(recorder: GraphRecorder) -> None:
-    """Count a call that builds nothing, and end a script that goes on without end."""
-    recorder.idle_calls += 1
-    if recorder.idle_calls > MAX_CALLS or recorder.frames.number > MAX_FRAMES:
-        raise EndlessError
-
-
-def draw(recorder: GraphRecorder) -> None:
-    """Draw a frame, which builds nothing."""
-    idle(recorder)
-    recorder.frames.draw()
-
-
-def told(recorder: GraphRecorder, name: str) -> None:
+def told(recorder: ScriptNotes, name: str) -> None:
     """Record a call."""
-    idle(recorder)
+    recorder.idle()
     name = _CALLS.sub("", name)
     last = name.rpartition(".")[2]
     if last in _DRAWS:
@@ -281,7 +259,7 @@ def told(recorder: GraphRecorder, name: str) -> None:
 class Builtins(dict[str, Any]):
     """Names that a script uses without defining them: after `from m import *` of a missing module they are stubs."""
 
-    recorder: GraphRecorder
+    recorder: ScriptNotes
 
     def __missing__(self, name: str) -> Any:
         if not self.recorder.starred:
@@ -293,7 +271,7 @@ class StubModule(ModuleType):
     """A module of stubs, apart from its given members and known submodules."""
 
     def __init__(
-        self, name: str, recorder: GraphRecorder, known: Mapping[str, ModuleType], members: Mapping[str, Any] = {}
+        self, name: str, recorder: ScriptNotes, known: Mapping[str, ModuleType], members: Mapping[str, Any] = {}
     ) -> None:
         super().__init__(name)
         vars(self).update(members, _recorder=recorder, _known=known)

@@ -13,7 +13,7 @@ from graphengine.isaac.omniverse import og
 from graphengine.isaac.omniverse.graph_recorder import MAX_PARTS, GraphRecorder
 from graphengine.isaac.omniverse.og_edit import OPENED
 from graphengine.isaac.omniverse.og_names import NotThereError, OmniGraphError
-from graphengine.isaac.omniverse.stubs import EndlessError
+from graphengine.isaac.omniverse.script_notes import EndlessError
 from graphengine.isaac.script.builders import BUILDING, builders, called, entries, handed_over
 from graphengine.isaac.script.coverage import Failure, Unreached, Why, asking, holds
 from graphengine.isaac.script.script_source import Script, Scripts

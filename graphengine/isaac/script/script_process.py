@@ -29,7 +29,6 @@ import numpy.random  # scripts use it, and numpy reads it only then
 from graphengine.format.files import Files
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
 from graphengine.isaac.omniverse.modules import ROOTS
-from graphengine.isaac.omniverse.stubs import draw
 from graphengine.isaac.script.import_finder import OFFERED, ImportFinder
 from graphengine.isaac.script.script_answer import ScriptAnswer
 from graphengine.isaac.script.script_run import ScriptRun
@@ -78,7 +77,7 @@ def main() -> None:
 
     SourceFileLoader.source_to_code = compile_own  # type: ignore[method-assign]
     builtins.__import__ = importlib.__import__  # the C one asks the audit hook first
-    time.sleep = lambda _: draw(run.recorder)
+    time.sleep = lambda _: run.recorder.draw()
     threading.excepthook = lambda failed: run.losses.note(failed.exc_value, -1)
 
     class Suppress(contextlib.suppress):

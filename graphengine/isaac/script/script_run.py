@@ -86,14 +86,13 @@ class ScriptRun:
             self.recorder.findings.add("G401", f"this is no Python: {what}", _foreign(self.path, *start))
             return
         sys.argv[:] = [self.path, *self.request["arguments"]]
-        module = types.ModuleType("__main__")
         name = f"{PACKAGE}.{Path(self.path).stem}"
+        module = types.ModuleType(name if self.calls else "__main__")
         names: dict[str, Any] = vars(builtins)
         if re.search(r"\bimport\s*\*", self.text):  # as a script's names are slower to find so
             names = Builtins(names)
             names.recorder = self.recorder
         vars(module).update(__file__=self.path, __package__=PACKAGE, __builtins__=names)
-        vars(module).update(__name__=name if self.calls else "__main__")
         sys.modules["__main__"] = sys.modules[name] = module
         for path, graphs in self.request["stages"].items():
             self.recorder.stages[path] = typed(list[RecordedGraph], graphs, _foreign)

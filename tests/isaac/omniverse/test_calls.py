@@ -58,6 +58,13 @@ def test_a_value_arrives(written: str, data: Any, tmp_path: Path) -> None:
     assert (graph.nodes["a"].values["inputs:x"].data, told) == (data, [])
 
 
+@pytest.mark.parametrize("stage", ["SIMULATION", "PRERENDER", "POSTRENDER", "ONDEMAND"])
+def test_a_graph_has_the_pipeline_stage_that_it_was_given(stage: str, tmp_path: Path) -> None:
+    text = f"stage = og.GraphPipelineStage.GRAPH_PIPELINE_STAGE_{stage}\ngraph.change_pipeline_stage(stage)\n"
+    graph, _ = built(tmp_path, f"{text}a.get_attribute('inputs:x').set(graph.get_pipeline_stage() == stage)")
+    assert graph.nodes["a"].values["inputs:x"].data is True
+
+
 @pytest.mark.parametrize(
     "call",
     [

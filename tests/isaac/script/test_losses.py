@@ -57,24 +57,20 @@ def test_nodes_that_are_called_by_what_a_script_gave_are_told_apart(
     assert names[1].endswith(second.lstrip("/"))
 
 
+CAMERA = "<unknown: isaacsim.sensors.camera.get_camera()>"
+AGAIN = "og.Controller.edit({'graph_path': '/A'}, TICK)"
+
+
 @pytest.mark.parametrize(
     ("text", "line", "lost"),
     [
         (
-            "for _ in range(2):\n    try:\n        publish(str(get_camera()))\n    except Exception as error: print(error)",
+            "for _ in range(2):\n    try: publish(str(get_camera()))\n    except Exception as error: print(error)",
             -3,
-            (
-                "create_nodes <unknown: isaacsim.sensors.camera.get_camera()>, "
-                "create_nodes <unknown: isaacsim.sensors.camera.get_camera()>_info, "
-                "set_values <unknown: isaacsim.sensors.camera.get_camera()>.inputs:topic"
-            ),
+            f"create_nodes {CAMERA}, create_nodes {CAMERA}_info, set_values {CAMERA}.inputs:topic",
         ),
-        ("try: og.Controller.edit({'graph_path': '/A'}, TICK)\nexcept Exception: pass", 1, "create_nodes Tick"),
-        (
-            "import contextlib\nwith contextlib.suppress(Exception):\n    og.Controller.edit({'graph_path': '/A'}, TICK)",
-            3,
-            "create_nodes Tick",
-        ),
+        (f"try: {AGAIN}\nexcept Exception: pass", 1, "create_nodes Tick"),
+        (f"import contextlib\nwith contextlib.suppress(Exception):\n    {AGAIN}", 3, "create_nodes Tick"),
         ("try: og.Controller.create_node('/A/Tick', 'x.T')\nexcept Exception: pass", 1, "it"),
         ("try: og.Controller.graph('/A').create_node('Tick', 'x.T')\nexcept Exception: pass", 1, "it"),
     ],
@@ -85,51 +81,43 @@ def test_a_refused_call_names_all_that_is_lost(text: str, line: int, lost: str, 
     assert warning.endswith(f" already; the script goes on without {lost}")
 
 
-ERROR = "because of the error at line {}: KeyError: 'b'"
+ERROR = "the error at line {}: KeyError: 'b'"
+LOST = ERROR.format(7)
+NEXT = f"the condition at line {LINES + 2}"
+QUIET = "class Q:\n    __enter__ = print\n    def __exit__(self, *_): return True\nwith Q():\n    fails()\n    build()"
+THREAD = "import threading\ndef run():\n    fails()\n    build()\nt = threading.Thread(target=run)\nt.start(), t.join()"
+KEYWORD = f"the error at line {LINES + 2}: TypeError: build() got an unexpected keyword argument 'n'"
+SPLIT = "try:\n    {}['b']\n    print('', og.Controller.edit('/B',\n  {'': ''}))\nexcept KeyError: pass"
+TURNS = "for n in (1, 2):\n    try:\n        if n == {}\n    except KeyError: pass"
 
 
 @pytest.mark.parametrize(
     ("text", "line", "name", "why"),
     [
-        ("try:\n    fails()\n    build()\nexcept KeyError: pass", 3, "build", ERROR.format(7)),
-        ("try:\n    {}['b']\n    print('', og.Controller.edit('/B',\n  {'': ''}))\nexcept KeyError: pass",
-            3, "edit", ERROR.format(LINES + 2)),
-        ("try:\n    if True:\n        fails()\n    build()\nexcept KeyError: pass", 4, "build", ERROR.format(7)),
-        ("try:\n    print()\n    og.Controller.edit('/B', fails())\nexcept KeyError: pass", 3, "edit", ERROR.format(7)),
-        ("try:\n    fails()\nexcept KeyError: pass\nelse:\n    build()", 5, "build", ERROR.format(7)),
-        ("def run():\n    try: fails()\n    except KeyError: return\n    build()\nrun()", 4, "build", ERROR.format(7)),
-        ("def run():\n    fails()\n    build()\ntry: run()\nexcept KeyError: pass", 3, "build", ERROR.format(7)),
-        ("for n in (1, 2):\n    try:\n        if n == 1: fails()\n        build('/B')\n    except KeyError: pass",
-            4, "build", ERROR.format(7)),
-        ("import contextlib\nwith contextlib.suppress(KeyError):\n    fails()\n    build()",
-            4, "build", ERROR.format(7)),
-        (
-            "class Q:\n    __enter__ = print\n    def __exit__(self, *_): return True\nwith Q():\n    fails()\n    build()",
-            6,
-            "build",
-            ERROR.format(7),
-        ),
-        ("for n in (1, 2):\n    try:\n        if n == 2 or fails(): build()\n    except KeyError: pass",
-            3, "build", ERROR.format(7)),
-        ("try:\n    if fails(): build()\nexcept KeyError: pass", 2, "build", ERROR.format(7)),
-        (
-            "from threading import Thread\ndef run():\n    fails()\n    build()\nt = Thread(target=run)\nt.start(), t.join()",
-            4,
-            "build",
-            ERROR.format(7),
-        ),
-        ("try:\n    build(n=1)\nexcept TypeError: pass", 2, "build",
-            f"because of the error at line {LINES + 2}: TypeError: build() got an unexpected keyword argument 'n'"),
-        ("def run(): raise SystemExit\nrun()\nbuild()", 3, "build", f"because of the exit at line {LINES + 1}"),
-        ("for n in (1, 2):\n    if fails: continue\n    build()", 3, "build", f"because of the condition at line {LINES + 2}"),
-        ("for n in (1, 2):\n    if n: exit()\nbuild()", 3, "build", f"because of the condition at line {LINES + 2}"),
+        ("try:\n    fails()\n    build()\nexcept KeyError: pass", 3, "build", LOST),
+        (SPLIT, 3, "edit", ERROR.format(LINES + 2)),
+        ("try:\n    if True:\n        fails()\n    build()\nexcept KeyError: pass", 4, "build", LOST),
+        ("try:\n    print()\n    og.Controller.edit('/B', fails())\nexcept KeyError: pass", 3, "edit", LOST),
+        ("try:\n    fails()\nexcept KeyError: pass\nelse:\n    build()", 5, "build", LOST),
+        ("def run():\n    try: fails()\n    except KeyError: return\n    build()\nrun()", 4, "build", LOST),
+        ("def run():\n    fails()\n    build()\ntry: run()\nexcept KeyError: pass", 3, "build", LOST),
+        (TURNS.format("1: fails()\n        build('/B')"), 4, "build", LOST),
+        ("import contextlib\nwith contextlib.suppress(KeyError):\n    fails()\n    build()", 4, "build", LOST),
+        (QUIET, 6, "build", LOST),
+        (TURNS.format("2 or fails(): build()"), 3, "build", LOST),
+        ("try:\n    if fails(): build()\nexcept KeyError: pass", 2, "build", LOST),
+        (THREAD, 4, "build", LOST),
+        ("try:\n    build(n=1)\nexcept TypeError: pass", 2, "build", KEYWORD),
+        ("def run(): raise SystemExit\nrun()\nbuild()", 3, "build", f"the exit at line {LINES + 1}"),
+        ("for n in (1, 2):\n    if fails: continue\n    build()", 3, "build", NEXT),
+        ("for n in (1, 2):\n    if n: exit()\nbuild()", 3, "build", NEXT),
     ],
-)  # fmt: skip
+)
 def test_what_an_error_keeps_from_being_built_is_told(
     text: str, line: int, name: str, why: str, tmp_path: Path
 ) -> None:
     _, (warning,), _ = told(tmp_path, text)
-    assert warning == f"{line}: {name}() is never reached, {why}"
+    assert warning == f"{line}: {name}() is never reached, because of {why}"
 
 
 @pytest.mark.parametrize(
@@ -205,17 +193,9 @@ def test_the_end_of_the_time_ends_nothing_but_the_script(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     "value",
     [
-        "max(0.0, mass)",
-        "min(mass, 1)",
-        "round(mass / 2, 3)",
-        "math.sqrt(mass)",
-        "np.array([mass, 1.0], dtype=float)",
-        "np.array([1.0, 2.0]) * mass",
-        "np.clip(float(mass), 0, 1)",
-        "next(map(float, [mass]))",
-        "map(float, mass)",
-        "deepcopy(mass)",
-        "2.0 if mass is None else mass % 3",
+        *("max(0.0, mass)", "min(mass, 1)", "round(mass / 2, 3)", "math.sqrt(mass)", "deepcopy(mass)"),
+        *("np.array([mass, 1.0], dtype=float)", "np.array([1.0, 2.0]) * mass", "np.clip(float(mass), 0, 1)"),
+        *("next(map(float, [mass]))", "map(float, mass)", "2.0 if mass is None else mass % 3"),
     ],
 )
 def test_a_number_that_is_made_of_an_unknown_one_is_unknown(value: str, tmp_path: Path) -> None:
@@ -231,9 +211,8 @@ def test_what_decides_between_values_and_is_unknown_is_told_and_may_be_assumed(t
         (graph,), warnings, findings = told(tmp_path, text, assume=assume)
         assert (graph.nodes["Tick"].values["inputs:x"].data, warnings) == (value, [])
         notes = [finding.message for finding in findings.items if "taken to be false" in finding.message]
-        assert [note.partition(": ")[2] for note in notes] == [
-            f"isaacsim.sensors.camera.Camera.get_mass > 3 (line {LINES + 2} of script.py)"
-        ] * (value == 1)
+        asked = f"isaacsim.sensors.camera.Camera.get_mass > 3 (line {LINES + 2} of script.py)"
+        assert [note.partition(": ")[2] for note in notes] == [asked] * (value == 1)
 
 
 def test_an_output_that_a_script_reads_itself_is_noted(tmp_path: Path) -> None:

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from graphengine.compiler.graph import Graph
+from graphengine.format.diagnostics import Findings
 from graphengine.isaac.script.script_source import Script
 from graphengine.isaac.script.static_evaluation import evaluate
 from tests.isaac.harness import ROOT, SCRIPTS, imported, meaning, recorded, resolved, texts
@@ -17,7 +19,6 @@ BUILDS: dict[str, dict[str, tuple[int, int]]] = {
     "camera_helpers": {"/World/robot/camera_graph": (7, 10)},
     "change_of_mind": {"/World/changed": (2, 1)},
     "class_builder": {"/World/leatherback/graphs/joints": (2, 1), "/World/leatherback/graphs/drive": (2, 1)},
-    "clock_plain": {"/World/ClockGraph": (3, 2)},
     "compound": {"/World/compound": (4, 4)},
     "config_driven": {"/World/config": (4, 3)},
     "controller_instance": {"/World/states": (2, 1)},
@@ -69,6 +70,12 @@ LACKS: dict[str, str] = {
 """What is told of scripts that cannot be carried over whole."""
 
 
+def one(name: str, folder: Path, *arguments: str) -> tuple[Graph, Findings]:
+    """The one graph that a script gives, and what is told of the import."""
+    (path,), findings = imported(SCRIPTS / f"{name}.py", folder, *arguments)
+    return resolved(path)[0], findings
+
+
 @pytest.mark.parametrize("name", TUTORIAL)
 def test_a_script_of_the_tutorial_gives_the_graph_that_ships(name: str, tmp_path: Path) -> None:
     (path,), findings = imported(SCRIPTS / "tutorial" / f"{name}.py", tmp_path)
@@ -112,69 +119,57 @@ def test_a_type_that_is_not_here_is_told_at_its_place_and_kept(tmp_path: Path) -
 
 
 def test_values_have_the_types_of_their_ports(tmp_path: Path) -> None:
-    (path,), _ = imported(SCRIPTS / "camera_helpers.py", tmp_path)
-    product = resolved(path)[0].by_id("Product")
+    product = one("camera_helpers", tmp_path)[0].by_id("Product")
     assert (product.value("width"), product.value("height")) == (640, 480)
-    (path,), _ = imported(SCRIPTS / "numpy_values.py", tmp_path)
-    drive = resolved(path)[0].by_id("drive")
+    drive = one("numpy_values", tmp_path)[0].by_id("drive")
     assert drive.value("wheel_positions").tolist()[3] == [-0.2, -0.1, 0.0]
     assert drive.value("wheel_orientations").tolist()[0] == [1.0, 0.0, 0.0, 0.0]
 
 
 def test_typed_values_settle_ports_of_several_types(tmp_path: Path) -> None:
-    (path,), _ = imported(SCRIPTS / "typed_values.py", tmp_path)
-    graph, _ = resolved(path)
+    graph, _ = one("typed_values", tmp_path)
     assert str(graph.by_id("Add").settled["sum"]) == "double[3]"
     assert graph.by_id("Add").value("a") == (2.0, 4.0, 6.0)
 
 
 def test_values_that_are_set_in_any_way_arrive(tmp_path: Path) -> None:
-    (path,), _ = imported(SCRIPTS / "set_afterwards.py", tmp_path)
-    twist = resolved(path)[0].by_id("SubscribeTwist").entry.spec.inputs
+    twist = one("set_afterwards", tmp_path)[0].by_id("SubscribeTwist").entry.spec.inputs
     assert twist == {"topicName": "robot/cmd_vel", "queueSize": 1, "nodeNamespace": "fleet", "qosProfile": ""}
-    (path,), _ = imported(SCRIPTS / "usd_relationship.py", tmp_path)
-    graph, _ = resolved(path)
+    graph, _ = one("usd_relationship", tmp_path)
     assert graph.by_id("Odom").entry.spec.inputs == {"chassisPrim": ["/World/robot/base"]}
-    assert graph.by_id("Joints").entry.spec.inputs == {
-        "targetPrim": ["/World/robot"],
-        "topicName": "robot/joint_states",
-    }
+    joints = {"targetPrim": ["/World/robot"], "topicName": "robot/joint_states"}
+    assert graph.by_id("Joints").entry.spec.inputs == joints
     assert graph.flat.spec.layout == {"Joints": (420.0, -35.5)}
 
 
 def test_variables_keep_types_and_defaults(tmp_path: Path) -> None:
-    (path,), _ = imported(SCRIPTS / "variables.py", tmp_path)
-    graph, _ = resolved(path)
+    graph, _ = one("variables", tmp_path)
     assert graph.variables == {"speed": 1.5, "names": ("left", "right"), "home": (0.0, 1.0, 2.0)}
 
 
 def test_types_may_be_put_together_of_their_parts(tmp_path: Path) -> None:
-    (path,), _ = imported(SCRIPTS / "types_in_parts.py", tmp_path)
-    graph, _ = resolved(path)
-    assert {name: str(kind) for name, kind in graph.variable_types.items()} == {
-        "gain": "double",
-        "names": "token[]",
-        "goal": "pointd[3]",
-        "late": "colorf[3]",
-    }
+    graph, _ = one("types_in_parts", tmp_path)
+    types = {"gain": "double", "names": "token[]", "goal": "pointd[3]", "late": "colorf[3]"}
+    assert {name: str(kind) for name, kind in graph.variable_types.items()} == types
     assert graph.variables == {"gain": 0.25, "names": ("left", "right"), "goal": (0.0,) * 3, "late": (0.5, 1.0, 0.0)}
     declared = graph.by_id("script").entry.spec.inputs["attributes"]
     assert declared == ["inputs:velocity double[3]", "outputs:ok bool", "outputs:wheels double[]"]
-    assert "      script: |\n        def compute(db):\n            db.outputs.ok = True\n" in path.read_text("utf-8")
+    assert (
+        "      script: |\n        def compute(db):\n            db.outputs.ok = True\n"
+        in graph.flat.loaded.document.path.read_text("utf-8")
+    )
 
 
 def test_graphs_that_come_with_an_asset_are_told_and_the_others_are_kept(tmp_path: Path) -> None:
     (path,), findings = imported(SCRIPTS / "from_an_asset.py", tmp_path)
     assert path.name == "clock.yaml"
     assert [str(finding.span).rpartition(".py:")[2] for finding in findings.warnings] == ["8:19", "9:1", "17:60"]
-    assert {finding.help for finding in findings.warnings} == {
-        ("a USD file that the script opens may hold it; import that file too",)
-    }
+    advice = "a USD file that the script opens may hold it; import that file too"
+    assert {finding.help for finding in findings.warnings} == {(advice,)}
 
 
 def test_a_graph_whose_place_cannot_be_told_is_found_again(tmp_path: Path) -> None:
-    (path,), findings = imported(SCRIPTS / "unknown_places.py", tmp_path)
-    graph, _ = resolved(path)
+    graph, findings = one("unknown_places", tmp_path)
     assert (graph.prim_path, graph.by_id("states").entry.spec.inputs) == ("/World/joints", {"topicName": "states"})
     assert "comes from the default of /World/joints/states.inputs:queueSize" in texts(findings)[-1]
 
@@ -188,22 +183,19 @@ def test_modules_above_a_script_are_told_by_their_own_names(tmp_path: Path) -> N
 
 
 def test_an_on_demand_graph_of_physics_steps_runs_at_every_physics_step(tmp_path: Path) -> None:
-    (path,), _ = imported(SCRIPTS / "physics_step.py", tmp_path)
-    assert resolved(path)[0].runs == "physics_step"
+    assert one("physics_step", tmp_path)[0].runs == "physics_step"
     late, asked = imported(SCRIPTS / "change_stage.py", tmp_path)[0]
     assert (resolved(late)[0].runs, resolved(asked)[0].runs) == ("physics_step", "tick")
 
 
 def test_a_graph_without_an_evaluator_is_a_push_graph(tmp_path: Path) -> None:
-    (path,), findings = imported(SCRIPTS / "push_graph.py", tmp_path)
-    assert resolved(path)[0].flat.spec.evaluator == "push"
+    graph, findings = one("push_graph", tmp_path)
+    assert graph.flat.spec.evaluator == "push"
     assert "/World/PushGraph is a push graph" in texts(findings)[0]
 
 
 def test_a_compound_is_taken_apart(tmp_path: Path) -> None:
-    (path,), _ = imported(SCRIPTS / "compound.py", tmp_path)
-    wires = [str(wire) for wire in resolved(path)[0].data_wires]
-    assert wires == [
+    assert [str(wire) for wire in one("compound", tmp_path)[0].data_wires] == [
         "Doubled_Two.value -> Doubled_Multiply.b",
         "Tick.deltaSeconds -> Doubled_Multiply.a",
         "Doubled_Multiply.product -> Diff.dt",
@@ -211,26 +203,23 @@ def test_a_compound_is_taken_apart(tmp_path: Path) -> None:
 
 
 def test_names_that_a_file_cannot_hold_are_changed_and_told(tmp_path: Path) -> None:
-    (path,), findings = imported(SCRIPTS / "isaac_namespace.py", tmp_path)
-    graph, _ = resolved(path)
+    graph, findings = one("isaac_namespace", tmp_path)
     assert [instance.id for instance in graph.instances] == ["On_Tick", "_1st"]
     assert graph.by_id("_1st").value("topic_name") == "$(cmd)/vel"
-    assert path.name == "cmd_vel_graph.yaml"
+    assert graph.flat.loaded.document.path.name == "cmd_vel_graph.yaml"
     told = "\n".join(texts(findings))
     assert "node 'On Tick' is called 'On_Tick' in the file" in told
 
 
 def test_old_names_of_types_are_told_and_old_ports_are_left_out(tmp_path: Path) -> None:
-    (path,), findings = imported(SCRIPTS / "old_names.py", tmp_path)
-    graph, _ = resolved(path)
+    graph, findings = one("old_names", tmp_path)
     assert [f.code for f in findings.sorted()] == ["N101"] * 4 + ["W302"] * 2
     assert graph.by_id("PublishTF").cls.type_name == "isaacsim.ros2.bridge.ROS2PublishTransformTree"
     assert graph.by_id("Articulation").entry.spec.inputs == {"targetPrim": ["/World/robot"]}
 
 
 def test_arguments_reach_the_script(tmp_path: Path) -> None:
-    (path,), findings = imported(SCRIPTS / "with_arguments.py", tmp_path, "--rate", "3", "--robot", "/World/r2")
-    graph, _ = resolved(path)
+    graph, findings = one("with_arguments", tmp_path, "--rate", "3", "--robot", "/World/r2")
     assert findings.errors == []
     assert (graph.prim_path, graph.by_id("Gate").entry.spec.inputs) == ("/World/r2/gate", {"step": 3})
 

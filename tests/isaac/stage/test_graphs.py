@@ -6,9 +6,8 @@ pytest.importorskip("pxr")
 
 from tests.isaac.stage.harness import node, read, read_graph
 
-TICK = node(
-    "Tick", "omni.graph.action.OnPlaybackTick", "custom uint outputs:tick (customData = { bool isExecution = 1 })"
-)
+FIRED = "custom uint outputs:tick (customData = { bool isExecution = 1 })"
+TICK = node("Tick", "omni.graph.action.OnPlaybackTick", FIRED)
 ADD = "omni.graph.nodes.Add"
 META = "(customData = { dictionary omni = { dictionary graph = {\n%s\n} } })"
 
@@ -19,9 +18,8 @@ def extended(line: str) -> str:
 
 def test_connections_may_be_absolute_relative_and_to_the_input_of_a_constant(tmp_path: Path) -> None:
     counter = node("Count", "omni.graph.action.Counter", "prepend uint inputs:execIn.connect = <../Tick.outputs:tick>")
-    add = node(
-        "Add", ADD, "token inputs:a.connect = </G/C.inputs:value>", "token inputs:b.connect = </G/Count.outputs:count>"
-    )
+    ends = "token inputs:a.connect = </G/C.inputs:value>", "token inputs:b.connect = </G/Count.outputs:count>"
+    add = node("Add", ADD, *ends)
     stage = read_graph(tmp_path, TICK, counter, node("C"), add)
     assert stage.wires == [
         "Tick.outputs:tick -> Count.inputs:execIn",
@@ -35,9 +33,8 @@ def test_an_execution_input_takes_several_wires_and_has_no_value(tmp_path: Path)
     pin = "custom uint inputs:execIn = 1 (customData = { bool isExecution = 1 })"
     wires = "uint inputs:execIn.connect = [</G/A.outputs:tick>, </G/B.outputs:tick>]"
     tick = "omni.graph.action.OnPlaybackTick"
-    stage = read_graph(
-        tmp_path, node("A", tick), node("B", tick), node("Count", "omni.graph.action.Counter", pin, wires)
-    )
+    count = node("Count", "omni.graph.action.Counter", pin, wires)
+    stage = read_graph(tmp_path, node("A", tick), node("B", tick), count)
     assert stage.wires == ["A.outputs:tick -> Count.inputs:execIn", "B.outputs:tick -> Count.inputs:execIn"]
     assert not stage.graph.nodes["Count"].values
 
@@ -71,9 +68,8 @@ def test_a_target_may_be_a_node_of_the_graph_itself(tmp_path: Path) -> None:
 
 
 def test_a_bundle_is_wired_from_the_prim_of_an_output(tmp_path: Path) -> None:
-    stage = read_graph(
-        tmp_path, node("B", below='def "outputs_bundle" {}'), node("C", ADD, "rel inputs:a = </G/B/outputs_bundle>")
-    )
+    reader = node("C", ADD, "rel inputs:a = </G/B/outputs_bundle>")
+    stage = read_graph(tmp_path, node("B", below='def "outputs_bundle" {}'), reader)
     assert stage.wires == ["B.outputs:bundle -> C.inputs:a"]
 
 
@@ -236,23 +232,25 @@ def Xform "dd100" (prepend references = @https://example.org/dd100.usd@) {{
     assert stage.contents.left_out == [("https://example.org/dd100.usd", "it is not on this machine")]
 
 
-COMPOUND = 'omni.graph.nodes.CompoundSubgraph"\nrel omni:graph:compoundGraph = <Graph>\ntoken made = "'
+COMPOUND = 'omni.graph.nodes.CompoundSubgraph"\nrel omni:graph:compoundGraph = <{}>\ntoken made = "'
+
+
+def compound(name: str, inner: str, *lines: str) -> str:
+    """The text of a compound node; `inner` are the nodes in it."""
+    return node(name, COMPOUND.format("Graph"), *lines, below=f'def OmniGraph "Graph" {{ {inner} }}')
+
+
+def add(name: str, source: str) -> str:
+    return node(name, ADD, f"double inputs:a.connect = <{source}>")
 
 
 def test_compounds_become_flat_and_pass_wires_and_values_through(tmp_path: Path) -> None:
-    inner = node(
-        "Sum", ADD, "double inputs:a.connect = </G/C.inputs:left>", "double inputs:b.connect = </G/C.inputs:right>"
-    )
-    compound = node(
-        "C",
-        COMPOUND,
-        "double inputs:left.connect = </G/Left.inputs:value>",
-        "double inputs:right = 3",
-        "double outputs:sum.connect = </G/C/Graph/Sum.outputs:sum>",
-        below=f'def OmniGraph "Graph" {{ {inner} }}',
-    )
+    ends = "double inputs:a.connect = </G/C.inputs:left>", "double inputs:b.connect = </G/C.inputs:right>"
+    inner = node("Sum", ADD, *ends)
+    lines = "double inputs:left.connect = </G/Left.inputs:value>", "double inputs:right = 3"
+    outer = compound("C", inner, *lines, "double outputs:sum.connect = </G/C/Graph/Sum.outputs:sum>")
     reader = node("Out", "omni.graph.nodes.ToString", "double inputs:value.connect = </G/C.outputs:sum>")
-    stage = read_graph(tmp_path, node("Left"), compound, reader)
+    stage = read_graph(tmp_path, node("Left"), outer, reader)
     assert list(stage.graph.nodes) == ["Left", "C/Sum", "Out"]
     assert stage.wires == ["Left.inputs:value -> C/Sum.inputs:a", "C/Sum.outputs:sum -> Out.inputs:value"]
     assert stage.value("C/Sum", "b") == 3.0
@@ -261,46 +259,35 @@ def test_compounds_become_flat_and_pass_wires_and_values_through(tmp_path: Path)
 def test_prims_and_wires_of_prims_pass_through_compounds(tmp_path: Path) -> None:
     inner = node("Path", "omni.graph.nodes.GetPrimPath", "rel inputs:prim = </G/C.inputs:prim>")
     empty = node("Empty", "omni.graph.nodes.GetPrimPath", "rel inputs:prim = </G/C.inputs:nothing>")
-    below = f'def OmniGraph "Graph" {{ {inner}\n{empty} }}'
-    compound = node("C", COMPOUND, "rel inputs:prim = [</A>, </G/Own.outputs:prim>]", "rel inputs:nothing", below=below)
-    stage = read_graph(tmp_path, node("Own", "omni.graph.nodes.GetGraphTargetPrim"), compound)
+    lines = "rel inputs:prim = [</A>, </G/Own.outputs:prim>]", "rel inputs:nothing"
+    outer = compound("C", f"{inner}\n{empty}", *lines)
+    stage = read_graph(tmp_path, node("Own", "omni.graph.nodes.GetGraphTargetPrim"), outer)
     assert stage.value("C/Path", "prim") == ["/A"]
     assert stage.wires == ["Own.outputs:prim -> C/Path.inputs:prim"]
     assert not stage.graph.nodes["C/Empty"].values
 
 
 def test_compounds_in_compounds_become_flat_too(tmp_path: Path) -> None:
-    innermost = node("N", ADD, "double inputs:a.connect = </G/C/Graph/D.inputs:x>")
-    inner = node(
-        "D", COMPOUND, "double inputs:x.connect = </G/C.inputs:x>", below=f'def OmniGraph "Graph" {{ {innermost} }}'
-    )
-    outer = node(
-        "C", COMPOUND, "double inputs:x.connect = </G/K.inputs:value>", below=f'def OmniGraph "Graph" {{ {inner} }}'
-    )
+    inner = compound("D", add("N", "/G/C/Graph/D.inputs:x"), "double inputs:x.connect = </G/C.inputs:x>")
+    outer = compound("C", inner, "double inputs:x.connect = </G/K.inputs:value>")
     assert read_graph(tmp_path, node("K"), outer).wires == ["K.inputs:value -> C/D/N.inputs:a"]
 
 
 def test_a_compound_that_is_wired_to_itself_or_holds_its_own_graph_comes_to_an_end(tmp_path: Path) -> None:
-    inner = node("N", ADD, "double inputs:a.connect = </G/C.inputs:x>")
-    below = f'def OmniGraph "Graph" {{ {inner} }}'
-    stage = read_graph(tmp_path, node("C", COMPOUND, "double inputs:x.connect = </G/C.inputs:x>", below=below))
-    assert not stage.wires
-    own = node("C", 'omni.graph.nodes.CompoundSubgraph"\nrel omni:graph:compoundGraph = </G>\ntoken made = "')
-    stage = read_graph(tmp_path, own)
+    circular = compound("C", add("N", "/G/C.inputs:x"), "double inputs:x.connect = </G/C.inputs:x>")
+    assert not read_graph(tmp_path, circular).wires
+    stage = read_graph(tmp_path, node("C", COMPOUND.format("/G")))
     assert not stage.graph.nodes
     assert "W302: the compound /G/C is left out: no graph is below it" in stage.told
 
 
 def test_very_many_compounds_in_a_row_or_in_each_other_come_to_an_end(tmp_path: Path) -> None:
-    row = [
-        node(f"C{number}", COMPOUND, f"double outputs:x.connect = </G/C{number + 1}.outputs:x>")
-        for number in range(2000)
-    ]
-    reader = node("R", ADD, "double inputs:a.connect = </G/C0.outputs:x>")
-    assert not read_graph(tmp_path, *row, reader).wires
+    kind = COMPOUND.format("Graph")
+    row = [node(f"C{n}", kind, f"double outputs:x.connect = </G/C{n + 1}.outputs:x>") for n in range(2000)]
+    assert not read_graph(tmp_path, *row, add("R", "/G/C0.outputs:x")).wires
     deep = node("N")
     for _ in range(60):
-        deep = node("C", COMPOUND, below=f'def OmniGraph "Graph" {{ {deep} }}')
+        deep = compound("C", deep)
     stage = read_graph(tmp_path, deep)
     assert not stage.graph.nodes
     assert "is left out: it is more than 50 deep" in stage.told
@@ -309,9 +296,8 @@ def test_very_many_compounds_in_a_row_or_in_each_other_come_to_an_end(tmp_path: 
 def test_each_prim_that_refers_to_a_graph_gets_one_of_its_own(tmp_path: Path) -> None:
     path = node("Path", "omni.graph.nodes.GetPrimPath", 'custom token inputs:prim = "_OMNI_GRAPH_TARGET"')
     graph = f'def OmniGraph "G" {{ custom double graph:variable:speed = 1\n{path} }}'
-    users = (
-        'def "a" { rel omniGraphs = </G> }\ndef "b" { rel omniGraphs = </G>\ncustom double graph:variable:speed = 2 }'
-    )
+    users = 'def "a" { rel omniGraphs = </G> }\n'
+    users += 'def "b" { rel omniGraphs = </G>\ncustom double graph:variable:speed = 2 }'
     stage = read(tmp_path, f"#usda 1.0\n{graph}\n{users}")
     assert [graph.path for graph in stage.graphs] == ["/a/G", "/b/G"]
     assert [graph.variables["speed"].data for graph in stage.graphs] == [1.0, 2.0]
@@ -333,10 +319,8 @@ def test_nodes_of_an_old_version_are_told_and_an_old_context_keeps_its_meaning(t
     current = node("Tick", "omni.graph.action.OnPlaybackTick", "int node:typeVersion = 2")
     stage = read_graph(tmp_path, context, helper, current)
     assert stage.value("Context", "useDomainIDEnvVar") is False
-    assert (
-        "/G/Lidar was saved as version 2 of isaacsim.ros2.bridge.ROS2RtxLidarHelper, which is at version 3"
-        in stage.told
-    )
+    helper = "isaacsim.ros2.bridge.ROS2RtxLidarHelper"
+    assert f"/G/Lidar was saved as version 2 of {helper}, which is at version 3" in stage.told
     assert len(stage.findings.items) == 2
 
 

@@ -1,6 +1,5 @@
 import importlib.util
 import random
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +19,9 @@ from graphengine.isaac.stage import graphs as stage_graphs
 from graphengine.isaac.stage import stage_reader as stage
 from graphengine.isaac.stage.stage_contents import StageAttribute, StageContents, StagePrim
 from graphengine.isaac.stage.stage_reader import ImportedStage, read_stage
-from graphengine.sandbox import confinement
 from graphengine.sandbox.untrusted import encoded
 from graphengine.scene import build
+from tests.isaac.harness import kept_answers
 from tests.isaac.stage.harness import GRAPH, node
 from tests.physics.files.forging import forged
 
@@ -35,27 +34,23 @@ def imported(path: Path) -> tuple[ImportedStage | None, str]:
     return found, "\n".join(finding.render() for finding in findings.items)
 
 
-@dataclass
-class Resolved:
-    """What a graph file means."""
-
-    at: str
-    nodes: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)
-    wires: set[str] = field(default_factory=set)
+def refused(path: Path) -> str:
+    """What is told of a stage that cannot be read."""
+    found, told = imported(path)
+    assert found is None
+    return told
 
 
-def resolved(path: Path) -> Resolved:
+def resolved(path: Path) -> tuple[str, dict[str, Any], set[str]]:
+    """What a graph file means: its place, the type and inputs of each node, and the wires."""
     assembly = build.load(path)
     assert not assembly.findings.errors
     (graph,) = assembly.planned
-    found = Resolved(graph.prim_path)
+    nodes = {}
     for instance in graph.instances:
-        found.nodes[instance.id] = (
-            instance.cls.type_name,
-            {name: repr(instance.value(name)) for name, port in instance.cls.fields.items() if port.side == "inputs"},
-        )
-    found.wires = {str(wire) for wire in (*graph.data_wires, *graph.exec_wires)}
-    return found
+        inputs = [name for name, port in instance.cls.fields.items() if port.side == "inputs"]
+        nodes[instance.id] = instance.cls.type_name, {name: repr(instance.value(name)) for name in inputs}
+    return graph.prim_path, nodes, {str(wire) for wire in (*graph.data_wires, *graph.exec_wires)}
 
 
 @pytest.fixture(scope="module")
@@ -102,8 +97,7 @@ def test_the_three_forms_of_a_file_are_the_same(tmp_path: Path, tutorial: tuple[
 def test_a_mistake_in_the_text_is_told_at_its_place(tmp_path: Path) -> None:
     path = tmp_path / "broken.usda"
     path.write_text('#usda 1.0\ndef OmniGraph "G" {\n    double x = "text"\n}\n')
-    found, told = imported(path)
-    assert found is None
+    told = refused(path)
     assert f"{path}:3:" in told
     assert "error G401: USD syntax" in told
     assert '     3 |     double x = "text"' in told
@@ -113,8 +107,7 @@ def test_a_mistake_in_the_text_is_told_at_its_place(tmp_path: Path) -> None:
 def test_a_file_that_is_no_stage_is_told(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "none.usd"
     path.write_bytes(content)
-    found, told = imported(path)
-    assert found is None
+    told = refused(path)
     assert "error G401" in told
     assert "Traceback" not in told
 
@@ -136,9 +129,7 @@ def test_a_reader_that_crashes_is_told_as_the_file_s_damage(tmp_path: Path, monk
     (tmp_path / "a.usda").write_text("#usda 1.0\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(stage, "_PROCESS", "crash")
-    found, told = imported(tmp_path / "a.usda")
-    assert found is None
-    assert "error G401: USD's reader breaks off: Segmentation fault" in told
+    assert "error G401: USD's reader breaks off: Segmentation fault" in refused(tmp_path / "a.usda")
 
 
 def test_without_usd_core_the_way_to_install_it_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -156,12 +147,7 @@ def test_the_command_line_writes_the_graphs_and_offers_the_namespaces(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["import", str(TUTORIAL), "-o", str(tmp_path)]) == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
-        "clock.yaml",
-        "cmd_vel.yaml",
-        "joint_states.yaml",
-        "scan.yaml",
-    ]
+    assert sorted(path.stem for path in tmp_path.glob("*.yaml")) == ["clock", "cmd_vel", "joint_states", "scan"]
     assert "/dd100/Geometry/base_link: dd100_0000" in capsys.readouterr().out
 
 
@@ -187,13 +173,7 @@ def test_what_usd_says_is_told_in_one_line_of_bounded_length(tmp_path: Path) -> 
 def test_no_forged_answer_raises_anything_but_errors_of_this_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real: list[bytes] = []
-
-    def ask(*given: Any) -> bytes:
-        real.append(confinement.ask(*given))
-        return real[-1]
-
-    monkeypatch.setattr(stage, "ask", ask)
+    real = kept_answers(stage, monkeypatch)
     path = tmp_path / "a.usda"
     below = f'def OmniGraph "Graph" {{\n{node("In")}}}\n'
     compound = node("C", "x.y", "rel omni:graph:compoundGraph = <Graph>", below=below)
