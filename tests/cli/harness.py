@@ -13,7 +13,7 @@ import subprocess
 import sys
 import termios
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -130,10 +130,6 @@ class Live:
         os.close(self._reading)
 
 
-@contextlib.contextmanager
-def live(*arguments: str, **options: object) -> Iterator[Live]:
-    running = Live(*arguments, **options)  # type: ignore[arg-type]
-    try:
-        yield running
-    finally:
-        running.close()
+def live(*arguments: str, **options: Any) -> contextlib.closing[Live]:
+    """A run for a `with` statement."""
+    return contextlib.closing(Live(*arguments, **options))
