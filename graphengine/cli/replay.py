@@ -82,7 +82,7 @@ def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable
         bad_values=manifest.bad_values,
         domain=manifest.domain_id,
         environ={} if domain is None else {"ROS_DOMAIN_ID": str(domain)},
-        join=lambda joined: SilentTransport(joined.definitions),
+        join=lambda joined: SilentTransport(definitions=joined.definitions),
         log=lambda *_: None,
         complain=warn,
     )
