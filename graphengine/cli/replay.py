@@ -48,7 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Replay and compare; return 0 if all bytes are equal, 1 if not, 2 if they cannot be compared."""
-    from graphengine.format.errors import RecordingError, UsageError
+    from graphengine.cli.common import clean, explain
+    from graphengine.format.errors import CheckError, GraphError, RecordingError, UsageError
     from graphengine.recording.reader import Recording
     from graphengine.recording.sources import Workspace
 
@@ -57,14 +58,16 @@ def execute(arguments: argparse.Namespace) -> int:
 
         def plain(text: str) -> str:
             """The text with files named as in the recording."""
-            from graphengine.cli.common import clean
-
             return clean(text.replace(place, ""))
 
         try:
             return _replay(arguments, Recording(arguments.recording, Workspace(Path(folder))), plain)
         except (RecordingError, UsageError) as error:
             raise UsageError(plain(str(error))) from None
+        except GraphError as error:
+            told = str(error) if isinstance(error, CheckError) else f"error: {explain(error)}"
+            print(plain(told), file=sys.stderr)
+            return 1
 
 
 def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable[[str], str]) -> int:
