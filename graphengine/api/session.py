@@ -18,10 +18,11 @@ from graphengine.api.pictures import look, simulated, write_png
 from graphengine.api.robots import Robot, Robots
 from graphengine.api.runner import Runner
 from graphengine.api.topics import M, MessageType, Publication, Subscription, call_service, open_subscription
-from graphengine.api.values import Values, plain, read_only
+from graphengine.api.values import plain, read_only
 from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import did_you_mean, listing
+from graphengine.runtime.addresses import NodePort, find_port_at, find_ports
 
 if TYPE_CHECKING:
     from graphengine.runtime.session_core import SavedSession as InnerCheckpoint
@@ -61,7 +62,9 @@ class Session:
 
     def __init__(self, runner: Runner) -> None:
         self._runner = runner
-        self._values = Values(runner)
+        self._graphs: object = None
+        self._ports: dict[str, NodePort] = {}
+        """Ports of `_graphs` by the addresses that were asked for."""
 
     # Time
 
@@ -211,7 +214,12 @@ class Session:
         Raises:
             UsageError: no port has the address, or several have.
         """
-        return self._values.one(address)
+        graphs = self._runner.session.graphs
+        if self._graphs is not graphs:
+            self._graphs, self._ports = graphs, {}
+        if address not in self._ports:
+            self._ports[address] = find_port_at(graphs, address)
+        return read_only(self._ports[address].value)
 
     @reading
     def values(self, pattern: str) -> dict[str, Any]:
@@ -226,7 +234,7 @@ class Session:
         Raises:
             UsageError: no port matches.
         """
-        return self._values.matching(pattern)
+        return {port.address: read_only(port.value) for port in find_ports(self._runner.session.graphs, pattern)}
 
     @acting
     def set(self, address: str, value: Any) -> None:

@@ -86,6 +86,11 @@ def _hint(words: Iterable[str], legal: Iterable[str]) -> str:
     return "".join(f"\n  {near}" for word in words if (near := did_you_mean(word, names)))
 
 
+def add_verb(verbs: Any, name: str, summary: str, **more: Any) -> Any:
+    """Add the parser of a verb; its description is the summary as a sentence."""
+    return verbs.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.", **more)
+
+
 def make_parser(verb: str | None = None) -> argparse.ArgumentParser:
     """The parser of the command line; only the given verb adds its arguments."""
     parser = Parser(
@@ -97,7 +102,7 @@ def make_parser(verb: str | None = None) -> argparse.ArgumentParser:
     )
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name, summary in VERBS.items():
-        sub = verbs.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.")
+        sub = add_verb(verbs, name, summary)
         if name == verb:
             module = importlib.import_module(f"graphengine.cli.{MODULES.get(name, name).replace('-', '_')}")
             module.add_arguments(sub)

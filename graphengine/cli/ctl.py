@@ -10,7 +10,7 @@ import re
 import sys
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli import Parser
+from graphengine.cli import Parser, add_verb
 from graphengine.cli.common import clean, counted, parse_set, table
 from graphengine.cli.quantities import angle, duration, number, rate, vector, whole
 from graphengine.control.client import Client, find
@@ -62,8 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     verbs = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
 
     def add(name: str, summary: str, *fields: str, make: Callable[..., dict[str, Any]] | None = None) -> Any:
-        description = f"{summary[0].upper()}{summary[1:]}."
-        sub = verbs.add_parser(name, help=summary, description=description, parents=[common])
+        sub = add_verb(verbs, name, summary, parents=[common])
         sub.set_defaults(arguments=make or (lambda given: {field: getattr(given, field) for field in fields}))
         return sub
 

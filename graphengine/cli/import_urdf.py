@@ -146,18 +146,18 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
     if element is None:
         return None
     packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
-    if path.suffix != xacro.SUFFIX and not xacro.is_xacro(element):
-        if arguments.arguments:
-            raise UsageError(f"{arguments.arguments[0]}: no xacro syntax in {path}")
-        return Origin(element, packages, path, str(path), arguments.output, arguments.fixed_base)
-    if path.resolve() == arguments.output.with_suffix(".urdf").resolve():
-        raise UsageError(f"-o {arguments.output}: what {path} expands to would be overwritten; choose another name")
-    given = dict(text.split(":=", 1) for text in arguments.arguments)
-    expanded = xacro.expand(path, given, packages, findings)
-    if expanded is None:
+    source: Path | None = path
+    if path.suffix == xacro.SUFFIX or xacro.is_xacro(element):
+        if path.resolve() == arguments.output.with_suffix(".urdf").resolve():
+            raise UsageError(f"-o {arguments.output}: what {path} expands to would be overwritten; choose another name")
+        given = dict(text.split(":=", 1) for text in arguments.arguments)
+        element, source = xacro.expand(path, given, packages, findings), None
+    elif arguments.arguments:
+        raise UsageError(f"{arguments.arguments[0]}: no xacro syntax in {path}")
+    if element is None:
         return None
     told = " ".join([str(path), *arguments.arguments])
-    return Origin(expanded, packages, None, told, arguments.output, arguments.fixed_base)
+    return Origin(element, packages, source, told, arguments.output, arguments.fixed_base)
 
 
 def _files(given: Path, arguments: argparse.Namespace) -> Files:

@@ -16,8 +16,10 @@ from graphengine.cli.quantities import whole
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from graphengine.api.run_options import RunOptions
     from graphengine.compiler.registry import Registry
     from graphengine.physics.sensors.rays import RaysChoice
+    from graphengine.recording.manifest import Manifest
     from graphengine.recording.reader import Recording
     from graphengine.recording.replay import Difference, Replay
     from graphengine.runtime.session_core import SessionCore
@@ -46,7 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Replay and compare; return 0 if all bytes are equal, 1 if not, 2 if they cannot be compared."""
-    from graphengine.format.errors import RecordingError, UsageError
+    from graphengine.cli.common import clean, explain
+    from graphengine.format.errors import CheckError, GraphError, RecordingError, UsageError
     from graphengine.recording.reader import Recording
     from graphengine.recording.sources import Workspace
 
@@ -55,37 +58,28 @@ def execute(arguments: argparse.Namespace) -> int:
 
         def plain(text: str) -> str:
             """The text with files named as in the recording."""
-            from graphengine.cli.common import clean
-
             return clean(text.replace(place, ""))
 
         try:
             return _replay(arguments, Recording(arguments.recording, Workspace(Path(folder))), plain)
         except (RecordingError, UsageError) as error:
             raise UsageError(plain(str(error))) from None
+        except GraphError as error:
+            told = str(error) if isinstance(error, CheckError) else f"error: {explain(error)}"
+            print(plain(told), file=sys.stderr)
+            return 1
 
 
 def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable[[str], str]) -> int:
-    from graphengine.api.run_options import RunOptions
     from graphengine.api.scene import start_runner
     from graphengine.api.scene_loading import open_scene
     from graphengine.format.errors import CheckError, RecordingError, UsageError
     from graphengine.recording import platform_info
-    from graphengine.recording.replay import Replay, SilentTransport
+    from graphengine.recording.replay import Replay
 
     def warn(text: str) -> None:
         print(plain(f"warning: {text}"), file=sys.stderr)
 
-    manifest, domain = recording.manifest, recording.manifest.domain_from_environment
-    options = RunOptions(
-        keep_going=manifest.keep_going,
-        bad_values=manifest.bad_values,
-        domain=manifest.domain_id,
-        environ={} if domain is None else {"ROS_DOMAIN_ID": str(domain)},
-        join=lambda joined: SilentTransport(joined.definitions),
-        log=lambda *_: None,
-        complain=warn,
-    )
     try:
         scene = open_scene(*_what_to_run(arguments, recording))
     except CheckError as error:
@@ -93,13 +87,12 @@ def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable
             if finding.severity == "error":
                 print(plain(finding.render()), file=sys.stderr)
         return 1
-    if any(finding.code == "N102" for finding in scene.findings):
+    if arguments.against and any(finding.code == "N102" for finding in scene.findings):
         raise UsageError(f"{arguments.against} asks for prims of a scene; give a scene to --against")
-    with start_runner(scene, options) as runner:
+    with start_runner(scene, _how_to_run(recording.manifest, warn)) as runner:
         session = runner.session
-        for line in platform_info.differences(
-            manifest.machine, platform_info.describe(runner.scene, session.services.world)
-        ):
+        here = platform_info.describe(runner.scene, session.services.world)
+        for line in platform_info.differences(recording.manifest.machine, here):
             warn(f"{line}; results may differ in their last bits")
         run = Replay(session, runner.network, recording, arguments.ignore, warn)
         try:
@@ -133,6 +126,23 @@ def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[P
     if arguments.against:
         return find_file(arguments.against), options
     return files.path(manifest.given), files.options(options, manifest.scene)
+
+
+def _how_to_run(manifest: Manifest, warn: Callable[[str], None]) -> RunOptions:
+    """The options of the recorded session, on a network on which only the recording is heard."""
+    from graphengine.api.run_options import RunOptions
+    from graphengine.recording.replay import SilentTransport
+
+    domain = manifest.domain_from_environment
+    return RunOptions(
+        keep_going=manifest.keep_going,
+        bad_values=manifest.bad_values,
+        domain=manifest.domain_id,
+        environ={} if domain is None else {"ROS_DOMAIN_ID": str(domain)},
+        join=lambda joined: SilentTransport(definitions=joined.definitions),
+        log=lambda *_: None,
+        complain=warn,
+    )
 
 
 def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.live import Live, absolute, add_live_arguments, positive
@@ -104,28 +104,23 @@ class Stick:
     hold: float
     speed: float
     turn: float
-    _forward: float = 0.0
-    _forward_until: float = 0.0
-    _left: float = 0.0
-    _left_until: float = 0.0
+    _held: dict[int, tuple[float, float]] = field(default_factory=dict)
+    """Direction, and the time until which it acts, for driving (0) and turning (1)."""
 
     def press(self, key: str, now: float) -> None:
         """Process a pressed key; keys without a meaning are ignored."""
         if key == " ":
-            self._forward = self._left = 0.0
+            self._held.clear()
         elif key in FACTORS:
             self.speed, self.turn = self.speed * FACTORS[key], self.turn * FACTORS[key]
-        forward, left = KEYS.get(key, (0.0, 0.0))
-        if forward:
-            self._forward, self._forward_until = forward, now + self.hold
-        if left:
-            self._left, self._left_until = left, now + self.hold
+        for axis, direction in enumerate(KEYS.get(key, ())):
+            if direction:
+                self._held[axis] = direction, now + self.hold
 
     def command(self, now: float) -> tuple[float, float]:
         """Forward speed (m/s) and turn rate (rad/s) of the keys held at this time."""
-        forward = self._forward if now < self._forward_until else 0.0
-        left = self._left if now < self._left_until else 0.0
-        return forward * self.speed, left * self.turn
+        held = {axis: direction for axis, (direction, until) in self._held.items() if now < until}
+        return held.get(0, 0.0) * self.speed, held.get(1, 0.0) * self.turn
 
 
 @dataclass(slots=True)

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from graphengine.cli import add_verb
 from graphengine.cli.common import clean, table
 from graphengine.cli.live import Live, add_live_arguments, positive, show
 from graphengine.format.atomic_write import write_together
@@ -32,8 +33,7 @@ TYPE = "tf2_msgs/msg/TFMessage"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     verbs = parser.add_subparsers(dest="tf_verb", metavar="VERB", required=True)
-    what = "print the frame tree with the broadcaster, rate and problems of each frame"
-    tree = verbs.add_parser("tree", help=what, description=f"{what[0].upper()}{what[1:]}.")
+    tree = add_verb(verbs, "tree", "print the frame tree with the broadcaster, rate and problems of each frame")
     namespace = "namespace of tf and tf_static, such as dd100_0000 (default: none, or the only one in use)"
     tree.add_argument("--namespace", metavar="NAME", help=namespace)
     wait = f"time to listen (default {LISTENING:g})"

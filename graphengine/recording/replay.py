@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from graphengine.format.errors import GraphError, RecordingError, UsageError
-from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.messages.qos import settled
 from graphengine.recording.difference import differences
@@ -49,9 +48,6 @@ class Difference:
 
 class SilentTransport(MemoryTransport):
     """A network on which nobody hears anything: whatever arrives was recorded, what nodes tell each other too."""
-
-    def __init__(self, definitions: Definitions = DEFINITIONS) -> None:
-        super().__init__(keeps=False, definitions=definitions)
 
     def send(self, writer: MemoryWriter, data: bytes) -> None:
         """Send nothing."""

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from graphengine.cli import main
-from tests.cli.harness import Graphrun, Result
+from tests.cli.harness import Graphrun, Result, checked
 from tests.recording import harness as recordings
 
 CLOCK = """format: 1
@@ -30,17 +31,14 @@ def graphrun(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
     monkeypatch.setattr(sys, "path", list(sys.path))
 
-    def run(*arguments: str, code: int | None = None, out: str | None = None, err: str | None = None) -> Result:
-        """Run a command; it must end with the exit code, and print exactly the texts, that are given."""
+    def run(*arguments: str, **ended: Any) -> Result:
+        """Run a command; `ended` is what `checked` takes."""
         capsys.readouterr()
         try:
-            ended = main(arguments)
+            code = main(arguments)
         except SystemExit as end:  # as argparse ends
-            ended = end.code if isinstance(end.code, int) else 1
-        result = Result(ended, *capsys.readouterr())
-        for told, wanted in ((result.code, code), (result.out, out), (result.err, err)):
-            assert wanted is None or told == wanted, result
-        return result
+            code = end.code if isinstance(end.code, int) else 1
+        return checked(Result(code, *capsys.readouterr()), **ended)
 
     return run
 

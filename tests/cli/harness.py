@@ -13,9 +13,10 @@ import subprocess
 import sys
 import termios
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from tests.waiting import PATIENCE
 
@@ -42,6 +43,13 @@ class Result:
 Graphrun = Callable[..., Result]
 
 
+def checked(result: Result, code: int | None = None, out: str | None = None, err: str | None = None) -> Result:
+    """A command's result, which must have the exit code, and exactly the texts, that are given."""
+    for told, wanted in ((result.code, code), (result.out, out), (result.err, err)):
+        assert wanted is None or told == wanted, result
+    return result
+
+
 def environment(changes: Mapping[str, str] | None = None) -> dict[str, str]:
     """One in which the program is found, and which no ROS 2 around it disturbs."""
     inherited = {name: value for name, value in os.environ.items() if not name.startswith(("ROS_", "RMW_", "CYCLONE"))}
@@ -52,8 +60,8 @@ def command(*arguments: str) -> list[str]:
     return [sys.executable, "-m", "graphengine.cli", *arguments]
 
 
-def process(*arguments: str, cwd: Path = ROOT, env: Mapping[str, str] | None = None) -> Result:
-    """Run the program to its end in a process of its own."""
+def process(*arguments: str, cwd: Path = ROOT, env: Mapping[str, str] | None = None, **ended: Any) -> Result:
+    """Run the program to its end in a process of its own; `ended` is what `checked` takes."""
     done = subprocess.run(
         command(*arguments),
         cwd=cwd,
@@ -63,7 +71,7 @@ def process(*arguments: str, cwd: Path = ROOT, env: Mapping[str, str] | None = N
         timeout=2 * PATIENCE,
         check=False,
     )
-    return Result(done.returncode, done.stdout, done.stderr)
+    return checked(Result(done.returncode, done.stdout, done.stderr), **ended)
 
 
 class Live:
@@ -122,10 +130,6 @@ class Live:
         os.close(self._reading)
 
 
-@contextlib.contextmanager
-def live(*arguments: str, **options: object) -> Iterator[Live]:
-    running = Live(*arguments, **options)  # type: ignore[arg-type]
-    try:
-        yield running
-    finally:
-        running.close()
+def live(*arguments: str, **options: Any) -> contextlib.closing[Live]:
+    """A run for a `with` statement."""
+    return contextlib.closing(Live(*arguments, **options))

@@ -19,6 +19,7 @@ from graphengine.ros.transports.select import open_transport
 from tests.cli.harness import ROOT, Graphrun, Result
 from tests.jobs.harness import Job
 
+CART = "ws/cart/urdf/cart.urdf"
 INERTIA = '<inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/>'
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 BODY = f"""  <link name="base_link">
@@ -78,15 +79,18 @@ def cart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (tmp_path / folder).mkdir(parents=True)
     (tmp_path / "ws/cart/package.xml").write_text("<package><name>cart</name></package>", encoding="utf-8")
     (tmp_path / "ws/cart/meshes/body.obj").write_text(TETRAHEDRON, encoding="utf-8")
-    (tmp_path / "ws/cart/urdf/cart.urdf").write_text(URDF, encoding="utf-8")
+    (tmp_path / CART).write_text(URDF, encoding="utf-8")
     (tmp_path / "ws/cart/urdf/cart.urdf.xacro").write_text(XACRO, encoding="utf-8")
     (tmp_path / "scenes/cart.yaml").write_text(SCENE, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-def imported(graphrun: Graphrun, *arguments: str, **ended: Any) -> Result:
-    return graphrun("import-urdf", *arguments, "-o", "scenes/robots/cart.yaml", **ended)
+def imported(graphrun: Graphrun, *arguments: str, text: str = "", **ended: Any) -> Result:
+    """Import a description, or that of the cart, which may have another text."""
+    if text:
+        Path(CART).write_text(text, encoding="utf-8")
+    return graphrun("import-urdf", *(arguments or [CART]), "-o", "scenes/robots/cart.yaml", **ended)
 
 
 def robot(folder: Path) -> dict[str, object]:
@@ -96,7 +100,7 @@ def robot(folder: Path) -> dict[str, object]:
 
 
 def test_a_robot_file_names_every_link_and_joint_and_loads_in_a_scene(graphrun: Graphrun, cart: Path) -> None:
-    imported(graphrun, "ws/cart/urdf/cart.urdf", code=0, err="")
+    imported(graphrun, code=0, err="")
     text = (cart / "scenes/robots/cart.yaml").read_text(encoding="utf-8")
     for name in ("base_link", "left_wheel", "right_wheel", "grip", "finger", "left_joint", "finger_joint"):
         assert name in text
@@ -116,15 +120,15 @@ def test_a_robot_file_names_every_link_and_joint_and_loads_in_a_scene(graphrun: 
 
 
 def test_the_folder_of_a_robot_file_is_made(graphrun: Graphrun, cart: Path) -> None:
-    assert graphrun("import-urdf", "ws/cart/urdf/cart.urdf", "-o", "new/robots/cart.yaml").code == 0
+    assert graphrun("import-urdf", CART, "-o", "new/robots/cart.yaml").code == 0
     made = (cart / "new/robots/cart.yaml").read_text(encoding="utf-8")
-    assert imported(graphrun, "ws/cart/urdf/cart.urdf").code == 0
+    assert imported(graphrun).code == 0
     beside = (cart / "scenes/robots/cart.yaml").read_text(encoding="utf-8")
     assert made == beside
 
 
 def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun: Graphrun, cart: Path) -> None:
-    assert imported(graphrun, "ws/cart/urdf/cart.urdf").lines == [
+    assert imported(graphrun).lines == [
         "wrote scenes/robots/cart.yaml",
         "5 links, 4 joints of which 4 move, 9 kg",
         "base link base_link, free",
@@ -163,7 +167,7 @@ ROBOT_ON_WHEELS = f"""<robot name="cart">
 
 def test_what_the_report_says_of_driving_drives(graphrun: Graphrun, cart: Path) -> None:
     (cart / "ws/cart/urdf/cart.urdf").write_text(ROBOT_ON_WHEELS, encoding="utf-8")
-    report = imported(graphrun, "ws/cart/urdf/cart.urdf", "--force").lines[-1]
+    report = imported(graphrun, CART, "--force").lines[-1]
     with (cart / "scenes/robots/cart.yaml").open("a", encoding="utf-8") as file:
         file.write(f"{report.removeprefix('in its file, to drive it: ')}\n")
     (cart / "scenes/odom.yaml").write_text(ODOMETRY, encoding="utf-8")
@@ -187,15 +191,14 @@ def test_what_the_report_says_of_driving_drives(graphrun: Graphrun, cart: Path) 
 )
 def test_nothing_is_said_of_driving_what_is_not_driven_so(graphrun: Graphrun, cart: Path, old: str, new: str) -> None:
     assert old in ROBOT_ON_WHEELS
-    (cart / "ws/cart/urdf/cart.urdf").write_text(ROBOT_ON_WHEELS.replace(old, new), encoding="utf-8")
-    assert imported(graphrun, "ws/cart/urdf/cart.urdf").lines[-1].startswith("in a scene: ")
+    assert imported(graphrun, text=ROBOT_ON_WHEELS.replace(old, new)).lines[-1].startswith("in a scene: ")
 
 
 def test_what_is_alike_is_told_once_and_a_long_line_is_cut_in_the_report_only(graphrun: Graphrun, cart: Path) -> None:
     names = [f"a_long_name_of_a_link_{number}" for number in range(40)]
     tags = "".join(f'<gazebo reference="{name}"><material>Gazebo/Black</material></gazebo>' for name in names)
     (cart / "ws/cart/urdf/cart.urdf").write_text(URDF.replace("</robot>", f"{tags}</robot>"), encoding="utf-8")
-    (told,) = [line for line in imported(graphrun, "ws/cart/urdf/cart.urdf").lines if "Gazebo/Black" in line]
+    (told,) = [line for line in imported(graphrun).lines if "Gazebo/Black" in line]
     assert told.startswith(
         "not carried over: gazebo material Gazebo/Black: a_long_name_of_a_link_0, a_long_name_of_a_link_1,"
     )
@@ -221,15 +224,11 @@ def test_the_report_tells_how_high_a_robot_stands(graphrun: Graphrun, cart: Path
     """The mesh reaches from 0 to 1 along its z axis, which is upside down here; corners of the box point down."""
     text = URDF.replace("<visual>", f"<collision>{collider}</collision><visual>", 1)
     (cart / "ws/cart/urdf/cart.urdf").write_text(text, encoding="utf-8")
-    assert (
-        f"lowest collider at z = {lowest:.4f} m, all joints at zero"
-        in imported(graphrun, "ws/cart/urdf/cart.urdf").lines
-    )
+    assert f"lowest collider at z = {lowest:.4f} m, all joints at zero" in imported(graphrun).lines
 
 
 def test_a_robot_without_wheels_is_told_that_it_can_be_bolted_down(graphrun: Graphrun, cart: Path) -> None:
-    (cart / "ws/cart/urdf/cart.urdf").write_text(URDF.replace(WHEELS, ""), encoding="utf-8")
-    lines = imported(graphrun, "ws/cart/urdf/cart.urdf").lines
+    lines = imported(graphrun, text=URDF.replace(WHEELS, "")).lines
     assert "base link base_link, free; --fixed-base bolts it to the world" in lines
     assert lines[-1] == "in a scene: robots: {cart: {use: robots/cart.yaml}}"
 
@@ -249,7 +248,7 @@ def test_what_mujoco_warns_of_is_told(graphrun: Graphrun, cart: Path) -> None:
     textured = TETRAHEDRON.replace("f 1 3 2", "vt 0 0\nf 1/9 3/1 2/1").replace("f 1 2 4", "f 1/1 2/1 4/1")
     textured = textured.replace("f 1 4 3", "f 1/1 4/1 3/1").replace("f 2 3 4", "f 2/1 3/1 4/1")
     (cart / "ws/cart/meshes/body.obj").write_text(textured, encoding="utf-8")
-    result = imported(graphrun, "ws/cart/urdf/cart.urdf", code=0)
+    result = imported(graphrun, code=0)
     assert "ws/cart/urdf/cart.urdf:1:1: warning W205: MuJoCo: obj_decoder: invalid" in result.err
 
 
@@ -282,7 +281,7 @@ def test_a_robot_file_takes_the_place_of_a_link_and_names_files_from_there(graph
 
 @pytest.mark.parametrize("name", ["true", "null", "nan"])
 def test_a_name_that_is_a_word_of_yaml_stays_a_name(graphrun: Graphrun, cart: Path, name: str) -> None:
-    assert graphrun("import-urdf", "ws/cart/urdf/cart.urdf", "-o", f"scenes/robots/{name}.yaml").code == 0
+    assert graphrun("import-urdf", CART, "-o", f"scenes/robots/{name}.yaml").code == 0
     scene = SCENE.replace("robots/cart.yaml", f"robots/{name}.yaml")
     (cart / "scenes/cart.yaml").write_text(scene, encoding="utf-8")
     assert graphrun("check", "scenes/cart.yaml", "--allow", "ws").code == 0
@@ -326,7 +325,7 @@ def test_installed_packages_are_found_without_being_named(
 def test_nothing_is_written_over_unless_asked_for(graphrun: Graphrun, cart: Path) -> None:
     target = cart / "scenes/robots/cart.yaml"
     target.write_text("mine", encoding="utf-8")
-    result = imported(graphrun, "ws/cart/urdf/cart.urdf", code=2)
+    result = imported(graphrun, code=2)
     assert "scenes/robots/cart.yaml: already exists; --force overwrites it" in result.err
     assert target.read_text(encoding="utf-8") == "mine"
     target.unlink()
@@ -352,8 +351,7 @@ def test_nothing_is_written_over_unless_asked_for(graphrun: Graphrun, cart: Path
 def test_a_description_with_mistakes_is_explained_and_nothing_is_written(
     graphrun: Graphrun, cart: Path, old: str, new: str, told: str
 ) -> None:
-    (cart / "ws/cart/urdf/cart.urdf").write_text(URDF.replace(old, new, 1), encoding="utf-8")
-    result = imported(graphrun, "ws/cart/urdf/cart.urdf", code=1, out="")
+    result = imported(graphrun, text=URDF.replace(old, new, 1), code=1, out="")
     assert told.format(ws=cart / "ws/cart") in result.err
     assert result.err.endswith("scenes/robots/cart.yaml is not written\n")
     assert list((cart / "scenes/robots").iterdir()) == []
@@ -362,8 +360,7 @@ def test_a_description_with_mistakes_is_explained_and_nothing_is_written(
 def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
     """A line break in a name does not become a line of YAML, nor does a colour steer the terminal."""
     odd = "a: {}&#10;graphs: {x: {use: /etc/passwd}}&#155;31m"
-    (cart / "ws/cart/urdf/cart.urdf").write_text(URDF.replace('"grip_joint"', f'"{odd}"'), encoding="utf-8")
-    result = imported(graphrun, "ws/cart/urdf/cart.urdf", code=0, err="")
+    result = imported(graphrun, text=URDF.replace('"grip_joint"', f'"{odd}"'), code=0, err="")
     assert "\x9b" not in result.out
     data = robot(cart)
     assert set(data) == {"format", "robot", "urdf", "package_paths", "base_link", "joints"}
@@ -374,12 +371,12 @@ def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
     ("arguments", "told"),
     [
         ((), "give one of a file, --topic and --node"),
-        (("ws/cart/urdf/cart.urdf", "--topic"), "give one of a file, --topic and --node"),
+        ((CART, "--topic"), "give one of a file, --topic and --node"),
         (("ws/cart/urdf/car.urdf",), "no file 'ws/cart/urdf/car.urdf'"),
-        (("ws/cart/urdf/cart.urdf", "a:=1"), "a:=1: no xacro syntax in ws/cart/urdf/cart.urdf"),
+        ((CART, "a:=1"), "a:=1: no xacro syntax in ws/cart/urdf/cart.urdf"),
         (("ws/cart/urdf/cart.urdf.xacro", "prefix=1"), "prefix=1: write NAME:=VALUE, as for xacro"),
         (("a:=1", "--topic", "/x"), "a:=1: a description from the network takes no arguments"),
-        (("ws/cart/urdf/cart.urdf", "--allow", "nowhere"), "no folder 'nowhere'"),
+        ((CART, "--allow", "nowhere"), "no folder 'nowhere'"),
         (
             ("--topic", "/x", "--timeout", "nan"),
             "argument --timeout: 'nan' is not a time; write 10, 10s, 500ms or 2min",
@@ -390,13 +387,13 @@ def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
 def test_a_command_line_that_makes_no_sense(
     graphrun: Graphrun, cart: Path, arguments: tuple[str, ...], told: str
 ) -> None:
-    result = imported(graphrun, *arguments, code=2, out="")
+    result = graphrun("import-urdf", *arguments, "-o", "scenes/robots/cart.yaml", code=2, out="")
     assert told in result.err
 
 
 @pytest.mark.parametrize("target", ["cart.urdf", "scenes/robots/my-cart.yaml"])
 def test_a_target_that_is_no_robot_file(graphrun: Graphrun, cart: Path, target: str) -> None:
-    result = graphrun("import-urdf", "ws/cart/urdf/cart.urdf", "-o", target, code=2, out="")
+    result = graphrun("import-urdf", CART, "-o", target, code=2, out="")
     assert f"-o {target}: " in result.err
 
 

@@ -87,8 +87,7 @@ def test_a_file_that_may_not_grow_ends_the_run_and_keeps_what_there_is(graphrun:
     put(tmp_path / "limit" / "sitecustomize.py", limited)
     path = tmp_path / "out.mcap"
     env = {"PYTHONPATH": os.pathsep.join([str(tmp_path / "limit"), str(shipped())])}
-    result = process("run", "dd100_flat", "--for", "60s", "--record", str(path), *MEMORY, env=env)
-    assert result.code == 1
+    result = process("run", "dd100_flat", "--for", "60s", "--record", str(path), *MEMORY, env=env, code=1)
     assert f"error: {path}: it cannot be recorded there: File too large\n" in result.err
     assert "Traceback" not in result.err
     result = graphrun("replay", str(path))

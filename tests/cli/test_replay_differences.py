@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import pytest
 
+from graphengine.compiler.registry import default_registry
+from graphengine.node import Context, Node
 from graphengine.scene.loaded_scene import Options
 from tests.cli.harness import Graphrun
 from tests.recording.harness import CLOCK, CMD_VEL, DRIVE, GOODBYE, NOISY_ROBOT, NOISY_SCENE, put, record, rewritten
@@ -135,6 +138,24 @@ def test_a_scene_that_has_errors_is_told_with_them(graphrun: Graphrun, clock: Pa
     clock.write_text(CLOCK.replace("Clock.execIn", "Clok.execIn"), encoding="utf-8")
     result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock), code=1, out="")
     assert f"{clock}:7:18: error G203: no node 'Clok'" in result.err
+
+
+def test_a_node_that_cannot_begin_in_a_replay_is_told_with_its_file_as_the_recording_has_it(
+    graphrun: Graphrun, clock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    record(tmp_path / "out.mcap", 3, clock)
+    found = default_registry().find("PublishClock")
+    assert found is not None
+    setup, asked = found.cls.setup, itertools.count()
+
+    def refuse(node: Node, context: Context) -> None:
+        if next(asked):  # after the check
+            raise RuntimeError("not now")
+        setup(node, context)
+
+    monkeypatch.setattr(found.cls, "setup", refuse)
+    result = graphrun("replay", str(tmp_path / "out.mcap"), code=1, out="")
+    assert result.err.startswith("error: project/hall/clock.yaml:5:3: node Clock (")
 
 
 def test_a_graph_without_the_scene_that_it_needs_cannot_be_compared(graphrun: Graphrun, drive: Path) -> None:

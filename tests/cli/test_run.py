@@ -324,8 +324,7 @@ def test_pictures_that_come_too_late_are_told_at_once_and_counted_in_the_end(
 
 
 def test_without_a_terminal_a_short_run_says_two_lines() -> None:
-    result = process("run", "dd100_flat", "--for", "1s", "--rays", "mujoco", *MEMORY)
-    assert (result.code, result.out) == (0, "")
+    result = process("run", "dd100_flat", "--for", "1s", "--rays", "mujoco", *MEMORY, code=0, out="")
     assert not re.search(r"[\r\x1b]", result.err)
     assert len(result.err.splitlines()) == 2
     assert ticks(result.err) == 60

@@ -95,18 +95,15 @@ def domain(domain_id: int) -> Domain:
 @pytest.fixture
 def robot(domain: Domain) -> Iterator[Robot]:
     made = Robot(domain)
-    yield made
-    made.transport.close()
+    with contextlib.closing(made.transport):
+        yield made
 
 
 @contextlib.contextmanager
 def driver(domain: Domain, *arguments: str) -> Iterator[Driver]:
-    made = Driver(domain, *arguments)
-    try:
+    with contextlib.closing(Driver(domain, *arguments)) as made:
         assert made.wait(lambda: "keys give" in made.said), made.said
         yield made
-    finally:
-        made.close()
 
 
 def test_keys_drive_and_letting_go_stops(domain: Domain, robot: Robot) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -28,26 +29,19 @@ def domain(domain_id: int) -> Domain:
 
 @pytest.fixture
 def peer(domain: Domain) -> Iterator[DdsTransport]:
-    transport = DdsTransport(JoinOptions(domain, "peer"))
-    yield transport
-    transport.close()
+    with closing(DdsTransport(JoinOptions(domain, "peer"))) as transport:
+        yield transport
 
 
 @pytest.fixture
 def tree(graphrun: Graphrun) -> Graphrun:
-    return lambda *arguments: graphrun("tf", "tree", "-t", "0.5", "--transport", "dds", *arguments)
+    return lambda *arguments, **ended: graphrun("tf", "tree", "-t", "0.5", "--transport", "dds", *arguments, **ended)
 
 
 def frames(*edges: tuple[str, str]) -> bytes:
     zero, unit = messages.Vector3(0.0, 0.0, 0.0), messages.Quaternion(0.0, 0.0, 0.0, 1.0)
-    return messages.encode(
-        messages.TFMessage(
-            [
-                messages.TransformStamped(messages.header(1.25, parent), child, messages.Transform(zero, unit))
-                for parent, child in edges
-            ]
-        )
-    )
+    stamped = [(messages.header(1.25, parent), child, messages.Transform(zero, unit)) for parent, child in edges]
+    return messages.encode(messages.TFMessage([messages.TransformStamped(*edge) for edge in stamped]))
 
 
 def latch(peer: DdsTransport, topic: str, *edges: tuple[str, str]) -> Any:
@@ -58,8 +52,7 @@ def latch(peer: DdsTransport, topic: str, *edges: tuple[str, str]) -> Any:
 
 def test_the_tree_shows_who_broadcasts_what(tree: Graphrun, peer: DdsTransport) -> None:
     latch(peer, "/tf_static", ("base", "laser"), ("odom", "base"))
-    result = tree()
-    assert result.code == 0
+    result = tree(code=0)
     assert result.lines == [
         "FRAME        BROADCASTER  RATE    NEWEST",
         "odom",
@@ -79,16 +72,13 @@ def test_the_only_namespace_is_meant_where_none_is_given(tree: Graphrun, peer: D
 def test_of_several_namespaces_one_must_be_given(tree: Graphrun, peer: DdsTransport) -> None:
     latch(peer, "/a/tf_static", ("base", "laser"))
     latch(peer, "/b/tf_static", ("base", "camera"))
-    result = tree()
-    assert (result.code, result.out) == (1, "")
-    assert result.err == "error: there are several trees\nchoose with --namespace one of: /a, /b\n"
+    tree(code=1, out="", err="error: there are several trees\nchoose with --namespace one of: /a, /b\n")
     assert "camera" in tree("--namespace", "/b").out
 
 
 def test_where_nothing_is_heard_it_says_where_something_is(tree: Graphrun, peer: DdsTransport) -> None:
     latch(peer, "/a/tf_static", ("base", "laser"))
-    result = tree("--namespace", "b")
-    assert (result.code, result.out) == (1, "")
+    result = tree("--namespace", "b", code=1, out="")
     assert result.err.endswith(
         "error: no transforms on /b/tf and /b/tf_static within 0.5 s\nnamespaces in which there are publishers: /a\n"
     )
@@ -155,6 +145,5 @@ def test_a_file_that_cannot_be_written_is_refused_at_once(
     tree: Graphrun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, remedy: str
 ) -> None:
     monkeypatch.setattr(shutil, "which", lambda program: None)
-    result = tree("-o", str(tmp_path / name))
-    assert (result.code, result.out) == (2, "")
+    result = tree("-o", str(tmp_path / name), code=2, out="")
     assert remedy in result.err

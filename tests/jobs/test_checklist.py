@@ -41,7 +41,7 @@ def simulation(*arguments: str) -> Iterator[Tool]:
         variables = {"ROS_DOMAIN_ID": str(number), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
         with live("run", *arguments, "--transport", "dds", env=variables) as running:
             assert running.hear(lambda said: "discovery range LOCALHOST" in said), running.said
-            yield lambda *words: process(*words, "--transport", "dds", env=variables)
+            yield lambda *words, **ended: process(*words, "--transport", "dds", env=variables, **ended)
 
 
 @pytest.fixture(scope="module")
@@ -53,8 +53,7 @@ def tool() -> Iterator[Tool]:
 def listed(tool: Tool, expected: list[str]) -> list[str]:
     """What `topic list` prints, once peers were found."""
     for _ in range(ATTEMPTS):
-        result = tool("topic", "list")
-        assert result.code == 0, result.err
+        result = tool("topic", "list", code=0)
         if len(result.lines) >= len(expected):
             break
     return result.lines
@@ -73,8 +72,7 @@ def test_topic_list_shows_exactly_the_namespaced_topics_and_what_robot_state_add
 def test_one_twist_moves_the_robot(tool: Tool) -> None:
     def place() -> float:
         field = ("--field", "pose.pose.position.x", "--once", "--spin-time", "20")
-        result = tool("topic", "echo", "/dd100_0000/odom", *field)
-        assert (result.code, result.err) == (0, "")
+        result = tool("topic", "echo", "/dd100_0000/odom", *field, code=0, err="")
         return float(result.out.removesuffix("\n---\n"))
 
     before = place()

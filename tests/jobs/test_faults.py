@@ -138,18 +138,16 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def graphrun(folder: Path) -> Graphrun:
-    return lambda *arguments: process(*arguments, "--transport", "memory", cwd=folder)
+    return lambda *arguments, **ended: process(*arguments, "--transport", "memory", cwd=folder, **ended)
 
 
 def test_a_node_of_a_module_in_the_working_directory_runs_in_a_graph(graphrun: Graphrun) -> None:
-    result = graphrun("run", "squares.yaml", "--import", "my_nodes", "--for", "1s")
-    assert result.code == 0, result.err
+    result = graphrun("run", "squares.yaml", "--import", "my_nodes", "--for", "1s", code=0)
     assert "info: /World/squares/Say: the number is 25\n" in result.err
 
 
 def test_without_the_import_its_type_is_unknown(graphrun: Graphrun) -> None:
-    result = graphrun("run", "squares.yaml", "--for", "1s")
-    assert result.code == 1
+    result = graphrun("run", "squares.yaml", "--for", "1s", code=1)
     assert "squares.yaml:5:11: error G201: unknown node type 'mine.Square'" in result.err
 
 
@@ -157,8 +155,7 @@ def test_without_the_import_its_type_is_unknown(graphrun: Graphrun) -> None:
 
 
 def test_a_node_that_raises_stops_the_run_and_is_told_with_all_that_one_wants_to_know(graphrun: Graphrun) -> None:
-    result = graphrun("run", "scene.yaml", "--import", "my_nodes", "--for", "5s")
-    assert (result.code, result.out) == (1, "")
+    result = graphrun("run", "scene.yaml", "--import", "my_nodes", "--for", "5s", code=1, out="")
     line = NODES.split("\n").index('            raise OverflowError("too much")') + 1
     assert result.err.endswith(
         "error: fragile.yaml:5:3: node Fragile (mine.Fragile) raised OverflowError: too much\n"
@@ -171,8 +168,7 @@ def test_a_node_that_raises_stops_the_run_and_is_told_with_all_that_one_wants_to
 
 
 def test_with_keep_going_only_its_branch_ends(graphrun: Graphrun) -> None:
-    result = graphrun("run", "scene.yaml", "--import", "my_nodes", "--for", "2s", "--keep-going")
-    assert result.code == 0
+    result = graphrun("run", "scene.yaml", "--import", "my_nodes", "--for", "2s", "--keep-going", code=0)
     assert result.err.count("raised OverflowError: too much") == 1
     assert "info: /World/fragile/Behind: the number is 90\n" in result.err
     assert "info: /World/fragile/Say: the number is 100\n" in result.err
@@ -201,8 +197,7 @@ def test_commands_are_zeroed_before_the_run_ends(folder: Path, monkeypatch: pyte
 
 
 def test_physics_that_diverges_ends_the_run_with_what_moved_and_what_to_do(graphrun: Graphrun) -> None:
-    result = graphrun("run", "absurd.yaml", "--for", "60s")
-    assert (result.code, result.out) == (1, "")
+    result = graphrun("run", "absurd.yaml", "--for", "60s", code=1, out="")
     assert re.search(
         r"^error: the simulation diverged at t = \d+\.\d+ s: the motion of joint 'dd100/\w+'", result.err, re.MULTILINE
     )

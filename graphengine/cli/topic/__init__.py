@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from graphengine.cli import add_verb
 from graphengine.cli.topic import delay, echo, hz, info, listing, pub
 
 VERBS = {
@@ -21,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = "`graphrun topics SCENE` lists the topics of a scene without running it."
     verbs = parser.add_subparsers(dest="topic_verb", metavar="VERB", required=True)
     for name, (module, summary) in VERBS.items():
-        sub = verbs.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.")
+        sub = add_verb(verbs, name, summary)
         module.add_arguments(sub)
         sub.set_defaults(of_topic=module.execute)
 

@@ -6,8 +6,8 @@ import argparse
 import time
 from collections import deque
 
-from graphengine.cli.live import Live, absolute, add_live_arguments, show, size
-from graphengine.cli.topic.hz import WINDOW
+from graphengine.cli.live import Live, absolute, add_live_arguments, show
+from graphengine.cli.topic.hz import WINDOW, add_window_argument
 from graphengine.format.errors import TransportError
 from graphengine.messages.qos import PRESETS
 from graphengine.ros.rates import SECOND, Summary
@@ -16,9 +16,7 @@ from graphengine.ros.rates import SECOND, Summary
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     parser.add_argument("topic", metavar="TOPIC", help="topic whose messages have a header")
-    parser.add_argument(
-        "-w", "--window", metavar="N", type=size, default=WINDOW, help=f"averaged messages (default {WINDOW})"
-    )
+    add_window_argument(parser)
     add_live_arguments(parser, clock=True)
 
 

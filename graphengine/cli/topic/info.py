@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import re
 
 from graphengine.cli.live import Live, absolute, add_live_arguments, show
+from graphengine.cli.topic.qos_options import shouted
 from graphengine.ros.network_graph import Endpoint
 
 
@@ -39,7 +39,7 @@ def execute(arguments: argparse.Namespace) -> int:
 def describe(end: Endpoint) -> str:
     """All details of a writer or reader; UNKNOWN for those its peer does not announce."""
     qos = end.qos
-    history = f"KEEP_LAST ({qos.depth})" if qos.history == "keepLast" else _shouted(qos.history)
+    history = f"KEEP_LAST ({qos.depth})" if qos.history == "keepLast" else shouted(qos.history)
     lines = [
         f"Node name: {end.node or '_NODE_NAME_UNKNOWN_'}",
         f"Node namespace: {end.namespace or '_NODE_NAMESPACE_UNKNOWN_'}",
@@ -48,20 +48,15 @@ def describe(end: Endpoint) -> str:
         f"Endpoint type: {'PUBLISHER' if end.direction == 'publish' else 'SUBSCRIPTION'}",
         f"GID: {end.gid.hex('.')}",
         "QoS profile:",
-        f"  Reliability: {_shouted(qos.reliability)}",
+        f"  Reliability: {shouted(qos.reliability)}",
         f"  History (Depth): {history}",
-        f"  Durability: {_shouted(qos.durability)}",
+        f"  Durability: {shouted(qos.durability)}",
         f"  Lifespan: {_time(qos.lifespan)}",
         f"  Deadline: {_time(qos.deadline)}",
-        f"  Liveliness: {_shouted(qos.liveliness)}",
+        f"  Liveliness: {shouted(qos.liveliness)}",
         f"  Liveliness lease duration: {_time(qos.lease_duration)}",
     ]
     return "\n".join(lines)
-
-
-def _shouted(kind: str) -> str:
-    """Convert `bestEffort` to `BEST_EFFORT`."""
-    return "UNKNOWN" if kind == "systemDefault" else re.sub(r"(?=[A-Z])", "_", kind).upper()
 
 
 def _time(seconds: float) -> str:

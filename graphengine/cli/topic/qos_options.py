@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -65,15 +66,14 @@ def quality_for(arguments: argparse.Namespace, publishers: Sequence[Endpoint]) -
     if overridden != ["qos_profile"] or not publishers:
         _warn_of_mismatches(publishers, asked)
         return asked
-    reliable = _offered_by_all("RELIABLE", "BEST_EFFORT", [end.qos.reliability == "reliable" for end in publishers])
-    latched = _offered_by_all(
-        "TRANSIENT_LOCAL", "VOLATILE", [end.qos.durability == "transientLocal" for end in publishers]
-    )
-    return replace(
-        asked,
-        reliability="reliable" if reliable else "bestEffort",
-        durability="transientLocal" if latched else "volatile",
-    )
+    for policy, more, less in (("reliability", "reliable", "bestEffort"), ("durability", "transientLocal", "volatile")):
+        offers = [getattr(end.qos, policy) == more for end in publishers]
+        if any(offers) and not all(offers):
+            what = f"some publishers, but not all, offer {shouted(more)}; what connects to all is {shouted(less)}"
+            print(f"WARNING: {what}, and so it is asked for", file=sys.stderr)
+        changes: dict[str, Any] = {policy: more if all(offers) else less}
+        asked = replace(asked, **changes)
+    return asked
 
 
 def _warn_of_mismatches(publishers: Sequence[Endpoint], asked: QoS) -> None:
@@ -82,8 +82,6 @@ def _warn_of_mismatches(publishers: Sequence[Endpoint], asked: QoS) -> None:
             print(f"WARNING: {why}: nothing arrives from there", file=sys.stderr)
 
 
-def _offered_by_all(more: str, less: str, offers: Sequence[bool]) -> bool:
-    if any(offers) and not all(offers):
-        what = f"some publishers, but not all, offer {more}; what connects to all is {less}, and so it is asked for"
-        print(f"WARNING: {what}", file=sys.stderr)
-    return all(offers)
+def shouted(kind: str) -> str:
+    """A policy as ros2cli prints it: `bestEffort` is `BEST_EFFORT`."""
+    return "UNKNOWN" if kind == "systemDefault" else re.sub(r"(?=[A-Z])", "_", kind).upper()
