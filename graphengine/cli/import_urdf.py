@@ -146,7 +146,7 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
     if element is None:
         return None
     packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
-    if path.suffix != xacro.SUFFIX and not xacro.is_xacro(element):
+    if not xacro.is_xacro(path, element):
         if arguments.arguments:
             raise UsageError(f"{arguments.arguments[0]}: no xacro syntax in {path}")
         return Origin(element, packages, path, str(path), arguments.output, arguments.fixed_base)

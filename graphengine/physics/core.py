@@ -27,8 +27,7 @@ from graphengine.physics.dynamics.solver_errors import diverged, gave_up, out_of
 from graphengine.physics.dynamics.transfer import Transfer
 from graphengine.physics.engine import Floats, data_at_start, mujoco, round_weights, sort_geoms, wake
 from graphengine.physics.model.drives import Drive
-from graphengine.physics.sensors.ray_caster_choice import select_rays
-from graphengine.physics.sensors.rays import Rays, RaysChoice
+from graphengine.physics.sensors.rays import Rays, RaysChoice, select_rays
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """What it takes to go on bit by bit."""

@@ -14,7 +14,7 @@ from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
-from graphengine.physics.description.implicit_robot_file import robot_file
+from graphengine.physics.description.description_reader import robot_file
 from graphengine.physics.description.robot_file_writer import compose
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.description.urdf_reader import read_urdf

@@ -13,7 +13,7 @@ from graphengine.format.files import Files
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
-from graphengine.physics.description.implicit_robot_file import SUFFIXES, is_text, read_bare
+from graphengine.physics.description.description_reader import SUFFIXES, is_text, read_bare
 from graphengine.physics.description.mjcf import is_mjcf, read_mjcf
 from graphengine.physics.description.robot_file import read_robot
 from graphengine.physics.engine import REFUSALS, compiled, mujoco
