@@ -8,8 +8,7 @@ from typing import Any, TypeVar
 
 from graphengine.devices.backend import Friction, Light
 from graphengine.devices.device import device_of
-from graphengine.devices.poses import vector
-from graphengine.devices.rotation import Vector3
+from graphengine.devices.rotation import Vector3, vector
 from graphengine.devices.stage import Prim
 from graphengine.physics.core import SimulationCore
 from graphengine.physics.dynamics.held_bodies import PlacedBody, find_mover
