@@ -51,6 +51,11 @@ OWN = 5
 """Geom group that a robot's geoms are in while its own sensors cast rays."""
 
 
+def body_names(model: mujoco.MjModel) -> list[str]:
+    """Names of all bodies of a model, in its order."""
+    return [model.body(index).name for index in range(model.nbody)]
+
+
 def collides(model: mujoco.MjModel) -> Bools:
     """For each geom whether it collides with anything."""
     solid: Bools = (model.geom_contype | model.geom_conaffinity) != 0

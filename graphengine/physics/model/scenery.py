@@ -207,8 +207,3 @@ def _floor_friction(world: mujoco.MjSpec) -> float:
     """Sliding friction of the world's first plane."""
     planes = (geom for geom in world.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE)
     return next((float(geom.friction[0]) for geom in planes), NO_FLOOR_FRICTION)
-
-
-def body_names(model: mujoco.MjModel) -> set[str]:
-    """Names of all bodies of a model."""
-    return {model.body(index).name for index in range(model.nbody)}
