@@ -60,6 +60,15 @@ class Project:
         """Write the robot file with more keys."""
         return self.write("bot.yaml", f"{ROBOT}{keys}\n")
 
+    def cart(self, old: str, new: str) -> Project:
+        """Write the description with a part replaced."""
+        assert old in CART
+        return self.write("bot.urdf", CART.replace(old, new))
+
+    def scene(self, more: str) -> Project:
+        """Write the scene with more robots, or more keys."""
+        return self.write("scene.yaml", SCENE + more)
+
     def world(self, *things: str, before: str = "") -> Project:
         """Write the world, a floor with things on it; `before` stands before the `worldbody`."""
         floor = FLOOR.replace("<worldbody>", f"{before}<worldbody>", 1)
