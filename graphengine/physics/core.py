@@ -10,7 +10,6 @@ from typing import Any, Self
 
 import numpy as np
 
-from graphengine.devices.backend import Friction, Light
 from graphengine.devices.rotation import Pose
 from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.stateful import Stateful
@@ -42,9 +41,7 @@ class SavedState:
         data: MuJoCo's state.
         mounts: where bodies stand that are bolted to the world.
         gravity: m/s2.
-        frictions: those that graphs wrote, by paths of materials.
-        lights: likewise.
-        parts: set points, limits and pushes.
+        parts: set points, limits, pushes, and the frictions and lights that graphs wrote.
         handles: what sensors have sampled.
         held: paths of prims that were put somewhere, and stay there.
     """
@@ -53,8 +50,6 @@ class SavedState:
     data: mujoco.MjData
     mounts: Any
     gravity: Floats
-    frictions: dict[str, Friction]
-    lights: dict[str, Light]
     parts: list[Any]
     handles: dict[tuple[type[Handle], str], Any]
     held: list[str]
@@ -333,8 +328,6 @@ class SimulationCore(Stateful):
             copy.copy(self.data),
             self._mounts.save(),
             self.model.opt.gravity.copy(),
-            dict(self._frictions.written),
-            dict(self._lights.written),
             [part.save() for part in self._parts()],
             self._handles.save(),
             [body.prim_path for body in self.held],
@@ -352,11 +345,13 @@ class SimulationCore(Stateful):
             self.rebind(model, data_at_start(model))
         super().restore(saved.counts)
         self.model.opt.gravity = saved.gravity
-        self._frictions.restore(self.model, saved.frictions)
-        self._lights.restore(self.model, saved.lights)
+        self._frictions.put_back(self.model)
+        self._lights.put_back(self.model)
         mujoco.mj_copyData(self.data, self.model, saved.data)
         for part, state in zip(self._parts(), saved.parts, strict=True):
             part.restore(state)
+        self._frictions.carry_over(self.model)
+        self._lights.carry_over(self.model)
         self._handles.restore(saved.handles)
         self.held = [self._handles.find(PlacedBody, self.stage.find(path)) for path in saved.held]
         for body in self.held:
@@ -364,7 +359,7 @@ class SimulationCore(Stateful):
         self.forces.forget()
 
     def _parts(self) -> tuple[Stateful, ...]:
-        return self.set_points, self.limits, self.pushes
+        return self.set_points, self.limits, self.pushes, self._frictions, self._lights
 
     def close(self) -> None:
         """Forget the handles."""
