@@ -118,8 +118,8 @@ class SimulationCore(Stateful):
         if settle:
             self.settled_after = settle_bodies(self.model, self.data, self.step)
             self.steps = 0
-        self._remember_start()
-        self._start_commands()
+            self._remember_start()
+            self._start_commands()
 
     def copy(self, seed: int) -> Self:
         """An independent simulation that begins as this one, which has not been stepped; `seed` is that of its sensors' noise."""
@@ -128,7 +128,6 @@ class SimulationCore(Stateful):
         mujoco.mj_copyData(made.data, model, self.data)  # which may have settled
         made.settled_after = self.settled_after
         made._remember_start()
-        made._start_commands()
         return made
 
     def rebind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -185,7 +184,6 @@ class SimulationCore(Stateful):
         transfer.carry_over(origin, start)
         self.rebind(model, data)
         mujoco.mj_getState(model, start, self._start, _STATE)
-        self._start_commands()
         transfer.carry_over_commands(points, self.set_points)
         self.limits.carry_over(limits)
 

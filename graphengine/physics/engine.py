@@ -84,11 +84,11 @@ def round_weights(model: mujoco.MjModel) -> None:
 
 
 def compiled(spec: mujoco.MjSpec) -> tuple[mujoco.MjModel, list[str]]:
-    """The model of a description, and what MuJoCo warns of; raises one of REFUSALS where it refuses."""
+    """The model of a description, and the sentences in which MuJoCo warns; raises one of REFUSALS where it refuses."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         model = spec.compile()
-    return model, [str(warning.message) for warning in caught]
+    return model, [str(warning.message).partition(" Time =")[0] for warning in caught]
 
 
 def data_at_start(model: mujoco.MjModel) -> mujoco.MjData:

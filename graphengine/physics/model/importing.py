@@ -120,7 +120,7 @@ def _compiled(spec: mujoco.MjSpec, urdf: Urdf, findings: Findings) -> mujoco.MjM
         findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, urdf.element.span))
         return None
     for text in told:
-        findings.add("W205", f"MuJoCo: {text.partition(' Time =')[0]}", urdf.element.span)
+        findings.add("W205", f"MuJoCo: {text}", urdf.element.span)
     return model
 
 

@@ -175,14 +175,14 @@ class Scenery:
         self, text: str, model: mujoco.MjModel, robots: Mapping[str, RobotInstance], findings: Findings
     ) -> None:
         """Tell what MuJoCo thinks of a model that it compiled, at the joint if it numbers one."""
-        sentence, number = text.partition(" Time =")[0], _DEGREE_OF_FREEDOM.search(text)
+        number = _DEGREE_OF_FREEDOM.search(text)
         span, where = self.scene.document.key_span("world"), ""
         if number is not None and int(number[1]) < model.nv:
             index = int(model.dof_jntid[int(number[1])])
             name = model.joint(index).name or model.body(int(model.jnt_bodyid[index])).name
             where = f"degree of freedom {number[1]} belongs to {name!r}"
             span = element.span if (element := _element(name, robots)) is not None else span
-        findings.add("W205", f"MuJoCo: {sentence}", span, where)
+        findings.add("W205", f"MuJoCo: {text}", span, where)
 
     def _refused(self, error: Exception, robots: Mapping[str, RobotInstance], findings: Findings) -> None:
         """Tell MuJoCo's sentence where its element stands: in a robot's description if the name says so, else in the world."""
