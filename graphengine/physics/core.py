@@ -22,7 +22,7 @@ from graphengine.physics.dynamics.mounts import Mounts
 from graphengine.physics.dynamics.pushes import Pushes
 from graphengine.physics.dynamics.set_points import SetPoints
 from graphengine.physics.dynamics.settling import settle as settle_bodies
-from graphengine.physics.dynamics.solver_errors import diverged, gave_up, out_of_range
+from graphengine.physics.dynamics.solver_errors import begin_step, diverged, gave_up, out_of_range
 from graphengine.physics.dynamics.transfer import Transfer
 from graphengine.physics.engine import Floats, data_at_start, mujoco, round_weights, sort_geoms, wake
 from graphengine.physics.model.drives import Drive
@@ -143,10 +143,7 @@ class SimulationCore(Stateful):
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         sort_geoms(model)
         round_weights(model)
-        try:
-            mujoco.mj_step1(model, data)
-        except mujoco.FatalError as error:
-            raise gave_up(data, error) from error
+        begin_step(model, data)
         if data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number:
             raise out_of_range(model, data)
         self._rays = select_rays(self._rays_choice, model, data) if self._rays is not None else None
@@ -219,10 +216,7 @@ class SimulationCore(Stateful):
         Raises:
             PhysicsError: MuJoCo cannot go on from there.
         """
-        try:
-            mujoco.mj_step1(self.model, self.data)
-        except mujoco.FatalError as error:
-            raise gave_up(self.data, error) from error
+        begin_step(self.model, self.data)
         self.forces.forget()
         self.pushes.apply()
         for handle in self._handles.watching:
