@@ -18,7 +18,7 @@ from graphengine.format.errors import PhysicsError, UnknownEntityError, UsageErr
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.dynamics.overlaps import overlaps, touching
 from graphengine.physics.engine import mujoco
-from graphengine.physics.model.geometry import extents
+from graphengine.physics.model.geoms import extents
 
 if TYPE_CHECKING:
     from graphengine.physics.simulation import Simulation

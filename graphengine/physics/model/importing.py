@@ -22,7 +22,7 @@ from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
 from graphengine.physics.model.fleet_expansion import place
-from graphengine.physics.model.geometry import extents
+from graphengine.physics.model.geoms import extents
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
 from graphengine.physics.model.robot_prims import add_robot

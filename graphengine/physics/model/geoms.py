@@ -1,4 +1,4 @@
-"""The geometry of a compiled model: its meshes and height fields, and how far geoms reach along the axes of a frame."""
+"""The geoms of a compiled model: their meshes and height fields, and how far they reach along the axes of a frame."""
 
 from __future__ import annotations
 
