@@ -147,7 +147,7 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
         return None
     packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
     source: Path | None = path
-    if path.suffix == xacro.SUFFIX or xacro.is_xacro(element):
+    if xacro.is_xacro(path, element):
         if path.resolve() == arguments.output.with_suffix(".urdf").resolve():
             raise UsageError(f"-o {arguments.output}: what {path} expands to would be overwritten; choose another name")
         given = dict(text.split(":=", 1) for text in arguments.arguments)

@@ -1,4 +1,4 @@
-"""Vectors, rotations and poses of plain floats, which are faster than numpy for single ones.
+"""Vectors, rotations and poses of plain floats, which are faster than numpy for single ones; from files and MuJoCo, too.
 
 Rotations are unit quaternions (x, y, z, w).
 """
@@ -6,6 +6,13 @@ Rotations are unit quaternions (x, y, z, w).
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from graphengine.format.spec import Orientation
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -72,3 +79,25 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
         cr * cp * sy - sr * sp * cy,
         cr * cp * cy + sr * sp * sy,
     )
+
+
+def from_orientation(orientation: Orientation) -> Quaternion:
+    """Unit quaternion for an orientation in a file."""
+    if orientation.quaternion_xyzw is None:
+        roll, pitch, yaw = orientation.rpy_deg or ORIGIN
+        return from_rpy(math.radians(roll), math.radians(pitch), math.radians(yaw))
+    x, y, z, w = orientation.quaternion_xyzw
+    length = math.hypot(x, y, z, w)
+    return x / length, y / length, z / length, w / length
+
+
+def vector(values: NDArray[np.float64]) -> Vector3:
+    """A MuJoCo vector as three floats."""
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def pose_of(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> Pose:
+    """A pose from MuJoCo, whose quaternions are (w, x, y, z)."""
+    w, x, y, z = quaternion.tolist()
+    return vector(position), (x, y, z, w)

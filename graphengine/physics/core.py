@@ -10,7 +10,6 @@ from typing import Any, Self
 
 import numpy as np
 
-from graphengine.devices.backend import Friction, Light
 from graphengine.devices.rotation import Pose
 from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.stateful import Stateful
@@ -23,12 +22,11 @@ from graphengine.physics.dynamics.mounts import Mounts
 from graphengine.physics.dynamics.pushes import Pushes
 from graphengine.physics.dynamics.set_points import SetPoints
 from graphengine.physics.dynamics.settling import settle as settle_bodies
-from graphengine.physics.dynamics.solver_errors import diverged, gave_up, out_of_range
+from graphengine.physics.dynamics.solver_errors import begin_step, diverged, gave_up, out_of_range
 from graphengine.physics.dynamics.transfer import Transfer
 from graphengine.physics.engine import Floats, data_at_start, mujoco, round_weights, sort_geoms, wake
 from graphengine.physics.model.drives import Drive
-from graphengine.physics.sensors.ray_caster_choice import select_rays
-from graphengine.physics.sensors.rays import Rays, RaysChoice
+from graphengine.physics.sensors.rays import Rays, RaysChoice, select_rays
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """What it takes to go on bit by bit."""
@@ -43,9 +41,7 @@ class SavedState:
         data: MuJoCo's state.
         mounts: where bodies stand that are bolted to the world.
         gravity: m/s2.
-        frictions: those that graphs wrote, by paths of materials.
-        lights: likewise.
-        parts: set points, limits and pushes.
+        parts: set points, limits, pushes, and the frictions and lights that graphs wrote.
         handles: what sensors have sampled.
         held: paths of prims that were put somewhere, and stay there.
     """
@@ -54,8 +50,6 @@ class SavedState:
     data: mujoco.MjData
     mounts: Any
     gravity: Floats
-    frictions: dict[str, Friction]
-    lights: dict[str, Light]
     parts: list[Any]
     handles: dict[tuple[type[Handle], str], Any]
     held: list[str]
@@ -124,8 +118,8 @@ class SimulationCore(Stateful):
         if settle:
             self.settled_after = settle_bodies(self.model, self.data, self.step)
             self.steps = 0
-        self._remember_start()
-        self._start_commands()
+            self._remember_start()
+            self._start_commands()
 
     def copy(self, seed: int) -> Self:
         """An independent simulation that begins as this one, which has not been stepped; `seed` is that of its sensors' noise."""
@@ -134,7 +128,6 @@ class SimulationCore(Stateful):
         mujoco.mj_copyData(made.data, model, self.data)  # which may have settled
         made.settled_after = self.settled_after
         made._remember_start()
-        made._start_commands()
         return made
 
     def rebind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -150,10 +143,7 @@ class SimulationCore(Stateful):
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         sort_geoms(model)
         round_weights(model)
-        try:
-            mujoco.mj_step1(model, data)
-        except mujoco.FatalError as error:
-            raise gave_up(data, error) from error
+        begin_step(model, data)
         if data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number:
             raise out_of_range(model, data)
         self._rays = select_rays(self._rays_choice, model, data) if self._rays is not None else None
@@ -191,7 +181,6 @@ class SimulationCore(Stateful):
         transfer.carry_over(origin, start)
         self.rebind(model, data)
         mujoco.mj_getState(model, start, self._start, _STATE)
-        self._start_commands()
         transfer.carry_over_commands(points, self.set_points)
         self.limits.carry_over(limits)
 
@@ -227,10 +216,7 @@ class SimulationCore(Stateful):
         Raises:
             PhysicsError: MuJoCo cannot go on from there.
         """
-        try:
-            mujoco.mj_step1(self.model, self.data)
-        except mujoco.FatalError as error:
-            raise gave_up(self.data, error) from error
+        begin_step(self.model, self.data)
         self.forces.forget()
         self.pushes.apply()
         for handle in self._handles.watching:
@@ -334,8 +320,6 @@ class SimulationCore(Stateful):
             copy.copy(self.data),
             self._mounts.save(),
             self.model.opt.gravity.copy(),
-            dict(self._frictions.written),
-            dict(self._lights.written),
             [part.save() for part in self._parts()],
             self._handles.save(),
             [body.prim_path for body in self.held],
@@ -353,11 +337,13 @@ class SimulationCore(Stateful):
             self.rebind(model, data_at_start(model))
         super().restore(saved.counts)
         self.model.opt.gravity = saved.gravity
-        self._frictions.restore(self.model, saved.frictions)
-        self._lights.restore(self.model, saved.lights)
+        self._frictions.put_back(self.model)
+        self._lights.put_back(self.model)
         mujoco.mj_copyData(self.data, self.model, saved.data)
         for part, state in zip(self._parts(), saved.parts, strict=True):
             part.restore(state)
+        self._frictions.carry_over(self.model)
+        self._lights.carry_over(self.model)
         self._handles.restore(saved.handles)
         self.held = [self._handles.find(PlacedBody, self.stage.find(path)) for path in saved.held]
         for body in self.held:
@@ -365,7 +351,7 @@ class SimulationCore(Stateful):
         self.forces.forget()
 
     def _parts(self) -> tuple[Stateful, ...]:
-        return self.set_points, self.limits, self.pushes
+        return self.set_points, self.limits, self.pushes, self._frictions, self._lights
 
     def close(self) -> None:
         """Forget the handles."""

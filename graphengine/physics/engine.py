@@ -51,6 +51,11 @@ OWN = 5
 """Geom group that a robot's geoms are in while its own sensors cast rays."""
 
 
+def body_names(model: mujoco.MjModel) -> list[str]:
+    """Names of all bodies of a model, in its order."""
+    return [model.body(index).name for index in range(model.nbody)]
+
+
 def collides(model: mujoco.MjModel) -> Bools:
     """For each geom whether it collides with anything."""
     solid: Bools = (model.geom_contype | model.geom_conaffinity) != 0
@@ -79,11 +84,11 @@ def round_weights(model: mujoco.MjModel) -> None:
 
 
 def compiled(spec: mujoco.MjSpec) -> tuple[mujoco.MjModel, list[str]]:
-    """The model of a description, and what MuJoCo warns of; raises one of REFUSALS where it refuses."""
+    """The model of a description, and the sentences in which MuJoCo warns; raises one of REFUSALS where it refuses."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         model = spec.compile()
-    return model, [str(warning.message) for warning in caught]
+    return model, [str(warning.message).partition(" Time =")[0] for warning in caught]
 
 
 def data_at_start(model: mujoco.MjModel) -> mujoco.MjData:

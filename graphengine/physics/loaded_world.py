@@ -13,10 +13,11 @@ from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotUse
+from graphengine.physics.engine import body_names
 from graphengine.physics.model.fleet_expansion import RobotPlacement, place
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.model.robot_prims import add_robot
-from graphengine.physics.model.scenery import Scenery, body_names
+from graphengine.physics.model.scenery import Scenery
 from graphengine.physics.simulation import Simulation
 
 
@@ -70,7 +71,7 @@ class LoadedWorld:
         findings.raise_errors()
         assert model is not None
         try:
-            add_robot(self.stage, robot, body_names(model), findings)
+            add_robot(self.stage, robot, set(body_names(model)), findings)
             findings.raise_errors()
             self.simulation.continue_with(model)
         except BaseException:

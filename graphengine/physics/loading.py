@@ -5,7 +5,6 @@ from __future__ import annotations
 from fractions import Fraction
 from pathlib import Path
 
-from graphengine.devices.rotation import NOWHERE
 from graphengine.devices.stage import PHYSICS_SCENE, Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PhysicsError
@@ -14,12 +13,13 @@ from graphengine.format.spec import RobotUse, SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.physics.description.robot_file import read_robot
 from graphengine.physics.dynamics.force_limits import tell_limits
+from graphengine.physics.engine import body_names
 from graphengine.physics.files.references import Library
 from graphengine.physics.loaded_world import LoadedWorld
-from graphengine.physics.model.fleet_expansion import RobotPlacement, placements
+from graphengine.physics.model.fleet_expansion import place, placements
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_prims import add_robot
-from graphengine.physics.model.scenery import Scenery, body_names
+from graphengine.physics.model.scenery import Scenery
 from graphengine.physics.model.world_model import world_spec
 from graphengine.physics.model.world_prims import add_world
 from graphengine.physics.sensors.rays import RaysChoice
@@ -33,7 +33,7 @@ SLOWEST = 0.1
 def load_robot_file(path: Path, files: Files, findings: Findings) -> RobotInstance | None:
     """A robot as a scene would have it that says nothing about it; errors are added to `findings`."""
     file = read_robot(path, files, findings)
-    placement = RobotPlacement(path.stem, f"/{path.stem}", path.stem, RobotUse(use=str(path)), NOWHERE, None)
+    (placement,) = place(path.stem, RobotUse(use=str(path)))
     return load_robot(placement, file, files, findings) if file is not None else None
 
 
@@ -68,7 +68,7 @@ def load_world(
         return None
     stage = Stage()
     add_world(stage, model, robots)
-    bodies = body_names(model)
+    bodies = set(body_names(model))
     for robot in robots.values():
         taken = stage.obstacle(robot.prim_path)
         if taken is None:

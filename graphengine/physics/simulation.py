@@ -8,8 +8,7 @@ from typing import Any, TypeVar
 
 from graphengine.devices.backend import Friction, Light
 from graphengine.devices.device import device_of
-from graphengine.devices.poses import vector
-from graphengine.devices.rotation import Vector3
+from graphengine.devices.rotation import Vector3, vector
 from graphengine.devices.stage import Prim
 from graphengine.physics.core import SimulationCore
 from graphengine.physics.dynamics.held_bodies import PlacedBody, find_mover
@@ -30,7 +29,7 @@ class Simulation(SimulationCore):
 
     @cached_property
     def studio(self) -> RenderThread:
-        """What draws its cameras' pictures."""
+        """The renderer of camera pictures."""
         return RenderThread(self)
 
     def picture_driver(self) -> str:
@@ -39,26 +38,26 @@ class Simulation(SimulationCore):
 
     @cached_property
     def entities(self) -> MujocoEntities:
-        """Its robots and objects as wholes."""
+        """The robots and objects of the world."""
         return MujocoEntities(self)
 
     def save(self) -> Any:
-        """A copy of the present state; pictures that are being drawn are waited for."""
+        """A copy of the state; waits for pictures that are being rendered."""
         return super().save(), self.studio.save()
 
     def restore(self, saved: Any) -> None:
-        """Go back to what `save` returned, while the same robots were there."""
+        """Return to a saved state of the same robots."""
         state, studio = saved
         super().restore(state)
         self.studio.restore(studio)
 
     def close(self) -> None:
-        """Forget the handles, and end what draws for them."""
+        """Release the handles and the renderer."""
         super().close()
         self.studio.close()
 
     def body(self, prim: Prim) -> CarriedPrim:
-        """The rigid body at, or carrying, a prim, which also has the pose of the prim."""
+        """The rigid body of a prim, or the one that carries it, with the pose of the prim."""
         return self._handles.find(CarriedPrim, prim)
 
     frame = body
@@ -69,7 +68,7 @@ class Simulation(SimulationCore):
         return vector(self.model.opt.gravity)
 
     def set_gravity(self, gravity: Vector3) -> None:
-        """Let bodies fall otherwise from the next step on; the second half of it has been begun, and is begun again."""
+        """Set gravity from the next step on, whose first half is computed again."""
         if gravity == self.gravity:  # a graph may write it each tick, and then nothing would ever sleep
             return
         self.model.opt.gravity = gravity
@@ -81,7 +80,7 @@ class Simulation(SimulationCore):
         return self._frictions.of(prim)
 
     def set_friction(self, prim: Prim, friction: Friction) -> None:
-        """Let colliders of a material slide otherwise from the next step on, whose contacts are found anew."""
+        """Set the friction of a material from the next step on, whose contacts are found again."""
         if friction == self._frictions.of(prim):
             return
         self._frictions.write(self.model, prim, friction)
@@ -93,16 +92,16 @@ class Simulation(SimulationCore):
         return self._lights.of(prim)
 
     def set_light(self, prim: Prim, light: Light) -> None:
-        """Let a light shine otherwise in the pictures to come."""
+        """Set intensity and colour of a light for later pictures."""
         self._lights.write(self.model, prim, light)
 
     def mass(self, prim: Prim) -> float:
-        """Mass of the body that a prim has of its own, kg."""
+        """Mass of the prim's own body, kg."""
         assert prim.body is not None
         return float(self.model.body(prim.body).mass[0])
 
     def placement(self, prim: Prim) -> PlacedBody | None:
-        """What puts a prim's body somewhere and holds it there; None where nothing can move it, or only with another body."""
+        """A handle that places the prim's body and holds it there; None if the body cannot be moved on its own."""
         return self._handles.find(PlacedBody, prim) if find_mover(self.model, self.stage, prim) is not None else None
 
     def articulation(self, robot: Prim) -> Joints:
@@ -110,6 +109,6 @@ class Simulation(SimulationCore):
         return self._handles.find(Joints, robot)
 
     def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
-        """The device at a prim of its kind; always the same for the same options."""
+        """The device at a prim of its kind; equal options give the same object."""
         found: D = self._handles.find(IMPLEMENTATIONS.all[device_of(interface).kind].handle, prim, **options)
         return found

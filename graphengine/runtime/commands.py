@@ -17,8 +17,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from graphengine.devices import entity as entities
-from graphengine.devices.poses import from_orientation
-from graphengine.devices.rotation import Vector3
+from graphengine.devices.rotation import Vector3, from_orientation
 from graphengine.devices.stage import Prim
 from graphengine.format import document as documents
 from graphengine.format.diagnostics import Findings

@@ -20,8 +20,7 @@ import numpy as np
 
 from graphengine.devices.lidar import beam_directions
 from graphengine.physics.sensors.lidar import RayLidar
-from graphengine.physics.sensors.ray_caster_choice import select_rays
-from graphengine.physics.sensors.rays import Caster, RaysChoice
+from graphengine.physics.sensors.rays import Caster, RaysChoice, select_rays
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import SHIPPED, load
 

@@ -60,16 +60,25 @@ class Project:
         """Write the robot file with more keys."""
         return self.write("bot.yaml", f"{ROBOT}{keys}\n")
 
+    def cart(self, old: str, new: str) -> Project:
+        """Write the description with a part replaced."""
+        assert old in CART
+        return self.write("bot.urdf", CART.replace(old, new))
+
+    def scene(self, more: str) -> Project:
+        """Write the scene with more robots, or more keys."""
+        return self.write("scene.yaml", SCENE + more)
+
     def world(self, *things: str, before: str = "") -> Project:
         """Write the world, a floor with things on it; `before` stands before the `worldbody`."""
         floor = FLOOR.replace("<worldbody>", f"{before}<worldbody>", 1)
         return self.write("world.xml", floor.replace("</worldbody>", f"{''.join(things)}</worldbody>"))
 
-    def try_load(self, seed: int = 0) -> tuple[LoadedWorld | None, Findings]:
-        return try_load(self.folder / "scene.yaml", seed)
+    def try_load(self) -> tuple[LoadedWorld | None, Findings]:
+        return try_load(self.folder / "scene.yaml")
 
-    def load(self, seed: int = 0) -> LoadedWorld:
-        return load(self.folder / "scene.yaml", seed)
+    def load(self) -> LoadedWorld:
+        return load(self.folder / "scene.yaml")
 
     def load_joints(self) -> tuple[Simulation, Joints]:
         """The simulation, and the joints of its robot."""
@@ -77,9 +86,7 @@ class Project:
         return simulation, simulation.articulation(simulation.stage.find("/bot"))
 
     def load_with_findings(self) -> tuple[LoadedWorld, Findings]:
-        loaded, findings = self.try_load()
-        assert loaded is not None, "\n".join(finding.render() for finding in findings.errors)
-        return loaded, findings
+        return load_with_findings(self.folder / "scene.yaml")
 
     def errors(self) -> list[str]:
         """Code, place and message of each error, without the folder."""
@@ -92,16 +99,20 @@ class Project:
         return only
 
 
-def try_load(path: Path, seed: int = 0) -> tuple[LoadedWorld | None, Findings]:
+def try_load(path: Path) -> tuple[LoadedWorld | None, Findings]:
     findings = Findings()
     scene = read(SceneSpec, path, findings)
-    return (load_world(scene, Files.of(path), findings, seed=seed) if scene else None), findings
+    return (load_world(scene, Files.of(path), findings) if scene else None), findings
 
 
-def load(path: Path, seed: int = 0) -> LoadedWorld:
-    loaded, findings = try_load(path, seed)
+def load_with_findings(path: Path) -> tuple[LoadedWorld, Findings]:
+    loaded, findings = try_load(path)
     assert loaded is not None, "\n".join(finding.render() for finding in findings.errors)
-    return loaded
+    return loaded, findings
+
+
+def load(path: Path) -> LoadedWorld:
+    return load_with_findings(path)[0]
 
 
 def steps(simulation: SimulationCore, count: int) -> None:

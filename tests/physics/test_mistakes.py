@@ -22,7 +22,7 @@ def test_files_that_are_not_there_are_told_with_the_nearest(project: Project) ->
 
 
 def test_every_mistake_of_a_scene_is_told_in_one_run(project: Project) -> None:
-    project.write("world.xml", "<mujoco>").write("bot.urdf", CART.replace('"plate_joint"', '"arm_joint"'))
+    project.write("world.xml", "<mujoco>").cart('"plate_joint"', '"arm_joint"')
     codes = [line.split("error ")[1][:4] for line in project.errors()]
     assert codes == ["S102", "S105"]
 
@@ -99,7 +99,7 @@ def test_a_world_names_no_file_outside_its_folder(project: Project, element: str
 
 @pytest.mark.parametrize("mesh", ["../x.stl", "/etc/passwd", "file:///etc/passwd", "package://../../etc/passwd"])
 def test_a_description_names_no_file_outside_its_folder(project: Project, mesh: str) -> None:
-    error = project.write("bot.urdf", CART.replace('<box size=".4 .3 .1"/>', f'<mesh filename="{mesh}"/>')).error()
+    error = project.cart('<box size=".4 .3 .1"/>', f'<mesh filename="{mesh}"/>').error()
     assert "bot.urdf:4:42: error S10" in error
     assert "lies outside" in error or "no file" in error
 

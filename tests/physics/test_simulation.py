@@ -15,7 +15,7 @@ from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.sensors.lidar import RayLidar
 from tests.physics.conftest import Ship
-from tests.physics.harness import SCENE, Project, steps
+from tests.physics.harness import Project, steps
 
 LIDAR = "/dd100/base_link/chassis_link/sim_lidar/Lidar"
 
@@ -69,7 +69,7 @@ def test_the_order_of_half_steps_is_that_of_mj_step_bit_by_bit(ship: Ship) -> No
 
 
 def test_the_tick_period_is_exact(project: Project) -> None:
-    simulation = project.write("scene.yaml", SCENE + "physics: {tick_rate: 59.94, substeps: 3}\n").load().simulation
+    simulation = project.scene("physics: {tick_rate: 59.94, substeps: 3}\n").load().simulation
     assert Fraction(*simulation.tick_period) == 1 / Fraction("59.94")
     assert simulation.substeps == 3
     assert simulation.model.opt.timestep == pytest.approx(1 / (59.94 * 3), rel=1e-15)
@@ -128,7 +128,7 @@ def test_a_joint_whose_limits_leave_out_zero_begins_at_the_nearer_one(project: P
 def test_settling_gives_up_on_what_never_rests(project: Project) -> None:
     wheel = '<body name="wheel" pos="3 0 1"><joint damping="0"/><geom type="cylinder" size=".1 .1"/></body>'
     pendulum = '<body name="pendulum" pos="3 0 9"><joint axis="0 1 0"/><geom pos="1 0 0" size=".1"/></body>'
-    project.write("scene.yaml", SCENE + "settle: true\n").world('<body pos="9 9 9"/>', wheel, before="<keyframe/>")
+    project.scene("settle: true\n").world('<body pos="9 9 9"/>', wheel, before="<keyframe/>")
     assert project.load().simulation.settled_after is not None
     world, findings = project.world(pendulum).load_with_findings()
     assert world.simulation.settled_after is None

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing
-from graphengine.physics.description.implicit_robot_file import is_text, with_robot_file
+from graphengine.physics.description.description_reader import is_text, with_robot_file
 from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.description.urdf_reader import read_urdf

@@ -48,13 +48,13 @@ class Expanded:
     used: list[str]
 
 
-def is_xacro(root: Element) -> bool:
+def is_xacro(path: Path, root: Element) -> bool:
     """Whether a description still has to be expanded; not every xacro file has a name that says so."""
 
     def holds(element: Element) -> bool:
         return element.tag.startswith("xacro:") or any("$(" in v or "${" in v for v in element.attributes.values())
 
-    return any(holds(element) for element in root.walk())
+    return path.suffix == SUFFIX or any(holds(element) for element in root.walk())
 
 
 def expand(

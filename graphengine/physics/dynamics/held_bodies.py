@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graphengine.devices import rotation
-from graphengine.devices.poses import pose_of, vector
-from graphengine.devices.rotation import NOWHERE, Pose, Quaternion, Vector3
+from graphengine.devices.rotation import NOWHERE, Pose, Quaternion, Vector3, pose_of, vector
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import PhysicsError
 from graphengine.physics.dynamics.handle_table import Handle

@@ -8,7 +8,6 @@ MuJoCo's diffuse light then is colour times intensity; ambient and specular ligh
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -16,6 +15,7 @@ import numpy as np
 from graphengine.devices.backend import Friction, Light
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.spec import MaterialSpec
+from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import collides, mujoco
 from graphengine.physics.model.materials import against_floor
 from graphengine.physics.model.world_prims import world_lights
@@ -23,12 +23,14 @@ from graphengine.physics.model.world_prims import world_lights
 T = TypeVar("T")
 
 
-class Written(Generic[T]):
+class Written(Stateful, Generic[T]):
     """Values of prims of one kind, where they are others than those that were built.
 
     Args:
         stage: with the prims, whose facts are what they were built with.
     """
+
+    kept = ("written",)
 
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
@@ -57,12 +59,6 @@ class Written(Generic[T]):
         self.written = {path: value for path, value in self.written.items() if path in self._stage}
         for path, value in self.written.items():
             self.tell(model, self._stage.find(path), value)
-
-    def restore(self, model: mujoco.MjModel, written: Mapping[str, T]) -> None:
-        """Write in a model what was written at another time, and nothing else."""
-        self.put_back(model)
-        self.written = dict(written)
-        self.carry_over(model)
 
     def put_back(self, model: mujoco.MjModel) -> None:
         """Let all have what they were built with."""

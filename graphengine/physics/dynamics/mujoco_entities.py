@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graphengine.devices.entity import Box, Entity, EntityKind, EntityState, Move, Overlap
-from graphengine.devices.poses import pose_of, vector
-from graphengine.devices.rotation import Pose, Quaternion, Vector3, compose, relative, unrotate
+from graphengine.devices.rotation import Pose, Quaternion, Vector3, compose, pose_of, relative, unrotate, vector
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import PhysicsError, UnknownEntityError, UsageError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.dynamics.overlaps import overlaps, touching
 from graphengine.physics.engine import mujoco
-from graphengine.physics.model.extents import extents
+from graphengine.physics.model.geoms import extents
 
 if TYPE_CHECKING:
     from graphengine.physics.simulation import Simulation

@@ -13,6 +13,18 @@ def gave_up(data: mujoco.MjData, error: Exception) -> PhysicsError:
     return PhysicsError(f"at t = {data.time:.4f} s MuJoCo gave up: {error}\nlook for degenerate geometry in the scene")
 
 
+def begin_step(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Compute the poses, velocities and contacts of a state.
+
+    Raises:
+        PhysicsError: MuJoCo gave up.
+    """
+    try:
+        mujoco.mj_step1(model, data)
+    except mujoco.FatalError as error:
+        raise gave_up(data, error) from error
+
+
 def out_of_range(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
     """A body is where MuJoCo does not count any more."""
     coordinate = data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].lastinfo

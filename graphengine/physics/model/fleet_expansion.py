@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from graphengine.devices.poses import from_orientation
-from graphengine.devices.rotation import Pose, compose
+from graphengine.devices.rotation import Pose, compose, from_orientation
 from graphengine.format.diagnostics import Findings
 from graphengine.format.legal_names import NAMESPACE_FIELD
 from graphengine.format.spec import RobotUse, SceneSpec

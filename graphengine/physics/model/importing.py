@@ -9,21 +9,20 @@ from pathlib import Path
 
 import numpy as np
 
-from graphengine.devices.rotation import NOWHERE
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
-from graphengine.physics.description.implicit_robot_file import robot_file
+from graphengine.physics.description.description_reader import robot_file
 from graphengine.physics.description.robot_file_writer import compose
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
-from graphengine.physics.engine import REFUSALS, collides, compiled, mujoco
+from graphengine.physics.engine import REFUSALS, body_names, collides, compiled, mujoco
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
-from graphengine.physics.model.extents import extents
-from graphengine.physics.model.fleet_expansion import RobotPlacement
+from graphengine.physics.model.fleet_expansion import place
+from graphengine.physics.model.geoms import extents
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
 from graphengine.physics.model.robot_prims import add_robot
@@ -87,14 +86,14 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     told = [_near(folder, origin.target) for folder in packages]
     text = compose(urdf, name, origin.told, _near(path, origin.target), told, fixed_base=origin.fixed_base)
     file = robot_file(text, origin.target, findings)
-    placement = RobotPlacement(name, f"/{name}", name, RobotUse(use=str(origin.target)), NOWHERE, None)
+    (placement,) = place(name, RobotUse(use=str(origin.target)))
     robot = load_robot(placement, file, files, findings, urdf) if file is not None else None
     library = Library(files, findings)
     spec = robot_spec(robot, library, _FLOOR_FRICTION, findings) if robot is not None else None
     model = _compiled(spec, urdf, findings) if spec is not None else None
     if robot is None or model is None:
         return None
-    bodies = {f"{name}/{model.body(index).name}" for index in range(model.nbody)}
+    bodies = {f"{name}/{body}" for body in body_names(model)}
     before = len(findings.errors)
     add_robot(Stage(), robot, bodies, findings)
     if len(findings.errors) > before:
@@ -121,7 +120,7 @@ def _compiled(spec: mujoco.MjSpec, urdf: Urdf, findings: Findings) -> mujoco.MjM
         findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, urdf.element.span))
         return None
     for text in told:
-        findings.add("W205", f"MuJoCo: {text.partition(' Time =')[0]}", urdf.element.span)
+        findings.add("W205", f"MuJoCo: {text}", urdf.element.span)
     return model
 
 

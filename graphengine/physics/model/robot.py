@@ -11,8 +11,8 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotSpec
 from graphengine.format.wording import did_you_mean, listing
+from graphengine.physics.description.description_reader import read_description
 from graphengine.physics.description.robot_file import RobotFile
-from graphengine.physics.description.source import read_description
 from graphengine.physics.description.urdf import Urdf, UrdfJoint, shape_of, track
 from graphengine.physics.files.xml import write
 from graphengine.physics.model.drives import Drive, drive_of, in_si

@@ -115,21 +115,21 @@ def _tie(spec: mujoco.MjSpec, joint: str, mimic: Mimic) -> None:
 def _hollow_meshes(spec: mujoco.MjSpec) -> None:
     """MuJoCo refuses a flat mesh for its lack of volume. That counts only where a body takes its mass from its colliders."""
     weighed = (body for body in spec.bodies if not body.explicitinertial)
-    solid = {geom.meshname for body in weighed for geom in body.geoms if _collides(geom)}
+    solid = {geom.meshname for body in weighed for geom in _colliders(body)}
     for mesh in spec.meshes:
         if mesh.name not in solid:
             mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
 
 
-def _collides(geom: mujoco.MjsGeom) -> bool:
-    return bool(geom.contype or geom.conaffinity)
+def _colliders(body: mujoco.MjsBody) -> list[mujoco.MjsGeom]:
+    return [geom for geom in body.geoms if geom.contype or geom.conaffinity]
 
 
 def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     """An ellipsoid touches the floor in one point; the two at the rims of a cylinder scrub in a turn."""
     for link, shape in robot.spec.wheel_colliders.items():
-        for geom in spec.body(link).geoms:
-            if shape == "ellipsoid" and _collides(geom):
+        if shape == "ellipsoid":
+            for geom in _colliders(spec.body(link)):
                 radius, half_width = geom.size[0], geom.size[1]
                 geom.type = mujoco.mjtGeom.mjGEOM_ELLIPSOID
                 geom.size = [radius, radius, half_width]
@@ -138,19 +138,19 @@ def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
 def _group_geoms(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     """Colliders are drawn only where a link has no visual."""
     for link in robot.urdf.links:
-        geoms = list(spec.body(link).geoms)
-        drawn = any(not _collides(geom) for geom in geoms)
+        geoms, solid = list(spec.body(link).geoms), _colliders(spec.body(link))
         for geom in geoms:
-            geom.group = PICTURES if not _collides(geom) else RAYS if drawn else RAYS_AND_PICTURES
+            geom.group = PICTURES
+        for geom in solid:
+            geom.group = RAYS if len(solid) < len(geoms) else RAYS_AND_PICTURES
 
 
 def _apply_materials(spec: mujoco.MjSpec, robot: RobotInstance, floor: float, findings: Findings) -> None:
     for name, material in robot.spec.materials.items():
         for link in material.bind:
             contact = against_floor(material, floor, wheel=link in robot.spec.wheel_colliders)
-            for geom in spec.body(link).geoms:
-                if _collides(geom):
-                    contact.tell(geom)
+            for geom in _colliders(spec.body(link)):
+                contact.tell(geom)
         if material.bind:
             text, *left_out = sentences(name, material, floor)
             findings.add("N103", text, robot.file.key_span("materials", name), *left_out)

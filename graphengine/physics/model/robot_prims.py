@@ -9,7 +9,7 @@ import re
 from collections.abc import Collection
 from typing import Any
 
-from graphengine.devices.poses import from_orientation
+from graphengine.devices.rotation import from_orientation
 from graphengine.devices.stage import Prim, PrimKind, Stage
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import AmbiguousPrimError, PrimError

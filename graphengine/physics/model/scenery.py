@@ -13,7 +13,7 @@ from graphengine.format.files import Files
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
-from graphengine.physics.description.implicit_robot_file import SUFFIXES, is_text, read_bare
+from graphengine.physics.description.description_reader import SUFFIXES, is_text, read_bare
 from graphengine.physics.description.mjcf import is_mjcf, read_mjcf
 from graphengine.physics.description.robot_file import read_robot
 from graphengine.physics.engine import REFUSALS, compiled, mujoco
@@ -175,14 +175,14 @@ class Scenery:
         self, text: str, model: mujoco.MjModel, robots: Mapping[str, RobotInstance], findings: Findings
     ) -> None:
         """Tell what MuJoCo thinks of a model that it compiled, at the joint if it numbers one."""
-        sentence, number = text.partition(" Time =")[0], _DEGREE_OF_FREEDOM.search(text)
+        number = _DEGREE_OF_FREEDOM.search(text)
         span, where = self.scene.document.key_span("world"), ""
         if number is not None and int(number[1]) < model.nv:
             index = int(model.dof_jntid[int(number[1])])
             name = model.joint(index).name or model.body(int(model.jnt_bodyid[index])).name
             where = f"degree of freedom {number[1]} belongs to {name!r}"
             span = element.span if (element := _element(name, robots)) is not None else span
-        findings.add("W205", f"MuJoCo: {sentence}", span, where)
+        findings.add("W205", f"MuJoCo: {text}", span, where)
 
     def _refused(self, error: Exception, robots: Mapping[str, RobotInstance], findings: Findings) -> None:
         """Tell MuJoCo's sentence where its element stands: in a robot's description if the name says so, else in the world."""
@@ -207,8 +207,3 @@ def _floor_friction(world: mujoco.MjSpec) -> float:
     """Sliding friction of the world's first plane."""
     planes = (geom for geom in world.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE)
     return next((float(geom.friction[0]) for geom in planes), NO_FLOOR_FRICTION)
-
-
-def body_names(model: mujoco.MjModel) -> set[str]:
-    """Names of all bodies of a model."""
-    return {model.body(index).name for index in range(model.nbody)}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.devices.poses import pose_of
+from graphengine.devices.rotation import pose_of
 from graphengine.devices.stage import Stage
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.robot_prims import prim_name

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.format.errors import UsageError
-from graphengine.physics.engine import Bools, Indices, collides, mujoco
+from graphengine.physics.engine import Bools, Indices, body_names, collides, mujoco
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.occupancy.flood_fill import reached
 from graphengine.physics.occupancy.grid import Canvas, Grid, Window
@@ -128,9 +128,8 @@ def _check_size(grid: Grid) -> None:
 def _obstacles(world: LoadedWorld, request: MapRequest) -> Indices:
     """Ids of the geoms that are obstacles."""
     model = world.simulation.model
-    names = [model.body(body).name for body in range(model.nbody)]
     robots = tuple(f"{robot}/" for robot in world.robots)
-    still = np.array([not name.startswith(robots) for name in names]) & (model.body_weldid == 0)
+    still = np.array([not name.startswith(robots) for name in body_names(model)]) & (model.body_weldid == 0)
     chosen: Bools = _there(model) & still[model.geom_bodyid]
     for path in request.include:
         chosen[_geoms(world, path)] = True
@@ -149,8 +148,8 @@ def _there(model: mujoco.MjModel) -> Bools:
 def _geoms(world: LoadedWorld, path: str) -> Indices:
     """Ids of the geoms at and below a prim."""
     model, prim = world.simulation.model, world.stage.find(path)
-    named = {model.body(body).name: body for body in range(1, model.nbody)}
-    bodies = [named[part.body] for part in prim.descendants() if part.body in named]
+    parts = {part.body for part in prim.descendants()}
+    bodies = [body for body, name in enumerate(body_names(model)) if name in parts]
     if prim.path in ("/", "/World"):  # the geoms of MuJoCo's `worldbody`, which has no prim of its own, lie there
         bodies.append(0)
     geoms: Indices = np.flatnonzero(_there(model) & np.isin(model.geom_bodyid, bodies))

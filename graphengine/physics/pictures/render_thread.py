@@ -23,7 +23,7 @@ from graphengine.devices.camera import Picture
 from graphengine.devices.rotation import Pose
 from graphengine.format.errors import RenderError
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import body_names, mujoco
 from graphengine.physics.model.sensor_bodies import housing_of
 from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.bounding_boxes import BoundingBoxes
@@ -130,8 +130,8 @@ class RenderThread(Stateful):
         paths = {prim.body or housing_of(prim): prim.path for prim in self._simulation.stage.prims()}
         numbers = np.zeros(model.nbody, np.int32)
         numbers[0] = self._number("/World")
-        for body in range(1, model.nbody):
-            path = paths.get(model.body(body).name)
+        for body, name in enumerate(body_names(model)[1:], 1):
+            path = paths.get(name)
             numbers[body] = self._number(path) if path else numbers[model.body_parentid[body]]
         return numbers
 

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graphengine.devices.poses import pose_of
-from graphengine.devices.rotation import Pose, Quaternion, Vector3, rotate
+from graphengine.devices.rotation import Pose, Quaternion, Vector3, pose_of, rotate
 from graphengine.devices.stage import Prim
 from graphengine.physics.engine import Bools, Floats, mujoco
 from graphengine.physics.pictures import opengl

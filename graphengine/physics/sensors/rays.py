@@ -12,6 +12,7 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.format.errors import UsageError
 from graphengine.physics.engine import RAYS, RAYS_AND_PICTURES, Floats, Indices, mujoco
 
 Integers = NDArray[np.signedinteger]
@@ -50,6 +51,37 @@ class Rays(Protocol):
             far: how far the sensor sees, m.
             tree: root body of the sensor's own robot, which rays pass through; 0 for none.
         """
+
+
+def select_rays(choice: RaysChoice, model: mujoco.MjModel, data: mujoco.MjData) -> Rays:
+    """The faster rays, where numba works and they know every shape of the model, unless others are asked for.
+
+    Raises:
+        UsageError: `fast` was asked for and cannot be.
+    """
+    obstacle = "" if choice == "mujoco" else _obstacle(model)
+    if obstacle and choice == "fast":
+        raise UsageError(obstacle)
+    if obstacle or choice == "mujoco":
+        from graphengine.physics.sensors.multiray import MultiRays
+
+        return MultiRays(model, data)
+    from graphengine.physics.sensors.fast.rays import FastRays
+
+    return FastRays(model, data)
+
+
+def _obstacle(model: mujoco.MjModel) -> str:
+    """What keeps the faster rays from serving a model, and what helps; empty if nothing does."""
+    try:
+        from graphengine.physics.sensors.fast.rays import trouble, why_not  # numba takes 0.4 s to import
+    except Exception as error:  # numba is not there, or one of its libraries does not fit
+        return f"rays 'fast' need numba: {error}\n  pip install 'graphengine[fast]'"
+    if why := trouble():
+        return f"rays 'fast' cannot be cast here: {why}\n  rays 'mujoco' can"
+    if unknown := why_not(model):
+        return f"rays 'fast' do not meet {unknown}\n  rays 'mujoco' do"
+    return ""
 
 
 def own_geoms(model: mujoco.MjModel, tree: int) -> Indices:

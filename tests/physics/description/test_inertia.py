@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from graphengine.physics.description.inertia import LEAST_MOMENT, mended, possible
 from graphengine.physics.engine import mujoco
-from tests.physics.harness import CART, Project
+from tests.physics.harness import Project
 
 terms = st.floats(-10, 10, allow_subnormal=False)
 
@@ -57,8 +57,7 @@ def test_a_body_without_inertia_is_a_ball_of_water() -> None:
 
 
 def load(project: Project, old: str, new: str) -> tuple[mujoco.MjModel, list[tuple[str, tuple[str, ...]]]]:
-    assert old in CART
-    world, findings = project.write("bot.urdf", CART.replace(old, new, 1)).load_with_findings()
+    world, findings = project.cart(old, new).load_with_findings()
     return world.simulation.model, [(finding.message, finding.help) for finding in findings.items]
 
 

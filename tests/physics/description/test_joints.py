@@ -56,8 +56,7 @@ def test_joints_that_mimic_each_other_in_a_ring_are_told(project: Project) -> No
 
 @pytest.mark.parametrize("limit", ["", '<limit effort="40" velocity="1"/>', '<limit lower="1" upper="-1"/>'])
 def test_a_joint_whose_limits_leave_no_range_moves_freely_and_that_is_told(project: Project, limit: str) -> None:
-    project.write("bot.urdf", CART.replace('<limit lower="-1" upper="1" effort="40" velocity="1"/>', limit))
-    world, findings = project.load_with_findings()
+    world, findings = project.cart('<limit lower="-1" upper="1" effort="40" velocity="1"/>', limit).load_with_findings()
     assert not world.simulation.model.joint("bot/arm_joint").limited[0]
     (note,) = findings.items
     assert (note.message, note.help) == ("between equal limits, or none, a joint moves freely", ("joints: arm_joint",))
@@ -74,8 +73,7 @@ def test_a_base_is_bolted_to_the_world_where_the_robot_file_says_so(project: Pro
 
 def test_a_robot_whose_root_is_called_world_is_bolted_to_it(project: Project) -> None:
     bolt = joint("bolt", "fixed", "world", "base_link", '<origin xyz="0 0 2"/>')
-    project.write("bot.urdf", CART.replace("</robot>", f'<link name="world"/>{bolt}</robot>')).robot("base_link: world")
-    world = project.load()
+    world = project.cart("</robot>", f'<link name="world"/>{bolt}</robot>').robot("base_link: world").load()
     assert world.simulation.model.nv == 1
     assert world.stage.find("/bot").facts["base_link"] == "/bot/Geometry/world"
     for path, height in (("/bot", 0.1), ("/bot/world", 0.1), ("/bot/world/base_link", 2.1)):
@@ -87,8 +85,7 @@ def test_a_robot_whose_root_is_called_world_is_bolted_to_it(project: Project) ->
 def test_a_world_link_with_colliders_is_part_of_the_world(project: Project) -> None:
     table = '<link name="world"><collision><geometry><box size="1 1 1"/></geometry></collision></link>'
     bolt = joint("bolt", "fixed", "world", "base_link", '<origin xyz="0 0 2"/>')
-    project.write("bot.urdf", CART.replace("</robot>", f"{table}{bolt}</robot>")).robot("base_link: world")
-    model = project.load().simulation.model
+    model = project.cart("</robot>", f"{table}{bolt}</robot>").robot("base_link: world").load().simulation.model
     boxes = [i for i in range(model.ngeom) if model.geom_type[i] == mujoco.mjtGeom.mjGEOM_BOX]
     assert [int(model.geom_bodyid[i]) for i in boxes] == [0, model.body("bot/base_link").id]
     excluded = {(int(pair) >> 16, int(pair) & 0xFFFF) for pair in model.exclude_signature}
@@ -96,10 +93,7 @@ def test_a_world_link_with_colliders_is_part_of_the_world(project: Project) -> N
 
 
 def test_a_floating_joint_below_an_empty_root_is_the_robots_own_freedom(project: Project) -> None:
-    project.write(
-        "bot.urdf",
-        CART.replace("</robot>", f'<link name="odom"/>{joint("odom_joint", "floating", "odom", "base_link")}</robot>'),
-    )
+    project.cart("</robot>", f'<link name="odom"/>{joint("odom_joint", "floating", "odom", "base_link")}</robot>')
     world, findings = project.load_with_findings()
     assert world.robots["bot"].urdf.root == "base_link"
     assert world.simulation.model.nv == 7
@@ -109,7 +103,7 @@ def test_a_floating_joint_below_an_empty_root_is_the_robots_own_freedom(project:
 
 def test_a_floating_joint_elsewhere_is_told(project: Project) -> None:
     solid = LINK.format("odom", 1) + joint("odom_joint", "floating", "odom", "base_link")
-    error = project.write("bot.urdf", CART.replace("</robot>", f"{solid}</robot>")).error()
+    error = project.cart("</robot>", f"{solid}</robot>").error()
     assert "joint 'odom_joint': type 'floating' cannot be simulated here" in error
     assert "only the joint between an empty root link and the rest of the robot can be floating" in error
 
@@ -125,7 +119,7 @@ def test_links_and_joints_keep_their_names_and_nothing_fuses(project: Project) -
 
 def test_a_massless_root_becomes_a_free_body(project: Project) -> None:
     foot = joint("foot", "fixed", "base_footprint", "base_link", '<origin xyz="0 0 0.05"/>')
-    project.write("bot.urdf", CART.replace("</robot>", f'<link name="base_footprint"/>{foot}</robot>'))
+    project.cart("</robot>", f'<link name="base_footprint"/>{foot}</robot>')
     model = project.robot("base_link: base_footprint").load().simulation.model
     assert model.body("bot/base_footprint").jntnum[0] == 1
     assert model.body_subtreemass[model.body("bot/base_footprint").id] == pytest.approx(6)

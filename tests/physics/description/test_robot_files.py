@@ -43,8 +43,7 @@ def test_the_scenes_namespace_replaces_the_one_on_the_base_link(project: Project
 
 
 def test_one_robot_file_makes_several_robots(project: Project) -> None:
-    project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [3, 0, 0.1], namespace: b}\n")
-    world = project.load()
+    world = project.scene("  other: {use: bot.yaml, position: [3, 0, 0.1], namespace: b}\n").load()
     assert list(world.robots) == ["bot", "other"]
     poses = [world.simulation.body(world.stage.find(path)).pose()[0] for path in ("/bot/base_link", "/other/base_link")]
     assert poses == [(0, 0, 0.1), (3, 0, 0.1)]
@@ -63,8 +62,7 @@ def test_a_link_whose_name_usd_does_not_allow_keeps_it_as_its_frames_name(projec
 
 @pytest.mark.parametrize("name", ["root", "a.b", "1", "arm joint", "Ärm"])
 def test_a_joint_may_be_called_anything(project: Project, name: str) -> None:
-    project.write("bot.urdf", CART.replace('"arm_joint"', f'"{name}"'))
-    project.robot(f'joints: {{"{name}": {{drive: {{stiffness: 100, damping: 10}}}}}}')
+    project.cart('"arm_joint"', f'"{name}"').robot(f'joints: {{"{name}": {{drive: {{stiffness: 100, damping: 10}}}}}}')
     simulation, joints = project.load_joints()
     joints.select([name]).command(positions=[0.5])
     steps(simulation, 240)
@@ -90,8 +88,7 @@ def test_wheels_are_ellipsoids_where_the_file_says_so(ship: Ship) -> None:
 
 def test_the_worlds_timestep_and_integrator_are_overruled_and_told(project: Project) -> None:
     project.world(before='\n  <option timestep="0.002"\n    integrator="RK4"/>')
-    project.write("scene.yaml", SCENE + "physics: {tick_rate: 50, substeps: 2}\n")
-    loaded, findings = project.load_with_findings()
+    loaded, findings = project.scene("physics: {tick_rate: 50, substeps: 2}\n").load_with_findings()
     assert loaded.simulation.model.opt.timestep == 0.01
     lint, note = findings.items
     assert lint.code == "W204"
@@ -117,7 +114,7 @@ def test_the_tutorials_robot_tells_what_its_settings_mean() -> None:
 
 def test_what_others_keep_in_a_description_stays_in_its_text(project: Project) -> None:
     plugin = "<gazebo><plugin name='a &amp; b'>\n  x &lt; 1\n<mode>slow</mode></plugin></gazebo>"
-    text = project.write("bot.urdf", CART.replace("</robot>", f"{plugin}</robot>")).load().robots["bot"].urdf_text
+    text = project.cart("</robot>", f"{plugin}</robot>").load().robots["bot"].urdf_text
     assert '<gazebo>\n<plugin name="a &amp; b">x &lt; 1\n<mode>slow</mode>\n</plugin>\n</gazebo>' in text
 
 
@@ -125,7 +122,7 @@ def test_links_of_one_robot_do_not_collide_and_those_of_two_do(project: Project)
     """The arm's ball, moved into the cart's box, stays in peace; the other cart in the same place does not."""
     project.robot("joints: {arm_joint: {position: [0, 0, -0.2]}}")
     assert project.load().simulation.data.ncon == 0
-    project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [0.1, 0, 0.1]}\n")
+    project.scene("  other: {use: bot.yaml, position: [0.1, 0, 0.1]}\n")
     assert project.load().simulation.data.ncon > 0
 
 
@@ -194,7 +191,7 @@ def test_settings_that_no_joint_has_are_errors_at_their_place(project: Project, 
 def test_a_drive_of_its_own_replaces_what_the_description_says_of_effort_and_adds_to_its_damping(
     project: Project,
 ) -> None:
-    project.write("bot.urdf", CART.replace("<limit", '<dynamics damping="0.25" friction="0.5"/><limit'))
+    project.cart("<limit", '<dynamics damping="0.25" friction="0.5"/><limit')
     world = project.robot("joints: {arm_joint: {drive: {damping: 2, stiffness: 3, max_force: 7}}}").load()
     model = world.simulation.model
     joint = model.joint("bot/arm_joint")

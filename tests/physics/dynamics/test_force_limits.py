@@ -14,7 +14,7 @@ from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.engine import mujoco
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.model.drives import Drive, servos
-from tests.physics.harness import CART, Project
+from tests.physics.harness import Project
 
 STEP = 1 / 240
 MASS, RADIUS = 10.323, 0.049  # kg and m: the dd100 and its wheels
@@ -202,7 +202,7 @@ def test_the_effort_of_a_description_is_a_maximum_unless_the_drive_has_one(
 def test_an_effort_of_zero_limits_nothing_and_one_of_the_description_is_no_news(project: Project) -> None:
     world, findings = project.robot("joints: {arm_joint: {drive: {damping: 1000}}}").load_with_findings()
     assert (world.simulation.limits.joints, findings.items) == (["bot/arm_joint"], [])
-    assert project.write("bot.urdf", CART.replace('effort="40"', 'effort="0"')).load().simulation.limits.joints == []
+    assert project.cart('effort="40"', 'effort="0"').load().simulation.limits.joints == []
 
 
 def test_one_robot_file_used_twice_is_told_once(project: Project) -> None:

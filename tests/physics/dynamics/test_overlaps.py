@@ -91,6 +91,5 @@ def test_a_robot_touches_all_but_what_carries_it(
 
 
 def test_robots_that_touch_each_other_both_do(project: Project) -> None:
-    project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [0.3, 0, 0.1]}\n")
-    found = project.load().simulation.entities.touching()
+    found = project.scene("  other: {use: bot.yaml, position: [0.3, 0, 0.1]}\n").load().simulation.entities.touching()
     assert {name: overlap.other for name, overlap in found.items()} == {"bot": "other", "other": "bot"}

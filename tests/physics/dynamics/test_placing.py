@@ -19,7 +19,7 @@ from graphengine.physics.engine import mujoco
 from graphengine.physics.model.world_prims import add_world
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
-from tests.physics.harness import CART, SCENE, Project, yaw_of
+from tests.physics.harness import Project, yaw_of
 
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
 WORLD = """<mujoco><compiler angle="radian"/><option timestep="{step}" integrator="discrete" cone="elliptic"/><worldbody>
@@ -200,7 +200,7 @@ def test_whatever_stands_for_a_robot_puts_all_of_it_where_that_prim_shall_be(
     project: Project, prims: tuple[str, str]
 ) -> None:
     top = '<link name="top"/><joint name="top_joint" type="fixed"><parent link="base_link"/><child link="top"/>'
-    project.write("bot.urdf", CART.replace("</robot>", f'{top}<origin xyz="0 0 1"/></joint></robot>'))
+    project.cart("</robot>", f'{top}<origin xyz="0 0 1"/></joint></robot>')
     simulation = project.robot("articulation_root: top").load().simulation
     fresh = steps(simulation, 20)
     simulation.reset()
@@ -215,7 +215,7 @@ def test_whatever_stands_for_a_robot_puts_all_of_it_where_that_prim_shall_be(
 
 
 def test_what_is_held_is_held_on_when_a_robot_comes_and_another_goes(project: Project) -> None:
-    loaded = project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [9, 0, 0.1]}\n").load()
+    loaded = project.scene("  other: {use: bot.yaml, position: [9, 0, 0.1]}\n").load()
     simulation, there = loaded.simulation, ((4.0, 5.0, 1.0), IDENTITY)
     for name in ("bot", "other"):
         placement(simulation, f"/{name}/base_link").place(*there)

@@ -15,9 +15,7 @@ IMU = "sensors: {unit: {type: imu, profile: imu, parent: base_link, position: [0
 
 
 def world(project: Project, *bodies: str, options: str = "") -> LoadedWorld:
-    floor = '<geom name="floor" type="plane" size="0 0 1" friction="0.8"/>'
-    project.write("world.xml", f"<mujoco>{options}<worldbody>{floor}{''.join(bodies)}</worldbody></mujoco>")
-    return project.load()
+    return project.world(*bodies, before=options).load()
 
 
 def bounds(simulation: Simulation, name: str, *, own: bool = False) -> tuple[float, ...]:

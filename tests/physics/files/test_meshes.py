@@ -221,8 +221,7 @@ def test_nodes_that_multiply_are_bounded(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def draw(project: Project, visual: str) -> tuple[list[list[float]], list[str]]:
     """Colours of the arm's visuals, and what was told."""
-    project.write("bot.urdf", CART.replace('<link name="plate"/>', f'<link name="plate">{visual}</link>'))
-    world, findings = project.load_with_findings()
+    world, findings = project.cart('<link name="plate"/>', f'<link name="plate">{visual}</link>').load_with_findings()
     model = world.simulation.model
     drawn = [i for i in range(model.ngeom) if model.body(int(model.geom_bodyid[i])).name == "bot/plate"]
     return model.geom_rgba[drawn].round(3).tolist(), [finding.message for finding in findings.items]
@@ -257,15 +256,14 @@ def test_a_visual_that_cannot_be_read_is_left_out_and_told(project: Project) -> 
 
 
 def test_a_collider_that_cannot_be_read_is_an_error(project: Project) -> None:
-    project.write("odd.dae", "<COLLADA/>")
-    project.write("bot.urdf", CART.replace('<box size=".4 .3 .1"/>', MESH.format("odd.dae")))
+    project.write("odd.dae", "<COLLADA/>").cart('<box size=".4 .3 .1"/>', MESH.format("odd.dae"))
     assert "bot.urdf:4:42: error S103: 'odd.dae': the COLLADA file has no scene" in project.error()
 
 
 def test_a_mesh_that_is_too_large_is_told(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(references, "MAX_FILE_BYTES", 1_000_000)
     (project.folder / "big.obj").write_bytes(bytes(1_000_001))
-    project.write("bot.urdf", CART.replace('<box size=".4 .3 .1"/>', MESH.format("big.obj")))
+    project.cart('<box size=".4 .3 .1"/>', MESH.format("big.obj"))
     assert "bot.urdf:4:42: error S103: 'big.obj': it is larger than 1 MB" in project.error()
 
 

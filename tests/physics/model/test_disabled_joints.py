@@ -135,8 +135,7 @@ def test_what_weighs_next_to_nothing_stays_and_is_told(raised: Project) -> None:
 
 @pytest.mark.parametrize("kind", ["revolute", "fixed"])
 def test_what_would_fall_off_is_an_error_unless_it_is_welded(project: Project, kind: str) -> None:
-    project.write("bot.urdf", CART.replace('type="revolute"', f'type="{kind}"'))
-    project.robot("joints: {arm_joint: {enabled: false}}")
+    project.cart('type="revolute"', f'type="{kind}"').robot("joints: {arm_joint: {enabled: false}}")
     verb = "moves" if kind == "revolute" else "holds"
     error = project.error()
     assert f"bot.yaml:3:31: error S106: joint 'arm_joint' cannot be disabled: it {verb} 'arm' (1 kg)" in error

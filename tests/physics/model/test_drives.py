@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from tests.physics.harness import CART, SCENE, Project, steps
+from tests.physics.harness import CART, Project, steps
 
 ARM = """<robot name="arm">
   <link name="base_link"><inertial><mass value="5"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -120,8 +120,7 @@ def test_a_drive_does_not_push_a_joint_through_its_limit(
 ) -> None:
     project.write("bot.urdf", ARM.format(type="revolute", axis="0 0 1"))
     project.write("bot.yaml", ARM_ROBOT.format(stiffness, damping))
-    project.write("scene.yaml", SCENE + f"physics: {{tick_rate: 60, substeps: {substeps}}}\n")
-    simulation, joints = project.load_joints()
+    simulation, joints = project.scene(f"physics: {{tick_rate: 60, substeps: {substeps}}}\n").load_joints()
     joints.select().command(positions=[2.0], velocities=[0.0 if stiffness else 1.0])
     steps(simulation, 360 * substeps)
     assert joints.positions()[0] == pytest.approx(1.0, abs=1.1e-3)

@@ -59,9 +59,8 @@ RIG = "realsense_d455"
 )
 def test_a_bad_profile_is_an_error_at_its_place(project: Project, kind: str, profile: str, error: str) -> None:
     project.write("sensors/mine.yaml", f"format: 1\nsensor: mine\n{profile}\n")
-    place, _, message = (
-        project.robot(f"sensors:\n  it: {{type: {kind}, profile: mine, parent: arm}}").error().partition(": error ")
-    )
+    project.robot(f"sensors: {{it: {{type: {kind}, profile: mine, parent: arm}}}}")
+    place, _, message = project.error().partition(": error ")
     assert place.startswith("sensors/mine.yaml:3:")
     assert message.partition("\n")[0] == error
 

@@ -73,6 +73,12 @@ def camera_of(simulation: Simulation, size: tuple[int, int] | None = None) -> Pi
     return simulation.device(PinholeCamera, simulation.stage.find("/Camera"), size=size)
 
 
+def filming(parts: str, **facts: Any) -> tuple[Simulation, PinholeCamera]:
+    """A small simulation and its camera."""
+    simulation = simulation_of(parts, **facts)
+    return simulation, camera_of(simulation)
+
+
 def segmented(camera: PinholeCamera, path: str) -> tuple[Picture, NDArray[np.bool_]]:
     """A picture of a camera, and where it shows a prim."""
     picture = camera.picture(segmentation=True)

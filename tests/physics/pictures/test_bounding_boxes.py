@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from graphengine.devices.rotation import multiply, rotate
-from tests.physics.pictures.harness import camera_of, needs_opengl, segmented, simulation_of
+from tests.physics.pictures.harness import filming, needs_opengl, segmented, simulation_of
 
 Floats = NDArray[np.float64]
 
@@ -63,8 +63,7 @@ def test_boxes_are_in_the_optical_frame_of_the_camera() -> None:
 
 @needs_opengl
 def test_a_box_is_where_the_pixels_of_its_prim_are() -> None:
-    simulation = simulation_of(PARTS, size=(320, 240))
-    camera = camera_of(simulation)
+    simulation, camera = filming(PARTS, size=(320, 240))
     picture, crate = segmented(camera, "/World/crate")
     assert picture.boxes is not None
     fx, fy, cx, cy = camera.intrinsics

@@ -21,6 +21,7 @@ from tests.physics.pictures.harness import (
     ROOM,
     camera_of,
     directions,
+    filming,
     needs_opengl,
     segmented,
     simulation_of,
@@ -46,8 +47,7 @@ def measured(
 @pytest.mark.parametrize("extent", [0.02, 1.0, 65.0])
 @pytest.mark.parametrize("clip", [(0.01, 100.0), (0.5, 6.0)])
 def test_depths_are_what_rays_measure_whatever_the_worlds_extent(extent: float, clip: tuple[float, float]) -> None:
-    simulation = simulation_of(ROOM, pose=TILTED, extent=extent, size=(160, 120), clip=clip)
-    camera = camera_of(simulation)
+    simulation, camera = filming(ROOM, pose=TILTED, extent=extent, size=(160, 120), clip=clip)
     depth = camera.picture().depth
     expected = measured(simulation, directions(camera, TILTED), EYE)
     expected[(expected < clip[0]) | (expected > clip[1])] = np.inf

@@ -15,7 +15,7 @@ from graphengine.format.errors import RenderError
 from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures import opengl
 from graphengine.physics.simulation import Simulation
-from tests.physics.pictures.harness import ROOM, camera_of, needs_opengl, simulation_of, take_opengl_away
+from tests.physics.pictures.harness import ROOM, camera_of, filming, needs_opengl, simulation_of, take_opengl_away
 
 
 @pytest.fixture
@@ -40,8 +40,7 @@ def test_without_opengl_the_packages_to_install_are_told() -> None:
 
 @pytest.mark.usefixtures("no_libraries")
 def test_without_opengl_everything_but_pictures_works() -> None:
-    simulation = simulation_of(ROOM)
-    camera = camera_of(simulation)
+    simulation, camera = filming(ROOM)
     simulation.begin_tick(1)
     assert camera.due
     assert camera.delivered() is None
@@ -110,8 +109,7 @@ def test_opengl_stays_open_over_an_exchange_of_the_model(monkeypatch: pytest.Mon
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no forks here")
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 def test_in_the_copy_that_a_fork_makes_a_picture_is_an_error_and_not_a_wait_for_ever() -> None:
-    simulation = simulation_of(ROOM)
-    camera = camera_of(simulation)
+    _, camera = filming(ROOM)
     camera.picture()
     child = os.fork()
     if child == 0:

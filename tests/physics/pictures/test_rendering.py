@@ -15,7 +15,7 @@ from graphengine.physics.pictures.rendering import Renderer
 from graphengine.physics.sensors.camera import PinholeCamera
 from graphengine.physics.sensors.lidar import RayLidar
 from tests.physics.harness import Project
-from tests.physics.pictures.harness import EYE, camera_of, needs_opengl, segmented, simulation_of
+from tests.physics.pictures.harness import EYE, camera_of, filming, needs_opengl, segmented, simulation_of
 
 pytestmark = needs_opengl
 
@@ -25,11 +25,10 @@ pytestmark = needs_opengl
 def test_a_known_point_is_where_the_intrinsics_project_it(depth: float, right: float, down: float) -> None:
     x, y, z = depth, -right * depth, EYE[2] - down * depth
     radius = 0.02 * depth
-    simulation = simulation_of(
+    _, camera = filming(
         f'<body name="mark" pos="{x} {y} {z}"><geom type="box" size="{radius} {radius} {radius}"/></body>',
         size=(320, 240),
     )
-    camera = camera_of(simulation)
     _, mark = segmented(camera, "/World/mark")
     fx, fy, cx, cy = camera.intrinsics
     # The corners of the cube's image are those of its faces; their middle is that of the silhouette.
@@ -46,10 +45,9 @@ def test_the_intrinsics_have_no_bias_of_half_a_pixel() -> None:
     off = []
     for depth, right, down in spots.tolist():
         where = f"{depth + 0.1} {-right * depth} {1 - down * depth}"
-        simulation = simulation_of(
+        _, camera = filming(
             f'<geom type="box" size=".1 {0.03 * depth} {0.03 * depth}" pos="{where}"/>', size=(160, 120)
         )
-        camera = camera_of(simulation)
         fx, fy, cx, cy = camera.intrinsics
         near = np.abs(camera.picture().depth - depth) < 1e-4
         rows, columns = np.nonzero(near)
@@ -58,13 +56,12 @@ def test_the_intrinsics_have_no_bias_of_half_a_pixel() -> None:
 
 
 def test_a_segmentation_counts_the_pixels_of_named_bodies() -> None:
-    simulation = simulation_of(
+    _, camera = filming(
         '<body name="near" pos="2.1 .8 1"><geom type="box" size=".1 .5 .3"/></body>'
         '<body name="far" pos="4.1 -1 1"><geom type="box" size=".1 .5 .5"/></body>'
         '<geom type="box" size=".1 9 9" pos="9 0 1"/>',
         size=(320, 240),
     )
-    camera = camera_of(simulation)
     picture, near = segmented(camera, "/World/near")
     assert picture.segmentation is not None
     focal, counts = camera.intrinsics[0], dict(zip(*np.unique(picture.segmentation, return_counts=True), strict=True))
@@ -159,8 +156,7 @@ def test_a_sensors_body_is_seen_by_others_and_not_by_rays(project: Project) -> N
 
 
 def test_prims_keep_their_numbers_when_the_model_is_exchanged() -> None:
-    simulation = simulation_of('<body name="first" pos="3 0 1"><geom type="sphere" size=".5"/></body>')
-    camera = camera_of(simulation)
+    simulation, camera = filming('<body name="first" pos="3 0 1"><geom type="sphere" size=".5"/></body>')
     _, before = segmented(camera, "/World/first")
     labels = dict(camera.labels)
     simulation.stage.add("/World/zero", "body", body="zero")

@@ -20,7 +20,7 @@ from graphengine.physics.pictures.rendering import Image
 from graphengine.physics.sensors.camera import PinholeCamera
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
-from tests.physics.pictures.harness import camera_of, needs_opengl, simulation_of
+from tests.physics.pictures.harness import camera_of, filming, needs_opengl, simulation_of
 
 pytestmark = needs_opengl
 
@@ -28,11 +28,6 @@ BALL = '<body name="ball" pos="3 0 2"><freejoint/><geom type="sphere" size=".4" 
 FALLING = f'<geom type="plane" size="0 0 1" rgba=".4 .5 .6 1"/>{BALL}'
 WALL = '<geom type="box" size=".1 90 90" pos="{} 0 1" rgba=".5 .5 .5 1"/>'
 D455 = "/dd100/base_link/chassis_link/sim_camera/RSD455/Camera_OmniVision_OV9782_Color"
-
-
-def filming(parts: str, **facts: Any) -> tuple[Simulation, PinholeCamera]:
-    simulation = simulation_of(parts, **facts)
-    return simulation, camera_of(simulation)
 
 
 def play(simulation: Simulation, camera: PinholeCamera, ticks: int, first: int = 1) -> dict[int, Picture]:

@@ -179,7 +179,7 @@ EYE = "sensors:\n  eye: {type: lidar, profile: lidar_360, parent: "
 
 def test_a_lidar_sees_other_robots_and_not_its_own(project: Project) -> None:
     """Two carts 2 m apart, a lidar inside each: it looks through its own box and meets the other's 0.2 m before its middle."""
-    project.write("scene.yaml", SCENE + "  other: {use: bot.yaml, position: [2, 0, 0.1]}\n")
+    project.scene("  other: {use: bot.yaml, position: [2, 0, 0.1]}\n")
     world = project.robot(EYE + "base_link}").load()
     ahead, behind = 180, 0
     ranges = look(world, "/bot/base_link/eye/Lidar")

@@ -18,8 +18,7 @@ from graphengine.format.errors import UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.engine import mujoco, sort_geoms
 from graphengine.physics.loaded_world import LoadedWorld
-from graphengine.physics.sensors.ray_caster_choice import select_rays
-from graphengine.physics.sensors.rays import Caster, RaysChoice
+from graphengine.physics.sensors.rays import Caster, RaysChoice, select_rays
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
 from tests.physics.harness import SHIPPED, steps

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from graphengine.physics.engine import Floats, Indices, mujoco
-from graphengine.physics.model.surfaces import height_field_points, mesh_faces, mesh_vertices
+from graphengine.physics.model.geoms import height_field_points, mesh_faces, mesh_vertices
 from graphengine.physics.sensors.fast.table import HFIELD, MARGIN, MESH
 from graphengine.physics.sensors.fast.tree import NODE, Tree, build
 
