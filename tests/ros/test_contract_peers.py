@@ -117,13 +117,13 @@ def test_a_peer_that_left_and_comes_back_is_served_again(join: Join) -> None:
 
 @pytest.mark.parametrize("kind", ["dds", RCLPY], indirect=True)
 def test_a_peer_that_is_killed_is_given_up_and_its_successor_is_served(
-    alice: AnyTransport, domain_id: int, start_peer: StartPeer
+    alice: AnyTransport, start_peer: StartPeer
 ) -> None:
     inbox = Inbox()
     ping = alice.writer("/ping", STRING, QoS())
     alice.reader("/pong", STRING, QoS(), inbox)
     for visit in ("first", "second"):
-        peer = start_peer("echo", domain_id, {"CYCLONEDDS_URI": SHORT_LEASE})
+        peer = start_peer("echo", CYCLONEDDS_URI=SHORT_LEASE)
         assert eventually(lambda: ping.matched)
 
         def answered(visit: str = visit) -> bool:
@@ -136,11 +136,9 @@ def test_a_peer_that_is_killed_is_given_up_and_its_successor_is_served(
 
 
 @pytest.mark.parametrize("kind", ["dds"], indirect=True)
-def test_messages_for_a_peer_that_is_stopped_are_given_up_and_counted(
-    join: Join, domain_id: int, start_peer: StartPeer
-) -> None:
+def test_messages_for_a_peer_that_is_stopped_are_given_up_and_counted(join: Join, start_peer: StartPeer) -> None:
     writer = join("alice").writer("/ping", STRING, QoS(history="keepAll"))
-    peer = start_peer("echo", domain_id, {"CYCLONEDDS_URI": SHORT_LEASE})
+    peer = start_peer("echo", CYCLONEDDS_URI=SHORT_LEASE)
     assert eventually(lambda: writer.matched)
     peer.send_signal(signal.SIGSTOP)
     assert eventually(lambda: writer.dropped > 0, lambda: writer.write(text("x" * 1_000_000)))

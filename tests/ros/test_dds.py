@@ -40,11 +40,11 @@ def alice(dds: OpenDds) -> DdsTransport:
     return dds("alice", node_namespace="/robots")
 
 
-def test_two_processes_hear_each_other(alice: DdsTransport, domain: Domain, start_peer: StartPeer) -> None:
+def test_two_processes_hear_each_other(alice: DdsTransport, start_peer: StartPeer) -> None:
     heard: list[bytes] = []
     alice.reader("/pong", STRING, QoS(), heard.append)
     ping = alice.writer("/ping", STRING, QoS())
-    process = start_peer("echo", domain.id)
+    process = start_peer("echo")
     assert eventually(lambda: ping.matched)
     assert eventually(lambda: heard, lambda: ping.write(encode(String("hello"))))
     assert decode(heard[0], STRING) == String("hello")
@@ -73,12 +73,12 @@ def test_what_comes_while_the_process_is_busy_is_all_delivered(alice: DdsTranspo
 
 
 def test_a_patient_writer_loses_what_it_counts_as_given_up_and_nothing_else(
-    dds: OpenDds, domain: Domain, start_peer: StartPeer
+    dds: OpenDds, start_peer: StartPeer
 ) -> None:
     patient, heard, number = dds("patient", patient=True), set(), 0
     patient.reader("/pong", STRING, QoS(), lambda data: heard.add(data[8:10]))
     ping = patient.writer("/ping", STRING, QoS(depth=2))
-    process = start_peer("echo", domain.id)
+    process = start_peer("echo")
 
     assert eventually(lambda: ping.matched)
     assert eventually(lambda: heard, lambda: ping.write(encode(String("first"))))
@@ -93,11 +93,9 @@ def test_a_patient_writer_loses_what_it_counts_as_given_up_and_nothing_else(
     end_peer(process)
 
 
-def test_writing_to_a_topic_that_a_peer_writes_to_as_well_does_not_lock_up(
-    domain: Domain, start_peer: StartPeer
-) -> None:
-    start_peer("flood", domain.id)
-    assert start_peer("crowd", domain.id).wait(timeout=2 * PATIENCE) == 0
+def test_writing_to_a_topic_that_a_peer_writes_to_as_well_does_not_lock_up(start_peer: StartPeer) -> None:
+    start_peer("flood")
+    assert start_peer("crowd").wait(timeout=2 * PATIENCE) == 0
 
 
 class Graph:
@@ -144,8 +142,8 @@ def test_the_node_and_its_endpoints_are_in_the_ros_graph_until_it_closes(alice: 
     assert eventually(lambda: graph.nodes() == {})
 
 
-def test_nodes_of_other_processes_are_in_the_ros_graph(graph: Graph, domain: Domain, start_peer: StartPeer) -> None:
-    process = start_peer("echo", domain.id)
+def test_nodes_of_other_processes_are_in_the_ros_graph(graph: Graph, start_peer: StartPeer) -> None:
+    process = start_peer("echo")
     assert eventually(lambda: "//peer_echo" in graph.nodes())
     end_peer(process)
     assert eventually(lambda: graph.nodes() == {})

@@ -198,7 +198,7 @@ def test_a_request_without_a_header_or_a_message_is_dropped_and_counted(
     asked: list[bytes] = []
     server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
     ping = bob.writer("/ping", STRING, QoS())
-    start_peer("ask", domain_id)
+    start_peer("ask")
     assert eventually(lambda: ping.matched and cyclone.writers_of(server.entities[0]))
     (client,) = cyclone.writers_of(server.entities[0]).values()
     assert eventually(lambda: bob.malformed, lambda: send_forged(domain_id, client.gid, data))

@@ -146,7 +146,7 @@ def test_a_forged_message_is_dropped_and_counted_and_the_next_ones_come(
     inbox = Inbox()
     alice.reader("/pong", STRING, QoS(), inbox)
     ping = alice.writer("/ping", STRING, QoS())
-    start_peer("echo", domain_id)
+    start_peer("echo")
     assert eventually(lambda: ping.matched and alice.graph().publishers("/pong"))
     (pong,) = alice.graph().publishers("/pong")
     assert eventually(lambda: "/pong" in alice.malformed, lambda: send_forged(domain_id, pong.gid, data))

@@ -100,15 +100,13 @@ def alice(request: pytest.FixtureRequest, domain_id: int) -> Iterator[DdsTranspo
     transport.close()
 
 
-def test_ranges_that_reach_this_machine_meet_and_off_meets_nobody(
-    alice: DdsTransport, domain_id: int, start_peer: StartPeer
-) -> None:
+def test_ranges_that_reach_this_machine_meet_and_off_meets_nobody(alice: DdsTransport, start_peer: StartPeer) -> None:
     inbox = Inbox()
     alice.reader("/pong", STRING, QoS(), inbox)
     ping = alice.writer("/ping", STRING, QoS())
-    start_peer("echo", domain_id, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"})
+    start_peer("echo", ROS_AUTOMATIC_DISCOVERY_RANGE="OFF")
     for reach in ("LOCALHOST", "SUBNET"):
-        start_peer("echo", domain_id, {"ROS_AUTOMATIC_DISCOVERY_RANGE": reach})
+        start_peer("echo", ROS_AUTOMATIC_DISCOVERY_RANGE=reach)
     assert eventually(
         lambda: len(alice.graph().publishers("/pong")) >= 2 and bool(inbox.texts), lambda: ping.write(text("hello"))
     )
