@@ -68,12 +68,7 @@ def ours(direction: str, topic: str, message_type: str, qos: QoS = DEFAULT, larg
 
 
 def peer(
-    direction: Direction,
-    topic: str,
-    message_type: str,
-    qos: QoS = DEFAULT,
-    node: str = "rviz",
-    gid: bytes = CYCLONE,
+    direction: Direction, topic: str, message_type: str, qos: QoS = DEFAULT, node: str = "rviz", gid: bytes = CYCLONE
 ) -> Endpoint:
     return Endpoint(gid + bytes([len(node)]), direction, topic, message_type, qos, "", node, "/" if node else "")
 
@@ -131,12 +126,7 @@ def test_a_pair_is_told_once_also_when_the_peer_comes_back() -> None:
     reader = peer("subscribe", "/odom", ODOMETRY)
     assert [
         len(watched.look(*present)) for present in ((reader,), (reader,), (), (replace(reader, gid=FAST_DDS),))
-    ] == [
-        1,
-        0,
-        0,
-        0,
-    ]
+    ] == [1, 0, 0, 0]
     assert len(watched.look(reader, peer("subscribe", "/odom", ODOMETRY, node="nav"))) == 1
 
 
