@@ -100,9 +100,7 @@ def start_peer(domain_id: int) -> Iterator[StartPeer]:
             **os.environ,
             "ROS_DOMAIN_ID": str(domain_id),
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "PYTHONPATH": os.pathsep.join(
-                [str(Path(graphengine.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
-            ),
+            "PYTHONPATH": f"{Path(graphengine.__file__).parents[1]}{os.pathsep}{os.environ.get('PYTHONPATH', '')}",
             **changes,
         }
         program = [sys.executable, "-W", "error", str(Path(__file__).with_name("peer.py")), part]

@@ -22,9 +22,8 @@ SHORT_LEASE = "<CycloneDDS><Domain><Discovery><LeaseDuration>1s</LeaseDuration><
 
 def known(transport: Transport, topic: str) -> list[tuple[str, str, str]]:
     """Of each end of a topic: direction, type and node."""
-    return [
-        (end.direction, end.message_type, end.full_node) for end in transport.graph().endpoints if end.topic == topic
-    ]
+    ends = (end for end in transport.graph().endpoints if end.topic == topic)
+    return [(end.direction, end.message_type, end.full_node) for end in ends]
 
 
 def test_the_graph_tells_who_writes_and_reads_what(alice: AnyTransport, bob: AnyTransport, kind: str) -> None:

@@ -137,9 +137,7 @@ def send_forged(domain_id: int, gid: bytes, data: bytes) -> None:
 
 
 @pytest.mark.parametrize("kind", ["dds"])
-@pytest.mark.parametrize(
-    "data", [b"\0\1\0\0rubbish!", b"\0\1\0\0" + b"\xff\xff\xff\xff" + bytes(16), b"\0\1\0\0" + bytes(1)]
-)
+@pytest.mark.parametrize("data", [b"\0\1\0\0" + body for body in (b"rubbish!", b"\xff" * 4 + bytes(16), bytes(1))])
 def test_a_forged_message_is_dropped_and_counted_and_the_next_ones_come(
     alice: AnyTransport, domain_id: int, start_peer: StartPeer, data: bytes, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -209,9 +207,8 @@ def test_forged_packets_are_logged_by_kind_and_then_counted_once_a_minute(
 ) -> None:
     now = 0.0
     monkeypatch.setattr("graphengine.ros.transports.dds.cyclone_log.time.monotonic", lambda: now)
-    packets = [
-        f"malformed packet received from vendor {n} state parse:{c}a{c} <{c * n} {c}>" for n in range(40) for c in "abf"
-    ]
+    packet = "malformed packet received from vendor {0} state parse:{1}a{1} <{2} {1}>"
+    packets = [packet.format(n, c, c * n) for n in range(40) for c in "abf"]
     words = [f"complaint {'xyz'[n % 3]}{'ghijklmno'[n // 9 % 9]}{'ghijklmno'[n % 9]}" for n in range(81)]
     with caplog.at_level(logging.WARNING):
         now = 100.0

@@ -119,9 +119,8 @@ def test_only_a_response_of_the_service_can_be_the_answer() -> None:
     net, server, _, _ = asked(True)
     net.freeze()
     ((request_id, _),) = server.take()
-    with pytest.raises(
-        MessageError, match="/light takes std_srvs/srv/SetBool_Response, not std_srvs/srv/SetBool_Request"
-    ):
+    told = "/light takes std_srvs/srv/SetBool_Response, not std_srvs/srv/SetBool_Request"
+    with pytest.raises(MessageError, match=told):
         server.answer(request_id, ASK(True))
 
 

@@ -69,9 +69,8 @@ def test_a_request_is_answered_long_after_others(client: Client, server: Server)
 
 
 def test_a_server_may_answer_while_it_is_asked(bob: AnyTransport, join: Join) -> None:
-    eager: TransportServer = bob.server(
-        NAME, TYPE, QoS(), lambda request_id, _: eager.answer(request_id, reply("at once"))
-    )
+    at_once = reply("at once")
+    eager: TransportServer = bob.server(NAME, TYPE, QoS(), lambda request_id, _: eager.answer(request_id, at_once))
     client = Client(join("alice"))
     assert eventually(lambda: client.end.ready)
     number = client.call("a")

@@ -124,9 +124,8 @@ def test_an_alternative_that_will_be_read_is_no_other_type() -> None:
 def test_a_pair_is_told_once_also_when_the_peer_comes_back() -> None:
     watched = Watched(ours("publish", "/odom", ODOMETRY, BEST_EFFORT))
     reader = peer("subscribe", "/odom", ODOMETRY)
-    assert [
-        len(watched.look(*present)) for present in ((reader,), (reader,), (), (replace(reader, gid=FAST_DDS),))
-    ] == [1, 0, 0, 0]
+    looks = (reader,), (reader,), (), (replace(reader, gid=FAST_DDS),)
+    assert [len(watched.look(*present)) for present in looks] == [1, 0, 0, 0]
     assert len(watched.look(reader, peer("subscribe", "/odom", ODOMETRY, node="nav"))) == 1
 
 
@@ -135,9 +134,8 @@ def test_two_nodes_of_the_session_that_do_not_fit_are_told_by_their_prims() -> N
     watched = Watched(publisher, subscription)
     own = [peer("publish", "/speed", TWIST, BEST_EFFORT, "session"), peer("subscribe", "/speed", TWIST, node="session")]
     (said,) = watched.look(*own)
-    assert said.startswith(
-        "/speed: /World/subscribe asks for reliable, /World/publish offers bestEffort: nothing arrives\n"
-    )
+    why = "/World/subscribe asks for reliable, /World/publish offers bestEffort"
+    assert said.startswith(f"/speed: {why}: nothing arrives\n")
 
 
 def test_a_peer_without_a_name_is_given_time_to_tell_it() -> None:
