@@ -15,7 +15,7 @@ from graphengine.messages.messages import MessageError
 from graphengine.messages.plain import from_plain
 from tests.messages.test_messages import TYPES, random_message, same
 
-RANGE = "sensor_msgs/msg/Range"
+RANGE, TREE = "sensor_msgs/msg/Range", "tf2_msgs/msg/TFMessage"
 
 
 @pytest.mark.parametrize("message_type", TYPES)
@@ -84,11 +84,7 @@ def test_numbers_that_are_none_and_infinite_ones_come_through() -> None:
         ("std_msgs/msg/UInt8MultiArray", {"data": [1, 300]}, "data[1] is 300, not a uint8"),
         ("std_msgs/msg/UInt8MultiArray", {"data": 1}, "data is a list; got 1"),
         ("geometry_msgs/msg/PoseWithCovariance", {"covariance": [0.0]}, "covariance has 1 elements, not 36"),
-        (
-            "tf2_msgs/msg/TFMessage",
-            {"transforms": [{}, {"header": 1}]},
-            "transforms[1].header: std_msgs/msg/Header is a mapping",
-        ),
+        (TREE, {"transforms": [{}, {"header": 1}]}, "transforms[1].header: std_msgs/msg/Header is a mapping"),
     ],
 )
 def test_an_error_names_the_field_or_the_element(message_type: str, data: Any, fault: str) -> None:

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from graphengine.format.errors import TopicError
 from graphengine.messages import names
 
-ROBOT = {"/dd100/Geometry/base_link": "dd100_0000", "/dd100/Geometry/base_link/chassis_link/sim_lidar": "sim_lidar"}
+CHASSIS = "/dd100/Geometry/base_link/chassis_link"
+ROBOT = {"/dd100/Geometry/base_link": "dd100_0000", f"{CHASSIS}/sim_lidar": "sim_lidar"}
 
 
 def collected(prims: dict[str, str], start: str) -> list[str]:
@@ -28,15 +29,10 @@ def test_namespaces_join_from_the_outermost_inwards() -> None:
 @pytest.mark.parametrize(
     ("start", "topic", "outermost", "full"),
     [
-        ("/dd100/Geometry/base_link/chassis_link/sim_lidar/Lidar", "scan", False, "/dd100_0000/sim_lidar/scan"),
-        ("/dd100/Geometry/base_link/chassis_link/sim_lidar/tf", "tf", True, "/dd100_0000/tf"),
-        ("/dd100/Geometry/base_link/chassis_link/sim_lidar/tf", "tf_static", True, "/dd100_0000/tf_static"),
-        (
-            "/dd100/Geometry/base_link/chassis_link/joints",
-            "platform/joint_states",
-            False,
-            "/dd100_0000/platform/joint_states",
-        ),
+        (f"{CHASSIS}/sim_lidar/Lidar", "scan", False, "/dd100_0000/sim_lidar/scan"),
+        (f"{CHASSIS}/sim_lidar/tf", "tf", True, "/dd100_0000/tf"),
+        (f"{CHASSIS}/sim_lidar/tf", "tf_static", True, "/dd100_0000/tf_static"),
+        (f"{CHASSIS}/joints", "platform/joint_states", False, "/dd100_0000/platform/joint_states"),
         ("/World/clock/PublishClock", "clock", False, "/clock"),
     ],
 )
