@@ -206,10 +206,8 @@ def test_of_several_runs_one_has_to_be_named(ticking: MakeTicking, runtime: Runt
     with reachable(ticking, runtime, "hall"), reachable(ticking, runtime, "yard"):
         with pytest.raises(UsageError) as caught:
             find(environment=runtime)
-        assert (
-            str(caught.value)
-            == f"2 sessions run; say which\n  --run {os.getpid()}   hall\n  --run {os.getpid()}   yard"
-        )
+        listed = "".join(f"\n  --run {os.getpid()}   {name}" for name in ("hall", "yard"))
+        assert str(caught.value) == f"2 sessions run; say which{listed}"
         assert find("yard", runtime).name == "yard"
         with pytest.raises(ControlError, match=r"no session 'yarn' runs; did you mean 'yard'\?"):
             find("yarn", runtime)

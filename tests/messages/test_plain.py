@@ -29,16 +29,9 @@ def test_every_message_comes_back_as_it_went_also_through_json(message_type: str
 
 
 def test_plain_data_are_the_fields_in_order() -> None:
-    message = messages.TFMessage(
-        [
-            messages.TransformStamped(
-                messages.header(1.5, "odom"),
-                "base",
-                messages.Transform(messages.Vector3(1.0, 2.0, 3.0), messages.Quaternion(0.0, 0.0, 0.0, 1.0)),
-            )
-        ]
-    )
-    assert json.dumps(to_plain(message)) == (
+    transform = messages.Transform(messages.Vector3(1.0, 2.0, 3.0), messages.Quaternion(0.0, 0.0, 0.0, 1.0))
+    edge = messages.TransformStamped(messages.header(1.5, "odom"), "base", transform)
+    assert json.dumps(to_plain(messages.TFMessage([edge]))) == (
         '{"transforms": [{"header": {"stamp": {"sec": 1, "nanosec": 500000000}, "frame_id": "odom"}, '
         '"child_frame_id": "base", "transform": {"translation": {"x": 1.0, "y": 2.0, "z": 3.0}, '
         '"rotation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}}]}'

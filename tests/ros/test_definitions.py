@@ -230,13 +230,8 @@ def test_a_file_without_fields_is_a_message_without_fields(tmp_path: Path) -> No
 
 def test_the_text_for_recordings_defines_the_same_again(mine: Definitions) -> None:
     found = get_types_from_msg(mine.text("my_msgs/msg/Tag"), "my_msgs/msg/Tag")
-    assert set(found) == {
-        "my_msgs/msg/Tag",
-        "my_msgs/msg/Part",
-        "geometry_msgs/msg/Pose",
-        "geometry_msgs/msg/Point",
-        "geometry_msgs/msg/Quaternion",
-    }
+    parts = {f"geometry_msgs/msg/{part}" for part in ("Pose", "Point", "Quaternion")}
+    assert set(found) == {"my_msgs/msg/Tag", "my_msgs/msg/Part", *parts}
     for name, (constants, fields) in found.items():
         assert (constants, fields) == mine.definition(name)[:2]
 
@@ -296,13 +291,8 @@ def test_folders_add_types_to_those_that_are_there_and_to_nobody_elses(tmp_path:
     mine = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
     mine.message_class("my_msgs/msg/Tag")
     assert mine.message_class("nav_msgs/msg/Odometry") is messages.Odometry
-    assert set(mine.names()) == {
-        *before,
-        "my_msgs/msg/Tag",
-        "my_msgs/msg/Part",
-        "my_msgs/srv/Ask",
-        "my_msgs/action/Dock",
-    }
+    added = {"my_msgs/msg/Tag", "my_msgs/msg/Part", "my_msgs/srv/Ask", "my_msgs/action/Dock"}
+    assert set(mine.names()) == {*before, *added}
     assert DEFINITIONS.names() == before
     assert "no message type" in refusal(DEFINITIONS, "my_msgs/msg/Tag")
 
@@ -324,16 +314,12 @@ def test_no_folders_no_other_definitions() -> None:
 
 
 def test_another_definition_of_a_type_of_jazzy_is_refused_when_it_is_asked_for(tmp_path: Path) -> None:
-    files = {
-        "msg/Twist.msg": "Vector3 linear\nVector3 rotation\n",
-        "msg/Vector3.msg": "float64 x\nfloat64 y\nfloat64 z\n",
-    }
+    twist, vector = "Vector3 linear\nVector3 rotation\n", "float64 x\nfloat64 y\nfloat64 z\n"
+    files = {"msg/Twist.msg": twist, "msg/Vector3.msg": vector}
     definitions = DEFINITIONS.extended([package(tmp_path, files, "geometry_msgs")])
     message = refusal(definitions, "geometry_msgs/msg/Twist")
-    assert (
-        "Twist.msg is not the definition of geometry_msgs/msg/Twist that peers of ROS 2 Jazzy have: 'rotation'"
-        in message
-    )
+    told = "Twist.msg is not the definition of geometry_msgs/msg/Twist that peers of ROS 2 Jazzy have: 'rotation'"
+    assert told in message
     assert definitions.message_class("geometry_msgs/msg/Vector3") is messages.Vector3
 
 

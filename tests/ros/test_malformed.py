@@ -28,14 +28,8 @@ from tests.ros.conftest import StartPeer
 from tests.ros.contract import STRING, AnyTransport, Inbox, needs_rclpy, text
 from tests.waiting import eventually
 
-TYPES = [
-    STRING,
-    "geometry_msgs/msg/Twist",
-    "sensor_msgs/msg/JointState",
-    "tf2_msgs/msg/TFMessage",
-    "sensor_msgs/msg/PointCloud2",
-    "visualization_msgs/msg/InteractiveMarker",
-]
+TYPES = [STRING, "geometry_msgs/msg/Twist", "sensor_msgs/msg/JointState", "tf2_msgs/msg/TFMessage"]
+TYPES += ["sensor_msgs/msg/PointCloud2", "visualization_msgs/msg/InteractiveMarker"]
 HUGE = st.sampled_from([b"\xff\xff\xff\xff", b"\xff\xff\xff\x7f", b"\0\0\0\x80", b"\0\0\1\0"])
 PORTS = 7400
 """Of domain 0; each domain has 250, in which unicast data of participant n is at 11 + 2 n (DDSI-RTPS 9.6.1)."""

@@ -23,14 +23,16 @@ from tests.waiting import PATIENCE, eventually
 ISOLATED = ["unshare", "--map-root-user", "--net", "sh", "-c"]
 """Runs a command on a machine with no network, as it were."""
 
-CALL = """
+IMPORTS = """
 import os, subprocess, sys, time
+from graphengine.format.errors import TransportError
 from graphengine.messages.endpoints import QoS
+from graphengine.messages.messages import String, encode
+from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
-from graphengine.ros.domain import Domain
-from graphengine.messages.messages import String, encode
-
+"""
+CALL = """
 peer = subprocess.Popen([sys.executable, sys.argv[1], "echo"], stdin=subprocess.PIPE)
 heard = []
 alice = DdsTransport(JoinOptions(Domain.from_environment(os.environ), "alice"))
@@ -45,11 +47,6 @@ peer.communicate()
 sys.exit(0 if heard else "nobody answered")
 """
 JOIN = """
-from graphengine.format.errors import TransportError
-from graphengine.ros.transport import JoinOptions
-from graphengine.ros.transports.dds.dds import DdsTransport
-from graphengine.ros.domain import Domain
-
 try:
     DdsTransport(JoinOptions(Domain(1, "LOCALHOST"), "alice"))
 except TransportError as error:
@@ -66,7 +63,17 @@ def isolated(
         "ROS_DOMAIN_ID": "1",
         "ROS_AUTOMATIC_DISCOVERY_RANGE": reach,
     }
-    command = [*ISOLATED, f'{preparation} && exec "$@"', "sh", sys.executable, "-W", "error", "-c", program, *arguments]
+    command = [
+        *ISOLATED,
+        f'{preparation} && exec "$@"',
+        "sh",
+        sys.executable,
+        "-W",
+        "error",
+        "-c",
+        IMPORTS + program,
+        *arguments,
+    ]
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=2 * PATIENCE, check=False)
 
 

@@ -149,9 +149,8 @@ def test_each_call_has_one_answer(client: Client, server: Server) -> None:
     client.call("b")
     assert eventually(lambda: len(server.asked) == 2)
     server.answer(1)
-    assert eventually(
-        lambda: 2 in client.answers
-    )  # by then the others would have come; the client refuses a second one
+    # By then the others would have come; the client refuses a second one.
+    assert eventually(lambda: 2 in client.answers)
     assert client.answers == {1: "a!", 2: "b!"}
 
 
@@ -262,9 +261,8 @@ def test_an_error_in_a_delivery_does_not_end_deliveries(join: Join, caplog: pyte
             assert eventually(lambda count=count: len(asked) == count)  # type: ignore[misc]
             server.answer(asked[-1], reply("b"))
             assert eventually(lambda count=count: len(answered) == count)  # type: ignore[misc]
-    assert [record.getMessage() for record in caplog.records] == [
-        f"{NAME}: a message could not be delivered; told once"
-    ] * 2
+    told = [record.getMessage() for record in caplog.records]
+    assert told == [f"{NAME}: a message could not be delivered; told once"] * 2
 
 
 @pytest.mark.parametrize("kind", ["dds", RCLPY], indirect=True)

@@ -249,10 +249,8 @@ class Counted:
 @pytest.mark.parametrize("offered", [DEFAULT, BEST_EFFORT])
 def test_a_hundred_ends_and_a_hundred_peers_of_one_topic_are_not_compared_in_pairs(offered: QoS) -> None:
     network, said, read = Played(), list[str](), list[str]()
-    network.present = [
-        cast("Endpoint", Counted(peer("subscribe", "/odom", ODOMETRY, node=f"rviz_{number:02}"), read))
-        for number in range(100)
-    ]
+    ends = (peer("subscribe", "/odom", ODOMETRY, node=f"rviz_{number:02}") for number in range(100))
+    network.present = [cast("Endpoint", Counted(end, read)) for end in ends]
     session = LiveNetwork(lambda domain: network, 0, said.append)
     for number in range(100):
         claim = EndpointClaim(f"/World/robot_{number}", "graph", "/odom", ODOMETRY, "publish", offered)
