@@ -15,6 +15,8 @@ from tests.ros.contract import ALL, NETWORKED, RCLPY, AnyTransport, Join
 from tests.ros.service_contract import NAME, TYPE, Client, Server, foreign, question, reply, rmw
 from tests.waiting import eventually
 
+BEST_EFFORT = QoS(reliability="bestEffort")
+
 
 @pytest.fixture(params=ALL)
 def kind(request: pytest.FixtureRequest) -> str:
@@ -161,11 +163,7 @@ def test_a_megabyte_is_asked_and_answered(client: Client, server: Server) -> Non
     assert eventually(lambda: client.answers == {1: "x" * 1_000_000 + "!"})
 
 
-@pytest.mark.parametrize(
-    ("asked", "offered"),
-    [(QoS(reliability="bestEffort"), QoS()), (QoS(), QoS(reliability="bestEffort"))],
-    ids=["asked", "offered"],
-)
+@pytest.mark.parametrize(("asked", "offered"), [(BEST_EFFORT, QoS()), (QoS(), BEST_EFFORT)], ids=["asked", "offered"])
 def test_best_effort_and_reliable_do_not_meet(alice: AnyTransport, bob: AnyTransport, asked: QoS, offered: QoS) -> None:
     Server(bob, qos=offered)
     other = Server(bob, "/other")
