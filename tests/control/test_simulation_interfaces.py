@@ -10,12 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.control.service_host import Offers
 from graphengine.control.simulation_interfaces.server import SimulationInterfaces
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.ros.transport import DeliverRequest
 from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.ros.transports.memory.memory_services import MemoryServer
 from graphengine.scene.loaded_scene import LoadedScene, Options
 from tests.control.conftest import MakeTicking
 from tests.control.harness import controlled
@@ -440,6 +444,26 @@ def test_bytes_that_are_no_request_are_dropped_and_told_once(sim: Simulator) -> 
             sim.send("get_entities", kind, b"\0\1\0\0\xff\xff\xff\xff", 0.05)
     assert len(sim.complaints) == 1
     assert names(sim) == ["bot", "ball", "shelf"]
+
+
+class Impatient(MemoryTransport):
+    """A network with a peer that asks as soon as a service is there, before who offers it knows."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.answers: list[bytes] = []
+
+    def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> MemoryServer:
+        made = super().server(service, service_type, qos, deliver)
+        client = self.client(service, service_type, qos, lambda number, data: self.answers.append(data))
+        client.call(messages.encode(DEFINITIONS.initial(f"{service_type}_Request")))
+        return made
+
+
+def test_what_is_asked_while_a_service_is_opened_is_answered() -> None:
+    transport = Impatient()
+    Offers(transport, print).add("/trigger", "std_srvs/srv/Trigger", lambda request, response: None)
+    assert transport.answers == [messages.encode(DEFINITIONS.initial("std_srvs/srv/Trigger_Response"))]
 
 
 def test_requests_are_answered_while_the_simulation_plays(tmp_path: Path) -> None:
