@@ -90,9 +90,7 @@ def test_what_is_asked_is_a_line_and_so_is_the_answer(ticking: MakeTicking, runt
         b'{"command": "play"}',
     ],
 )
-def test_who_sends_garbage_is_hung_up_on_and_nobody_else(
-    ticking: MakeTicking, runtime: Runtime, garbage: bytes
-) -> None:
+def test_who_sends_garbage_is_hung_up_on_and_no_other(ticking: MakeTicking, runtime: Runtime, garbage: bytes) -> None:
     with reachable(ticking, runtime) as (run, channel), Client(find(environment=runtime)) as client:
         assert spoken(channel.path, garbage) == b""
         assert client.ask("state")["state"] == "paused"

@@ -329,9 +329,7 @@ def test_names_are_those_of_the_resource_or_free_ones_where_that_is_allowed(sim:
 
 
 @pytest.mark.parametrize("uri", ["robots/dd100.yaml", "crate.urdf", "file://{folder}/crate.urdf"])
-def test_files_of_the_scenes_folder_and_those_that_ship_can_be_spawned(
-    sim: Simulator, tmp_path: Path, uri: str
-) -> None:
+def test_files_of_the_scenes_folder_and_what_ships_can_be_spawned(sim: Simulator, tmp_path: Path, uri: str) -> None:
     (tmp_path / "crate.urdf").write_text(CRATE, encoding="utf-8")
     answer = spawn(sim, uri=uri.format(folder=tmp_path))
     assert answer.result.result == OK, answer.result.error_message

@@ -64,9 +64,7 @@ def test_a_peer_that_leaves_is_gone_from_the_graph(alice: AnyTransport, bob: Any
     assert "/bob" not in {end.full_node for end in alice.graph().endpoints}
 
 
-def test_discovery_ends_when_it_is_enough_or_when_the_time_is_up(
-    alice: AnyTransport, bob: AnyTransport, kind: str
-) -> None:
+def test_discovery_ends_when_it_is_enough_or_the_time_is_up(alice: AnyTransport, bob: AnyTransport, kind: str) -> None:
     assert discover(alice, 0.0).publishers("/chatter") == []
     bob.writer("/chatter", STRING, QoS())
     found = discover(alice, 60.0, lambda graph: graph.publishers("/chatter"))
@@ -115,9 +113,7 @@ def test_a_peer_that_left_and_comes_back_is_served_again(join: Join) -> None:
 
 
 @pytest.mark.parametrize("kind", ["dds", RCLPY], indirect=True)
-def test_a_peer_that_is_killed_is_given_up_and_its_successor_is_served(
-    alice: AnyTransport, start_peer: StartPeer
-) -> None:
+def test_a_peer_that_is_killed_is_given_up_and_its_successor_served(alice: AnyTransport, start_peer: StartPeer) -> None:
     inbox = Inbox()
     ping = alice.writer("/ping", STRING, QoS())
     alice.reader("/pong", STRING, QoS(), inbox)

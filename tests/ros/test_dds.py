@@ -72,9 +72,7 @@ def test_what_comes_while_the_process_is_busy_is_all_delivered(alice: DdsTranspo
     assert eventually(lambda: len(heard) == 501)
 
 
-def test_a_patient_writer_loses_what_it_counts_as_given_up_and_nothing_else(
-    dds: OpenDds, start_peer: StartPeer
-) -> None:
+def test_a_patient_writer_loses_what_it_counts_as_given_up_and_no_more(dds: OpenDds, start_peer: StartPeer) -> None:
     patient, heard, number = dds("patient", patient=True), set(), 0
     patient.reader("/pong", STRING, QoS(), lambda data: heard.add(data[8:10]))
     ping = patient.writer("/ping", STRING, QoS(depth=2))
@@ -238,9 +236,7 @@ raise SystemExit(3)
     assert eventually(lambda: graph.nodes() == {})
 
 
-def test_a_transport_that_could_not_be_made_leaves_nothing_behind(
-    domain: Domain, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_transport_that_cannot_be_made_leaves_nothing_behind(domain: Domain, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise TransportError("on purpose")
 

@@ -207,9 +207,7 @@ def test_a_request_without_a_header_or_a_message_is_dropped_and_counted(
     assert eventually(lambda: asked, lambda: ping.write(encode(String("call"))))
 
 
-def test_a_service_that_cannot_be_opened_leaves_nothing_of_it(
-    bob: DdsTransport, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_service_that_cannot_be_opened_leaves_nothing(bob: DdsTransport, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*arguments: object, **options: object) -> None:
         raise DDSException(DDSException.DDS_RETCODE_OUT_OF_RESOURCES)
 

@@ -53,9 +53,7 @@ def test_the_tutorials_topics_come_out_as_in_isaac_sim(start: str, topic: str, o
         ("///", "x", "/x"),
     ],
 )
-def test_both_ends_are_trimmed_and_an_absolute_name_stays_in_the_namespace(
-    namespace: str, topic: str, full: str
-) -> None:
+def test_both_ends_are_trimmed_and_an_absolute_name_stays_in_a_namespace(namespace: str, topic: str, full: str) -> None:
     assert names.full_topic(namespace, topic) == full
 
 
@@ -123,9 +121,7 @@ def test_rcl_refuses_these_namespaces(name: str, fault: str) -> None:
         ("", "x" * 300, "has 301 characters, at most 247", "x" * 300),
     ],
 )
-def test_an_error_names_the_fault_and_the_input_that_has_it(
-    namespace: str, topic: str, message: str, value: str
-) -> None:
+def test_an_error_names_the_fault_and_the_input_with_it(namespace: str, topic: str, message: str, value: str) -> None:
     with pytest.raises(TopicError) as caught:
         names.full_topic(namespace, topic)
     assert message in caught.value.message

@@ -70,9 +70,7 @@ def test_the_project_file_registers_the_transports_that_lie_in_the_package() -> 
 
 @pytest.mark.parametrize("name", ["dds", "auto"])
 @pytest.mark.usefixtures("without_rclpy")
-def test_without_cyclonedds_the_error_says_what_to_do(
-    domain: Domain, monkeypatch: pytest.MonkeyPatch, name: str
-) -> None:
+def test_without_cyclonedds_errors_say_what_to_do(domain: Domain, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
     with pytest.raises(TransportError, match=r"dds needs cyclonedds, which cannot be imported[^$]*--transport memory"):
         open_transport(name, JoinOptions(domain))

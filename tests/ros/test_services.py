@@ -123,9 +123,7 @@ def test_a_call_without_a_server_is_lost(join: Join) -> None:
 
 
 @pytest.mark.parametrize("leaving", ["client", "process"])
-def test_a_client_that_is_gone_does_not_disturb_others(
-    join: Join, client: Client, server: Server, leaving: str
-) -> None:
+def test_a_client_that_is_gone_disturbs_no_other(join: Join, client: Client, server: Server, leaving: str) -> None:
     carol = join("carol")
     gone = Client(carol)
     assert eventually(lambda: gone.end.ready)

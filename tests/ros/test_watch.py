@@ -187,9 +187,7 @@ def test_services_that_somebody_else_offers_too_are_told_once() -> None:
         (922_000, 0, FAST_DDS, 0),  # a system that does not tell
     ],
 )
-def test_large_messages_to_fast_dds_are_told_with_what_to_type(
-    size: int, buffer: int, reader: bytes, told: int
-) -> None:
+def test_large_messages_to_fast_dds_are_told_with_a_remedy(size: int, buffer: int, reader: bytes, told: int) -> None:
     watched = Watched(ours("publish", "/rgb", ODOMETRY, largest=size), buffer=buffer)
     own = peer("publish", "/rgb", ODOMETRY, node="session")
     said = watched.look(own, peer("subscribe", "/rgb", ODOMETRY, gid=reader))

@@ -211,9 +211,7 @@ def test_a_process_that_takes_too_long_is_ended(tmp_path: Path, monkeypatch: pyt
     assert caught.value.answer == b"half\n"
 
 
-def test_a_process_sees_no_environment_and_ends_with_its_seconds(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_process_sees_no_environment_and_ends_in_its_seconds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("SECRET", "1")
     code = f"{IMPORTS}bound()\n"
