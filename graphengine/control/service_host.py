@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
@@ -34,6 +35,8 @@ class Offers:
     def __init__(self, transport: Transport, complain: Callable[[str], None]) -> None:
         self._transport = transport
         self._complain = complain
+        self._lock = threading.Lock()
+        """Held where a thread of the transport needs to know whether a service is open."""
         self._servers: dict[str, TransportServer] = {}
         self._malformed: set[str] = set()
 
@@ -57,10 +60,16 @@ class Offers:
         Raises:
             MessageTypeError: the transport does not know the type.
         """
+        early: list[tuple[bytes, bytes]] = []
+        """Requests that came while the transport was opening the service."""
 
         def deliver(request_id: bytes, data: bytes) -> None:
+            with self._lock:
+                if service not in self._servers:
+                    early.append((request_id, data))
+                    return
             request = self._decode(service, data, f"{service_type}_Request")
-            if request is None or service not in self._servers:
+            if request is None:
                 return
             response = DEFINITIONS.initial(f"{service_type}_Response")
 
@@ -75,7 +84,11 @@ class Offers:
             else:
                 future.add_done_callback(reply)
 
-        self._servers[service] = self._transport.server(service, service_type, SERVICES, deliver)
+        server = self._transport.server(service, service_type, SERVICES, deliver)
+        with self._lock:
+            self._servers[service] = server
+        for arrival in early:
+            deliver(*arrival)
 
     def _decode(self, service: str, data: bytes, message_type: str) -> Any | None:
         try:

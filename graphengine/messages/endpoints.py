@@ -53,13 +53,20 @@ class EndpointClaim:
         return self.direction in ("serve", "call")
 
 
-class Publisher:
-    """One topic to write to."""
+class TopicEndpoint:
+    """One end of a topic."""
 
     def __init__(self, claim: EndpointClaim) -> None:
         self.claim = claim
         self.topic = claim.topic
         """Full topic name."""
+
+    def close(self) -> None:
+        """Leave the topic; the context of the node does so. Safe to call twice."""
+
+
+class Publisher(TopicEndpoint):
+    """One topic to write to."""
 
     @property
     def wanted(self) -> bool:
@@ -69,19 +76,12 @@ class Publisher:
     def publish(self, message: Any) -> None:
         """Send a message of `graphengine.messages.messages` to every sink; encoded once."""
 
-    def close(self) -> None:
-        """Leave the topic; the context of the node does so. Safe to call twice."""
 
-
-class Subscription:
+class Subscription(TopicEndpoint):
     """One topic to read from; deliveries are frozen at the start of each tick."""
 
-    def __init__(self, claim: EndpointClaim) -> None:
-        self.claim = claim
-        self.topic = claim.topic
-        """Full topic name."""
-        self.skipped = 0
-        """How many messages were passed over by `newest` since play."""
+    skipped = 0
+    """How many messages were passed over by `newest` since play."""
 
     def newest(self) -> Any | None:
         """The newest message delivered in this tick, once; None when there is none. Older ones count as skipped."""
@@ -91,19 +91,26 @@ class Subscription:
         """All messages delivered in this tick, oldest first, once."""
         return ()
 
-    def close(self) -> None:
-        """Leave the topic; the context of the node does so. Safe to call twice."""
 
+class ServiceEndpoint:
+    """One end of a service."""
 
-class ServiceServer:
-    """One service that is offered; requests are frozen at the start of each tick."""
-
-    def __init__(self, claim: EndpointClaim, handle: int) -> None:
+    def __init__(self, claim: EndpointClaim) -> None:
         self.claim = claim
         self.service = claim.topic
         """Full name of the service."""
         self.service_type = claim.message_type
         """ROS 2 name, as in `std_srvs/srv/SetBool`."""
+
+    def close(self) -> None:
+        """Leave the service; the context of the node does so. Safe to call twice."""
+
+
+class ServiceServer(ServiceEndpoint):
+    """One service that is offered; requests are frozen at the start of each tick."""
+
+    def __init__(self, claim: EndpointClaim, handle: int) -> None:
+        super().__init__(claim)
         self.handle = handle
         """Number by which `Context.server` finds it; never 0."""
         self.current: bytes | None = None
@@ -116,20 +123,11 @@ class ServiceServer:
     def answer(self, request_id: bytes, response: Any) -> None:
         """Answer a request when the tick ends; one that was answered, or came before a stop, is not."""
 
-    def close(self) -> None:
-        """Withdraw the service; the context of the node does so. Safe to call twice."""
 
-
-class ServiceClient:
+class ServiceClient(ServiceEndpoint):
     """One service that is called; answers are frozen at the start of each tick."""
 
-    def __init__(self, claim: EndpointClaim) -> None:
-        self.claim = claim
-        self.service = claim.topic
-        """Full name of the service."""
-        self.service_type = claim.message_type
-        """ROS 2 name, as in `std_srvs/srv/SetBool`."""
-        self._calls = 0
+    _calls = 0
 
     def call(self, request: Any) -> int:
         """Ask when the tick ends, or as soon as a server is there; the number of the call, from 1 up."""
@@ -139,9 +137,6 @@ class ServiceClient:
     def take(self) -> Sequence[tuple[int, Any]]:
         """Answers that came before this tick and were not taken, in order: numbers of their calls, and messages."""
         return ()
-
-    def close(self) -> None:
-        """Leave the service; the context of the node does so. Safe to call twice."""
 
 
 class Network:

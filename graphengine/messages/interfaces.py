@@ -6,6 +6,7 @@ ROS 2 makes of these are defined here as ROS 2 defines them.
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -126,9 +127,7 @@ def read(path: Path, name: TypeName) -> dict[str, Definition]:
     if len(parts) != expected:
         what = f"{path} has {len(parts)} parts, a .{name.kind} file has {expected}"
         raise MessageTypeError(what, name.name, "a line of three dashes stands between two parts")
-    lines = [0]
-    for part in parts[:-1]:
-        lines.append(lines[-1] + part.count("\n"))
+    lines = itertools.accumulate((part.count("\n") for part in parts[:-1]), initial=0)
     parsed = [_parse(path, name.package, part, line) for part, line in zip(parts, lines, strict=True)]
     if name.kind == "msg":
         return {name.source: parsed[0]}

@@ -55,13 +55,11 @@ class Domain:
         alone = environ.get("ROS_LOCALHOST_ONLY", "")
         if alone not in ("", "0", "1"):
             raise TransportError(f"ROS_LOCALHOST_ONLY is {alone!r}\nlegal: 0, 1")
+        number, uri = _domain_id(environ.get("ROS_DOMAIN_ID", "")), environ.get("CYCLONEDDS_URI", "")
+        if alone == "1":
+            return cls(number, "LOCALHOST", (), uri)
         peers = tuple(peer for peer in environ.get("ROS_STATIC_PEERS", "").split(";") if peer)
-        return cls(
-            _domain_id(environ.get("ROS_DOMAIN_ID", "")),
-            "LOCALHOST" if alone == "1" else _range(environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "")),
-            () if alone == "1" else peers,
-            environ.get("CYCLONEDDS_URI", ""),
-        )
+        return cls(number, _range(environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "")), peers, uri)
 
 
 def _domain_id(text: str) -> int:

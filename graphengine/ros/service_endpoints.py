@@ -20,7 +20,7 @@ import numpy as np
 from graphengine.format.errors import TransportError
 from graphengine.format.stateful import Stateful
 from graphengine.messages import messages
-from graphengine.messages.endpoints import EndpointClaim, ServiceClient, ServiceServer
+from graphengine.messages.endpoints import EndpointClaim, ServiceClient, ServiceEndpoint, ServiceServer
 
 if TYPE_CHECKING:
     from graphengine.ros.network import LiveNetwork
@@ -38,12 +38,9 @@ GID, IDENTITY = 16, 24
 _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 
 
-class _Endpoint(Stateful):
-    """What a server and a client have in common."""
+class _Endpoint(Stateful, ServiceEndpoint):
+    """What a server and a client have in common; its claim is of the topic of its events."""
 
-    service: str
-    claim: EndpointClaim
-    """Of the topic of its events."""
     _end: Any
     """The server or client of the transport."""
 

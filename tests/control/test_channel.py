@@ -90,9 +90,7 @@ def test_what_is_asked_is_a_line_and_so_is_the_answer(ticking: MakeTicking, runt
         b'{"command": "play"}',
     ],
 )
-def test_who_sends_garbage_is_hung_up_on_and_nobody_else(
-    ticking: MakeTicking, runtime: Runtime, garbage: bytes
-) -> None:
+def test_who_sends_garbage_is_hung_up_on_and_no_other(ticking: MakeTicking, runtime: Runtime, garbage: bytes) -> None:
     with reachable(ticking, runtime) as (run, channel), Client(find(environment=runtime)) as client:
         assert spoken(channel.path, garbage) == b""
         assert client.ask("state")["state"] == "paused"
@@ -206,10 +204,8 @@ def test_of_several_runs_one_has_to_be_named(ticking: MakeTicking, runtime: Runt
     with reachable(ticking, runtime, "hall"), reachable(ticking, runtime, "yard"):
         with pytest.raises(UsageError) as caught:
             find(environment=runtime)
-        assert (
-            str(caught.value)
-            == f"2 sessions run; say which\n  --run {os.getpid()}   hall\n  --run {os.getpid()}   yard"
-        )
+        listed = "".join(f"\n  --run {os.getpid()}   {name}" for name in ("hall", "yard"))
+        assert str(caught.value) == f"2 sessions run; say which{listed}"
         assert find("yard", runtime).name == "yard"
         with pytest.raises(ControlError, match=r"no session 'yarn' runs; did you mean 'yard'\?"):
             find("yarn", runtime)

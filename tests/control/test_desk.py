@@ -24,15 +24,8 @@ RAISES = """
 def test_another_thread_asks_and_is_answered(ticking: MakeTicking) -> None:
     with controlled(ticking().session, paused=True) as run:
         state = run.ask("state")
-    assert state == {
-        "state": "paused",
-        "time": 0.0,
-        "tick": 0,
-        "tick_period": 0.25,
-        "rate": "max",
-        "robots": [],
-        "objects": [],
-    }
+    begun = {"state": "paused", "time": 0.0, "tick": 0, "tick_period": 0.25, "rate": "max"}
+    assert state == begun | {"robots": [], "objects": []}
 
 
 def test_commands_are_done_in_the_order_in_which_they_came(ticking: MakeTicking) -> None:

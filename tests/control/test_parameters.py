@@ -48,9 +48,7 @@ def factor(sim: Simulator) -> float:
 
 @pytest.mark.parametrize(("value", "pace"), [(0.5, 0.5), (2, 2.0), (0.0, None), (0.01, 0.01)])
 @pytest.mark.parametrize("atomically", [True, False])
-def test_a_factor_that_is_set_is_the_pace_of_the_run(
-    sim: Simulator, value: float, pace: float | None, atomically: bool
-) -> None:
+def test_a_factor_that_is_set_is_the_pace(sim: Simulator, value: float, pace: float | None, atomically: bool) -> None:
     assert factor(sim) == 1.0
     if atomically:
         assert ask(sim, "SetParametersAtomically", parameters=[parameter(value)]).result.successful

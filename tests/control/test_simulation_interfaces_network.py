@@ -48,9 +48,7 @@ def test_a_run_of_another_process_is_controlled(tmp_path: Path, domain_id: int, 
         pytest.importorskip("simulation_interfaces")
     with running(tmp_path, kind, domain_id) as process:
         there = Domain(domain_id, "LOCALHOST")
-        transport = (
-            DdsTransport(JoinOptions(there, "client")) if kind == "dds" else RclTransport(JoinOptions(there, "client"))
-        )
+        transport = (DdsTransport if kind == "dds" else RclTransport)(JoinOptions(there, "client"))
         client = Client(transport)
         try:
             assert list(client.call("get_entities").entities) == ["bot", "ball", "shelf"]
@@ -81,9 +79,7 @@ def test_two_runs_in_one_domain_are_told_apart_by_their_namespaces(tmp_path: Pat
         pytest.importorskip("simulation_interfaces")
     with running(tmp_path, kind, domain_id, "/one") as one, running(tmp_path, kind, domain_id, "/two") as two:
         there = Domain(domain_id, "LOCALHOST")
-        transport = (
-            DdsTransport(JoinOptions(there, "client")) if kind == "dds" else RclTransport(JoinOptions(there, "client"))
-        )
+        transport = (DdsTransport if kind == "dds" else RclTransport)(JoinOptions(there, "client"))
         client = Client(transport)
         try:
             assert entities(client, "one") == entities(client, "two") == ["bot", "ball", "shelf"]

@@ -130,9 +130,7 @@ def test_the_short_name_of_a_type_means_a_message() -> None:
 
 
 @given(st.lists(st.floats(), max_size=4), st.text(max_size=8), st.booleans(), st.integers(-(2**63), 2**63 - 1))
-def test_what_is_shown_of_a_message_makes_the_same_message(
-    floats: list[float], text: str, flag: bool, number: int
-) -> None:
+def test_what_is_shown_of_a_message_makes_the_same_one(floats: list[float], text: str, flag: bool, number: int) -> None:
     message_type = "rcl_interfaces/msg/ParameterValue"
     value = DEFINITIONS.initial(message_type)
     value.bool_value, value.integer_value, value.string_array_value = flag, number, [text]

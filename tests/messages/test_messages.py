@@ -52,11 +52,9 @@ def test_bytes_are_little_endian_xcdr1_padded_to_words() -> None:
     transform = messages.Transform(messages.Vector3(1.0, 2.0, 3.0), messages.Quaternion(0.0, 0.0, 0.0, 1.0))
     edge = messages.TransformStamped(messages.header(0.5, "odom"), "base", transform)
     # One element; its stamp, "odom", "base" with what aligns them, then up to the next multiple of 8.
-    expected = struct.pack("<IiII5s3xI5s3x", 1, 0, 500_000_000, 5, b"odom\0", 5, b"base\0") + struct.pack(
-        "<7d", 1, 2, 3, 0, 0, 0, 1
-    )
-    assert len(expected) == 36 + 56
-    padded = expected[:36] + bytes(4) + expected[36:]
+    head = struct.pack("<IiII5s3xI5s3x", 1, 0, 500_000_000, 5, b"odom\0", 5, b"base\0")
+    assert len(head) == 36
+    padded = head + bytes(4) + struct.pack("<7d", 1, 2, 3, 0, 0, 0, 1)
     assert encode(messages.TFMessage([edge])) == b"\0\1\0\0" + padded
 
 
@@ -129,9 +127,8 @@ def test_every_type_comes_back_as_it_went(message_type: str) -> None:
 
 
 def test_messages_of_big_endian_peers_are_read() -> None:
-    assert decode(b"\0\0\0\0" + struct.pack(">iI", 1, 2), "rosgraph_msgs/msg/Clock") == messages.Clock(
-        messages.Time(1, 2)
-    )
+    data = b"\0\0\0\0" + struct.pack(">iI", 1, 2)
+    assert decode(data, "rosgraph_msgs/msg/Clock") == messages.Clock(messages.Time(1, 2))
 
 
 FUZZED = [

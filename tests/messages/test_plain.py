@@ -15,7 +15,7 @@ from graphengine.messages.messages import MessageError
 from graphengine.messages.plain import from_plain
 from tests.messages.test_messages import TYPES, random_message, same
 
-RANGE = "sensor_msgs/msg/Range"
+RANGE, TREE = "sensor_msgs/msg/Range", "tf2_msgs/msg/TFMessage"
 
 
 @pytest.mark.parametrize("message_type", TYPES)
@@ -29,16 +29,9 @@ def test_every_message_comes_back_as_it_went_also_through_json(message_type: str
 
 
 def test_plain_data_are_the_fields_in_order() -> None:
-    message = messages.TFMessage(
-        [
-            messages.TransformStamped(
-                messages.header(1.5, "odom"),
-                "base",
-                messages.Transform(messages.Vector3(1.0, 2.0, 3.0), messages.Quaternion(0.0, 0.0, 0.0, 1.0)),
-            )
-        ]
-    )
-    assert json.dumps(to_plain(message)) == (
+    transform = messages.Transform(messages.Vector3(1.0, 2.0, 3.0), messages.Quaternion(0.0, 0.0, 0.0, 1.0))
+    edge = messages.TransformStamped(messages.header(1.5, "odom"), "base", transform)
+    assert json.dumps(to_plain(messages.TFMessage([edge]))) == (
         '{"transforms": [{"header": {"stamp": {"sec": 1, "nanosec": 500000000}, "frame_id": "odom"}, '
         '"child_frame_id": "base", "transform": {"translation": {"x": 1.0, "y": 2.0, "z": 3.0}, '
         '"rotation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}}]}'
@@ -84,11 +77,7 @@ def test_numbers_that_are_none_and_infinite_ones_come_through() -> None:
         ("std_msgs/msg/UInt8MultiArray", {"data": [1, 300]}, "data[1] is 300, not a uint8"),
         ("std_msgs/msg/UInt8MultiArray", {"data": 1}, "data is a list; got 1"),
         ("geometry_msgs/msg/PoseWithCovariance", {"covariance": [0.0]}, "covariance has 1 elements, not 36"),
-        (
-            "tf2_msgs/msg/TFMessage",
-            {"transforms": [{}, {"header": 1}]},
-            "transforms[1].header: std_msgs/msg/Header is a mapping",
-        ),
+        (TREE, {"transforms": [{}, {"header": 1}]}, "transforms[1].header: std_msgs/msg/Header is a mapping"),
     ],
 )
 def test_an_error_names_the_field_or_the_element(message_type: str, data: Any, fault: str) -> None:

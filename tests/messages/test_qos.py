@@ -23,16 +23,8 @@ DEFAULT = {
     "leaseDuration": 0.0,
 }
 SYSTEM_DEFAULT = DEFAULT | dict.fromkeys(("history", "reliability", "durability"), "systemDefault") | {"depth": 0}
-CUSTOM = {
-    "history": "keepAll",
-    "depth": 20,
-    "reliability": "bestEffort",
-    "durability": "transientLocal",
-    "deadline": 1.5,
-    "lifespan": 2.0,
-    "liveliness": "automatic",
-    "leaseDuration": 3.0,
-}
+OTHERS = "keepAll", 20, "bestEffort", "transientLocal", 1.5, 2.0, "automatic", 3.0
+CUSTOM = dict(zip(DEFAULT, OTHERS, strict=True))
 
 
 # The table "QoS compatibilities" of the ROS 2 documentation.

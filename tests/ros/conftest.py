@@ -6,7 +6,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeAlias, cast
 
@@ -91,19 +91,17 @@ def dds(domain: Domain) -> Iterator[OpenDds]:
 
 
 @pytest.fixture
-def start_peer() -> Iterator[StartPeer]:
-    """Starts a process that plays a part of `peer.py` in a domain, with other variables of the environment if need be."""
+def start_peer(domain_id: int) -> Iterator[StartPeer]:
+    """Starts a process that plays a part of `peer.py` in the test's domain, with other variables of its environment."""
     started: list[subprocess.Popen[bytes]] = []
 
-    def start(part: str, domain_id: int, changes: Mapping[str, str] | None = None) -> subprocess.Popen[bytes]:
+    def start(part: str, **changes: str) -> subprocess.Popen[bytes]:
         environment = {
             **os.environ,
             "ROS_DOMAIN_ID": str(domain_id),
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "PYTHONPATH": os.pathsep.join(
-                [str(Path(graphengine.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
-            ),
-            **(changes or {}),
+            "PYTHONPATH": f"{Path(graphengine.__file__).parents[1]}{os.pathsep}{os.environ.get('PYTHONPATH', '')}",
+            **changes,
         }
         program = [sys.executable, "-W", "error", str(Path(__file__).with_name("peer.py")), part]
         started.append(subprocess.Popen(program, env=environment, stdin=subprocess.PIPE))

@@ -22,9 +22,8 @@ SHORT_LEASE = "<CycloneDDS><Domain><Discovery><LeaseDuration>1s</LeaseDuration><
 
 def known(transport: Transport, topic: str) -> list[tuple[str, str, str]]:
     """Of each end of a topic: direction, type and node."""
-    return [
-        (end.direction, end.message_type, end.full_node) for end in transport.graph().endpoints if end.topic == topic
-    ]
+    ends = (end for end in transport.graph().endpoints if end.topic == topic)
+    return [(end.direction, end.message_type, end.full_node) for end in ends]
 
 
 def test_the_graph_tells_who_writes_and_reads_what(alice: AnyTransport, bob: AnyTransport, kind: str) -> None:
@@ -65,9 +64,7 @@ def test_a_peer_that_leaves_is_gone_from_the_graph(alice: AnyTransport, bob: Any
     assert "/bob" not in {end.full_node for end in alice.graph().endpoints}
 
 
-def test_discovery_ends_when_it_is_enough_or_when_the_time_is_up(
-    alice: AnyTransport, bob: AnyTransport, kind: str
-) -> None:
+def test_discovery_ends_when_it_is_enough_or_the_time_is_up(alice: AnyTransport, bob: AnyTransport, kind: str) -> None:
     assert discover(alice, 0.0).publishers("/chatter") == []
     bob.writer("/chatter", STRING, QoS())
     found = discover(alice, 60.0, lambda graph: graph.publishers("/chatter"))
@@ -116,14 +113,12 @@ def test_a_peer_that_left_and_comes_back_is_served_again(join: Join) -> None:
 
 
 @pytest.mark.parametrize("kind", ["dds", RCLPY], indirect=True)
-def test_a_peer_that_is_killed_is_given_up_and_its_successor_is_served(
-    alice: AnyTransport, domain_id: int, start_peer: StartPeer
-) -> None:
+def test_a_peer_that_is_killed_is_given_up_and_its_successor_served(alice: AnyTransport, start_peer: StartPeer) -> None:
     inbox = Inbox()
     ping = alice.writer("/ping", STRING, QoS())
     alice.reader("/pong", STRING, QoS(), inbox)
     for visit in ("first", "second"):
-        peer = start_peer("echo", domain_id, {"CYCLONEDDS_URI": SHORT_LEASE})
+        peer = start_peer("echo", CYCLONEDDS_URI=SHORT_LEASE)
         assert eventually(lambda: ping.matched)
 
         def answered(visit: str = visit) -> bool:
@@ -136,11 +131,9 @@ def test_a_peer_that_is_killed_is_given_up_and_its_successor_is_served(
 
 
 @pytest.mark.parametrize("kind", ["dds"], indirect=True)
-def test_messages_for_a_peer_that_is_stopped_are_given_up_and_counted(
-    join: Join, domain_id: int, start_peer: StartPeer
-) -> None:
+def test_messages_for_a_peer_that_is_stopped_are_given_up_and_counted(join: Join, start_peer: StartPeer) -> None:
     writer = join("alice").writer("/ping", STRING, QoS(history="keepAll"))
-    peer = start_peer("echo", domain_id, {"CYCLONEDDS_URI": SHORT_LEASE})
+    peer = start_peer("echo", CYCLONEDDS_URI=SHORT_LEASE)
     assert eventually(lambda: writer.matched)
     peer.send_signal(signal.SIGSTOP)
     assert eventually(lambda: writer.dropped > 0, lambda: writer.write(text("x" * 1_000_000)))

@@ -114,11 +114,8 @@ def test_the_system_default_is_cyclones_own() -> None:
 
 
 def test_static_peers_are_resolved_here() -> None:
-    assert parsed(Domain(0, "SUBNET", ("localhost", "192.0.2.7")))[0]["peers"] == [
-        "127.0.0.1",
-        "127.0.0.1",
-        "192.0.2.7",
-    ]
+    peers = parsed(Domain(0, "SUBNET", ("localhost", "192.0.2.7")))[0]["peers"]
+    assert peers == ["127.0.0.1", "127.0.0.1", "192.0.2.7"]
     with pytest.raises(TransportError, match="ROS_STATIC_PEERS names 'no such host', which is no known host"):
         cyclone.join(Domain(0, "SUBNET", ("no such host",)), "")
 

@@ -198,7 +198,7 @@ def test_a_request_without_a_header_or_a_message_is_dropped_and_counted(
     asked: list[bytes] = []
     server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
     ping = bob.writer("/ping", STRING, QoS())
-    start_peer("ask", domain_id)
+    start_peer("ask")
     assert eventually(lambda: ping.matched and cyclone.writers_of(server.entities[0]))
     (client,) = cyclone.writers_of(server.entities[0]).values()
     assert eventually(lambda: bob.malformed, lambda: send_forged(domain_id, client.gid, data))
@@ -207,9 +207,7 @@ def test_a_request_without_a_header_or_a_message_is_dropped_and_counted(
     assert eventually(lambda: asked, lambda: ping.write(encode(String("call"))))
 
 
-def test_a_service_that_cannot_be_opened_leaves_nothing_of_it(
-    bob: DdsTransport, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_service_that_cannot_be_opened_leaves_nothing(bob: DdsTransport, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*arguments: object, **options: object) -> None:
         raise DDSException(DDSException.DDS_RETCODE_OUT_OF_RESOURCES)
 
@@ -222,9 +220,8 @@ def test_a_service_that_cannot_be_opened_leaves_nothing_of_it(
 
 def test_a_service_of_another_type_cannot_have_the_same_name(bob: DdsTransport) -> None:
     first = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: None)
-    with pytest.raises(
-        TransportError, match=r"^/trigger has the type std_srvs/srv/Trigger_\w+ here, it cannot have std_srvs"
-    ):
+    told = r"^/trigger has the type std_srvs/srv/Trigger_\w+ here, it cannot have std_srvs"
+    with pytest.raises(TransportError, match=told):
         bob.server("/trigger", "std_srvs/srv/SetBool", QoS(), lambda request_id, data: None)
     first.close()
     bob.server("/trigger", "std_srvs/srv/SetBool", QoS(), lambda request_id, data: None).close()
@@ -237,9 +234,8 @@ def test_threads_that_read_policies_at_the_same_time_read_their_own(domain_id: i
     texts = ["", "clientid=1;", "x" * 500]
     topics = {text: Topic(participant, f"rt/{len(text)}", idl_type("std_msgs/msg/Empty")) for text in texts}
     writers = [DataWriter(participant, topic, qos=cyclone.endpoint_qos(QoS(), text)) for text, topic in topics.items()]
-    readers = {
-        text: DataReader(participant, topic, qos=cyclone.endpoint_qos(QoS(), "")) for text, topic in topics.items()
-    }
+    plain = cyclone.endpoint_qos(QoS(), "")
+    readers = {text: DataReader(participant, topic, qos=plain) for text, topic in topics.items()}
     wrong: list[bytes] = []
 
     def read(text: str) -> None:

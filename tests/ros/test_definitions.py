@@ -129,9 +129,8 @@ INSTALLED = [Path(prefix, "share") for prefix in os.environ.get("AMENT_PREFIX_PA
 @pytest.mark.skipif(not INSTALLED, reason="no ROS 2 is sourced")
 def test_hashes_of_everything_that_is_installed_are_those_that_rosidl_generated() -> None:
     definitions, compared = DEFINITIONS.extended(installed=INSTALLED), 0
-    for path in (
-        file for share in INSTALLED for kind in ("msg", "srv", "action") for file in share.glob(f"*/{kind}/*.json")
-    ):
+    folders = [folder for share in INSTALLED for kind in ("msg", "srv", "action") for folder in share.glob(f"*/{kind}")]
+    for path in (file for folder in folders for file in folder.glob("*.json")):
         for entry in json.loads(path.read_text("utf-8"))["type_hashes"]:
             assert definitions.type_hash(entry["type_name"]) == entry["hash_string"], entry["type_name"]
             compared += 1
@@ -207,9 +206,8 @@ def test_a_field_begins_with_the_value_that_its_definition_gives_it(tmp_path: Pa
 
 def test_quaternions_begin_upright_as_in_ros_2() -> None:
     # geometry_msgs/msg/Quaternion.msg and sensor_msgs/msg/NavSatStatus.msg are the messages of Jazzy with such values
-    assert DEFINITIONS.initial("geometry_msgs/msg/PoseStamped").pose.orientation == messages.Quaternion(
-        0.0, 0.0, 0.0, 1.0
-    )
+    upright = messages.Quaternion(0.0, 0.0, 0.0, 1.0)
+    assert DEFINITIONS.initial("geometry_msgs/msg/PoseStamped").pose.orientation == upright
     assert DEFINITIONS.initial("sensor_msgs/msg/NavSatFix").status.status == -2
 
 
@@ -232,13 +230,8 @@ def test_a_file_without_fields_is_a_message_without_fields(tmp_path: Path) -> No
 
 def test_the_text_for_recordings_defines_the_same_again(mine: Definitions) -> None:
     found = get_types_from_msg(mine.text("my_msgs/msg/Tag"), "my_msgs/msg/Tag")
-    assert set(found) == {
-        "my_msgs/msg/Tag",
-        "my_msgs/msg/Part",
-        "geometry_msgs/msg/Pose",
-        "geometry_msgs/msg/Point",
-        "geometry_msgs/msg/Quaternion",
-    }
+    parts = {f"geometry_msgs/msg/{part}" for part in ("Pose", "Point", "Quaternion")}
+    assert set(found) == {"my_msgs/msg/Tag", "my_msgs/msg/Part", *parts}
     for name, (constants, fields) in found.items():
         assert (constants, fields) == mine.definition(name)[:2]
 
@@ -274,9 +267,8 @@ def test_what_colcon_ignores_is_not_looked_into(tmp_path: Path) -> None:
 
 
 def test_the_first_folder_wins_and_installed_packages_come_last(tmp_path: Path) -> None:
-    one, other, share = (
-        package(tmp_path / place, {"msg/Thing.msg": f"int32 {place}"}).parent for place in ("one", "other", "share")
-    )
+    places = {name: {"msg/Thing.msg": f"int32 {name}"} for name in ("one", "other", "share")}
+    one, other, share = (package(tmp_path / name, files).parent for name, files in places.items())
     assert DEFINITIONS.extended([one, other], [share]).fields("my_msgs/msg/Thing")[0][0] == "one"
     assert DEFINITIONS.extended([other], [share]).fields("my_msgs/msg/Thing")[0][0] == "other"
     assert DEFINITIONS.extended([], [share]).fields("my_msgs/msg/Thing")[0][0] == "share"
@@ -299,13 +291,8 @@ def test_folders_add_types_to_those_that_are_there_and_to_nobody_elses(tmp_path:
     mine = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
     mine.message_class("my_msgs/msg/Tag")
     assert mine.message_class("nav_msgs/msg/Odometry") is messages.Odometry
-    assert set(mine.names()) == {
-        *before,
-        "my_msgs/msg/Tag",
-        "my_msgs/msg/Part",
-        "my_msgs/srv/Ask",
-        "my_msgs/action/Dock",
-    }
+    added = {"my_msgs/msg/Tag", "my_msgs/msg/Part", "my_msgs/srv/Ask", "my_msgs/action/Dock"}
+    assert set(mine.names()) == {*before, *added}
     assert DEFINITIONS.names() == before
     assert "no message type" in refusal(DEFINITIONS, "my_msgs/msg/Tag")
 
@@ -327,16 +314,12 @@ def test_no_folders_no_other_definitions() -> None:
 
 
 def test_another_definition_of_a_type_of_jazzy_is_refused_when_it_is_asked_for(tmp_path: Path) -> None:
-    files = {
-        "msg/Twist.msg": "Vector3 linear\nVector3 rotation\n",
-        "msg/Vector3.msg": "float64 x\nfloat64 y\nfloat64 z\n",
-    }
+    twist, vector = "Vector3 linear\nVector3 rotation\n", "float64 x\nfloat64 y\nfloat64 z\n"
+    files = {"msg/Twist.msg": twist, "msg/Vector3.msg": vector}
     definitions = DEFINITIONS.extended([package(tmp_path, files, "geometry_msgs")])
     message = refusal(definitions, "geometry_msgs/msg/Twist")
-    assert (
-        "Twist.msg is not the definition of geometry_msgs/msg/Twist that peers of ROS 2 Jazzy have: 'rotation'"
-        in message
-    )
+    told = "Twist.msg is not the definition of geometry_msgs/msg/Twist that peers of ROS 2 Jazzy have: 'rotation'"
+    assert told in message
     assert definitions.message_class("geometry_msgs/msg/Vector3") is messages.Vector3
 
 
@@ -416,9 +399,8 @@ def test_the_line_of_a_fault_is_that_of_the_whole_file(tmp_path: Path) -> None:
 
 def test_types_that_consist_of_each_other_are_refused(tmp_path: Path) -> None:
     folder = package(tmp_path, {"msg/One.msg": "Other other", "msg/Other.msg": "One one"})
-    assert "without end: my_msgs/msg/One in my_msgs/msg/Other" in refusal(
-        DEFINITIONS.extended([folder]), "my_msgs/msg/One"
-    )
+    told = refusal(DEFINITIONS.extended([folder]), "my_msgs/msg/One")
+    assert "without end: my_msgs/msg/One in my_msgs/msg/Other" in told
 
 
 def test_types_that_lie_too_deep_are_refused(tmp_path: Path) -> None:

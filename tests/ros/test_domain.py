@@ -12,12 +12,8 @@ def test_an_empty_environment_means_domain_0_and_the_subnet() -> None:
 
 
 def test_everything_that_ros_2_reads_is_read() -> None:
-    environ = {
-        "ROS_DOMAIN_ID": "42",
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "ROS_STATIC_PEERS": "10.0.0.7;robot.local;",
-        "CYCLONEDDS_URI": "<CycloneDDS/>",
-    }
+    environ = {"ROS_DOMAIN_ID": "42", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    environ |= {"ROS_STATIC_PEERS": "10.0.0.7;robot.local;", "CYCLONEDDS_URI": "<CycloneDDS/>"}
     assert Domain.from_environment(environ) == Domain(42, "LOCALHOST", ("10.0.0.7", "robot.local"), "<CycloneDDS/>")
     assert Domain.from_environment({"ROS_DOMAIN_ID": "0x10"}).id == 16
     assert str(Domain.from_environment(environ)) == "domain 42, discovery range LOCALHOST, with CYCLONEDDS_URI"

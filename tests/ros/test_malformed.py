@@ -28,14 +28,8 @@ from tests.ros.conftest import StartPeer
 from tests.ros.contract import STRING, AnyTransport, Inbox, needs_rclpy, text
 from tests.waiting import eventually
 
-TYPES = [
-    STRING,
-    "geometry_msgs/msg/Twist",
-    "sensor_msgs/msg/JointState",
-    "tf2_msgs/msg/TFMessage",
-    "sensor_msgs/msg/PointCloud2",
-    "visualization_msgs/msg/InteractiveMarker",
-]
+TYPES = [STRING, "geometry_msgs/msg/Twist", "sensor_msgs/msg/JointState", "tf2_msgs/msg/TFMessage"]
+TYPES += ["sensor_msgs/msg/PointCloud2", "visualization_msgs/msg/InteractiveMarker"]
 HUGE = st.sampled_from([b"\xff\xff\xff\xff", b"\xff\xff\xff\x7f", b"\0\0\0\x80", b"\0\0\1\0"])
 PORTS = 7400
 """Of domain 0; each domain has 250, in which unicast data of participant n is at 11 + 2 n (DDSI-RTPS 9.6.1)."""
@@ -137,16 +131,14 @@ def send_forged(domain_id: int, gid: bytes, data: bytes) -> None:
 
 
 @pytest.mark.parametrize("kind", ["dds"])
-@pytest.mark.parametrize(
-    "data", [b"\0\1\0\0rubbish!", b"\0\1\0\0" + b"\xff\xff\xff\xff" + bytes(16), b"\0\1\0\0" + bytes(1)]
-)
+@pytest.mark.parametrize("data", [b"\0\1\0\0" + body for body in (b"rubbish!", b"\xff" * 4 + bytes(16), bytes(1))])
 def test_a_forged_message_is_dropped_and_counted_and_the_next_ones_come(
     alice: AnyTransport, domain_id: int, start_peer: StartPeer, data: bytes, capfd: pytest.CaptureFixture[str]
 ) -> None:
     inbox = Inbox()
     alice.reader("/pong", STRING, QoS(), inbox)
     ping = alice.writer("/ping", STRING, QoS())
-    start_peer("echo", domain_id)
+    start_peer("echo")
     assert eventually(lambda: ping.matched and alice.graph().publishers("/pong"))
     (pong,) = alice.graph().publishers("/pong")
     assert eventually(lambda: "/pong" in alice.malformed, lambda: send_forged(domain_id, pong.gid, data))
@@ -209,9 +201,8 @@ def test_forged_packets_are_logged_by_kind_and_then_counted_once_a_minute(
 ) -> None:
     now = 0.0
     monkeypatch.setattr("graphengine.ros.transports.dds.cyclone_log.time.monotonic", lambda: now)
-    packets = [
-        f"malformed packet received from vendor {n} state parse:{c}a{c} <{c * n} {c}>" for n in range(40) for c in "abf"
-    ]
+    packet = "malformed packet received from vendor {0} state parse:{1}a{1} <{2} {1}>"
+    packets = [packet.format(n, c, c * n) for n in range(40) for c in "abf"]
     words = [f"complaint {'xyz'[n % 3]}{'ghijklmno'[n // 9 % 9]}{'ghijklmno'[n % 9]}" for n in range(81)]
     with caplog.at_level(logging.WARNING):
         now = 100.0

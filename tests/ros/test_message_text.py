@@ -24,10 +24,8 @@ STYLES = [Style(), Style(2), Style(128), Style(arrays=False), Style(1, texts=Fal
 
 
 def joint_state() -> Any:
-    header = messages.header(1.5, "base")
-    return messages.JointState(
-        header, ["left", "right"], np.array([0.1, 1e17, np.nan]), np.zeros(0), np.array([-np.inf])
-    )
+    header, numbers = messages.header(1.5, "base"), np.array([0.1, 1e17, np.nan])
+    return messages.JointState(header, ["left", "right"], numbers, np.zeros(0), np.array([-np.inf]))
 
 
 def full(message_type: str, depth: int = 0) -> Any:
@@ -44,9 +42,8 @@ def value(kind: Any, seed: int, depth: int) -> Any:
     if what == Nodetype.NAME:
         return full(detail, depth + 1)
     if what == Nodetype.BASE:
-        return {"string": f"text {seed}: ü", "bool": seed % 2 == 0}.get(
-            detail[0], seed * 0.1 if "float" in detail[0] else seed
-        )
+        number = seed * 0.1 if "float" in detail[0] else seed
+        return {"string": f"text {seed}: ü", "bool": seed % 2 == 0}.get(detail[0], number)
     element, count = detail
     values = [value(element, seed + i, depth) for i in range(count or 3)] if what == Nodetype.ARRAY or not count else []
     if element[0] == Nodetype.BASE and element[1][0] != "string":
@@ -135,9 +132,8 @@ def test_bytes_show_as_the_characters_that_they_are() -> None:
     status = DEFINITIONS.initial("diagnostic_msgs/msg/DiagnosticStatus")
     status.level = -1  # as rosbags has 255
     assert to_yaml(TypedValue.of(status)).startswith("level: ÿ\n")
-    assert to_expression(TypedValue.of(status)).startswith(
-        "diagnostic_msgs.msg.DiagnosticStatus(level=b'\\xff', name='', "
-    )
+    begun = "diagnostic_msgs.msg.DiagnosticStatus(level=b'\\xff', name='', "
+    assert to_expression(TypedValue.of(status)).startswith(begun)
 
 
 def test_a_message_without_fields_has_text_too() -> None:

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from graphengine.format.errors import TopicError
 from graphengine.messages import names
 
-ROBOT = {"/dd100/Geometry/base_link": "dd100_0000", "/dd100/Geometry/base_link/chassis_link/sim_lidar": "sim_lidar"}
+CHASSIS = "/dd100/Geometry/base_link/chassis_link"
+ROBOT = {"/dd100/Geometry/base_link": "dd100_0000", f"{CHASSIS}/sim_lidar": "sim_lidar"}
 
 
 def collected(prims: dict[str, str], start: str) -> list[str]:
@@ -28,15 +29,10 @@ def test_namespaces_join_from_the_outermost_inwards() -> None:
 @pytest.mark.parametrize(
     ("start", "topic", "outermost", "full"),
     [
-        ("/dd100/Geometry/base_link/chassis_link/sim_lidar/Lidar", "scan", False, "/dd100_0000/sim_lidar/scan"),
-        ("/dd100/Geometry/base_link/chassis_link/sim_lidar/tf", "tf", True, "/dd100_0000/tf"),
-        ("/dd100/Geometry/base_link/chassis_link/sim_lidar/tf", "tf_static", True, "/dd100_0000/tf_static"),
-        (
-            "/dd100/Geometry/base_link/chassis_link/joints",
-            "platform/joint_states",
-            False,
-            "/dd100_0000/platform/joint_states",
-        ),
+        (f"{CHASSIS}/sim_lidar/Lidar", "scan", False, "/dd100_0000/sim_lidar/scan"),
+        (f"{CHASSIS}/sim_lidar/tf", "tf", True, "/dd100_0000/tf"),
+        (f"{CHASSIS}/sim_lidar/tf", "tf_static", True, "/dd100_0000/tf_static"),
+        (f"{CHASSIS}/joints", "platform/joint_states", False, "/dd100_0000/platform/joint_states"),
         ("/World/clock/PublishClock", "clock", False, "/clock"),
     ],
 )
@@ -57,9 +53,7 @@ def test_the_tutorials_topics_come_out_as_in_isaac_sim(start: str, topic: str, o
         ("///", "x", "/x"),
     ],
 )
-def test_both_ends_are_trimmed_and_an_absolute_name_stays_in_the_namespace(
-    namespace: str, topic: str, full: str
-) -> None:
+def test_both_ends_are_trimmed_and_an_absolute_name_stays_in_a_namespace(namespace: str, topic: str, full: str) -> None:
     assert names.full_topic(namespace, topic) == full
 
 
@@ -127,9 +121,7 @@ def test_rcl_refuses_these_namespaces(name: str, fault: str) -> None:
         ("", "x" * 300, "has 301 characters, at most 247", "x" * 300),
     ],
 )
-def test_an_error_names_the_fault_and_the_input_that_has_it(
-    namespace: str, topic: str, message: str, value: str
-) -> None:
+def test_an_error_names_the_fault_and_the_input_with_it(namespace: str, topic: str, message: str, value: str) -> None:
     with pytest.raises(TopicError) as caught:
         names.full_topic(namespace, topic)
     assert message in caught.value.message

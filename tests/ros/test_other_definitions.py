@@ -101,9 +101,8 @@ def test_a_reader_with_another_definition_is_reported(ours: Side, theirs: Side) 
     theirs.transport.reader("/pair", PAIR, QoS(), lambda data: None)
     assert eventually(lambda: said, network.freeze)
     network.close()
-    assert [line.partition("\n")[0] for line in said] == [
-        "/pair: /theirs has another definition of my_msgs/msg/Pair than /World/says: it cannot read what is sent"
-    ]
+    why = "/theirs has another definition of my_msgs/msg/Pair than /World/says: it cannot read what is sent"
+    assert [line.partition("\n")[0] for line in said] == [f"/pair: {why}"]
 
 
 @pytest.mark.ros
@@ -140,9 +139,8 @@ def test_rclpy_drops_the_messages_of_a_topic_while_one_of_another_definition_is_
     assert subscription.heard == heard
     network.close()
     bob.close()
-    assert [line.partition("\n")[0] for line in said] == [
-        "/chatter: /bob has another definition of std_msgs/msg/String than /World/hears: its messages are dropped"
-    ]
+    why = "/bob has another definition of std_msgs/msg/String than /World/hears: its messages are dropped"
+    assert [line.partition("\n")[0] for line in said] == [f"/chatter: {why}"]
 
 
 @pytest.mark.parametrize("announced", ["", "RIHS02_00"])
@@ -167,9 +165,8 @@ def test_a_request_of_another_definition_is_dropped_and_reported(ours: Side, the
     fits.call(ours.message(f"{ASK}_Request", 3, 4.0))
     assert eventually(lambda: asked)
     assert {decode(data, f"{ASK}_Request", ours.known).first for data in asked} == {3}
-    assert ours.transport.foreign_services["/ask"].startswith(
-        "/ask: a client has another definition of my_msgs/srv/Ask than this run"
-    )
+    warning = ours.transport.foreign_services["/ask"]
+    assert warning.startswith("/ask: a client has another definition of my_msgs/srv/Ask than this run")
 
 
 def test_what_fits_between_distributions_of_ros_has_one_hash() -> None:

@@ -30,9 +30,8 @@ def test_a_summary_is_that_of_all_values(values: list[int]) -> None:
 
 
 def test_a_summary_reads_as_that_of_ros2cli() -> None:
-    assert (
-        str(Summary.of([12 * MILLISECOND, 22 * MILLISECOND])) == "\tmin: 0.012s max: 0.022s std dev: 0.00500s window: 2"
-    )
+    summary = Summary.of([12 * MILLISECOND, 22 * MILLISECOND])
+    assert str(summary) == "\tmin: 0.012s max: 0.022s std dev: 0.00500s window: 2"
 
 
 def test_intervals_are_told_once_a_second() -> None:

@@ -23,14 +23,16 @@ from tests.waiting import PATIENCE, eventually
 ISOLATED = ["unshare", "--map-root-user", "--net", "sh", "-c"]
 """Runs a command on a machine with no network, as it were."""
 
-CALL = """
+IMPORTS = """
 import os, subprocess, sys, time
+from graphengine.format.errors import TransportError
 from graphengine.messages.endpoints import QoS
+from graphengine.messages.messages import String, encode
+from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
-from graphengine.ros.domain import Domain
-from graphengine.messages.messages import String, encode
-
+"""
+CALL = """
 peer = subprocess.Popen([sys.executable, sys.argv[1], "echo"], stdin=subprocess.PIPE)
 heard = []
 alice = DdsTransport(JoinOptions(Domain.from_environment(os.environ), "alice"))
@@ -45,11 +47,6 @@ peer.communicate()
 sys.exit(0 if heard else "nobody answered")
 """
 JOIN = """
-from graphengine.format.errors import TransportError
-from graphengine.ros.transport import JoinOptions
-from graphengine.ros.transports.dds.dds import DdsTransport
-from graphengine.ros.domain import Domain
-
 try:
     DdsTransport(JoinOptions(Domain(1, "LOCALHOST"), "alice"))
 except TransportError as error:
@@ -66,7 +63,17 @@ def isolated(
         "ROS_DOMAIN_ID": "1",
         "ROS_AUTOMATIC_DISCOVERY_RANGE": reach,
     }
-    command = [*ISOLATED, f'{preparation} && exec "$@"', "sh", sys.executable, "-W", "error", "-c", program, *arguments]
+    command = [
+        *ISOLATED,
+        f'{preparation} && exec "$@"',
+        "sh",
+        sys.executable,
+        "-W",
+        "error",
+        "-c",
+        IMPORTS + program,
+        *arguments,
+    ]
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=2 * PATIENCE, check=False)
 
 
@@ -100,16 +107,13 @@ def alice(request: pytest.FixtureRequest, domain_id: int) -> Iterator[DdsTranspo
     transport.close()
 
 
-def test_ranges_that_reach_this_machine_meet_and_off_meets_nobody(
-    alice: DdsTransport, domain_id: int, start_peer: StartPeer
-) -> None:
+def test_ranges_that_reach_this_machine_meet_and_off_meets_nobody(alice: DdsTransport, start_peer: StartPeer) -> None:
     inbox = Inbox()
     alice.reader("/pong", STRING, QoS(), inbox)
     ping = alice.writer("/ping", STRING, QoS())
-    start_peer("echo", domain_id, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"})
+    start_peer("echo", ROS_AUTOMATIC_DISCOVERY_RANGE="OFF")
     for reach in ("LOCALHOST", "SUBNET"):
-        start_peer("echo", domain_id, {"ROS_AUTOMATIC_DISCOVERY_RANGE": reach})
-    assert eventually(
-        lambda: len(alice.graph().publishers("/pong")) >= 2 and bool(inbox.texts), lambda: ping.write(text("hello"))
-    )
+        start_peer("echo", ROS_AUTOMATIC_DISCOVERY_RANGE=reach)
+    assert eventually(lambda: inbox.texts, lambda: ping.write(text("hello")))
+    assert eventually(lambda: len(alice.graph().publishers("/pong")) >= 2)
     assert len(alice.graph().publishers("/pong")) == 2

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import sys
 import tomllib
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -29,19 +30,17 @@ def test_memory_joins_nothing(domain: Domain) -> None:
 
 @pytest.mark.usefixtures("without_rclpy")
 def test_without_rclpy_dds_is_chosen_and_says_why(domain: Domain) -> None:
-    transport = open_transport("auto", JoinOptions(domain, "alice"))
-    assert transport.description.startswith(f"dds (Eclipse Cyclone DDS), domain {domain.id}, discovery range OFF; ")
-    assert "chosen because rclpy cannot be imported (ModuleNotFoundError: " in transport.description
-    transport.close()
+    with closing(open_transport("auto", JoinOptions(domain, "alice"))) as transport:
+        assert transport.description.startswith(f"dds (Eclipse Cyclone DDS), domain {domain.id}, discovery range OFF; ")
+        assert "chosen because rclpy cannot be imported (ModuleNotFoundError: " in transport.description
 
 
 def test_where_no_ros_is_sourced_nothing_sounds_like_a_fault(domain: Domain, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("rclpy", *(name for name in sys.modules if name.startswith("rclpy."))):
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setattr(sys, "path", [path for path in sys.path if not (Path(path) / "rclpy").is_dir()])
-    transport = open_transport("auto", JoinOptions(domain, "alice"))
-    assert transport.description.endswith("chosen because rclpy cannot be imported (no ROS 2 is sourced)")
-    transport.close()
+    with closing(open_transport("auto", JoinOptions(domain, "alice"))) as transport:
+        assert transport.description.endswith("chosen because rclpy cannot be imported (no ROS 2 is sourced)")
 
 
 @pytest.mark.usefixtures("without_rclpy")
@@ -96,16 +95,17 @@ def test_a_transport_that_fails_in_its_own_way_while_joining_is_an_error_of_one_
 @pytest.mark.ros
 @pytest.mark.skipif(rcl.import_error() is not None, reason=str(rcl.import_error()))
 def test_with_rclpy_rclpy_is_chosen_and_says_why(domain_id: int) -> None:
-    transport = open_transport("auto", JoinOptions(Domain(domain_id, "LOCALHOST"), "alice"))
-    assert transport.description.startswith("rclpy (rmw_")
-    assert transport.description.endswith("chosen because rclpy is installed")
-    transport.close()
+    with closing(open_transport("auto", JoinOptions(Domain(domain_id, "LOCALHOST"), "alice"))) as transport:
+        assert transport.description.startswith("rclpy (rmw_")
+        assert transport.description.endswith("chosen because rclpy is installed")
 
 
 def test_dds_says_that_peers_of_zenoh_cannot_be_reached(domain: Domain) -> None:
-    transport = open_transport("dds", JoinOptions(domain, environ={"RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}))
-    assert "RMW_IMPLEMENTATION is rmw_zenoh_cpp, whose peers" in transport.description
-    transport.close()
-    transport = open_transport("dds", JoinOptions(domain, environ={"RMW_IMPLEMENTATION": "rmw_fastrtps_cpp"}))
-    assert "RMW" not in transport.description
-    transport.close()
+    with closing(
+        open_transport("dds", JoinOptions(domain, environ={"RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}))
+    ) as transport:
+        assert "RMW_IMPLEMENTATION is rmw_zenoh_cpp, whose peers" in transport.description
+    with closing(
+        open_transport("dds", JoinOptions(domain, environ={"RMW_IMPLEMENTATION": "rmw_fastrtps_cpp"}))
+    ) as transport:
+        assert "RMW" not in transport.description

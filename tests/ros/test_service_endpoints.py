@@ -22,6 +22,8 @@ EVENT = f"{SET_BOOL}_Event"
 ASK, ANSWER = messages.message_class(f"{SET_BOOL}_Request"), messages.message_class(f"{SET_BOOL}_Response")
 INFO = messages.message_class("service_msgs/msg/ServiceEventInfo")
 
+CLOCK = EndpointClaim("/World/graph/clock", "graph", "/clock", "rosgraph_msgs/msg/Clock", "publish", QoS())
+
 
 class Taker:
     """A sink: its topics, and what the events on them say."""
@@ -59,6 +61,14 @@ def asked(*wanted: bool) -> tuple[LiveNetwork, Any, list[bytes], Any]:
     return net, server, answers, peer
 
 
+def calling() -> tuple[LiveNetwork, Any, list[str], list[bytes], Any]:
+    """A network with a client; what is complained of, the identities of requests that its peer gets, and the peer."""
+    transport, said, requests = MemoryTransport(), list[str](), list[bytes]()
+    net = network(transport, said.append)
+    peer = transport.server("/light", SET_BOOL, QoS(), lambda request_id, data: requests.append(request_id))
+    return net, net.client(claim("call")), said, requests, peer
+
+
 def test_what_is_asked_in_a_tick_is_seen_in_the_next() -> None:
     net, server, _, peer = asked()
     net.freeze()
@@ -71,9 +81,7 @@ def test_what_is_asked_in_a_tick_is_seen_in_the_next() -> None:
 
 def test_answers_leave_in_order_with_messages_when_the_tick_ends() -> None:
     net, server, answers, _ = asked(True)
-    clock = net.publisher(
-        EndpointClaim("/World/graph/clock", "graph", "/clock", "rosgraph_msgs/msg/Clock", "publish", QoS())
-    )
+    clock = net.publisher(CLOCK)
     taker = Taker()
     net.sinks.append(taker)
     net.freeze()
@@ -111,9 +119,8 @@ def test_only_a_response_of_the_service_can_be_the_answer() -> None:
     net, server, _, _ = asked(True)
     net.freeze()
     ((request_id, _),) = server.take()
-    with pytest.raises(
-        MessageError, match="/light takes std_srvs/srv/SetBool_Response, not std_srvs/srv/SetBool_Request"
-    ):
+    told = "/light takes std_srvs/srv/SetBool_Response, not std_srvs/srv/SetBool_Request"
+    with pytest.raises(MessageError, match=told):
         server.answer(request_id, ASK(True))
 
 
@@ -132,12 +139,7 @@ def test_requests_that_are_none_are_dropped_counted_and_told_once() -> None:
 
 
 def test_answers_that_are_none_are_dropped_and_their_calls_wait_no_longer() -> None:
-    said: list[str] = []
-    transport = MemoryTransport()
-    net = network(transport, said.append)
-    client = net.client(claim("call"))
-    requests: list[bytes] = []
-    peer = transport.server("/light", SET_BOOL, QoS(), lambda request_id, data: requests.append(request_id))
+    net, client, said, requests, peer = calling()
     numbers = [client.call(ASK(True)), client.call(ASK(False))]
     net.flush()
     peer.answer(requests[0], b"\0\1\0\0\1")
@@ -153,9 +155,7 @@ def test_any_number_of_calls_is_sent_in_a_tick_in_order_with_messages() -> None:
     net = network(transport)
     net.sinks.append(taker)
     client = net.client(claim("call"))
-    clock = net.publisher(
-        EndpointClaim("/World/graph/clock", "graph", "/clock", "rosgraph_msgs/msg/Clock", "publish", QoS())
-    )
+    clock = net.publisher(CLOCK)
     heard: list[bytes] = []
     transport.server("/light", SET_BOOL, QoS(), lambda request_id, data: heard.append(data))
     transport.reader("/clock", "rosgraph_msgs/msg/Clock", QoS(), heard.append)
@@ -170,12 +170,7 @@ def test_any_number_of_calls_is_sent_in_a_tick_in_order_with_messages() -> None:
 
 
 def test_calls_that_are_never_answered_do_not_pile_up() -> None:
-    said: list[str] = []
-    transport = MemoryTransport()
-    net = network(transport, said.append)
-    client = net.client(claim("call"))
-    requests: list[bytes] = []
-    peer = transport.server("/light", SET_BOOL, QoS(), lambda request_id, data: requests.append(request_id))
+    net, client, said, requests, peer = calling()
     for _ in range(MAX_OPEN + 2):
         client.call(ASK(True))
         net.flush()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -56,8 +57,7 @@ def test_the_type_that_is_published_is_followed_and_silence_is_noticed_in_simula
         writer.close()
         if not isinstance(peer, MemoryTransport):
             peer.close()
-        assert eventually(lambda: node.linear_velocity == STILL, lambda: session.step(30)), (
-            speed
-        )  # each 0.5 s of simulation
+        half_a_second = partial(session.step, 30)  # of simulation
+        assert eventually(lambda: node.linear_velocity == STILL, half_a_second), speed
     session.close()
     assert complaints == []

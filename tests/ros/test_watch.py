@@ -74,12 +74,7 @@ def ours(direction: str, topic: str, message_type: str, qos: QoS = DEFAULT, larg
 
 
 def peer(
-    direction: Direction,
-    topic: str,
-    message_type: str,
-    qos: QoS = DEFAULT,
-    node: str = "rviz",
-    gid: bytes = CYCLONE,
+    direction: Direction, topic: str, message_type: str, qos: QoS = DEFAULT, node: str = "rviz", gid: bytes = CYCLONE
 ) -> Endpoint:
     return Endpoint(gid + bytes([len(node)]), direction, topic, message_type, qos, "", node, "/" if node else "")
 
@@ -135,14 +130,8 @@ def test_an_alternative_that_will_be_read_is_no_other_type() -> None:
 def test_a_pair_is_told_once_also_when_the_peer_comes_back() -> None:
     watched = Watched(ours("publish", "/odom", ODOMETRY, BEST_EFFORT))
     reader = peer("subscribe", "/odom", ODOMETRY)
-    assert [
-        len(watched.look(*present)) for present in ((reader,), (reader,), (), (replace(reader, gid=FAST_DDS),))
-    ] == [
-        1,
-        0,
-        0,
-        0,
-    ]
+    looks = (reader,), (reader,), (), (replace(reader, gid=FAST_DDS),)
+    assert [len(watched.look(*present)) for present in looks] == [1, 0, 0, 0]
     assert len(watched.look(reader, peer("subscribe", "/odom", ODOMETRY, node="nav"))) == 1
 
 
@@ -151,9 +140,8 @@ def test_two_nodes_of_the_session_that_do_not_fit_are_told_by_their_prims() -> N
     watched = Watched(publisher, subscription)
     own = [peer("publish", "/speed", TWIST, BEST_EFFORT, "session"), peer("subscribe", "/speed", TWIST, node="session")]
     (said,) = watched.look(*own)
-    assert said.startswith(
-        "/speed: /World/subscribe asks for reliable, /World/publish offers bestEffort: nothing arrives\n"
-    )
+    why = "/World/subscribe asks for reliable, /World/publish offers bestEffort"
+    assert said.startswith(f"/speed: {why}: nothing arrives\n")
 
 
 def test_a_peer_without_a_name_is_given_time_to_tell_it() -> None:
@@ -205,9 +193,7 @@ def test_services_that_somebody_else_offers_too_are_told_once() -> None:
         (922_000, 0, FAST_DDS, 0),  # a system that does not tell
     ],
 )
-def test_large_messages_to_fast_dds_are_told_with_what_to_type(
-    size: int, buffer: int, reader: bytes, told: int
-) -> None:
+def test_large_messages_to_fast_dds_are_told_with_a_remedy(size: int, buffer: int, reader: bytes, told: int) -> None:
     watched = Watched(ours("publish", "/rgb", ODOMETRY, largest=size), buffer=buffer)
     own = peer("publish", "/rgb", ODOMETRY, node="session")
     said = watched.look(own, peer("subscribe", "/rgb", ODOMETRY, gid=reader))
@@ -264,10 +250,8 @@ class Counted:
 @pytest.mark.parametrize("offered", [DEFAULT, BEST_EFFORT])
 def test_a_hundred_ends_and_a_hundred_peers_of_one_topic_are_not_compared_in_pairs(offered: QoS) -> None:
     network, said, read = Played(), list[str](), list[str]()
-    network.present = [
-        cast("Endpoint", Counted(peer("subscribe", "/odom", ODOMETRY, node=f"rviz_{number:02}"), read))
-        for number in range(100)
-    ]
+    ends = (peer("subscribe", "/odom", ODOMETRY, node=f"rviz_{number:02}") for number in range(100))
+    network.present = [cast("Endpoint", Counted(end, read)) for end in ends]
     session = LiveNetwork(lambda domain: network, 0, said.append)
     for number in range(100):
         claim = EndpointClaim(f"/World/robot_{number}", "graph", "/odom", ODOMETRY, "publish", offered)

@@ -14,12 +14,15 @@ from graphengine.sandbox.borders import missing
 from graphengine.sandbox.confinement import ProcessError, ask
 from graphengine.sandbox.seccomp import TIERS
 
-CONFINED = """
-import os, socket, subprocess, sys, ctypes
+IMPORTS = """
+import ctypes, json, os, resource, socket, subprocess, sys, threading, time
 from pathlib import Path
 from graphengine.format.files import Files
-from graphengine.sandbox.confinement import confine
+from graphengine.sandbox import confinement
+from graphengine.sandbox.confinement import bound, confine
 from graphengine.sandbox.seccomp import TIERS
+"""
+CONFINED = """
 confine(Files((Path({folder!r}),)), TIERS["xacro"])
 try:
     {attempt}
@@ -32,9 +35,14 @@ os._exit(0)
 """
 
 
+def run(code: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", IMPORTS + code], capture_output=True, text=True, timeout=60)
+
+
 def confined(attempt: str, folder: Path) -> str:
-    code = CONFINED.format(attempt=attempt, folder=str(folder))
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout
+    done = run(CONFINED.format(attempt=attempt, folder=str(folder)))
+    done.check_returncode()
+    return done.stdout
 
 
 def test_what_may_be_read_is_read(tmp_path: Path) -> None:
@@ -68,8 +76,6 @@ def test_everything_else_is_refused(tmp_path: Path, attempt: str) -> None:
 
 
 UNJUDGED = """
-from graphengine.sandbox import confinement
-from graphengine.sandbox.seccomp import TIERS
 confinement.check_readable = lambda *_: None
 confinement.confine(Files((Path({folder!r}), Path({share!r})), installed=(Path({share!r}),)), TIERS[{tier!r}])
 found = {{}}
@@ -97,26 +103,19 @@ def test_of_installed_packages_the_kernel_lets_those_be_read_that_are_named_and_
         (tmp_path / place / "a").write_text("a", encoding="utf-8")
     (tmp_path / "share/cart/meshes").symlink_to(tmp_path / "source/cart/meshes")
     (tmp_path / "share/cart/b").symlink_to(tmp_path / "source/cart/meshes/a")
-    names = [
-        f"{tmp_path}/{name}" for name in (*(f"{place}/a" for place in places), "share/cart/meshes/a", "share/cart/b")
-    ]
+    files = [*(f"{place}/a" for place in places), "share/cart/meshes/a", "share/cart/b"]
+    names = [f"{tmp_path}/{file}" for file in files]
     folders = {"folder": str(tmp_path / "own"), "share": str(tmp_path / "share/cart")}
-    code = "import json, os, sys\nfrom pathlib import Path\nfrom graphengine.format.files import Files"
-    code += UNJUDGED.format(**folders, names=names, tier=tier)
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    done = run(UNJUDGED.format(**folders, names=names, tier=tier))
     read = {"own/a", "source/cart/meshes/a", "share/cart/a", "share/cart/meshes/a", "share/cart/b"}
-    expected = {
-        n: "read" if n.removeprefix(f"{tmp_path}/") in read and tier != "mesh" else "PermissionError" for n in names
-    }
-    assert json.loads(done.stdout) == expected
+    expected = ["read" if file in read and tier != "mesh" else "PermissionError" for file in files]
+    assert json.loads(done.stdout) == dict(zip(names, expected, strict=True))
 
 
 def test_a_border_that_cannot_be_put_up_ends_the_process() -> None:
     """Landlock binds one thread, so that another one would run without it."""
-    code = "import threading, time\nfrom graphengine.format.files import Files\n"
-    code += "from graphengine.sandbox.confinement import confine\nfrom graphengine.sandbox.seccomp import TIERS\n"
-    code += "threading.Thread(target=time.sleep, args=[1], daemon=True).start()\nconfine(Files(()), TIERS['script'])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    starting = "threading.Thread(target=time.sleep, args=[1], daemon=True).start()"
+    done = run(f"{starting}\nconfine(Files(()), TIERS['script'])")
     assert done.returncode == 1
     assert "Landlock restricts one thread, and 2 run" in done.stderr
 
@@ -130,11 +129,6 @@ def test_a_confined_process_holds_nothing_open_but_its_pipes(tmp_path: Path, mon
 
 
 ENDING = """
-import os, sys, time
-from pathlib import Path
-from graphengine.format.files import Files
-from graphengine.sandbox.confinement import confine
-from graphengine.sandbox.seccomp import TIERS
 confine(Files(()), TIERS["script"])
 os.write({word}, b"up")
 time.sleep(30)
@@ -146,7 +140,7 @@ os._exit(0)
 @pytest.mark.skipif(bool(missing()), reason="this machine lacks a border")
 def test_a_confined_process_ends_with_its_parent() -> None:
     reader, writer = os.pipe()
-    child = [sys.executable, "-c", ENDING.format(word=writer)]
+    child = [sys.executable, "-c", IMPORTS + ENDING.format(word=writer)]
     launch = f"import subprocess\nsubprocess.run({child!r}, pass_fds=[{writer}])"
     parent = subprocess.Popen([sys.executable, "-c", launch], pass_fds=[writer], stdout=subprocess.PIPE)
     os.close(writer)
@@ -161,26 +155,23 @@ def test_a_confined_process_ends_with_its_parent() -> None:
 def test_a_confined_process_whose_parent_ended_before_ends() -> None:
     reader, writer = os.pipe()
     os.close(reader)
-    done = subprocess.run([sys.executable, "-c", ENDING.format(word=2)], stdout=writer, stderr=subprocess.PIPE)
+    command = [sys.executable, "-c", IMPORTS + ENDING.format(word=2)]
+    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE)
     os.close(writer)
     assert (done.returncode, done.stderr) == (1, b"")
 
 
 @pytest.mark.skipif(bool(missing()), reason="this machine lacks a border")
 def test_threads_of_a_confined_process_are_counted_also_those_of_root() -> None:
-    code = "import threading\nfrom pathlib import Path\nfrom graphengine.format.files import Files\n"
-    code += "from graphengine.sandbox import confinement\nfrom graphengine.sandbox.seccomp import TIERS\n"
-    code += "events = ['_thread.start_new_thread', '_thread.start_joinable_thread']\n"
+    code = "events = ['_thread.start_new_thread', '_thread.start_joinable_thread']\n"
     code += "confinement.MAX_THREADS = 1\nconfinement.confine(Files(()), TIERS['script'], also=events)\n"
     code += "threading.Thread(target=print).start()"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    done = run(code)
     assert "can't start new thread" in done.stderr
 
 
 def test_a_confined_process_queues_no_signals(tmp_path: Path) -> None:
-    assert (
-        confined("import resource; assert resource.getrlimit(resource.RLIMIT_SIGPENDING) == (0, 0)", tmp_path) == "done"
-    )
+    assert confined("assert resource.getrlimit(resource.RLIMIT_SIGPENDING) == (0, 0)", tmp_path) == "done"
 
 
 def test_the_environment_is_empty_and_memory_ends(tmp_path: Path) -> None:
@@ -220,12 +211,10 @@ def test_a_process_that_takes_too_long_is_ended(tmp_path: Path, monkeypatch: pyt
     assert caught.value.answer == b"half\n"
 
 
-def test_a_process_sees_no_environment_and_ends_with_its_seconds(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_process_sees_no_environment_and_ends_in_its_seconds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("SECRET", "1")
-    code = "import os, resource, sys\nfrom graphengine.sandbox.confinement import bound\nbound()\n"
+    code = f"{IMPORTS}bound()\n"
     code += "print('SECRET' in os.environ, resource.getrlimit(resource.RLIMIT_CPU), sys.stdin.read())"
     (tmp_path / "telling.py").write_text(code, encoding="utf-8")
     assert ask("telling", b"request", 60) == b"False (20, 20) request\n"

@@ -31,6 +31,8 @@ PROBES = (335, 336) if platform.machine() == "x86_64" else ()
 """uretprobe and uprobe, which Linux passes by filters: they end whoever calls them but from the kernel's own trampoline."""
 FOREIGN = 0x40000000
 
+Arguments = tuple[int | str, ...]
+
 ASKING = """
 import ctypes, json, os, struct, sys
 from pathlib import Path
@@ -103,30 +105,22 @@ def test_numbers_are_those_of_the_kernels_headers(machine: str) -> None:
 def test_of_all_system_calls_each_tier_allows_those_that_the_manual_lists(tier: str) -> None:
     """With arguments that fit the calls that are allowed with some only; nothing is executed."""
     names = {number: name for name, number in by_name().items()}
-    fitting: dict[str, tuple[int | str, ...]] = {
-        "clone": (0x3D0F00,),
-        "fcntl": (0, 1),
-        "ioctl": (0, 0x5401),
-        "tgkill": ("own",),
-    }
+    fitting: dict[str, Arguments] = {"clone": (0x3D0F00,), "fcntl": (0, 1), "ioctl": (0, 0x5401), "tgkill": ("own",)}
     every = [number for number in range(HIGHEST + 1) if number not in PROBES]
     every += [*range(FOREIGN, FOREIGN + HIGHEST), (1 << 31) - 1, 1 << 31, (1 << 32) - 1]
     answers = ask(tier, [(number, *fitting.get(names.get(number, ""), ())) for number in every])
     assert set(answers) == {errno.EPERM, errno.ENOSYS}
-    passed = {
-        names.get(number, str(number)) for number, code in zip(every, answers, strict=True) if code != errno.EPERM
-    }
+    allowed = (number for number, code in zip(every, answers, strict=True) if code != errno.EPERM)
+    passed = {names.get(number, str(number)) for number in allowed}
     known = {name for name in listed(tier) if name in by_name()}
     files, threads = TIERS[tier]
     assert passed == known | ({"openat2"} if files else set()) | ({"clone3"} if threads else set())
 
 
 NULL, HERE = 0, -100
-DANGEROUS: list[tuple[str, tuple[int | str, ...], int]] = [
-    *(
-        (("openat", (HERE, NULL, flags), errno.EPERM))
-        for flags in (1, 2, 3, 0o100, 0o1000, 0o2000, os.O_TMPFILE, os.O_PATH)
-    ),
+WRITING = (1, 2, 3, 0o100, 0o1000, 0o2000, os.O_TMPFILE, os.O_PATH)
+DANGEROUS: list[tuple[str, Arguments, int]] = [
+    *((("openat", (HERE, NULL, flags), errno.EPERM)) for flags in WRITING),
     ("openat", (HERE, NULL, os.O_RDONLY | os.O_CLOEXEC | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_NONBLOCK), errno.ENOSYS),
     ("openat", (HERE, NULL, 1 << 32), errno.ENOSYS),  # the kernel takes an int
     ("clone", (17,), errno.EPERM),
@@ -205,9 +199,8 @@ os._exit(ask() != os.getpid())
 @needs_seccomp
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="there is one architecture")
 def test_calls_of_another_architecture_end_the_process() -> None:
-    free, confined = (
-        subprocess.run([sys.executable, "-c", FOREIGN_CALL, word]).returncode for word in ("", "confined")
-    )
+    command = [sys.executable, "-c", FOREIGN_CALL]
+    free, confined = (subprocess.run([*command, word]).returncode for word in ("", "confined"))
     if free != 0:
         pytest.skip("this kernel has no calls of i386")
     assert confined == -signal.SIGSYS

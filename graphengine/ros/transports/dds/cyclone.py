@@ -101,12 +101,8 @@ def readers_of(writer: Any) -> dict[int, Peer]:
 
 def _peers(handles: Iterable[int], ask: Callable[[int], Any]) -> dict[int, Peer]:
     with READING_POLICIES:
-        told = {handle: ask(handle) for handle in handles}
-    return {
-        unsigned(handle): Peer(bytes(data.key.bytes), user_data(data.qos))
-        for handle, data in told.items()
-        if data is not None
-    }
+        told = {handle: data for handle in handles if (data := ask(handle)) is not None}
+    return {unsigned(handle): Peer(bytes(data.key.bytes), user_data(data.qos)) for handle, data in told.items()}
 
 
 def unsigned(handle: int) -> int:

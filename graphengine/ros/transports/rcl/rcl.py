@@ -210,13 +210,11 @@ def discovery(domain: Domain) -> Iterator[None]:
         "ROS_LOCALHOST_ONLY": "",
     }
     with _environment_lock:
-        before = {name: os.environ.get(name) for name in wanted}
+        before = {name: os.environ[name] for name in wanted if name in os.environ}
         os.environ.update(wanted)
         try:
             yield
         finally:
-            for name, value in before.items():
-                if value is None:
-                    del os.environ[name]
-                else:
-                    os.environ[name] = value
+            for name in wanted.keys() - before.keys():
+                del os.environ[name]
+            os.environ.update(before)
