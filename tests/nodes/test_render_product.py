@@ -74,6 +74,15 @@ def test_nodes_with_the_same_camera_and_size_share_a_product(context: RecordingC
     assert len({one, other, lidar}) == 3
 
 
+def test_cameras_whose_paths_differ_only_in_slashes_do_not_share_a_product(context: RecordingContext) -> None:
+    cameras = ("/World/arm/left_camera", "/World/arm_left/camera", "/World/arm_left_camera")
+    for camera in cameras:
+        context.world.add_device(CameraStub, camera)
+    paths = [product(context, camera).render_product_path for camera in cameras * 2]
+    assert paths[:3] == paths[3:]
+    assert tuple(context.device(Camera, path).prim_path for path in paths[:3]) == cameras
+
+
 def test_a_given_product_is_used_as_it_is(context: RecordingContext) -> None:
     node = product(context, LIDAR, render_product_prim=("/Render/mine",))
     node.compute()
