@@ -38,6 +38,7 @@ class TransformPublisher(PublisherNode):
 
     def open(self, context: Context, **facts: Any) -> Publisher:
         """Open the topic for static (latched) or changing transforms."""
+        self.sent = False
         return super().open(context, outermost_namespace=True, latched=self.static_publisher, **facts)
 
     def compute(self) -> None:
@@ -138,6 +139,7 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
 
     def setup(self, context: Context) -> None:
         """Open the three topics."""
+        self.sent, self.last = False, -1.0
         self.description = context.robot_description(self.target_prim[0])
         common = self.endpoint()
         tf: dict[str, Any] = {**common, "outermost_namespace": True}

@@ -345,6 +345,20 @@ def test_after_a_stop_the_robots_state_goes_out_again() -> None:
     ]
 
 
+def test_a_robots_state_goes_out_again_when_its_frequency_is_set() -> None:
+    context = described()
+    node = ready(RobotStatePublisher, context, target_prim="/robot")
+    for frequency in (20.0, 1.0):
+        node.publish_frequency = frequency
+        context.close()
+        node.setup(context)
+        context.tick(600)
+        node.time_stamp = context.clock.time
+        node.compute()
+    topics = ("tf", "tf_static", "robot_description")
+    assert [len(context.transport.raw(f"/robot_1/{topic}")) for topic in topics] == [2, 2, 2]
+
+
 def test_in_a_graph_robot_state_ships_for_any_robot(play: Player) -> None:
     playing = play.shipped("robot_state", dd100()).tick()
     topics = {claim.topic for claim in playing.session.services.claims}
