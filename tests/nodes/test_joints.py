@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine.devices.dry_world import ArticulationStub
-from graphengine.format.errors import CheckError, JointError, NodeError, PrimError
+from graphengine.format.errors import JointError, NodeError, PrimError
 from graphengine.nodes.core.articulation import IsaacArticulationController
 from graphengine.nodes.ros2.state import ROS2PublishJointState
 from graphengine.scene import build
@@ -174,12 +174,6 @@ def test_controllers_of_the_same_joints_are_told_of_where_they_are_in_two_graphs
     assert told == ["dd100/cmd_vel/ArtController and twice/One"]
 
 
-def test_in_a_graph_without_a_robot_the_file_is_refused(play: Player) -> None:
-    text = "nodes: {T: OnPlaybackTick, C: ArticulationController}\nconnections: [T.tick -> C.execIn]"
-    with pytest.raises(CheckError, match="C needs its input 'targetPrim' or 'robotPath'"):
-        play.graph(text)
-
-
 # ROS2PublishJointState, of a robot
 
 
@@ -283,12 +277,6 @@ def test_arrays_whose_names_are_gone_are_an_error() -> None:
     node.joint_names = ()
     with pytest.raises(ValueError, match="jointNames must be the names of the joints, or a targetPrim"):
         node.compute()
-
-
-def test_without_arrays_and_robot_the_file_is_refused(play: Player) -> None:
-    text = "nodes: {T: OnPlaybackTick, J: PublishJointState}\nconnections: [T.tick -> J.execIn]"
-    with pytest.raises(CheckError, match="J needs its input 'targetPrim' or 'jointNames'"):
-        play.graph(text)
 
 
 def test_in_the_tutorials_graph_joint_states_go_out_in_every_tick_with_simulation_time(play: Player) -> None:
