@@ -52,6 +52,25 @@ def computed(cls: type[N], context: RecordingContext, /, **inputs: Any) -> N:
     return node
 
 
+class HelperBench:
+    """A helper node of a sensor, alone in its context."""
+
+    context: RecordingContext
+    node: Any
+
+    def executed(self) -> list[Any]:
+        """What is published in a tick in which the helper is executed."""
+        before = len(self.sent)
+        self.node.compute()
+        self.node.update()
+        return self.sent[before:]
+
+    @property
+    def sent(self) -> list[Any]:
+        """Everything that was published on the first topic."""
+        return self.context.transport.messages(self.context.services.claims[0].topic)
+
+
 class Playing:
     """A session, its nodes by `graph/id` or `id`, and its topics."""
 
