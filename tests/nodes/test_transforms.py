@@ -343,6 +343,14 @@ def test_a_robots_state_goes_out_again_when_its_frequency_is_set() -> None:
     assert described.counts == [2, 2, 2]
 
 
+@pytest.mark.parametrize("frequency", [0.0, -1.0, math.nan, math.inf, 1e308])
+def test_a_frequency_that_is_none_is_refused_in_setup(frequency: float) -> None:
+    described = Described()
+    described.node.publish_frequency = frequency
+    with pytest.raises(ValueError, match="publishFrequency must be above 0 and 1e9 Hz or less"):
+        described.node.setup(described.context)
+
+
 def test_in_a_graph_robot_state_ships_for_any_robot(play: Player) -> None:
     playing = play.shipped("robot_state", dd100()).tick()
     topics = {claim.topic for claim in playing.session.services.claims}
