@@ -93,6 +93,27 @@ def test_a_joint_that_is_not_there_is_refused_in_setup(
     assert any("elbow" in line or "0 to 3" in line for line in caught.value.help)
 
 
+@pytest.mark.parametrize("node", ["ArticulationController", "ArticulationState", "JointNameResolver"])
+def test_in_a_graph_a_wire_that_brings_no_robot_ends_the_branch_and_not_the_run(node: str, play: Player) -> None:
+    playing = play.graph(
+        f"""
+        nodes:
+          Tick: OnPlaybackTick
+          Turn: FlipFlop
+          Robot: {{type: SelectTargetIf, inputs: {{ifFalse: [/dd100]}}}}
+          Node: {node}
+        connections:
+          - Tick.tick -> Turn.execIn
+          - Turn.a -> Node.execIn
+          - Turn.b -> Node.execIn
+          - Turn.isA -> Robot.condition
+          - Robot.result -> Node.targetPrim
+        """,
+        dd100(),
+    ).tick(4)
+    assert playing.dropped == {"/World/graph/Node": 2}
+
+
 # IsaacArticulationController
 
 
