@@ -30,7 +30,13 @@ class RobotNode(Node):
     articulation: Articulation = Bound()
 
     def prim(self) -> str:
-        """The path of the robot's prim."""
+        """The path of the robot's prim.
+
+        Raises:
+            BadValueError: a wire brought none.
+        """
+        if not (self.robot_path or self.target_prim):
+            raise BadValueError("targetPrim, robotPath", self.target_prim, "a prim that stands for a robot")
         return self.robot_path or self.target_prim[0]
 
 

@@ -36,9 +36,9 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
     last_time: float = State(default=math.nan)
 
     def setup(self, context: Context) -> None:
-        """Bind the body."""
-        self.body = context.body(self.chassis_prim[0])
-        self.clock = context.clock
+        """Bind the body, whose next pose is the origin."""
+        self.body, self.clock = context.body(self.chassis_prim[0]), context.clock
+        self.start, self.last_time = None, math.nan
 
     def compute(self) -> None:
         """Read the body's state and transform it into the frames of the outputs."""

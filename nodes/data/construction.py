@@ -9,6 +9,7 @@ from graphengine.node import In, Node, Numbered, Out, types
 from graphengine.node.types import ARRAYS, ELEMENTS, Int, PortType, Token
 from graphengine.nodes.data.broadcast import type_of
 from graphengine.nodes.data.sequences import checked_length, element_of, fits, made
+from graphengine.nodes.data.unions import arrays_of
 
 _SPECIFIC = "bool double float half int int64 token uchar uint uint64 double[2] double[3] double[4]"
 _SPECIFIC += " matrixd[2] matrixd[3] matrixd[4]"
@@ -24,6 +25,7 @@ class ConstructedNode(Node):
     """Base of nodes that make an array from single values; the last value is repeated."""
 
     array_size: Int
+    array: Any
 
     def element_type(self, known: Mapping[str, PortType]) -> PortType | None:
         """The type of the first element to which all others convert; None until all types are known.
@@ -58,16 +60,17 @@ class ConstructedNode(Node):
         misfits = [name for name in self.elements() if name in known and not fits(known[name], element)]
         return dict.fromkeys(misfits, element) | {"array": PortType(element.base, element.count, True, element.role)}
 
-    def constructed(self) -> Any:
-        """The array."""
+    def compute(self) -> None:
+        """Build the array."""
         size = checked_length("arraySize", self.array_size)
         values = [getattr(self, name) for name in self.elements()][:size]
         values += values[-1:] * (size - len(values))
         if "array" in self.settled:
-            return made(values, element_of(self.settled["array"]))
-        element = self.element_type({name: type_of(getattr(self, name)) for name in self.elements()})
+            element: PortType | None = element_of(self.settled["array"])
+        else:
+            element = self.element_type({name: type_of(getattr(self, name)) for name in self.elements()})
         assert element is not None
-        return made(values, element)
+        self.array = made(values, element)
 
 
 class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
@@ -103,10 +106,6 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
                 raise ValueError(f"{name} is given, but not input{number} before it")
         return super().resolve_types(known, variables)
 
-    def compute(self) -> None:
-        """Build the array."""
-        self.array = self.constructed()
-
 
 class MakeArray(ConstructedNode, type="omni.graph.nodes.MakeArray"):
     """An array of arraySize elements: a to e, the last one repeated. An older type than ConstructArray."""
@@ -117,12 +116,8 @@ class MakeArray(ConstructedNode, type="omni.graph.nodes.MakeArray"):
     c: Any = In(type=_FIVE, required=True, doc="element 3")
     d: Any = In(type=_FIVE, required=True, doc="element 4")
     e: Any = In(type=_FIVE, required=True, doc="element 5 and all further ones")
-    array: Any = Out(type="|".join(f"{element}[]" for element in _FIVE.split("|")))
+    array: Any = Out(type=arrays_of(_FIVE))
 
     def elements(self) -> Sequence[str]:
         """The five inputs a to e."""
         return ("a", "b", "c", "d", "e")
-
-    def compute(self) -> None:
-        """Build the array."""
-        self.array = self.constructed()

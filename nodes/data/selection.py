@@ -13,16 +13,16 @@ from graphengine.node.types import ARRAYS, ELEMENTS, PortType, Target
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.data.broadcast import Operation, type_of
 from graphengine.nodes.data.sequences import fits, made
+from graphengine.nodes.data.unions import BOOLEANS
 
 ANYTHING = f"{ELEMENTS}|{ARRAYS}|string|path"
-_BOOLEANS = "bool|bool[]"
 _CHOICE = ("condition", "ifTrue", "ifFalse")
 
 
 class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
     """Selects one of two values by a condition; with an array of conditions, element by element."""
 
-    condition: Any = In(type=_BOOLEANS, required=True, doc="true selects ifTrue, false ifFalse")
+    condition: Any = In(type=BOOLEANS, required=True, doc="true selects ifTrue, false ifFalse")
     if_true: Any = In(type=ANYTHING, required=True)
     if_false: Any = In(type=ANYTHING, required=True)
     result: Any = Out(type=ANYTHING, doc="array if an input is an array; a single value then counts for all elements")
@@ -89,7 +89,7 @@ def _each_of(arrays: tuple[bool, ...], result: PortType) -> Operation:
 class SelectTargetIf(Node, type="omni.graph.nodes.SelectTargetIf"):
     """Selects one of two targets by a condition; with an array of conditions, prim by prim."""
 
-    condition: Any = In(type=_BOOLEANS, required=True, doc="true selects ifTrue, false ifFalse")
+    condition: Any = In(type=BOOLEANS, required=True, doc="true selects ifTrue, false ifFalse")
     if_true: Target = In(default=())
     if_false: Target = In(default=())
     result: Target = Out(doc="selected prims")

@@ -32,7 +32,7 @@ from graphengine.messages.message_text import to_plain
 from graphengine.messages.message_validation import find_fault
 from graphengine.messages.messages import MessageError
 from graphengine.messages.plain import from_plain
-from graphengine.node import BadValueError, ContextError, Node, types
+from graphengine.node import BadValueError, ContextError, Node, PortType
 
 MAX_PORTS = 2000
 """Of a node; the largest message of ROS 2 Jazzy makes 38."""
@@ -80,6 +80,11 @@ class Leaf:
         self.plain = not self.is_array and self.element != "byte" and not is_bounded
         """Whether port and message have the same value, and the encoder alone tells whether it is legal."""
 
+    @functools.cached_property
+    def port_dtype(self) -> Any:
+        """The type in numpy of the numbers in the port's array."""
+        return PortType(PORT_TYPES[self.element]).dtype
+
     def port(self, make: Callable[..., Any], name: str, initial: Any) -> Any:
         """The port's field for a node class, with the value of a new message as its default."""
         facts: dict[str, Any] = {"name": name, "doc": written(self.kind)}
@@ -98,7 +103,7 @@ class Leaf:
             return tuple(value)
         if self.element == "byte":
             return value.view(np.uint8)
-        return value.astype(_port_dtype(self.element), copy=False)
+        return value.astype(self.port_dtype, copy=False)
 
     def from_port(self, value: Any) -> Any:
         """Convert a port's value to the message's representation.
@@ -312,10 +317,3 @@ def _leaves(
             yield from _leaves(inner, to, by, definitions, part)
         else:
             yield Leaf(to, by, kind, definitions, part)
-
-
-@functools.cache
-def _port_dtype(number: str) -> Any:
-    port_type = types.parse(PORT_TYPES[number])
-    assert isinstance(port_type, types.PortType)
-    return port_type.dtype

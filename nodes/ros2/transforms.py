@@ -9,7 +9,7 @@ from graphengine.devices.motion import FrameLink
 from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import Bound, Context, ContextError, In, RobotDescription, State
+from graphengine.node import BadValueError, Bound, Context, ContextError, In, RobotDescription, State
 from graphengine.node.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, Vector3d
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.core.transforms import pose_of
@@ -38,6 +38,7 @@ class TransformPublisher(PublisherNode):
 
     def open(self, context: Context, **facts: Any) -> Publisher:
         """Open the topic for static (latched) or changing transforms."""
+        self.sent = False
         return super().open(context, outermost_namespace=True, latched=self.static_publisher, **facts)
 
     def compute(self) -> None:
@@ -137,7 +138,14 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
     sent: bool = State(default=False)
 
     def setup(self, context: Context) -> None:
-        """Open the three topics."""
+        """Open the three topics.
+
+        Raises:
+            BadValueError: the frequency is not above 0, or higher than stamps can tell apart.
+        """
+        if not 0.0 < self.publish_frequency <= 1e9:
+            raise BadValueError("publishFrequency", self.publish_frequency, "above 0 and 1e9 Hz or less")
+        self.sent, self.last = False, -1.0
         self.description = context.robot_description(self.target_prim[0])
         common = self.endpoint()
         tf: dict[str, Any] = {**common, "outermost_namespace": True}

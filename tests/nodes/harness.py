@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from graphengine.devices.backend import World
 from graphengine.devices.lidar import LidarStub
 from graphengine.devices.rotation import Quaternion, Vector3
+from graphengine.format.diagnostics import Findings
 from graphengine.format.files import shipped
 from graphengine.messages import messages
 from graphengine.node import Node
@@ -51,6 +52,25 @@ def computed(cls: type[N], context: RecordingContext, /, **inputs: Any) -> N:
     return node
 
 
+class HelperBench:
+    """A helper node of a sensor, alone in its context."""
+
+    context: RecordingContext
+    node: Any
+
+    def executed(self) -> list[Any]:
+        """What is published in a tick in which the helper is executed."""
+        before = len(self.sent)
+        self.node.compute()
+        self.node.update()
+        return self.sent[before:]
+
+    @property
+    def sent(self) -> list[Any]:
+        """Everything that was published on the first topic."""
+        return self.context.transport.messages(self.context.services.claims[0].topic)
+
+
 class Playing:
     """A session, its nodes by `graph/id` or `id`, and its topics."""
 
@@ -62,7 +82,7 @@ class Playing:
         wanted: bool = True,
         domain_from_environment: int | None = None,
     ) -> None:
-        self.definitions = scene.definitions
+        self.definitions, self.findings = scene.definitions, scene.findings
         self.transport = MemoryTransport(wants_all=wanted, definitions=self.definitions)
         self.complaints: list[str] = []
         network = LiveNetwork(lambda _: self.transport, 0, self.complaints.append, self.definitions)
@@ -126,6 +146,12 @@ def write(folder: Path, files: Mapping[str, str]) -> None:
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(textwrap.dedent(text).lstrip(), "utf-8")
+
+
+def checked(folder: Path, text: str) -> Findings:
+    """What the check of a graph from text finds; `graph` is given."""
+    write(folder, {"graph.yaml": f"graph: graph\n{textwrap.dedent(text)}"})
+    return build.load(folder / "graph.yaml").findings
 
 
 def names(message_type: str) -> dict[str, str]:

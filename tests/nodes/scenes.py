@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 CARTER_WHEEL_RADIUS, CARTER_WHEEL_DISTANCE = 0.24, 0.56
@@ -30,6 +30,33 @@ ROBOT = """
     """
 
 
+def odometry(chassis: str) -> str:
+    """Nodes and wires that publish the odometry of a body."""
+    wires = "".join(f"  - Compute.{port} -> Publish.{port}\n" for port in ODOMETRY)
+    return f"""
+nodes:
+  Tick: OnPlaybackTick
+  Compute: {{type: ComputeOdometry, inputs: {{chassisPrim: {chassis}}}}}
+  Publish: PublishOdometry
+connections:
+  - Tick.tick -> Compute.execIn
+  - Compute.execOut -> Publish.execIn
+{wires}"""
+
+
+ODOMETRY = ("position", "orientation", "linearVelocity", "angularVelocity")
+
+
+def scene(
+    urdf: str, robot: Mapping[str, Any], graph: str, position: Sequence[float] = (0, 0, 0), yaw: float = 0.0
+) -> dict[str, str]:
+    """The files of a robot on a floor, and of a graph."""
+    place = ROBOT.format(position=[float(number) for number in position], yaw_deg=float(yaw))
+    file = json.dumps({"robot": "robot", "urdf": "robot.urdf", **robot})
+    files = {"world.xml": FLOOR.format(body=""), "scene.yaml": SCENE + place}
+    return {**files, "robot.urdf": urdf, "robot.yaml": file, "graph.yaml": graph}
+
+
 def cube_on_the_floor(height: float, size: float = 0.5) -> dict[str, str]:
     """A cube whose centre starts at a height, and its odometry."""
     half = size / 2
@@ -37,20 +64,7 @@ def cube_on_the_floor(height: float, size: float = 0.5) -> dict[str, str]:
     return {
         "world.xml": FLOOR.format(body=cube),
         "scene.yaml": f"{SCENE}graphs:\n      graph: {{use: graph.yaml, at: /World/graph}}\n    ",
-        "graph.yaml": """
-            graph: graph
-            nodes:
-              Tick: OnPlaybackTick
-              Compute: {type: ComputeOdometry, inputs: {chassisPrim: /World/cube}}
-              Publish: PublishOdometry
-            connections:
-              - Tick.tick -> Compute.execIn
-              - Compute.execOut -> Publish.execIn
-              - Compute.position -> Publish.position
-              - Compute.orientation -> Publish.orientation
-              - Compute.linearVelocity -> Publish.linearVelocity
-              - Compute.angularVelocity -> Publish.angularVelocity
-            """,
+        "graph.yaml": f"graph: graph\n{odometry('/World/cube')}",
     }
 
 
@@ -79,22 +93,16 @@ def arm(joints: Sequence[str], stiffness: float, damping: float, **commands: Any
         above = link
     drive = {"drive": {"stiffness": float(stiffness), "damping": float(damping)}}
     inputs = {"targetPrim": "/robot", **commands}
-    return {
-        "world.xml": FLOOR.format(body=""),
-        "scene.yaml": SCENE + ROBOT.format(position=[0.0, 0.0, 0.0], yaw_deg=0.0),
-        "robot.urdf": f'<robot name="arm">{"".join(parts).replace("&quot;", chr(34))}</robot>',
-        "robot.yaml": json.dumps(
-            {"format": 1, "robot": "arm", "urdf": "robot.urdf", "joints": dict.fromkeys(joints, drive)}
-        ),
-        "graph.yaml": f"""
-            graph: graph
-            nodes:
-              Tick: OnPlaybackTick
-              Control: {{type: ArticulationController, inputs: {json.dumps(inputs)}}}
-              States: {{type: PublishJointState, inputs: {{targetPrim: /robot}}}}
-            connections: [Tick.tick -> Control.execIn, Tick.tick -> States.execIn]
-            """,
-    }
+    graph = f"""
+        graph: graph
+        nodes:
+          Tick: OnPlaybackTick
+          Control: {{type: ArticulationController, inputs: {json.dumps(inputs)}}}
+          States: {{type: PublishJointState, inputs: {{targetPrim: /robot}}}}
+        connections: [Tick.tick -> Control.execIn, Tick.tick -> States.execIn]
+        """
+    urdf = f'<robot name="arm">{"".join(parts).replace("&quot;", chr(34))}</robot>'
+    return scene(urdf, {"joints": dict.fromkeys(joints, drive)}, graph)
 
 
 def carter(position: Sequence[float], yaw_deg: float, controller: dict[str, float]) -> dict[str, str]:
@@ -116,16 +124,9 @@ def carter(position: Sequence[float], yaw_deg: float, controller: dict[str, floa
         "Wheel": {"static_friction": 1.0, "dynamic_friction": 1.0, "combine": "max", "bind": ["left", "right"]},
         "Caster": {"static_friction": 0.0, "dynamic_friction": 0.0, "combine": "min", "bind": ["caster"]},
     }
-    robot: dict[str, Any] = {"format": 1, "robot": "carter", "urdf": "robot.urdf", "materials": materials}
-    robot["joints"] = {"left_joint": drive, "right_joint": drive}
+    robot = {"materials": materials, "joints": {"left_joint": drive, "right_joint": drive}}
     robot["frames"] = {"place": {"parent": "base_link"}}
-    place = [float(number) for number in position]
-    return {
-        "world.xml": FLOOR.format(body=""),
-        "scene.yaml": SCENE + ROBOT.format(position=place, yaw_deg=float(yaw_deg)),
-        "robot.urdf": urdf,
-        "robot.yaml": json.dumps(robot),
-        "graph.yaml": f"""
+    graph = f"""
             graph: graph
             nodes:
               Tick: OnPlaybackTick
@@ -151,8 +152,8 @@ def carter(position: Sequence[float], yaw_deg: float, controller: dict[str, floa
               - Compute.position -> Odometry.position
               - Compute.orientation -> Odometry.orientation
               - Tick.tick -> TF.execIn
-            """,
-    }
+            """
+    return scene(urdf, robot, graph, position, yaw_deg)
 
 
 def pulled_imu(acceleration: float) -> dict[str, str]:
@@ -162,13 +163,9 @@ def pulled_imu(acceleration: float) -> dict[str, str]:
         nodes: {Tick: OnPlaybackTick, Imu: {type: ReadIMU, inputs: {imuPrim: /robot/base_link/imu, readGravity: false}}}
         connections: [Tick.tick -> Imu.execIn]
         """
-    return {
-        "world.xml": f'<mujoco><option gravity="{acceleration} 0 0"/></mujoco>',
-        "scene.yaml": SCENE + ROBOT.format(position=[0.0, 0.0, 1.0], yaw_deg=0.0),
-        "robot.urdf": f'<robot name="box"><link name="base_link">{body(1.0, 0.1, CUBE)}</link></robot>',
-        "robot.yaml": "{format: 1, robot: box, urdf: robot.urdf, sensors: {imu: {type: imu, parent: base_link}}}",
-        "graph.yaml": graph,
-    }
+    urdf = f'<robot name="box"><link name="base_link">{body(1.0, 0.1, CUBE)}</link></robot>'
+    files = scene(urdf, {"sensors": {"imu": {"type": "imu", "parent": "base_link"}}}, graph, (0, 0, 1))
+    return {**files, "world.xml": f'<mujoco><option gravity="{acceleration} 0 0"/></mujoco>'}
 
 
 CUBE = '<box size="0.2 0.2 0.2"/>'
@@ -194,12 +191,7 @@ def forklift(controller: dict[str, Any]) -> dict[str, str]:
     steered = ["back_left_steer", "back_right_steer"]
     joints = {name: {"drive": {"damping": 100.0}} for name in names}
     joints |= {name: {"drive": {"stiffness": 5000.0, "damping": 500.0}} for name in steered}
-    return {
-        "world.xml": FLOOR.format(body=""),
-        "scene.yaml": SCENE + ROBOT.format(position=[0.0, 0.0, 0.0], yaw_deg=0.0),
-        "robot.urdf": f'<robot name="forklift">{"".join(parts)}</robot>',
-        "robot.yaml": json.dumps({"format": 1, "robot": "forklift", "urdf": "robot.urdf", "joints": joints}),
-        "graph.yaml": f"""
+    graph = f"""
             graph: graph
             nodes:
               Tick: OnPlaybackTick
@@ -214,8 +206,8 @@ def forklift(controller: dict[str, Any]) -> dict[str, str]:
               - Ackermann.wheelAngles -> Steer.positionCommand
               - Ackermann.wheelRotationVelocity -> Drive.velocityCommand
               - Tick.tick -> Compute.execIn
-            """,
-    }
+            """
+    return scene(f'<robot name="forklift">{"".join(parts)}</robot>', {"joints": joints}, graph)
 
 
 def _turning(name: str, above: str, place: str, axis: str) -> str:

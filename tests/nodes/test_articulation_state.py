@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from graphengine.devices.dry_world import ArticulationStub
-from graphengine.format.errors import JointError, PrimError
+from graphengine.format.errors import PrimError
 from graphengine.nodes.core.articulation import IsaacArticulationState, IsaacJointNameResolver
 from graphengine.nodes.physics_sensors import IsaacReadJointState
 from graphengine.testing import RecordingContext, RecordingWorld
@@ -48,23 +48,6 @@ def test_the_state_of_some_joints_is_in_the_order_they_were_asked_for(
     assert node.measured_joint_efforts.tolist() == [30.0, 10.0]
     assert node.measured_joint_forces.tolist() == [[6.0, 7.0, 8.0], [0.0, 1.0, 2.0]]
     assert node.measured_joint_torques.tolist() == [[15.0, 16.0, 17.0], [9.0, 10.0, 11.0]]
-
-
-def test_joints_are_selected_by_index_where_no_names_are_given(context: RecordingContext) -> None:
-    node = computed(IsaacArticulationState, context, target_prim="/arm", joint_indices=[2])
-    assert (node.joint_names_out, node.joint_positions.tolist()) == (("finger",), [3.0])
-
-
-def test_the_selection_may_change_in_every_tick(context: RecordingContext) -> None:
-    node = computed(IsaacArticulationState, context, target_prim="/arm", joint_names=["elbow"])
-    node.joint_names = ("finger",)
-    node.compute()
-    assert node.joint_positions.tolist() == [3.0]
-
-
-def test_a_joint_that_is_not_there_is_refused_in_setup(context: RecordingContext) -> None:
-    with pytest.raises(JointError, match="no joint 'elbo'"):
-        ready(IsaacArticulationState, context, target_prim="/arm", joint_names=["elbo"])
 
 
 def test_in_a_simulation_the_joints_of_an_arm_measure_what_they_carry(play: Player) -> None:

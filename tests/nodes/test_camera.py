@@ -19,7 +19,7 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.nodes.ros2.camera import ROS2CameraHelper, points_of
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, dd100, read_points, ready, vector
+from tests.nodes.harness import HelperBench, Player, dd100, read_points, ready, vector
 
 CAMERA = "/robot/Geometry/base_link/Camera"
 INF = math.inf
@@ -34,7 +34,7 @@ every_type = pytest.mark.parametrize("kind", TYPES)
 every_segmentation = pytest.mark.parametrize("kind", SEGMENTATIONS)
 
 
-class Bench:
+class Bench(HelperBench):
     """A camera of 3 x 2 pixels and 90 degrees, and a helper on it."""
 
     def __init__(self, kind: str = "rgb", *, wanted: bool = True, rate: float = 30.0, **inputs: Any) -> None:
@@ -48,16 +48,8 @@ class Bench:
     def deliver(self, index: int = 0, captured: float = 0.0, boxes: Any = None) -> list[Any]:
         """What is published in a tick in which that picture is delivered, once the helper was executed."""
         self.camera.show(COLOURS, DEPTHS, PRIMS, boxes, time=captured, index=index)
-        before = len(self.sent)
         self.context.tick()
-        self.node.compute()
-        self.node.update()
-        return self.sent[before:]
-
-    @property
-    def sent(self) -> list[Any]:
-        """Everything that was published on the first topic."""
-        return self.context.transport.messages(self.context.services.claims[0].topic)
+        return self.executed()
 
 
 # Images

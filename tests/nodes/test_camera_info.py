@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from graphengine.messages import messages
 from graphengine.nodes.ros2.camera import ROS2CameraHelper
 from graphengine.nodes.ros2.camera_info import ROS2CameraInfoHelper, ROS2PublishCameraInfo
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import matrix, ready
+from tests.nodes.harness import HelperBench, matrix, ready
 
 LEFT, RIGHT = "/robot/Geometry/base_link/Left", "/robot/Geometry/base_link/Right"
 FORWARD = (0.5, -0.5, -0.5, 0.5)
@@ -29,19 +30,25 @@ OPTICAL = np.diag([1.0, -1.0, -1.0])
 """From the axes of a prim, which looks along -z with y up, to those of the optical frame."""
 
 
-class Bench:
-    """A camera of 1280 x 720 pixels and 87 degrees, or two that are 95 mm apart, and a helper on them."""
+class Bench(HelperBench):
+    """A camera of 1280 x 720 pixels and 87 degrees, and a helper on it.
 
-    def __init__(self, *, stereo: bool = False, wanted: bool = True, rate: float = 30.0, **inputs: Any) -> None:
+    With `right`, how another differs that stands 95 mm to the right, they are a pair.
+    """
+
+    def __init__(
+        self, *, right: Mapping[str, Any] | None = None, wanted: bool = True, rate: float = 30.0, **inputs: Any
+    ) -> None:
         self.context = RecordingContext(wanted=wanted)
         self.context.world.add_robot("/robot")
         self.place(LEFT, (0.0, 0.0475, 0.0), rate=rate)
-        self.place(RIGHT, (0.0, -0.0475, 0.0), rate=rate)
-        self.inputs = {"render_product_path": LEFT, **inputs}
-        if stereo:
-            self.inputs.setdefault("render_product_path_right", RIGHT)
+        second = {"path": RIGHT, "position": (0.0, -0.0475, 0.0), "rate": rate, **(right or {})}
+        self.place(**second)
+        inputs = {"render_product_path": LEFT, **inputs}
+        if right is not None:
+            inputs["render_product_path_right"] = second["path"]
         self.camera = self.context.world.device(CameraStub, self.context.world.stage.find(LEFT))
-        self.node = ready(ROS2CameraInfoHelper, self.context, **self.inputs)
+        self.node = ready(ROS2CameraInfoHelper, self.context, **inputs)
 
     def place(self, path: str, position: Vector3, turn: Quaternion = FORWARD, **facts: Any) -> None:
         facts = {"size": (1280, 720), "fov_deg": (87.0, 58.0), **facts}
@@ -51,8 +58,7 @@ class Bench:
         """A tick in which the camera has a sample, or has none."""
         self.context.tick()
         self.camera.due = due
-        self.node.compute()
-        self.node.update()
+        self.executed()
 
     def calibration(self, topic: str = "/camera_info") -> Any:
         """What is published for a sample."""
@@ -133,7 +139,7 @@ def seen_by(context: RecordingContext, path: str, point: Vector3) -> NDArray[np.
     mount=st.tuples(*[st.floats(-3.0, 3.0)] * 3),
 )
 def test_both_projections_agree_with_where_each_camera_is(point: Vector3, mount: tuple[float, float, float]) -> None:
-    bench = Bench(stereo=True)
+    bench = Bench(right={})
     turn = rotation.from_rpy(*mount)
     bench.context.world.body(bench.context.world.stage.find("/robot")).orientation = turn
     left, right = (bench.node.message(eye, 0.0) for eye in bench.node.eyes)
@@ -151,30 +157,22 @@ def pixel(k: ArrayLike, point: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def test_a_pair_has_one_matrix_each_and_the_right_one_the_distance_between_them() -> None:
-    bench = Bench(stereo=True, frame_id_right="right", topic_name_right="right_info")
+    bench = Bench(right={}, frame_id_right="right", topic_name_right="right_info")
     right = bench.calibration("/right_info")
     fx = 640.0 / math.tan(math.radians(87.0) / 2)
     assert right.p.tolist() == pytest.approx([fx, 0, 639.5, -fx * 0.095, 0, fx, 359.5, 0, 0, 0, 1, 0])
     assert right.r.tolist() == [1, 0, 0, 0, 1, 0, 0, 0, 1]
     assert right.header.frame_id == "right"
-    (left,) = bench.context.transport.messages("/camera_info")
+    (left,) = bench.sent
     assert left.p[3] == 0.0
     assert left.header.stamp == right.header.stamp
 
 
-def refused(match: str, **changes: Any) -> None:
-    """The right camera with those changes is refused, and the mistake is that of its path."""
-    context = RecordingContext()
-    context.world.add_robot("/robot")
-    facts = {"size": (1280, 720), "fov_deg": (87.0, 58.0), "rate": 30.0}
-    place: dict[str, Any] = {"position": (0.0, -0.0475, 0.0), "orientation": FORWARD, "path": RIGHT}
-    place |= {name: changes.pop(name) for name in tuple(changes) if name in place}
-    context.world.stage.add(LEFT, "camera", position=(0.0, 0.0475, 0.0), orientation=FORWARD, facts=facts)
-    context.world.stage.add(place.pop("path"), "camera", facts=facts | changes, **place)
-    path = next(p.path for p in context.world.stage.prims("camera") if p.path != LEFT)
+def refused(match: str, **right: Any) -> None:
+    """A right camera with those facts is refused, and the mistake is that of its path."""
     with pytest.raises(ContextError, match=match) as mistake:
-        ready(ROS2CameraInfoHelper, context, render_product_path=LEFT, render_product_path_right=path)
-    assert mistake.value.value == path
+        Bench(right=right)
+    assert mistake.value.value == right.get("path", RIGHT)
 
 
 @pytest.mark.parametrize("changes", [{"size": (640, 480)}, {"fov_deg": (69.0, 42.0)}, {"rate": 15.0}])
@@ -186,7 +184,7 @@ def test_a_pair_whose_cameras_differ_is_refused(changes: dict[str, Any]) -> None
     "turn", [rotation.from_rpy(0.0, 0.0, 0.01), rotation.from_rpy(0.01, 0.0, 0.0), rotation.from_rpy(0.0, math.pi, 0.0)]
 )
 def test_a_pair_whose_axes_are_not_parallel_is_refused(turn: Quaternion) -> None:
-    refused("not a rectified stereo pair\nthe axes have to be parallel", orientation=rotation.multiply(turn, FORWARD))
+    refused("not a rectified stereo pair\nthe axes have to be parallel", turn=rotation.multiply(turn, FORWARD))
 
 
 @pytest.mark.parametrize("position", [(0.0, 0.0475, -0.095), (0.05, -0.0475, 0.0)])
@@ -216,9 +214,9 @@ def test_it_goes_out_with_the_picture_and_its_stamp_as_many_ticks_after_the_capt
     sent = []
     for tick in range(6):
         bench.tick(due=tick % 2 == 0)
-        sent.append(len(bench.context.transport.raw("/camera_info")))
+        sent.append(len(bench.sent))
     assert sent == [0, 0, 1, 1, 2, 2]
-    stamps = [info.header.stamp for info in bench.context.transport.messages("/camera_info")]
+    stamps = [info.header.stamp for info in bench.sent]
     assert stamps == [messages.stamp(1 / 60), messages.stamp(3 / 60)]
 
 
@@ -244,7 +242,7 @@ def test_one_that_nobody_wants_is_not_built(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(ROS2CameraInfoHelper, "message", None)
     bench.tick(due=True)
     bench.tick(due=False)
-    assert bench.context.transport.raw("/camera_info") == []
+    assert bench.sent == []
 
 
 def test_frame_skip_count_leaves_out_the_same_samples_as_of_the_pictures() -> None:
@@ -252,7 +250,7 @@ def test_frame_skip_count_leaves_out_the_same_samples_as_of_the_pictures() -> No
     for tick in range(1, 62):
         bench.camera.index = tick // 3
         bench.tick(due=tick == 1 or tick % 3 == 0)
-    stamps = [info.header.stamp for info in bench.context.transport.messages("/camera_info")]
+    stamps = [info.header.stamp for info in bench.sent]
     # Samples 0, 3, 6, … of 20 a second; sample 0 belongs to the first tick.
     assert stamps == [messages.stamp(1 / 60), *(messages.stamp(9 * n / 60) for n in range(1, 7))]
     assert bench.context.services.claims[0].rate == pytest.approx(20.0 / 3)
@@ -266,7 +264,7 @@ def test_executed_while_disabled_it_ends_and_what_was_captured_is_forgotten() ->
     assert not bench.node.active
     bench.node.enabled = True
     bench.tick(due=False)
-    assert bench.context.transport.raw("/camera_info") == []
+    assert bench.sent == []
 
 
 def test_a_stop_detaches_it_and_what_was_captured_is_forgotten() -> None:
@@ -275,7 +273,7 @@ def test_a_stop_detaches_it_and_what_was_captured_is_forgotten() -> None:
     bench.context.stop(bench.node)
     assert not bench.node.active
     bench.tick(due=False)
-    assert bench.context.transport.raw("/camera_info") == []
+    assert bench.sent == []
 
 
 def test_stamps_that_go_on_over_stop_and_play_count_what_was_played_before() -> None:
@@ -290,7 +288,7 @@ def test_stamps_that_go_on_over_stop_and_play_count_what_was_played_before() -> 
 
 
 def test_each_topics_namespace_is_collected_from_its_own_camera() -> None:
-    bench = Bench(stereo=True)
+    bench = Bench(right={})
     stage = bench.context.world.stage
     stage.find("/robot").namespace = "robot_1"
     stage.find(LEFT).namespace, stage.find(RIGHT).namespace = "infra1", "infra2"

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.format.errors import CheckError, NodeError
+from graphengine.format.errors import NodeError
 from graphengine.node.port import camel_case
 from graphengine.nodes.wheeled_robots.differential import DifferentialController
 from graphengine.testing import RecordingContext
@@ -246,16 +246,6 @@ def test_in_the_shipped_graphs_a_second_play_begins_at_rest(play: Player, name: 
     playing.session.stop()
     playing.tick()
     assert robot.targets["velocity"] == [0.0, 0.0]
-
-
-@pytest.mark.parametrize("given", ["wheelRadius", "wheelDistance"])
-def test_in_a_graph_a_controller_that_knows_only_one_of_radius_and_distance_is_refused(
-    play: Player, given: str
-) -> None:
-    controller = f"{{type: DifferentialController, inputs: {{{given}: 0.1}}}}"
-    other = {"wheelRadius": "wheelDistance", "wheelDistance": "wheelRadius"}[given]
-    with pytest.raises(CheckError, match=f"D needs its input '{other}'"):
-        play.graph(f"nodes: {{T: OnPlaybackTick, D: {controller}}}\nconnections: [T.tick -> D.execIn]")
 
 
 def test_in_a_graph_wheels_that_shrink_to_nothing_stop_the_run_and_name_the_node(play: Player) -> None:

@@ -14,9 +14,8 @@ from graphengine.nodes.action.logging import LogMessage, PrintText
 from graphengine.nodes.action.stage_events import OnClosing, OnImpulseEvent, OnLoaded, OnStageEvent
 from graphengine.runtime import commands
 from graphengine.runtime.inbox import ExternalInputs
-from graphengine.scene import build
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, ready
+from tests.nodes.harness import Player, checked, ready
 
 # OnImpulseEvent
 
@@ -276,12 +275,8 @@ def test_a_graph_says_goodbye_with_the_time_of_the_last_tick(play: Player) -> No
 
 
 def test_an_event_that_never_comes_is_told_by_the_check(tmp_path: Path) -> None:
-    path = tmp_path / "graph.yaml"
-    path.write_text("graph: graph\n" + PLAYS.replace("Simulation Start Play", "Saved"), "utf-8")
-    findings = build.load(path).findings.items
-    assert [(finding.code, finding.message) for finding in findings] == [
-        ("W101", "Start never fires: 'Saved' is an event of editors")
-    ]
+    (finding,) = checked(tmp_path, PLAYS.replace("Simulation Start Play", "Saved")).items
+    assert (finding.code, finding.message) == ("W101", "Start never fires: 'Saved' is an event of editors")
 
 
 # LogMessage, PrintText

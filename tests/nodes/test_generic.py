@@ -20,11 +20,10 @@ from graphengine.node import BadValueError, ContextError, Node
 from graphengine.node.node_class import grown
 from graphengine.nodes.ros2.fields import MAX_PORTS
 from graphengine.nodes.ros2.generic import ROS2Publisher, ROS2Subscriber
-from graphengine.scene import build
 from graphengine.scene.loaded_scene import Options
 from graphengine.testing import RecordingContext
 from tests.messages.test_messages import TYPES, random_message
-from tests.nodes.harness import Player, names, ready, twist, write
+from tests.nodes.harness import Player, checked, names, ready, twist, write
 
 RANGE, TWIST, TF = "sensor_msgs/msg/Range", "geometry_msgs/msg/Twist", "tf2_msgs/msg/TFMessage"
 
@@ -412,27 +411,22 @@ def test_in_a_graph_messages_of_a_sourced_workspace_are_known(play: Player, tmp_
     assert {claim.message_type for claim in playing.session.services.claims} == {"geometry_msgs/msg/Stride"}
 
 
+SAY = """
+nodes:
+  Tick: OnPlaybackTick
+  Say:
+    type: ROS2Publisher
+    inputs: {inputs}
+connections: [{wires}]
+"""
+
+
 def test_in_a_graph_an_array_that_no_message_can_hold_is_told_at_its_place(tmp_path: Path) -> None:
-    path = tmp_path / "graph.yaml"
-    path.write_text(
-        "graph: graph\nnodes:\n  Tick: OnPlaybackTick\n  Say:\n    type: ROS2Publisher\n    inputs:\n"
-        "      messagePackage: geometry_msgs\n      messageName: PoseWithCovariance\n      covariance: [1.0, 2.0]\n"
-        "connections: [Tick.tick -> Say.execIn]\n"
-    )
-    (finding,) = build.load(path).findings.items
+    inputs = "messagePackage: geometry_msgs\n      messageName: PoseWithCovariance\n      covariance: [1.0, 2.0]"
+    (finding,) = checked(tmp_path, SAY.format(inputs=f"\n      {inputs}", wires="Tick.tick -> Say.execIn")).items
     assert (finding.code, finding.message) == ("G307", "Say: covariance has 2 elements, not 36")
     assert finding.span is not None
-    assert finding.span.line == 9
-
-
-def findings(tmp_path: Path, text: str) -> list[tuple[str, str]]:
-    """Codes and messages of what is wrong with a graph of one publisher."""
-    path = tmp_path / "graph.yaml"
-    path.write_text(
-        "format: 1\ngraph: graph\nnodes:\n  Tick: OnPlaybackTick\n  Say:\n    type: ROS2Publisher\n"
-        f"    inputs: {text}\nconnections: [Tick.tick -> Say.execIn, Tick.time -> Say.linear:x]\n"
-    )
-    return [(finding.code, finding.message) for finding in build.load(path).findings.sorted()]
+    assert finding.span.line == 10
 
 
 @pytest.mark.parametrize(
@@ -448,4 +442,6 @@ def findings(tmp_path: Path, text: str) -> list[tuple[str, str]]:
 )
 def test_in_a_graph_one_mistake_is_one_finding(tmp_path: Path, inputs: dict[str, Any], code: str, message: str) -> None:
     given = {"messagePackage": "geometry_msgs", "messageName": "Twist", **inputs}
-    assert findings(tmp_path, json.dumps(given)) == [(code, message)]
+    text = SAY.format(inputs=json.dumps(given), wires="Tick.tick -> Say.execIn, Tick.time -> Say.linear:x")
+    (finding,) = checked(tmp_path, text).items
+    assert (finding.code, finding.message) == (code, message)

@@ -14,8 +14,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from graphengine.devices.dry_world import ArticulationStub
-from graphengine.format.errors import CheckError, JointError, NodeError, PrimError
-from graphengine.nodes.core.articulation import IsaacArticulationController
+from graphengine.format.errors import JointError, NodeError, PrimError
+from graphengine.nodes.core.articulation import IsaacArticulationController, IsaacArticulationState, SelectedJointsNode
 from graphengine.nodes.ros2.state import ROS2PublishJointState
 from graphengine.scene import build
 from graphengine.testing import RecordingContext, RecordingWorld
@@ -44,6 +44,76 @@ def controlled(**inputs: Any) -> ArticulationStub:
     return robot
 
 
+# Which joints IsaacArticulationController and IsaacArticulationState select
+
+every_selection = pytest.mark.parametrize("cls", [IsaacArticulationController, IsaacArticulationState])
+
+
+@every_selection
+@pytest.mark.parametrize(
+    ("inputs", "selected"),
+    [
+        pytest.param({}, JOINTS, id="all"),
+        pytest.param({"joint_names": ["wrist", "shoulder"]}, ("wrist", "shoulder"), id="by name, in the names' order"),
+        pytest.param({"joint_indices": [2, 1]}, ("wrist", "elbow"), id="by index where no names are given"),
+        pytest.param({"joint_names": ["elbow"], "joint_indices": [3]}, ("elbow",), id="by name where both are given"),
+        pytest.param({"joint_indices": [0]}, ("shoulder",), id="by index 0, which the reference takes for none"),
+        pytest.param({"joint_indices": [0, 1]}, ("shoulder", "elbow"), id="by index 0 and others"),
+    ],
+)
+def test_joints_are_selected(
+    cls: type[SelectedJointsNode], inputs: dict[str, Any], selected: tuple[str, ...], context: RecordingContext
+) -> None:
+    arm(context)
+    node = computed(cls, context, target_prim="/arm", **inputs)
+    assert node.joints().names == selected
+
+
+@every_selection
+def test_the_selection_may_change_in_every_tick(cls: type[SelectedJointsNode], context: RecordingContext) -> None:
+    arm(context)
+    node = ready(cls, context, target_prim="/arm", joint_names=["elbow"])
+    found: list[str] = []
+    for names, indices in [(("elbow",), []), (("finger",), []), ((), [0]), ((), [2])]:
+        node.joint_names, node.joint_indices = names, np.array(indices, np.int32)
+        node.compute()
+        assert node.selection is not None
+        found += node.selection.names
+    assert found == ["elbow", "finger", "shoulder", "wrist"]
+
+
+@every_selection
+@pytest.mark.parametrize("selection", [{"joint_names": ["elbo"]}, {"joint_indices": [4]}, {"joint_indices": [-1]}])
+def test_a_joint_that_is_not_there_is_refused_in_setup(
+    cls: type[SelectedJointsNode], selection: dict[str, Any], context: RecordingContext
+) -> None:
+    arm(context)
+    with pytest.raises(JointError, match="no joint") as caught:
+        ready(cls, context, target_prim="/arm", **selection)
+    assert any("elbow" in line or "0 to 3" in line for line in caught.value.help)
+
+
+@pytest.mark.parametrize("node", ["ArticulationController", "ArticulationState", "JointNameResolver"])
+def test_in_a_graph_a_wire_that_brings_no_robot_ends_the_branch_and_not_the_run(node: str, play: Player) -> None:
+    playing = play.graph(
+        f"""
+        nodes:
+          Tick: OnPlaybackTick
+          Turn: FlipFlop
+          Robot: {{type: SelectTargetIf, inputs: {{ifFalse: [/dd100]}}}}
+          Node: {node}
+        connections:
+          - Tick.tick -> Turn.execIn
+          - Turn.a -> Node.execIn
+          - Turn.b -> Node.execIn
+          - Turn.isA -> Robot.condition
+          - Robot.result -> Node.targetPrim
+        """,
+        dd100(),
+    ).tick(4)
+    assert playing.dropped == {"/World/graph/Node": 2}
+
+
 # IsaacArticulationController
 
 
@@ -59,25 +129,9 @@ def test_each_kind_of_command_reaches_its_own_targets(kind: str) -> None:
         assert same(robot.targets[other], [1.0, 2.0, 3.0, 4.0] if other == kind else [NAN] * 4)
 
 
-def test_joints_are_selected_by_name_in_the_order_of_the_names() -> None:
+def test_the_selected_joints_are_commanded_and_no_others() -> None:
     robot = controlled(joint_names=["wrist", "shoulder"], velocity_command=[3.0, 1.0])
     assert same(robot.targets["velocity"], [1.0, NAN, 3.0, NAN])
-
-
-def test_joints_are_selected_by_index_where_no_names_are_given() -> None:
-    robot = controlled(joint_indices=[2, 1], velocity_command=[3.0, 2.0])
-    assert same(robot.targets["velocity"], [NAN, 2.0, 3.0, NAN])
-
-
-def test_names_win_over_indices() -> None:
-    robot = controlled(joint_names=["elbow"], joint_indices=[3], effort_command=[2.0])
-    assert same(robot.targets["effort"], [NAN, 2.0, NAN, NAN])
-
-
-@pytest.mark.parametrize("indices", [[0], [0, 1]])
-def test_index_0_alone_is_an_index_where_the_reference_takes_it_for_none(indices: list[int]) -> None:
-    robot = controlled(joint_indices=indices, position_command=[7.0] * len(indices))
-    assert same(robot.targets["position"], [7.0] * len(indices) + [NAN] * (4 - len(indices)))
 
 
 def test_nan_leaves_a_joint_as_it_is() -> None:
@@ -104,19 +158,6 @@ def test_robot_path_wins_over_target_prim(context: RecordingContext) -> None:
     assert same(other.targets["effort"], [NAN] * 4)
 
 
-def test_the_selection_may_change_in_every_tick(context: RecordingContext) -> None:
-    robot = arm(context)
-    node = ready(IsaacArticulationController, context, target_prim="/arm", joint_names=["elbow"], effort_command=[1.0])
-    node.compute()
-    node.joint_names = ("finger",)
-    node.compute()
-    node.joint_names = ()
-    for index in (0, 2):
-        node.joint_indices, node.effort_command = np.array([index], np.int32), np.array([2.0 + index])
-        node.compute()
-    assert same(robot.targets["effort"], [2.0, 1.0, 4.0, 1.0])
-
-
 def test_after_a_stop_the_same_joints_are_commanded_again(context: RecordingContext) -> None:
     robot = arm(context)
     node = ready(IsaacArticulationController, context, target_prim="/arm", joint_names=["elbow"], effort_command=[1.0])
@@ -125,13 +166,6 @@ def test_after_a_stop_the_same_joints_are_commanded_again(context: RecordingCont
         assert same(robot.targets["effort"], [NAN, 1.0, NAN, NAN])
         robot.targets["effort"] = [NAN] * 4
         context.stop(node)
-
-
-@pytest.mark.parametrize("selection", [{"joint_names": ["elbo"]}, {"joint_indices": [4]}, {"joint_indices": [-1]}])
-def test_a_joint_that_is_not_there_is_refused_in_setup(selection: dict[str, Any]) -> None:
-    with pytest.raises(JointError) as caught:
-        controlled(**selection)
-    assert any("elbow" in line or "0 to 3" in line for line in caught.value.help)
 
 
 def test_what_does_not_stand_for_a_robot_is_refused_with_what_does(context: RecordingContext) -> None:
@@ -172,12 +206,6 @@ def test_controllers_of_the_same_joints_are_told_of_where_they_are_in_two_graphs
     assembly = build.load(scene)
     told = [found.message.partition(" command ")[0] for found in assembly.findings.items if found.code == "W207"]
     assert told == ["dd100/cmd_vel/ArtController and twice/One"]
-
-
-def test_in_a_graph_without_a_robot_the_file_is_refused(play: Player) -> None:
-    text = "nodes: {T: OnPlaybackTick, C: ArticulationController}\nconnections: [T.tick -> C.execIn]"
-    with pytest.raises(CheckError, match="C needs its input 'targetPrim' or 'robotPath'"):
-        play.graph(text)
 
 
 # ROS2PublishJointState, of a robot
@@ -305,12 +333,6 @@ def test_arrays_whose_names_are_gone_are_an_error() -> None:
     node.joint_names = ()
     with pytest.raises(ValueError, match="jointNames must be the names of the joints, or a targetPrim"):
         node.compute()
-
-
-def test_without_arrays_and_robot_the_file_is_refused(play: Player) -> None:
-    text = "nodes: {T: OnPlaybackTick, J: PublishJointState}\nconnections: [T.tick -> J.execIn]"
-    with pytest.raises(CheckError, match="J needs its input 'targetPrim' or 'jointNames'"):
-        play.graph(text)
 
 
 def test_in_the_tutorials_graph_joint_states_go_out_in_every_tick_with_simulation_time(play: Player) -> None:

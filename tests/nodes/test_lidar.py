@@ -17,13 +17,13 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.nodes.ros2.lidar import ROS2RtxLidarHelper, ROS2RtxLidarPointCloudConfig
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, dd100, read_points, ready
+from tests.nodes.harness import HelperBench, Player, dd100, read_points, ready
 
 LIDAR = "/robot/Geometry/base_link/Lidar"
 INF = math.inf
 
 
-class Bench:
+class Bench(HelperBench):
     """A lidar of five beams from -60 to 60 degrees, and a helper on it."""
 
     def __init__(self, *, wanted: bool = True, rate: float = 10.0, beams: int = 5, **inputs: Any) -> None:
@@ -40,16 +40,7 @@ class Bench:
         """What is published in a tick with that sample, once the helper was executed."""
         self.context.tick()
         self.lidar.see(ranges, intensities, time=self.context.clock.time, index=index)
-        before = len(self.sent)
-        self.node.compute()
-        self.node.update()
-        return self.sent[before:]
-
-    @property
-    def sent(self) -> list[Any]:
-        """Everything that was published."""
-        (claim,) = self.context.services.claims
-        return self.context.transport.messages(claim.topic)
+        return self.executed()
 
 
 def single(values: Any) -> Any:

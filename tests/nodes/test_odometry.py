@@ -135,6 +135,19 @@ def test_a_stop_makes_a_new_origin() -> None:
     assert node.position == node.linear_acceleration == (0.0, 0.0, 0.0)
 
 
+def test_another_body_has_its_own_origin_and_its_own_accelerations() -> None:
+    context, body, node = computing((5.0, 0.0, 0.0))
+    other = context.world.add_body("/other", (0.0, 7.0, 0.0))
+    body.linear, other.linear = (1.0, 0.0, 0.0), (0.0, 9.0, 0.0)
+    compute(context, node)
+    node.chassis_prim = ("/other",)
+    node.setup(context)
+    for _ in range(2):
+        compute(context, node)
+        assert (node.position, node.linear_velocity) == ((0.0, 0.0, 0.0), (0.0, 9.0, 0.0))
+        assert node.linear_acceleration == (0.0, 0.0, 0.0)
+
+
 def test_a_prim_without_a_body_is_followed_with_the_body_that_carries_it(context: RecordingContext) -> None:
     body = context.world.add_body("/cube", orientation=yaw(math.pi / 2))
     context.world.stage.add("/cube/sensor", "frame", position=(1.0, 0.0, 0.0))

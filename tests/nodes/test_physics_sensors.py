@@ -12,7 +12,7 @@ from graphengine.format.errors import PrimError
 from graphengine.nodes.physics_sensors import IsaacReadContactSensor, IsaacReadIMU
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, computed, ready, write
-from tests.nodes.scenes import CUBE, FLOOR, ROBOT, SCENE, body
+from tests.nodes.scenes import CUBE, body, scene
 
 G = 9.81
 HALF = math.sqrt(0.5)
@@ -73,15 +73,11 @@ def test_what_is_no_unit_is_refused_with_those_below_it(context: RecordingContex
         ready(IsaacReadIMU, context, imu_prim="/robot")
 
 
-def sensing(nodes: str, sensors: str, runs: str = "tick") -> dict[str, str]:
-    """A box of 2 kg on the floor, with sensors, and a graph."""
-    return {
-        "world.xml": FLOOR.format(body=""),
-        "scene.yaml": SCENE + ROBOT.format(position=[0.0, 0.0, 0.1], yaw_deg=0.0),
-        "robot.urdf": f'<robot name="box"><link name="base_link">{body(2.0, 0.1, CUBE)}</link></robot>',
-        "robot.yaml": f"{{format: 1, robot: box, urdf: robot.urdf, sensors: {sensors}}}",
-        "graph.yaml": f"format: 1\ngraph: graph\nruns: {runs}\n{nodes}",
-    }
+def sensing(nodes: str, sensor: dict[str, str], runs: str = "tick") -> dict[str, str]:
+    """A box of 2 kg on the floor, with a sensor, and a graph."""
+    urdf = f'<robot name="box"><link name="base_link">{body(2.0, 0.1, CUBE)}</link></robot>'
+    sensors = {"sensors": {"sensor": {"parent": "base_link", **sensor}}}
+    return scene(urdf, sensors, f"graph: graph\nruns: {runs}\n{nodes}", (0.0, 0.0, 0.1))
 
 
 @pytest.mark.parametrize(
@@ -97,7 +93,7 @@ def test_in_a_simulation_samples_come_at_the_units_rate_as_far_as_its_graph_runs
 ) -> None:
     # In the first second, its end included, falls sample 0 and one for each 1 / rate.
     graph = f"""
-nodes: {{Event: {event}, Imu: {{type: ReadIMU, inputs: {{imuPrim: /robot/base_link/imu}}}}, Out: PublishImu}}
+nodes: {{Event: {event}, Imu: {{type: ReadIMU, inputs: {{imuPrim: /robot/base_link/sensor}}}}, Out: PublishImu}}
 connections:
   - Event.{"tick" if runs == "tick" else "step"} -> Imu.execIn
   - Imu.execOut -> Out.execIn
@@ -105,7 +101,7 @@ connections:
   - Imu.sensorTime -> Out.timeStamp
 """
     write(play.folder, {"sensors/own.yaml": f"{{format: 1, sensor: own, imu: {{rate: {rate}.0}}}}"})
-    playing = play.scene(sensing(graph, "{imu: {type: imu, profile: own, parent: base_link}}", runs)).tick(60)
+    playing = play.scene(sensing(graph, {"type": "imu", "profile": "own"}, runs)).tick(60)
     sent = playing.published("/imu")
     assert len(sent) == samples
     assert sent[-1].linear_acceleration.z == pytest.approx(G, abs=0.02)
@@ -137,10 +133,10 @@ def test_what_is_no_contact_sensor_is_refused(context: RecordingContext) -> None
 
 def test_in_a_simulation_a_box_on_the_floor_feels_its_weight(play: Player) -> None:
     nodes = """
-nodes: {Tick: OnPlaybackTick, Bumper: {type: ReadContactSensor, inputs: {csPrim: /robot/base_link/bumper}}}
+nodes: {Tick: OnPlaybackTick, Bumper: {type: ReadContactSensor, inputs: {csPrim: /robot/base_link/sensor}}}
 connections: [Tick.tick -> Bumper.execIn]
 """
-    playing = play.scene(sensing(nodes, "{bumper: {type: contact, parent: base_link}}")).tick(60)
+    playing = play.scene(sensing(nodes, {"type": "contact"})).tick(60)
     node = playing.node("Bumper")
     assert node.in_contact
     assert node.value == pytest.approx(2 * G, rel=1e-3)

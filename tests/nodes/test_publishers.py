@@ -304,6 +304,14 @@ def test_a_topic_that_is_changed_during_play_is_opened_anew(play: Player) -> Non
     assert (len(playing.published("/clock")), len(playing.published("/other"))) == (1, 2)
 
 
+def test_static_transforms_go_out_again_on_a_topic_that_is_opened_anew(play: Player) -> None:
+    text = "{type: PublishRawTransformTree, inputs: {staticPublisher: true}}"
+    playing = play.graph(f"nodes: {{T: OnPlaybackTick, TF: {text}}}\nconnections: [T.tick -> TF.execIn]").tick(2)
+    playing.set("TF", "topic_name", "other")
+    playing.tick(2)
+    assert (len(playing.published("/tf")), len(playing.published("/other"))) == (1, 1)
+
+
 def test_frame_ids_act_when_they_are_set(play: Player) -> None:
     playing = play.graph("nodes: {T: OnPlaybackTick, O: PublishOdometry}\nconnections: [T.tick -> O.execIn]").tick()
     playing.set("O", "odom_frame_id", "map")

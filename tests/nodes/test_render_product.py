@@ -10,7 +10,7 @@ import pytest
 
 from graphengine.devices.camera import Camera, CameraStub
 from graphengine.devices.lidar import Lidar, LidarStub
-from graphengine.format.errors import CheckError, ContextError, PrimError
+from graphengine.format.errors import ContextError, PrimError
 from graphengine.node.context.context import Context
 from graphengine.nodes.core.render_product import (
     IsaacCreateRenderProduct,
@@ -74,6 +74,15 @@ def test_nodes_with_the_same_camera_and_size_share_a_product(context: RecordingC
     assert len({one, other, lidar}) == 3
 
 
+def test_cameras_whose_paths_differ_only_in_slashes_do_not_share_a_product(context: RecordingContext) -> None:
+    cameras = ("/World/arm/left_camera", "/World/arm_left/camera", "/World/arm_left_camera")
+    for camera in cameras:
+        context.world.add_device(CameraStub, camera)
+    paths = [product(context, camera).render_product_path for camera in cameras * 2]
+    assert paths[:3] == paths[3:]
+    assert tuple(context.device(Camera, path).prim_path for path in paths[:3]) == cameras
+
+
 def test_a_given_product_is_used_as_it_is(context: RecordingContext) -> None:
     node = product(context, LIDAR, render_product_prim=("/Render/mine",))
     node.compute()
@@ -95,12 +104,6 @@ def test_a_picture_of_a_size_that_there_is_not_is_refused(context: RecordingCont
 
 def test_the_size_does_not_count_for_a_lidar(context: RecordingContext) -> None:
     assert product(context, LIDAR, width=0).render_product_path == product(context, LIDAR).render_product_path
-
-
-def test_in_a_graph_without_a_camera_the_file_is_refused(play: Player) -> None:
-    text = "nodes: {Tick: OnPlaybackTick, P: CreateRenderProduct}\nconnections: [Tick.tick -> P.execIn]"
-    with pytest.raises(CheckError, match="P needs its input 'cameraPrim'"):
-        play.graph(text)
 
 
 def test_disabled_in_a_graph_the_helper_behind_it_never_starts(play: Player) -> None:

@@ -14,12 +14,12 @@ from graphengine.nodes.ros2.camera import ROS2CameraHelper
 from graphengine.nodes.ros2.helper import SensorHelper
 from graphengine.nodes.ros2.lidar import ROS2RtxLidarHelper
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import ready
+from tests.nodes.harness import HelperBench, ready
 
 SENSOR = "/robot/Geometry/base_link/Sensor"
 
 
-class Bench:
+class Bench(HelperBench):
     """A sensor of 10 samples a second, and a helper on it."""
 
     def __init__(self, cls: type[SensorHelper], *, wanted: bool = True, **inputs: Any) -> None:
@@ -31,24 +31,18 @@ class Bench:
             self.sensor = self.context.world.add_device(LidarStub, SENSOR, rate=10.0, angles=(-1.0, 1.0, 1.0))
         self.node: Any = ready(cls, self.context, **{"render_product_path": SENSOR, **inputs})
 
-    def sample(self, index: int = 0, *, execute: bool = True) -> list[Any]:
+    def sample(self, index: int = 0) -> list[Any]:
         """What is published in a tick with a sample that is full of its number."""
+        self.see(index)
+        return self.executed()
+
+    def see(self, index: int) -> None:
+        """A tick with a sample that is full of its number."""
         self.context.tick()
         if isinstance(self.sensor, CameraStub):
             self.sensor.show([[[index] * 3] * 3] * 2, time=self.context.clock.time, index=index)
         else:
             self.sensor.see([float(index)] * 3, time=self.context.clock.time, index=index)
-        before = len(self.sent)
-        if execute:
-            self.node.compute()
-        self.node.update()
-        return self.sent[before:]
-
-    @property
-    def sent(self) -> list[Any]:
-        """Everything that was published."""
-        (claim,) = self.context.services.claims
-        return self.context.transport.messages(claim.topic)
 
     @property
     def taken(self) -> int:
@@ -66,7 +60,8 @@ def test_it_publishes_from_its_first_execution_on_without_another(cls: type[Sens
     assert not bench.node.active
     bench.sample(1)
     for index in (2, 3):
-        bench.sample(index, execute=False)
+        bench.see(index)
+        bench.node.update()
     assert [(sent.data if cls is ROS2CameraHelper else sent.ranges)[0] for sent in bench.sent] == [1, 2, 3]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar, cast
@@ -157,8 +158,9 @@ class WorldHandles:
             _expect_size(width, height)
         slug = found.path.strip("/").replace("/", "_")
         path = f"/Render/{slug}" if found.kind == "lidar" else f"/Render/{slug}_{width}x{height}"
-        self._services.render_products.setdefault(path, RenderProduct(found.path, (width, height)))
-        return path
+        numbered = (f"{path}_{number}" for number in itertools.count(2))  # /a/b_c and /a_b/c give the same path
+        products, product = self._services.render_products, RenderProduct(found.path, (width, height))
+        return next(p for p in itertools.chain([path], numbered) if products.setdefault(p, product).prim == found.path)
 
     def viewport(self, name: str, size: tuple[int, int] | None = None, *, make: bool = False) -> str:
         """Path of the render product of a viewport. It shows no camera before the first `exchange_camera`.

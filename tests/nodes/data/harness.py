@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, TypeVar
 
+import numpy as np
+
 from graphengine.node import Node
 from graphengine.node.types import PortType, parse
 from graphengine.testing import RecordingContext
@@ -24,6 +26,13 @@ def concrete(name: str) -> PortType:
 def computed(cls: type[N], /, **inputs: Any) -> N:
     """A node with those inputs, set up and computed."""
     return harness.computed(cls, RecordingContext(), **inputs)
+
+
+def output_of(node: Any, output: str) -> Any:
+    """An output after a compute; arrays as lists."""
+    node.compute()
+    value = getattr(node, output)
+    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def typed(cls: type[N], types: Mapping[str, str], /, **inputs: Any) -> N:

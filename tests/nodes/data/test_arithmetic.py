@@ -123,11 +123,6 @@ def test_in_a_graph_what_is_no_number_is_refused_in_few_words(play: Player) -> N
     assert len(str(told.value)) < 500
 
 
-def test_in_a_graph_it_needs_both_inputs(play: Player) -> None:
-    with pytest.raises(CheckError, match="Sum needs its input 'b'"):
-        shown(play, "double Sum.sum", {"Sum": "{type: Add, inputs: {a: 1}}"})
-
-
 # Division
 
 

@@ -16,23 +16,17 @@ from graphengine.node.node_class import grown
 from graphengine.nodes.data import arrays
 from graphengine.nodes.data.construction import ConstructArray, MakeArray
 from graphengine.nodes.data.sequences import MAX_LENGTH
+from tests.nodes.data.harness import output_of
 from tests.nodes.harness import Player
 
 NUMBERS = np.array([4.0, 5.0, 6.0])
-
-
-def computed(node: Any, output: str) -> Any:
-    """An output after a compute; arrays as lists."""
-    node.compute()
-    value = getattr(node, output)
-    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def constructed(**literals: Any) -> Any:
     """What ConstructArray makes of a file's values."""
     made: type[Node] = grown(ConstructArray, literals, DEFINITIONS)
     fields = {"arraySize": "array_size", "arrayType": "array_type"}
-    return computed(made(**{fields.get(name, name): value for name, value in literals.items()}), "array")
+    return output_of(made(**{fields.get(name, name): value for name, value in literals.items()}), "array")
 
 
 def test_the_last_element_that_is_given_is_repeated_up_to_the_size() -> None:
@@ -54,7 +48,7 @@ def test_elements_take_the_type_of_the_one_that_holds_all() -> None:
 
 def test_tuples_make_an_array_of_rows() -> None:
     node = ConstructArray(array_size=2, input0=(1.0, 2.0, 3.0))
-    assert computed(node, "array") == [[1.0, 2.0, 3.0]] * 2
+    assert output_of(node, "array") == [[1.0, 2.0, 3.0]] * 2
 
 
 def test_an_array_is_not_made_longer_than_memory_bears() -> None:
@@ -70,7 +64,7 @@ def test_an_array_is_not_made_longer_than_memory_bears() -> None:
 @pytest.mark.parametrize(("size", "expected"), [(0, []), (2, [1.0, 2.0]), (7, [1.0, 2.0, 3.0, 4.0, 5.0, 5.0, 5.0])])
 def test_the_older_type_makes_arrays_of_five_inputs(size: int, expected: list[float]) -> None:
     node = MakeArray(array_size=size, a=1.0, b=2.0, c=3.0, d=4.0, e=5.0)
-    assert computed(node, "array") == expected
+    assert output_of(node, "array") == expected
 
 
 @pytest.mark.parametrize(
@@ -139,7 +133,7 @@ def test_the_older_type_makes_arrays_of_five_inputs(size: int, expected: list[fl
     ],
 )
 def test_a_node_alone(name: str, inputs: dict[str, Any], output: str, expected: Any) -> None:
-    assert computed(getattr(arrays, name)(**inputs), output) == expected
+    assert output_of(getattr(arrays, name)(**inputs), output) == expected
 
 
 @pytest.mark.parametrize(
@@ -150,7 +144,7 @@ def test_a_value_is_removed_once_or_wherever_it_is(
     remove_all: bool, value: float, left: list[float], found: bool
 ) -> None:
     node = arrays.ArrayRemoveValue(array_in=np.array([4.0, 5.0, 5.0]), value=value, remove_all_found=remove_all)
-    assert (computed(node, "array_out"), node.found) == (left, found)
+    assert (output_of(node, "array_out"), node.found) == (left, found)
 
 
 @pytest.mark.parametrize("name", ["ArrayIndex", "ArraySetIndex", "ArrayRemoveIndex"])
@@ -171,15 +165,15 @@ def test_what_was_given_stays_as_it_is() -> None:
 
 @given(st.lists(st.integers(-100, 100)), st.integers(-20, 20))
 def test_a_rotation_back_is_the_array_itself(items: list[int], steps: int) -> None:
-    there = computed(arrays.ArrayRotate(array_in=np.array(items, np.int32), steps=steps), "array_out")
-    back = computed(arrays.ArrayRotate(array_in=np.array(there, np.int32), steps=-steps), "array_out")
+    there = output_of(arrays.ArrayRotate(array_in=np.array(items, np.int32), steps=steps), "array_out")
+    back = output_of(arrays.ArrayRotate(array_in=np.array(there, np.int32), steps=-steps), "array_out")
     assert back == items
 
 
 @given(st.lists(st.text()), st.integers(-20, 20), st.integers(-20, 20))
 def test_a_slice_is_that_of_python(items: list[str], start: int, end: int) -> None:
     node = arrays.ArraySlice(array_in=tuple(items), start=start, end=end, use_length=False)
-    assert computed(node, "array_out") == tuple(items[start:end])
+    assert output_of(node, "array_out") == tuple(items[start:end])
 
 
 WHEELS = """

@@ -27,15 +27,8 @@ from graphengine.nodes.data.strings import AppendString, BuildString, EndsWith, 
 from graphengine.nodes.data.time import ReadTime
 from graphengine.scene.loaded_scene import Options
 from graphengine.testing import RecordingContext
+from tests.nodes.data.harness import output_of
 from tests.nodes.harness import Player, ready
-
-
-def computed(node: Any, output: str) -> Any:
-    """An output after a compute; arrays as lists."""
-    node.compute()
-    value = getattr(node, output)
-    return value.tolist() if isinstance(value, np.ndarray) else value
-
 
 # SelectIf, SelectTargetIf, IsEmpty
 
@@ -58,7 +51,7 @@ def test_a_condition_selects_a_value_or_element_by_element(
     condition: Any, if_true: Any, if_false: Any, expected: Any
 ) -> None:
     node = ready(SelectIf, RecordingContext(), condition=condition, if_true=if_true, if_false=if_false)
-    result = computed(node, "result")
+    result = output_of(node, "result")
     assert (result, type(result)) == (expected, type(expected))
 
 
@@ -77,9 +70,9 @@ def test_values_that_do_not_go_together_are_told(play: Player) -> None:
 
 
 def test_targets_are_selected_whole_or_prim_by_prim() -> None:
-    assert computed(SelectTargetIf(condition=False, if_true=("/a",), if_false=("/b", "/c")), "result") == ("/b", "/c")
+    assert output_of(SelectTargetIf(condition=False, if_true=("/a",), if_false=("/b", "/c")), "result") == ("/b", "/c")
     each = SelectTargetIf(condition=np.array([True, False]), if_true=("/a", "/b"), if_false=("/c", "/d"))
-    assert computed(each, "result") == ("/a", "/d")
+    assert output_of(each, "result") == ("/a", "/d")
     with pytest.raises(ValueError, match=r"condition, ifTrue, ifFalse must be of one length, it is \[1, 2, 0\]"):
         SelectTargetIf(condition=np.array([True]), if_true=("/a", "/b")).compute()
 
@@ -88,7 +81,7 @@ def test_targets_are_selected_whole_or_prim_by_prim() -> None:
     ("value", "empty"), [("", True), (" ", False), (np.zeros(0), True), (0.0, False), ((0, 0), False), ((), True)]
 )
 def test_what_is_empty_has_no_elements(value: Any, empty: bool) -> None:
-    assert computed(IsEmpty(input_in=value), "is_empty") is empty
+    assert output_of(IsEmpty(input_in=value), "is_empty") is empty
 
 
 # Texts
@@ -96,9 +89,9 @@ def test_what_is_empty_has_no_elements(value: Any, empty: bool) -> None:
 
 def test_texts_are_built_of_as_many_as_a_file_names() -> None:
     made: Any = grown(BuildString, {"a": "", "b": "", "input3": "", "input2": ""}, DEFINITIONS)
-    assert computed(made(a="a", b="b", input2="c", input3="d"), "value") == "abcd"
-    assert computed(BuildString(a=("a", "b"), b="/x"), "value") == ("a/x", "b/x")
-    assert computed(BuildString(a=("a", "b"), b=("c", "d")), "value") == ("ac", "bd")
+    assert output_of(made(a="a", b="b", input2="c", input3="d"), "value") == "abcd"
+    assert output_of(BuildString(a=("a", "b"), b="/x"), "value") == ("a/x", "b/x")
+    assert output_of(BuildString(a=("a", "b"), b=("c", "d")), "value") == ("ac", "bd")
     with pytest.raises(ValueError, match="b must be one text"):
         BuildString(a="a", b=("c", "d")).compute()
     with pytest.raises(ValueError, match="b must be one text, or 2 of them"):
@@ -112,19 +105,19 @@ def test_a_text_is_not_made_longer_than_memory_bears(texts: str | tuple[str, ...
 
 
 def test_the_older_type_appends_one() -> None:
-    assert computed(AppendString(value_in="a", suffix="ß"), "value_out") == "aß"
+    assert output_of(AppendString(value_in="a", suffix="ß"), "value_out") == "aß"
 
 
 @pytest.mark.parametrize(("value", "part"), [("wheel_left", "wheel"), ("wheel", "wheel"), ("a", "")])
 def test_a_text_starts_with_its_prefix(value: str, part: str) -> None:
-    assert computed(StartsWith(value=value, prefix=part), "is_prefix") is True
-    assert computed(StartsWith(value=value, prefix="Wheel"), "is_prefix") is False
+    assert output_of(StartsWith(value=value, prefix=part), "is_prefix") is True
+    assert output_of(StartsWith(value=value, prefix="Wheel"), "is_prefix") is False
 
 
 @pytest.mark.parametrize(("value", "part"), [("left_wheel", "wheel"), ("wheel", "wheel"), ("a", "")])
 def test_a_text_ends_with_its_suffix(value: str, part: str) -> None:
-    assert computed(EndsWith(value=value, suffix=part), "is_suffix") is True
-    assert computed(EndsWith(value=value, suffix="heels"), "is_suffix") is False
+    assert output_of(EndsWith(value=value, suffix=part), "is_suffix") is True
+    assert output_of(EndsWith(value=value, suffix="heels"), "is_suffix") is False
 
 
 # Conversions
@@ -166,7 +159,7 @@ def test_a_text_ends_with_its_suffix(value: str, part: str) -> None:
     ],
 )
 def test_a_value_as_another_type(name: str, value: Any, expected: Any) -> None:
-    result = computed(getattr(conversion, name)(value=value), "converted")
+    result = output_of(getattr(conversion, name)(value=value), "converted")
     assert (result, type(result)) == (expected, type(expected))
 
 
@@ -221,7 +214,7 @@ def test_time_is_read_in_every_form(context: RecordingContext) -> None:
 
 def drawn(node: RandomNode, count: int = 4) -> list[Any]:
     """Several values, one after the other."""
-    return [computed(node, "random") for _ in range(count)]
+    return [output_of(node, "random") for _ in range(count)]
 
 
 RANDOM: list[tuple[type[RandomNode], dict[str, Any]]] = [
@@ -333,14 +326,14 @@ def test_prims_are_told_by_their_paths() -> None:
     node = GetPrimPath(prim=("/a", "/b"))
     node.compute()
     assert node.path == node.prim_path == "/a"
-    assert computed(GetPrimPath(), "path") == ""
-    assert computed(GetPrimPaths(prims=("/a", "/b")), "prim_paths") == ("/a", "/b")
+    assert output_of(GetPrimPath(), "path") == ""
+    assert output_of(GetPrimPaths(prims=("/a", "/b")), "prim_paths") == ("/a", "/b")
 
 
 def test_a_graph_knows_the_prim_that_it_is_put_at(play: Player) -> None:
     context = RecordingContext("/World/here/node")
-    assert computed(ready(GraphTarget, context), "prim_path") == "/World/here"
-    assert computed(ready(GetGraphTargetPrim, context), "prim") == ("/World/here",)
+    assert output_of(ready(GraphTarget, context), "prim_path") == "/World/here"
+    assert output_of(ready(GetGraphTargetPrim, context), "prim") == ("/World/here",)
     playing = play.graph(
         """
         at: /World/there

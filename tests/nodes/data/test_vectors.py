@@ -80,11 +80,6 @@ def test_in_a_graph_a_literal_needs_a_type_only_if_it_is_not_double(play: Player
         assert shown(play, "double Break.x", nodes) == 2.0
 
 
-def test_in_a_graph_a_vector_needs_a_wire_or_a_value(play: Player) -> None:
-    with pytest.raises(CheckError, match="Break needs its input 'tuple'"):
-        shown(play, "double Break.x", {"Break": "BreakVector3"})
-
-
 @pytest.mark.parametrize("count", [2, 3, 4])
 def test_a_vector_is_put_together_and_taken_apart(count: int) -> None:
     names, numbers = "xyzw"[:count], (1.5, -2.0, 3.0, 0.25)[:count]

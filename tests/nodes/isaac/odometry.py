@@ -170,21 +170,7 @@ def a_car_on_a_circle_or_straight_ahead(case: Case, play: Player) -> None:
     speed, rate = given["speed"], given["speed"] * math.tan(given["steer"]) / given.get("wheelbase", 0.37)
     world = RecordingWorld()
     car = world.add_body("/car")
-    playing = play.graph(
-        """
-        nodes:
-          Tick: OnPlaybackTick
-          Compute: {type: ComputeOdometry, inputs: {chassisPrim: /car}}
-          Publish: PublishOdometry
-        connections:
-          - Tick.tick -> Compute.execIn
-          - Compute.execOut -> Publish.execIn
-          - Compute.position -> Publish.position
-          - Compute.linearVelocity -> Publish.linearVelocity
-          - Compute.angularVelocity -> Publish.angularVelocity
-        """,
-        world,
-    )
+    playing = play.graph(scenes.odometry("/car"), world)
     ticks = given.get("seconds", 2) * 60
     for tick in range(ticks + 1):
         turned = rate * tick / 60

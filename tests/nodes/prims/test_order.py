@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from graphengine.scene import build
 from tests.nodes.harness import Player
 from tests.nodes.prims.harness import READING, READING_WIRES, arm
 
@@ -26,9 +25,8 @@ def test_a_world_pose_that_was_written_is_read_in_the_same_pass(play: Player) ->
 
 def test_a_reader_and_a_writer_in_no_order_are_told(play: Player) -> None:
     wires = READING_WIRES.replace("Steps.output1", "Steps.output0")
-    arm(play, READING, wires)
-    assembly = build.load(play.folder / "scene.yaml")
-    told = [finding.message for finding in assembly.findings.items if finding.code == "W105"]
+    found = arm(play, READING, wires).findings
+    told = [finding.message for finding in found.items if finding.code == "W105"]
     assert "Before reads and Put writes pose /World, in no stated order" in told
 
 
@@ -45,9 +43,8 @@ HERE = "currentPosition: [1, 0, 0], currentOrientation: [0, 0, 0.6, 0.8]"
     ],
 )
 def test_an_executed_reader_of_a_pose_and_a_writer_in_no_order_are_told(play: Player, node: str) -> None:
-    arm(play, f"{READING}  Look: {node}\n", f"{READING_WIRES}  - Tick.tick -> Look.execIn\n")
-    findings = build.load(play.folder / "scene.yaml").findings
-    told = [finding.message for finding in findings.items if finding.code == "W105"]
+    found = arm(play, f"{READING}  Look: {node}\n", f"{READING_WIRES}  - Tick.tick -> Look.execIn\n").findings
+    told = [finding.message for finding in found.items if finding.code == "W105"]
     assert told == ["Look reads and Put writes pose /World, in no stated order"]
 
 

@@ -7,13 +7,11 @@ from pathlib import Path
 import pytest
 
 from graphengine.format.diagnostics import Finding
-from graphengine.scene import build
+from tests.nodes.harness import checked
 
 
 def the_mistake(folder: Path, nodes: str, wires: str = "") -> Finding:
-    path = folder / "graph.yaml"
-    path.write_text(f"{{graph: g, nodes: {{{nodes}}}, connections: [{wires}]}}", "utf-8")
-    (found,) = build.load(path).findings.errors
+    (found,) = checked(folder, f"nodes: {{{nodes}}}\nconnections: [{wires}]").errors
     return found
 
 
@@ -44,6 +42,23 @@ def test_a_value_that_no_type_of_a_port_takes_says_what_would(
     assert found.code == "G211"
     assert found.message.endswith(wrong)
     assert remedy in "".join(found.help)
+
+
+@pytest.mark.parametrize(
+    ("node", "needed"),
+    [
+        ("{type: omni.graph.nodes.Add, inputs: {a: 1}}", "'b'"),
+        ("BreakVector3", "'tuple'"),
+        ("CreateRenderProduct", "'cameraPrim'"),
+        ("ArticulationController", "'targetPrim' or 'robotPath'"),
+        ("PublishJointState", "'targetPrim' or 'jointNames'"),
+        ("{type: DifferentialController, inputs: {wheelRadius: 0.1}}", "'wheelDistance'"),
+        ("{type: DifferentialController, inputs: {wheelDistance: 0.1}}", "'wheelRadius'"),
+    ],
+)
+def test_an_input_that_a_node_cannot_do_without_is_asked_for(tmp_path: Path, node: str, needed: str) -> None:
+    found = the_mistake(tmp_path, f"N: {node}")
+    assert (found.code, found.message) == ("G208", f"N needs its input {needed}")
 
 
 @pytest.mark.parametrize(
