@@ -7,18 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from graphengine.compiler.digraph import Digraph
-from graphengine.compiler.graph import (
-    Graph,
-    Instance,
-    Wire,
-    asking,
-    declared_inputs,
-    known_type,
-    refusal,
-    visible,
-    wired_ports,
-    with_article,
-)
+from graphengine.compiler.graph import Graph, Instance, Wire, known_type, visible, with_article
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import ContextError
 from graphengine.node import PortType, UnionType, types
@@ -93,8 +82,8 @@ def _tell_refusal(instance: Instance, error: ValueError | ContextError, findings
     if isinstance(error, ValueError):
         findings.add("G206", f"{instance.id}: {error}", instance.span, related=instance.entry.via)
         return
-    findings.put(refusal(instance, error))
-    instance.refused.add(asking(instance, error.value)[0])
+    findings.put(instance.refusal(error))
+    instance.refused.add(instance.asking(error.value)[0])
 
 
 def _settle(graph: Graph) -> dict[int, ValueError | ContextError]:
@@ -129,7 +118,7 @@ def _settle(graph: Graph) -> dict[int, ValueError | ContextError]:
 
 def _settle_defaults(graph: Graph) -> None:
     """Settle inputs that keep a default of theirs to the first type that takes it."""
-    given = wired_ports(graph) | declared_inputs(graph)
+    given = graph.wired_ports | graph.declared_inputs
     for instance in graph.instances:
         for port in instance.cls.fields.values():
             if not isinstance(port.type, UnionType) or port.side != "inputs" or port.default is None:
@@ -169,7 +158,7 @@ def _depends_on_inputs(instance: Instance) -> bool:
 
 def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set[int]:
     """Tell of inputs that nothing gives a type; the instances that lack one for a reason told elsewhere, and those behind."""
-    wired, declared, behind = wired_ports(graph), declared_inputs(graph), dict[int, list[int]]()
+    wired, declared, behind = graph.wired_ports, graph.declared_inputs, dict[int, list[int]]()
     wires = {(wire.target, wire.target_field): wire for wire in graph.data_wires}
     unknown = set(refusing)
     for instance in graph.instances:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable
 from typing import Any
 
@@ -124,11 +125,9 @@ class Executor:
             NodeError: a node's setup raised anything else.
         """
         constant = {refresh.node for refresh in self.plan.constants}
-        incoming: dict[int, list[Copy]] = {}
-        for copy in self._all_copies():
-            incoming.setdefault(copy.target, []).append(copy)
+        incoming = _by_target(self._all_copies())
         for index in self.plan.order:
-            self._apply(incoming.get(index, ()))
+            self._apply(incoming[index])
             try:
                 self._call(index, self._setup_node, index)
                 if index in constant:
@@ -143,12 +142,9 @@ class Executor:
 
     def _all_copies(self) -> Iterable[Copy]:
         """Every copy of the plan, once."""
-        copies = dict.fromkeys(self._constant_copies())
-        for region in self.plan.regions:
-            for call in region.calls:
-                copies |= dict.fromkeys(call.copies)
-                copies |= {copy: None for refresh in call.refreshes for copy in refresh.copies}
-        return copies
+        calls = [call for region in self.plan.regions for call in region.calls]
+        steps = [step for call in calls for step in (call, *call.refreshes)]
+        return dict.fromkeys([*self._constant_copies(), *(copy for step in steps for copy in step.copies)])
 
     def _constant_copies(self) -> Iterable[Copy]:
         """Every copy of a value that cannot change while the graph runs."""
@@ -213,14 +209,12 @@ class Executor:
         """Set an input, then compute constants anew and set up nodes again, in schedule order, where that changes anything."""
         setattr(self.nodes[index], field, value)
         constant = {refresh.node for refresh in self.plan.constants}
-        incoming: dict[int, list[Copy]] = {}
-        for copy in self._constant_copies():
-            incoming.setdefault(copy.target, []).append(copy)
+        incoming = _by_target(self._constant_copies())
         for target in self.plan.order:
             node = self.nodes[target]
             read = [port.field for port in type(node).fields.values() if port.setup]
             before = {name: getattr(node, name) for name in read}
-            self._apply(incoming.get(target, ()))
+            self._apply(incoming[target])
             changed = any(not types.equal(before[name], getattr(node, name)) for name in read)
             if changed or (target == index and field in read):
                 self._call(target, self._setup_node, target)
@@ -364,6 +358,14 @@ class Executor:
             f"  {when}, in graph {self.graph.name}\n"
             f"  inputs: {shown or 'none'}"
         )
+
+
+def _by_target(copies: Iterable[Copy]) -> defaultdict[int, list[Copy]]:
+    """Copies into each node."""
+    incoming: defaultdict[int, list[Copy]] = defaultdict(list)
+    for copy in copies:
+        incoming[copy.target].append(copy)
+    return incoming
 
 
 def _short(value: Any) -> str:

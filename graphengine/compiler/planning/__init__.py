@@ -62,9 +62,8 @@ def make_plan(graph: Graph, findings: Findings) -> Plan | None:
     """
     if graph.flat.spec.evaluator == "push":
         pushed = PushGraph(graph, findings)
-        return (
-            _plan(pushed, [pushed.region()], pushed.order, dict.fromkeys(pushed.order, ())) if pushed.acyclic else None
-        )
+        gates: dict[int, tuple[int, ...]] = dict.fromkeys(pushed.order, ())
+        return _plan(pushed, [pushed.region()], pushed.order, gates) if pushed.acyclic else None
     regions = RegionGraph(graph, findings)
     if not regions.acyclic:
         return None
@@ -87,7 +86,8 @@ def _executed(regions: RegionGraph) -> Iterable[int]:
         index = pending.pop()
         if index not in executed:
             executed[index] = None
-            below = [regions.pin_region.get((index, port), -1) for port in regions.exec_outputs(index)]
+            ports = regions.exec_ports(index, "outputs")
+            below = [regions.pin_region.get((index, port.field), -1) for port in ports]
             pending += [n for region in reversed(below) if region >= 0 for n in reversed(regions.members[region])]
     return executed
 
@@ -104,7 +104,7 @@ def _plan(
     ordered = tuple(dict.fromkeys([*constants, *order]))
     early = set[int]()
     for wire in (wire for index in order for wire in graph.data_in.get(index, [])):
-        if graph.node(wire.target).cls.fields[wire.target_field].setup and wire.source in graph.data_rank:
+        if graph.graph.target(wire)[1].setup and wire.source in graph.data_rank:
             early |= {*graph.data_needs(wire.source), wire.source} - graph.constant
     return Plan(
         Path(graph.graph.flat.loaded.document.source.path),

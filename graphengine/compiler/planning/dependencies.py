@@ -41,13 +41,10 @@ class DependencyGraph(WiredGraph):
             written: set[int] = set()
             if instance.cls.volatile:
                 self.volatile.add(index)
-                written.update(*(writers.get(key, ()) for key in self.node(index).reads))
+                written.update(*(writers.get(key, ()) for key in instance.reads))
             for source in self._sources_of_value(index):
-                if self.kinds[source] != "data":
-                    shows.add(source)
-                    continue
-                shows |= self.shows[source]
-                written |= self.depends[source]
+                shows |= self.shows[source] if self.kinds[source] == "data" else {source}
+                written |= self.depends.get(source, set())
                 if source in self.volatile:
                     self.volatile.add(index)
             self.shows[index], self.depends[index] = shows, shows | written
@@ -83,16 +80,14 @@ class DependencyGraph(WiredGraph):
         """Data nodes with a run-time flag that become stale when a node has computed."""
         return tuple(data for data in self.dependents.get(index, ()) if data in self.flagged)
 
-    def copies(self, index: int, *, constant: bool | None) -> tuple[Copy, ...]:
-        """Copies into a node: from constants only, from what changes only, or all."""
+    def copies(self, index: int, *, constant: bool | None = False) -> tuple[Copy, ...]:
+        """Copies into a node: those made whenever it runs, those of constants, or with None all of them."""
         copies = []
         for wire in self.data_in.get(index, []):
             fixed = self.reads_input(wire) or wire.source in self.constant
             if constant is None or fixed == constant:
-                setup = self.node(index).cls.fields[wire.target_field].setup
-                copies.append(
-                    Copy(wire.source, wire.source_field, index, wire.target_field, wire.converter, setup and not fixed)
-                )
+                setup = self.graph.target(wire)[1].setup and not fixed
+                copies.append(Copy(wire.source, wire.source_field, index, wire.target_field, wire.converter, setup))
         return tuple(copies)
 
     def report_previous(self, wire: Wire, source: int, why: str, remedy: str) -> None:
@@ -100,7 +95,3 @@ class DependencyGraph(WiredGraph):
         message = f"{wire.entry.target} reads the value that {self.node(source).id} had before this pass: {why}"
         either = f"if that is meant, leave it; else {remedy}"
         self.findings.add("W104", message, wire.span, either, related=wire.entry.via)
-
-    def changing_copies(self, index: int) -> tuple[Copy, ...]:
-        """Copies that are made whenever the node runs."""
-        return self.copies(index, constant=False)
