@@ -43,7 +43,7 @@ class Budget:
         """
         self.values += count
         if self.values > MAX_VALUES:
-            self._refuse(f"more than {MAX_VALUES} values in one graph, those of each subgraph counted at every use")
+            self._refuse(f"more than {MAX_VALUES} values in one graph, counting each subgraph at every use")
 
     def take_parts(self, spec: GraphSpec) -> None:
         """Count what a file adds to the graph.
@@ -57,7 +57,7 @@ class Budget:
             self.parts[kind] += count
         if sum(self.parts.values()) > MAX_PARTS:
             counted = ", ".join(f"{count} {kind}" for kind, count in self.parts.items() if count)
-            self._refuse(f"more than {MAX_PARTS} parts in one graph: {counted} up to here")
+            self._refuse(f"more than {MAX_PARTS} parts in one graph: {counted} so far")
 
     def _refuse(self, message: str) -> None:
         advice = "split it into several graphs, or use fewer subgraphs"

@@ -153,12 +153,12 @@ def _gated_pins(graph: Graph, instance: Instance, findings: Findings) -> dict[tu
         return {}
     execution = [port for port in instance.cls.fields.values() if port.is_exec]
     if not execution or graph.flat.spec.evaluator == "push":
-        what = f"{instance.cls.__name__} is a data node, computed when something reads it"
+        what = f"{instance.cls.__name__} is a data node, computed when another node reads it"
         remedy = "put it on the reader"
         if execution:
             what, remedy = "in a push graph every node is computed in every tick", "use `evaluator: execution`"
         span = entry.key_span("every")
-        findings.add("G109", f"{instance.id}: `every` is for what is executed; {what}", span, remedy, related=entry.via)
+        findings.add("G109", f"{instance.id}: `every` applies to nodes that are executed; {what}", span, remedy, related=entry.via)
         return {}
     inputs = [port for port in execution if port.side == "inputs" and not port.control]
     gated = inputs or [port for port in execution if port.side == "outputs"]

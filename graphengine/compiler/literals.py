@@ -181,7 +181,7 @@ def _refusal(value: Any, alternatives: Sequence[PortType]) -> str:
     if not alternatives:
         return f"its type is not clear; {how}"
     if isinstance(value, list | dict) or value is None:
-        return f"none of these takes it; {how}"
+        return f"none of these types fits; {how}"
     if any(_takes(alternative, [value]) for alternative in alternatives):
         return f"expected a list; write [{value}]"
     single = [alternative for alternative in alternatives if not alternative.array and alternative.count == 1]
@@ -222,7 +222,7 @@ def _one_type(named: PortType | UnionType, what: str) -> PortType:
         ValueError: it is several, or that of no value.
     """
     if not isinstance(named, PortType) or named.base in ("any", "bundle", "execution"):
-        raise ValueError(f"a {what} is of one type, such as double or token, and not {with_article(named)}")
+        raise ValueError(f"a {what} has a single type, such as double or token, got {brief(named)}")
     return named
 
 

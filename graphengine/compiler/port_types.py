@@ -40,7 +40,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
             message = (
                 f"the type of {wire.entry.source} cannot be resolved, because a wire feeds the input that decides it"
             )
-            remedy = f"give {source.id} values instead, below `inputs:`"
+            remedy = f"remove that wire, and set the input of {source.id} below `inputs:`"
             findings.add("G213", message, wire.entry.source.span, remedy, related=wire.entry.via)
         elif takes is None or converter is None:
             legal = takes or into.type
@@ -50,7 +50,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
             if gives.count == 3 and not gives.array and isinstance(legal, PortType) and legal.count == 1:
                 hint = "take it apart with BreakVector3"
             if legal == types.POINTER:
-                hint = "a pointer takes a buffer, from a pointer of another node; arrays have inputs of their own"
+                hint = "wire the pointer output of another node; arrays go into array inputs"
             message = f"{wire.entry.source} is {with_article(gives)}, {wire.entry.target} takes {with_article(legal)}"
             findings.add("G206", message, wire.span, hint, related=wire.entry.via)
         else:
@@ -230,7 +230,7 @@ def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) 
         open_type = port.type == types.ANY or (isinstance(port.type, UnionType) and wanted in port.type.alternatives)
         if not open_type or (name in known and not _restate(instance, port, wanted)):
             is_one = known.get(name, port.type)
-            raise ValueError(f"{port.name} would be {with_article(wanted)}, and is {with_article(is_one)}")
+            raise ValueError(f"{port.name} must be {with_article(wanted)}, but it is {with_article(is_one)}")
         instance.settled[name] = wanted
         changed = True
     return changed

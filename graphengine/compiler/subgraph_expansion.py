@@ -274,7 +274,7 @@ class _Expansion:
             end = _read_end(part, span)
             if end is None or len(parts) != 2:
                 legal = "write `Node.port -> Other.port`, as in `OnPlaybackTick.tick -> SubscribeTwist.execIn`"
-                arrows = f"a connection has one arrow, this one {len(parts) - 1 or 'none'}"
+                arrows = f"a connection has one arrow, this one has {len(parts) - 1 or 'none'}"
                 what = f"{part!r} is not `Node.port`" if len(parts) == 2 else arrows
                 self.findings.add("G202", what, span if len(parts) == 2 else value.span, legal)
                 return None

@@ -176,9 +176,9 @@ def lint_rates(graphs: Sequence[Graph], world: World, findings: Findings) -> Non
             most = rate(graph, gate.index, passes) or passes
             if not issubclass(gate.cls, EveryHz) or gate.value("hz") <= most:
                 continue
-            often = f"{gate.value('hz'):g} times a second, but at most {most:g} times are possible"
+            often = f"{gate.value('hz'):g} times a second, but can run at most {most:g} times"
             remedy = "leave `every` out, or raise `tick_rate` of the scene"
-            findings.add("W106", f"{gate.part_of} is to run {often}", gate.span, remedy, related=gate.entry.via)
+            findings.add("W106", f"{gate.part_of} should run {often}", gate.span, remedy, related=gate.entry.via)
 
 
 def _clock(graph: Graph, world: World) -> Clock:

@@ -259,7 +259,7 @@ class SessionCore:
 
     def _refuse_within_tick(self) -> None:
         if self._ticker.running:
-            raise UsageError("a session can be asked for this between two ticks only, as from `on_tick`")
+            raise UsageError("this is possible only between two ticks, for instance in `on_tick`")
 
     def admit(self) -> None:
         """Refuse a change within a tick, or of a session that failed.

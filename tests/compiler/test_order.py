@@ -153,7 +153,7 @@ def test_r5_execution_wins_over_data_and_the_dropped_wire_is_named(bench: MakeBe
     """)
     assert run.codes == ["W104"]
     assert run.message("W104") == (
-        "First.a reads the value that Second had before this pass: execution orders First before it"
+        "First.a reads the value that Second had before this pass, because execution orders First before Second"
     )
     assert str(run.findings.items[0].span).endswith("g.yaml:6:5")
     assert run.ticks(3) == [["First 0", "Second 1"], ["First 1", "Second 2"], ["First 2", "Second 3"]]
@@ -220,5 +220,5 @@ def test_r5_a_wire_into_a_region_names_the_node_it_comes_from_and_not_the_pusher
           - Inside.sum -> First.a
     """)
     assert run.message("W104") == (
-        "First.a reads the value that Inside had before this pass: execution orders First before it"
+        "First.a reads the value that Inside had before this pass, because execution orders First before Inside"
     )

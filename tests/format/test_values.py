@@ -33,22 +33,22 @@ def first(folder: Path, text: str) -> tuple[str, str, tuple[str, ...]]:
         ("{type: duble}", "variable 'v': 'duble' is not a port type", "duble"),
         (
             "{type: execution}",
-            "variable 'v': a variable is of one type, such as double or token, and not an execution",
+            "variable 'v': a variable has a single type, such as double or token, got execution",
             "execution",
         ),
         (
             "{type: any, default: 1}",
-            "variable 'v': a variable is of one type, such as double or token, and not an any",
+            "variable 'v': a variable has a single type, such as double or token, got any",
             "any",
         ),
         (
             "{type: bundle}",
-            "variable 'v': a variable is of one type, such as double or token, and not a bundle",
+            "variable 'v': a variable has a single type, such as double or token, got bundle",
             "bundle",
         ),
         (
             "{type: int|double}",
-            "variable 'v': a variable is of one type, such as double or token, and not an int | double",
+            "variable 'v': a variable has a single type, such as double or token, got int | double",
             "int|double",
         ),
     ],

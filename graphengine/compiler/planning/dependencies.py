@@ -92,6 +92,6 @@ class DependencyGraph(WiredGraph):
 
     def report_previous(self, wire: Wire, source: int, why: str, remedy: str) -> None:
         """Tell of a wire that hands on what its source put out in the pass before."""
-        message = f"{wire.entry.target} reads the value that {self.node(source).id} had before this pass: {why}"
-        either = f"if that is meant, leave it; else {remedy}"
+        message = f"{wire.entry.target} reads the value that {self.node(source).id} had before this pass, because {why}"
+        either = f"if this is intended, ignore the warning; otherwise {remedy}"
         self.findings.add("W104", message, wire.span, either, related=wire.entry.via)

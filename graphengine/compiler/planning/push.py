@@ -37,8 +37,8 @@ class PushGraph(DependencyGraph):
         refused = order.add_where_acyclic([(wire.source, wire.target) for wire in others])
         for wire in others:
             if (wire.source, wire.target) in refused and wire.source != wire.target:
-                why = f"other wires order {self.node(wire.target).id} before it"
-                self.report_previous(wire, wire.source, why, "take out one of the wires")
+                why = f"other wires order {self.node(wire.target).id} before {self.node(wire.source).id}"
+                self.report_previous(wire, wire.source, why, "remove one of the wires")
         self.order = order.sort(key=int)
 
     def region(self) -> Region:

@@ -71,7 +71,7 @@ class RegionGraph(DependencyGraph):
                 depth[target] = max(depth.get(target, 0), depth[index])
             if depth[index] > MAX_PUSHERS:
                 node = self.node(index)
-                what = f"{node.id} lies below more than {MAX_PUSHERS} loops and sequences, one below the other"
+                what = f"{node.id} lies below more than {MAX_PUSHERS} nested loops and sequences"
                 self.findings.add("G105", what, node.span, "wire them one after the other", related=node.entry.via)
                 return False
         return True
@@ -204,7 +204,7 @@ class RegionGraph(DependencyGraph):
     def _report_previous(self, reading: DataRead) -> None:
         if not reading.shown:
             return  # that a variable is read before it is written needs no remark
-        why = f"execution orders {self.node(reading.wire.target).id} before it"
+        why = f"execution orders {self.node(reading.wire.target).id} before {self.node(reading.source).id}"
         self.report_previous(reading.wire, reading.source, why, "change the order of execution")
 
     def _find_gates(self) -> None:
