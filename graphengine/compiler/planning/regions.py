@@ -198,7 +198,7 @@ class RegionGraph(DependencyGraph):
         edges.sort(key=lambda edge: (edge[2].wire.order, edge[0], edge[1]))
         refused = order.add_where_acyclic([(before, unit) for before, unit, _ in edges])
         for before, unit, reading in edges:
-            if (before, unit) in refused:
+            if (before, unit) in refused and unit not in owners[reading.source]:  # else the source runs in the unit too
                 self._report_previous(reading)
 
     def _report_previous(self, reading: DataRead) -> None:
