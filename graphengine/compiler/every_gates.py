@@ -158,7 +158,13 @@ def _gated_pins(graph: Graph, instance: Instance, findings: Findings) -> dict[tu
         if execution:
             what, remedy = "in a push graph every node is computed in every tick", "use `evaluator: execution`"
         span = entry.key_span("every")
-        findings.add("G109", f"{instance.id}: `every` applies to nodes that are executed; {what}", span, remedy, related=entry.via)
+        findings.add(
+            "G109",
+            f"{instance.id}: `every` applies to nodes that are executed; {what}",
+            span,
+            remedy,
+            related=entry.via,
+        )
         return {}
     inputs = [port for port in execution if port.side == "inputs" and not port.control]
     gated = inputs or [port for port in execution if port.side == "outputs"]

@@ -178,13 +178,10 @@ def _key(key: str, variables: Mapping[str, str]) -> str:
 
 def visible(node_id: str, variables: Mapping[str, T]) -> Mapping[str, T]:
     """Variables by the names that a node knows them by: those of its subgraph hide those of the graph around it."""
-    seen: dict[str, T] = {}
     parts = node_id.split("/")
-    for depth in range(len(parts)):
-        prefix = "".join(f"{part}/" for part in parts[:depth])
-        inner = {name.removeprefix(prefix): it for name, it in variables.items() if name.startswith(prefix)}
-        seen |= {name: it for name, it in inner.items() if "/" not in name}
-    return seen
+    scopes = ["/".join(parts[:depth]) for depth in range(len(parts))]
+    split = [(*name.rpartition("/")[::2], it) for name, it in variables.items()]
+    return {name: it for scope in scopes for place, name, it in split if place == scope}
 
 
 def find_port(cls: type[Node], name: str, sides: Iterable[str]) -> Port | None:

@@ -121,9 +121,8 @@ def _settle_defaults(graph: Graph) -> None:
     given = graph.wired_ports | graph.declared_inputs
     for instance in graph.instances:
         for port in instance.cls.fields.values():
-            if not isinstance(port.type, UnionType) or port.side != "inputs" or port.default is None:
-                continue
-            if port.field not in instance.literals and (instance.id, port.name) not in given:
+            kept = port.field not in instance.literals and (instance.id, port.name) not in given
+            if kept and isinstance(port.type, UnionType) and port.side == "inputs" and port.default is not None:
                 instance.settled[port.field], _ = types.first_that_takes(port.default, port.type.alternatives)
 
 
@@ -175,14 +174,12 @@ def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set
                 continue
             if (instance.id, port.name) in declared:
                 graph.left_open[f"{instance.id}.{port.name}"] = None
-                unknown.add(instance.index)
+            elif instance.index not in unknown and (instance.id, port.name) not in wired:
+                message = f"the type of {instance.id}.{port.name} cannot be resolved: it has neither a wire nor a value"
+                remedy = f"wire it, or write {{type: {str(port.type).partition(' ')[0]}, value: …}}"
+                findings.add("G213", message, instance.span, remedy, related=instance.entry.via)
                 continue
-            if instance.index in unknown or (instance.id, port.name) in wired:
-                unknown.add(instance.index)
-                continue
-            message = f"the type of {instance.id}.{port.name} cannot be resolved: it has neither a wire nor a value"
-            remedy = f"wire it, or write {{type: {str(port.type).partition(' ')[0]}, value: …}}"
-            findings.add("G213", message, instance.span, remedy, related=instance.entry.via)
+            unknown.add(instance.index)
     pending = list(unknown)
     while pending:
         for index in behind.pop(pending.pop(), ()):

@@ -180,14 +180,10 @@ def _end(
         rule = said or f"a wire {'begins at an output' if begins else 'ends at an input'}"
         other = known.get(wire.source.node)
         turned = not begins and other is not None and find_port(other.cls, wire.source.port, ["inputs"]) is not None
-        findings.add(
-            "G205",
-            f"{end} is an {wrong.side[:-1]}{', ' if said else '; '}{rule}",
-            end.span,
-            f"write {wire.target} -> {wire.source}" if turned else "",
-            f"leave out `{end.side}:`" if said else listing(names, f"{sides[0]} of {instance.cls.__name__}"),
-            related=via,
-        )
+        message = f"{end} is an {wrong.side[:-1]}{', ' if said else '; '}{rule}"
+        turn = f"write {wire.target} -> {wire.source}" if turned else ""
+        legal = f"leave out `{end.side}:`" if said else listing(names, f"{sides[0]} of {instance.cls.__name__}")
+        findings.add("G205", message, end.span, turn, legal, related=via)
     else:
         message = f"{instance.cls.__name__} has no {sides[0][:-1]} {end.port!r}"
         hint = findings.guess(end.port, names) or listing(names, sides[0])

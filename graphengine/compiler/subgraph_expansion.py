@@ -141,7 +141,7 @@ def load_graph(
     document = library.read(path, findings)
     if document is None:
         return None
-    budget = Budget(document.key_span("graph"))
+    budget = Budget(document.key_span("graph"), findings)
     try:
         loaded = library.load(path, bindings, findings, use, budget)
         if loaded is None:
@@ -149,8 +149,7 @@ def load_graph(
         flat = FlatGraph(loaded)
         expansion = _Expansion(flat, library, budget, findings)
         subgraphs = expansion.add(loaded, "", (), (path.resolve(),), {})
-    except OverBudgetError as error:
-        findings.put(error.finding)
+    except OverBudgetError:
         return None
     if use is None:
         flat.declared = list(expansion.find_declared(loaded, subgraphs))
@@ -264,19 +263,18 @@ class _Expansion:
         """The two ends of a connection; None after an error."""
         value = document.find("connections", number)
         assert value is not None
-        parts = re.split(r"\s*->\s*", text)
+        legal = "write `Node.port -> Other.port`, as in `OnPlaybackTick.tick -> SubscribeTwist.execIn`"
+        source, *targets = re.split(r"\s*->\s*", text)
+        if len(targets) != 1:
+            arrows = f"a connection has one arrow, this one has {len(targets) or 'none'}"
+            self.findings.add("G202", arrows, value.span, legal)
+            return None
         ends: list[WireEnd] = []
-        offset = 0
-        for part in parts:
-            offset = text.index(part, offset) if part else offset
+        for part, offset in ((source, 0), (targets[0], text.rindex(targets[0]))):
             span = value.span.part(offset, len(part)) if value.plain and value.span.length == len(text) else value.span
-            offset += len(part)
             end = _read_end(part, span)
-            if end is None or len(parts) != 2:
-                legal = "write `Node.port -> Other.port`, as in `OnPlaybackTick.tick -> SubscribeTwist.execIn`"
-                arrows = f"a connection has one arrow, this one has {len(parts) - 1 or 'none'}"
-                what = f"{part!r} is not `Node.port`" if len(parts) == 2 else arrows
-                self.findings.add("G202", what, span if len(parts) == 2 else value.span, legal)
+            if end is None:
+                self.findings.add("G202", f"{part!r} is not `Node.port`", span, legal)
                 return None
             ends.append(end)
         return ends

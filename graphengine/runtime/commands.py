@@ -55,9 +55,13 @@ class Command(Spec):
 
     recorded: ClassVar[bool] = False
     """Whether it changes the simulation's course: recordings hold it, and replays, which take no other, repeat it."""
+    admitted: ClassVar[bool] = False
+    """Whether a session refuses it within a tick and after it failed."""
 
     def apply(self, session: SessionCore) -> Any:
         """Carry it out between two ticks; return a result that JSON can hold."""
+        if self.admitted:
+            session.admit()
         return self._apply(session)
 
     @abstractmethod
@@ -65,14 +69,10 @@ class Command(Spec):
 
 
 class _Change(Command):
-    """Something that a session refuses within a tick and after it failed."""
+    """A change of the world or of nodes, which records itself."""
 
     recorded = True
-
-    def apply(self, session: SessionCore) -> Any:
-        """Carry it out between two ticks; return a result that JSON can hold."""
-        session.admit()
-        return self._apply(session)
+    admitted = True
 
     def _record(self, session: SessionCore, **arguments: Any) -> None:
         """Record it as it was done, with arguments that do not depend on the state of the session."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import traceback
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable
 from typing import Any
 
 from graphengine.compiler import codegen
 from graphengine.compiler.graph import Graph
-from graphengine.compiler.plan import Copy
+from graphengine.compiler.plan import Call, Copy, Refresh
 from graphengine.format.errors import BadValueError, ContextError, GraphError, NodeError
 from graphengine.node import types
 from graphengine.node.context.context import Context
@@ -57,10 +58,8 @@ class Executor:
         self._functions = codegen.bind(
             self.plan, self.nodes, self._setup_again, self._active.setdefault, self._end_branch, caught, self._failed
         )
-        self._flags = [
-            *(f"s{data}" for data in self.plan.flagged),
-            *(f"l{index}" for index, _ in self.plan.root.pending),
-        ]
+        self._flags = [f"s{data}" for data in self.plan.flagged]
+        self._flags += [f"l{index}" for index, _ in self.plan.root.pending]
         self._pass: Callable[[], None] = self._functions["pass_"]
         self._set_pins()
 
@@ -143,7 +142,7 @@ class Executor:
     def _all_copies(self) -> Iterable[Copy]:
         """Every copy of the plan, once."""
         calls = [call for region in self.plan.regions for call in region.calls]
-        steps = [step for call in calls for step in (call, *call.refreshes)]
+        steps: list[Call | Refresh] = [step for call in calls for step in (call, *call.refreshes)]
         return dict.fromkeys([*self._constant_copies(), *(copy for step in steps for copy in step.copies)])
 
     def _constant_copies(self) -> Iterable[Copy]:
@@ -164,10 +163,8 @@ class Executor:
         fields = [p.field for p in type(node).fields.values() if p.side == "outputs" and not p.is_exec]
         before = {field: getattr(node, field) for field in fields}
         node.setup(self._context_of(index))
-        after = {field: getattr(node, field) for field in fields}
-        self._outputs_of_setup.setdefault(index, {}).update(
-            (field, value) for field, value in after.items() if value is not before[field]
-        )
+        changed = [field for field in fields if getattr(node, field) is not before[field]]
+        self._outputs_of_setup.setdefault(index, {}).update((field, getattr(node, field)) for field in changed)
 
     def _setup_again(self, index: int) -> None:
         """Set up a node after an input that it reads in setup changed over a wire; until that succeeds it does not compute.
@@ -314,12 +311,10 @@ class Executor:
 
     def _culprit(self, error: Exception) -> int | None:
         """The node whose line of the generated text an exception came through last."""
-        found, traceback, source = None, error.__traceback__, codegen.source_of(self.plan)
-        while traceback is not None:
-            if traceback.tb_frame.f_code.co_filename == source.name:
-                found = source.node_at(traceback.tb_lineno)
-            traceback = traceback.tb_next
-        return found
+        source = codegen.source_of(self.plan)
+        frames = traceback.walk_tb(error.__traceback__)
+        lines = [line for frame, line in frames if frame.f_code.co_filename == source.name]
+        return source.node_at(lines[-1]) if lines else None
 
     def _end_branch(self, index: int, error: Exception) -> None:
         """A node raised something that may end its branch only."""

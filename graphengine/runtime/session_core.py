@@ -349,7 +349,7 @@ class SessionCore:
             self.desk.close(self._failure or "the run has ended")
         self.held.clear()
         for run in self.graphs:
-            run.close()
+            run.contexts.close()
         self.services.network.close()
         self.services.world.close()
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import GraphError, NodeError
 from tests.compiler.conftest import MakeBench, MakeFile
-from tests.compiler.harness import Bench, planned
+from tests.compiler.harness import Bench
 
 
 def test_what_a_node_was_handed_is_closed_before_it_is_set_up_again(bench: MakeBench) -> None:
@@ -54,15 +53,3 @@ def test_a_setup_that_fails_does_not_keep_the_others_from_theirs_when_somebody_l
     run.executor.setup(lambda index, error: failed.append((run.graph.instances[index].id, error)))
     assert [node for node, _ in failed] == ["Reciprocal", "Bad"]
     assert run.journal.read() == ["Good opens /scan"]
-
-
-def test_both_kinds_of_cycle_are_told_in_one_run(file: MakeFile) -> None:
-    findings = Findings()
-    path = file("""
-        nodes: {A: Add, B: Do}
-        connections:
-          - A.sum -> A.a
-          - B.execOut -> B.execIn
-    """)
-    assert planned(path, findings) is None
-    assert sorted(found.code for found in findings.items) == ["G209", "G210"]

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from graphengine.compiler.graph import Graph
@@ -62,8 +61,7 @@ def make_plan(graph: Graph, findings: Findings) -> Plan | None:
     """
     if graph.flat.spec.evaluator == "push":
         pushed = PushGraph(graph, findings)
-        gates: dict[int, tuple[int, ...]] = dict.fromkeys(pushed.order, ())
-        return _plan(pushed, [pushed.region()], pushed.order, gates) if pushed.acyclic else None
+        return _plan(pushed, [pushed.region()], pushed.order) if pushed.acyclic else None
     regions = RegionGraph(graph, findings)
     if not regions.acyclic:
         return None
@@ -73,9 +71,7 @@ def make_plan(graph: Graph, findings: Findings) -> Plan | None:
     while count != len(regions.flagged):  # a data node that needs a flag changes what other steps must do
         count = len(regions.flagged)
         written = [RegionWriter(regions, index).write() for index in range(len(regions.members))]
-    plan = _plan(regions, written, _executed(regions), regions.gates)
-    marks = {i: regions.marks(i) for i, kind in enumerate(regions.kinds) if kind == "latent"}
-    return replace(plan, flagged=tuple(sorted(regions.flagged)), latent_marks=marks)
+    return _plan(regions, written, _executed(regions))
 
 
 def _executed(regions: RegionGraph) -> Iterable[int]:
@@ -92,9 +88,7 @@ def _executed(regions: RegionGraph) -> Iterable[int]:
     return executed
 
 
-def _plan(
-    graph: DependencyGraph, regions: Sequence[Region], executed: Iterable[int], gates: Mapping[int, tuple[int, ...]]
-) -> Plan:
+def _plan(graph: DependencyGraph, regions: Sequence[Region], executed: Iterable[int]) -> Plan:
     """A plan with the order of setup, and with what is constant."""
     order: dict[int, None] = {}
     for index in executed:
@@ -110,7 +104,9 @@ def _plan(
         Path(graph.graph.flat.loaded.document.source.path),
         tuple(instance.id for instance in graph.graph.instances),
         tuple(regions),
-        gates,
+        graph.gates,
+        flagged=tuple(sorted(graph.flagged)),
+        latent_marks={index: graph.marks(index) for index, kind in enumerate(graph.kinds) if kind == "latent"},
         constants=tuple(Refresh(data, graph.copies(data, constant=None)) for data in constants),
         constant_copies=tuple(copy for index in ordered for copy in graph.copies(index, constant=True)),
         order=ordered,

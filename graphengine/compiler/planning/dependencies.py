@@ -15,11 +15,13 @@ class DependencyGraph(WiredGraph):
 
     Attributes:
         flagged: data nodes with a run-time flag that says whether they are stale; grows while calls are written.
+        gates: of nodes that run in every pass but for gates that they are behind, these gates.
     """
 
     def __init__(self, graph: Graph, findings: Findings) -> None:
         super().__init__(graph, findings)
         self.flagged: set[int] = set()
+        self.gates: dict[int, tuple[int, ...]] = {}
         self._upstream: dict[int, list[int]] = {}
         self._find_dependencies()
 

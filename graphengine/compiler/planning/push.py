@@ -40,6 +40,7 @@ class PushGraph(DependencyGraph):
                 why = f"other wires order {self.node(wire.target).id} before {self.node(wire.source).id}"
                 self.report_previous(wire, wire.source, why, "remove one of the wires")
         self.order = order.sort(key=int)
+        self.gates = dict.fromkeys(self.order, ())
 
     def region(self) -> Region:
         """The only region, with a call of each node that can change."""

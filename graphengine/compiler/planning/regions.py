@@ -43,7 +43,6 @@ class RegionGraph(DependencyGraph):
         pin_region: the region that a pusher's port opens, -1 for one without nodes.
         covers: for each pusher every node in the regions below it.
         port_covers: the same for each of its ports, in order.
-        gates: of nodes that run in every pass but for gates that they are behind, these gates.
     """
 
     def __init__(self, graph: Graph, findings: Findings) -> None:
@@ -55,7 +54,6 @@ class RegionGraph(DependencyGraph):
         self.pin_region: dict[tuple[int, str], int] = {}
         self.covers = {i: self.execution.descendants(i) for i, kind in enumerate(self.kinds) if kind == "pusher"}
         self.port_covers = {pusher: self._cover_ports(pusher) for pusher in self.covers}
-        self.gates: dict[int, tuple[int, ...]] = {}
         self.acyclic = self.acyclic and self._check_depth()
         if self.acyclic:
             self._open_regions()
