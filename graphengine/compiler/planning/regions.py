@@ -181,9 +181,14 @@ class RegionGraph(DependencyGraph):
             later = set().union(*reached[position + 1 :]) - nodes - before
             for reader in sorted(nodes):
                 for reading in self.readings(reader):
-                    if reading.source in later:
+                    if reading.source in later and not self._runs_before(reading.source, pusher):
                         self._report_previous(reading)
             before |= nodes
+
+    def _runs_before(self, index: int, pusher: int) -> bool:
+        """Whether a node runs before a pusher in every region that the pusher is in."""
+        earlier = [members[: members.index(pusher)] for members in self.members if pusher in members]
+        return all(any(index == unit or index in self.covers.get(unit, ()) for unit in units) for units in earlier)
 
     def _add_data_edges(self, order: Digraph, owners: dict[int, list[int]]) -> None:
         """Order readers after what they read; a wire that would close a cycle reads the previous value."""
