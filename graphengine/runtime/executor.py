@@ -10,7 +10,7 @@ from typing import Any
 
 from graphengine.compiler import codegen
 from graphengine.compiler.graph import Graph
-from graphengine.compiler.plan import Call, Copy, Refresh
+from graphengine.compiler.plan import Copy
 from graphengine.format.errors import BadValueError, ContextError, GraphError, NodeError
 from graphengine.node import types
 from graphengine.node.context.context import Context
@@ -142,8 +142,9 @@ class Executor:
     def _all_copies(self) -> Iterable[Copy]:
         """Every copy of the plan, once."""
         calls = [call for region in self.plan.regions for call in region.calls]
-        steps: list[Call | Refresh] = [step for call in calls for step in (call, *call.refreshes)]
-        return dict.fromkeys([*self._constant_copies(), *(copy for step in steps for copy in step.copies)])
+        copies = [copy for call in calls for copy in call.copies]
+        copies += [copy for call in calls for refresh in call.refreshes for copy in refresh.copies]
+        return dict.fromkeys([*self._constant_copies(), *copies])
 
     def _constant_copies(self) -> Iterable[Copy]:
         """Every copy of a value that cannot change while the graph runs."""

@@ -398,8 +398,10 @@ def _renamed(drawing: Drawing, names: Sequence[str]) -> Drawing:
     return replace(drawing, wires=wires)
 
 
-STATELESS = ("Do", "Show", "Branch", "Door", "Choose", "Add", "Less", "Word", "Whole", "Double", "Sequence", "Both")
-STATELESS += (ACTION + "ForEach",)
+STATELESS = (
+    *("Do", "Show", "Branch", "Door", "Choose", "Add", "Less", "Word", "Whole", "Double", "Sequence", "Both"),
+    f"{ACTION}ForEach",
+)
 BY_TIME = (f"{ACTION}OnPlaybackTick", f"{ACTION}OnTick", f"{ACTION}Delay", f"{ACTION}Countdown", f"{ACTION}SwitchToken")
 
 
