@@ -212,7 +212,7 @@ def _check_places(context: LintContext) -> None:
             f"graph {name} of robot {robot} stands at {path}, which is not below {own}",
             document.span("at" if "at" in document.data else "graph"),
             f"write at: $(robot)/{'/'.join(path.split('/')[2:]) or name}, with parameters: {{robot: {{type: target}}}}",
-            "$(robot) is whichever robot uses the graph",
+            "$(robot) is the robot that uses the graph",
         )
 
 
@@ -235,7 +235,7 @@ def _check_servers(context: LintContext) -> None:
         other = servers.setdefault((claim.ros_context, claim.topic), claim)
         if other is not claim:
             message = f"the service {claim.topic} is offered here and by {other.node}"
-            remedy = "a call is answered by one server; give one of them another name, or a nodeNamespace"
+            remedy = "a service has one server; rename one of the two, or set its nodeNamespace"
             context.disagree("G309", message, claim, other, remedy)
 
 

@@ -91,7 +91,7 @@ class Pause(Command):
 
     def _apply(self, session: SessionCore) -> None:
         if session.state == "stopped":
-            raise StateError("the session is stopped, at time 0; it can play, or do single ticks")
+            raise StateError("a stopped session cannot pause; let it play, or step it")
         session.pause()
 
 
