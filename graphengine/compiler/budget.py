@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.format.diagnostics import Finding, Span
+from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import MAX_VALUES
 from graphengine.format.spec import GraphSpec
 
@@ -13,17 +13,14 @@ Via = tuple[tuple[Span, str], ...]
 
 
 class OverBudgetError(Exception):
-    """A graph that holds too much; the argument is the finding."""
-
-    def __init__(self, finding: Finding) -> None:
-        super().__init__(finding)
-        self.finding = finding
+    """A graph contains too much; a finding says so."""
 
 
 class Budget:
     """Counts what a graph holds while its subgraphs are expanded."""
 
-    def __init__(self, span: Span) -> None:
+    def __init__(self, span: Span, findings: Findings) -> None:
+        self.findings = findings
         self.parts = dict.fromkeys(("uses of subgraphs", "nodes", "wires", "variables"), 0)
         self.values = 0
         """In the files, each counted as often as it is used."""
@@ -43,7 +40,7 @@ class Budget:
         """
         self.values += count
         if self.values > MAX_VALUES:
-            self._refuse(f"more than {MAX_VALUES} values in one graph, those of each subgraph counted at every use")
+            self._refuse(f"more than {MAX_VALUES} values in one graph, counting each subgraph at every use")
 
     def take_parts(self, spec: GraphSpec) -> None:
         """Count what a file adds to the graph.
@@ -57,8 +54,9 @@ class Budget:
             self.parts[kind] += count
         if sum(self.parts.values()) > MAX_PARTS:
             counted = ", ".join(f"{count} {kind}" for kind, count in self.parts.items() if count)
-            self._refuse(f"more than {MAX_PARTS} parts in one graph: {counted} up to here")
+            self._refuse(f"more than {MAX_PARTS} parts in one graph: {counted} so far")
 
     def _refuse(self, message: str) -> None:
         advice = "split it into several graphs, or use fewer subgraphs"
-        raise OverBudgetError(Finding("G105", message, self.span, (advice,), self.via))
+        self.findings.add("G105", message, self.span, advice, related=self.via)
+        raise OverBudgetError

@@ -78,14 +78,11 @@ def _write_source(plan: Plan) -> GeneratedSource:
 
 def _write_constants(plan: Plan, source: GeneratedSource) -> None:
     source.add(["", "def constants():"])
-    body = 0
     for refresh in plan.constants:
         source.add([*_copies(refresh.copies), f"c{refresh.node}()"], refresh.node, 1)
-        body += 1
     for copy in plan.constant_copies:
         source.add(_copy(copy), copy.target, 1)
-        body += 1
-    if not body:
+    if not plan.constants and not plan.constant_copies:
         source.add(["pass"], None, 1)
 
 
@@ -129,7 +126,7 @@ def _write_call(call: Call, source: GeneratedSource, indent: int) -> None:
         for refresh in call.refreshes:
             if refresh.repeated:
                 source.add(_refresh(refresh), refresh.node, indent + 1)
-        source.add(_compute(call, {activation.pin: "1"}), call.node, indent + 1)
+        source.add(_compute(call, {activation.field: "1"}), call.node, indent + 1)
 
 
 def _nodes_of(call: Call) -> Iterator[int]:

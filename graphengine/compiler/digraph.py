@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -22,6 +22,20 @@ class Digraph:
     def add_edge(self, source: int, target: int) -> None:
         """Let an edge lead from one known node to another."""
         self.successors[source][target] = None
+
+    def add_where_acyclic(self, edges: Sequence[tuple[int, int]]) -> set[tuple[int, int]]:
+        """Add edges one by one to a graph without cycles, and return those that would have closed one."""
+        tentative = Digraph(self.successors, [*self.edges(), *edges])
+        component = {node: number for number, part in enumerate(tentative.components()) for node in part}
+        refused: set[tuple[int, int]] = set()
+        for source, target in edges:
+            if self.has_edge(source, target):
+                continue
+            if component[source] == component[target] and self.has_path(target, source):
+                refused.add((source, target))
+            else:
+                self.add_edge(source, target)
+        return refused
 
     def edges(self) -> list[tuple[int, int]]:
         """All edges, by their first node."""

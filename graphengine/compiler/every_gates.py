@@ -123,17 +123,16 @@ def add_gates(graph: Graph, findings: Findings) -> list[Instance]:
                 wires.append(_link(graph, source, (gate.index, "exec_in")))
             wire = replace(wire, source=gates[source].index, source_field="exec_out")
         first = target in pins and target not in gates
+        if first:
+            gates[target] = _make_gate(graph, target, pins[target])
         if target in pins:
-            gate = gates.get(target) or _make_gate(graph, target, pins[target])
-            gates[target] = gate
-            wire = replace(wire, target=gate.index, target_field="exec_in")
+            wire = replace(wire, target=gates[target].index, target_field="exec_in")
         wires.append(wire)
         if first:
             wires.append(_link(graph, (gates[target].index, "exec_out"), target))
     numbered = [replace(wire, order=order) for order, wire in enumerate(wires)]
-    carries = [graph.instances[wire.source].cls.fields[wire.source_field].is_exec for wire in numbered]
-    graph.exec_wires = [wire for wire, execution in zip(numbered, carries, strict=True) if execution]
-    graph.data_wires = [wire for wire, execution in zip(numbered, carries, strict=True) if not execution]
+    graph.exec_wires = [wire for wire in numbered if graph.source(wire)[1].is_exec]
+    graph.data_wires = [wire for wire in numbered if not graph.source(wire)[1].is_exec]
     return list(gates.values())
 
 
@@ -154,14 +153,18 @@ def _gated_pins(graph: Graph, instance: Instance, findings: Findings) -> dict[tu
         return {}
     execution = [port for port in instance.cls.fields.values() if port.is_exec]
     if not execution or graph.flat.spec.evaluator == "push":
-        what, remedy = (
-            f"{instance.cls.__name__} is a data node, computed when something reads it",
-            "put it on the reader",
-        )
+        what = f"{instance.cls.__name__} is a data node, computed when another node reads it"
+        remedy = "put it on the reader"
         if execution:
             what, remedy = "in a push graph every node is computed in every tick", "use `evaluator: execution`"
         span = entry.key_span("every")
-        findings.add("G109", f"{instance.id}: `every` is for what is executed; {what}", span, remedy, related=entry.via)
+        findings.add(
+            "G109",
+            f"{instance.id}: `every` applies to nodes that are executed; {what}",
+            span,
+            remedy,
+            related=entry.via,
+        )
         return {}
     inputs = [port for port in execution if port.side == "inputs" and not port.control]
     gated = inputs or [port for port in execution if port.side == "outputs"]

@@ -58,6 +58,33 @@ class Instance:
         """Where its name stands in the file."""
         return self.entry.key_span()
 
+    def refusal(self, error: ContextError) -> Finding:
+        """What the node refuses, at the place of the input that asked for it."""
+        _, place = self.asking(error.value)
+        return Finding(error.code, f"{self.id}: {error.message}", place, error.help, self.entry.via)
+
+    def literal_key(self, port: Port) -> str:
+        """How the file writes the name of an input, with or without its side."""
+        sided = f"inputs:{port.name}"
+        return sided if sided in self.entry.spec.inputs else port.name
+
+    def asking(self, value: object) -> tuple[str, Span]:
+        """Field and place of the input whose value is, or contains, the given one; else no field and the node's place."""
+        given = self.entry.spec.inputs
+        for port in self.cls.fields.values():
+            key = self.literal_key(port)
+            if port.side != "inputs" or key not in given:
+                continue
+            held, literal = self.value(port.field), given[key]
+            alike = not isinstance(value, np.ndarray) and (
+                literal == value or (isinstance(held, str | tuple) and held == value)
+            )
+            if held is value or alike:
+                return port.field, self.entry.span("inputs", key)
+            if isinstance(literal, list) and isinstance(value, str | int) and value in literal:
+                return port.field, self.entry.span("inputs", key, literal.index(value))
+        return "", self.span
+
 
 @dataclass(frozen=True, slots=True)
 class Wire:
@@ -108,6 +135,16 @@ class Graph:
         """`tick` or `physics_step`."""
         return self.flat.spec.runs
 
+    @property
+    def declared_inputs(self) -> set[tuple[str, str]]:
+        """Node and name of the ports that a graph around this one may wire."""
+        return {(end.node, end.port) for side, end in self.flat.declared if side == "inputs"}
+
+    @property
+    def wired_ports(self) -> set[tuple[str, str]]:
+        """Node and name of the ports that the file wires at all, rightly or not."""
+        return {(wire.target.node, wire.target.port) for wire in self.flat.wires}
+
     def note_accesses(self) -> None:
         """Ask each node what it reads and writes beside its ports; literals are set."""
         names = {name: name for name in self.variables}
@@ -139,45 +176,12 @@ def _key(key: str, variables: Mapping[str, str]) -> str:
     return f"variable:{variables.get(name, name)}" if kind == "variable" else key
 
 
-def refusal(instance: Instance, error: ContextError) -> Finding:
-    """What a node refuses, at the place of the input that asked for it."""
-    _, place = asking(instance, error.value)
-    return Finding(error.code, f"{instance.id}: {error.message}", place, error.help, instance.entry.via)
-
-
-def literal_key(instance: Instance, port: Port) -> str:
-    """How the file writes the name of an input, with or without its side."""
-    sided = f"inputs:{port.name}"
-    return sided if sided in instance.entry.spec.inputs else port.name
-
-
-def asking(instance: Instance, value: object) -> tuple[str, Span]:
-    """Field and place of the input whose value is, or holds, the offending one; else the node's place alone."""
-    given = instance.entry.spec.inputs
-    for port in instance.cls.fields.values():
-        key = literal_key(instance, port)
-        if port.side != "inputs" or key not in given:
-            continue
-        held, literal = instance.value(port.field), given[key]
-        alike = not isinstance(value, np.ndarray) and (
-            literal == value or (isinstance(held, str | tuple) and held == value)
-        )
-        if held is value or alike:
-            return port.field, instance.entry.span("inputs", key)
-        if isinstance(literal, list) and isinstance(value, str | int) and value in literal:
-            return port.field, instance.entry.span("inputs", key, literal.index(value))
-    return "", instance.span
-
-
 def visible(node_id: str, variables: Mapping[str, T]) -> Mapping[str, T]:
     """Variables by the names that a node knows them by: those of its subgraph hide those of the graph around it."""
-    seen: dict[str, T] = {}
     parts = node_id.split("/")
-    for depth in range(len(parts)):
-        prefix = "".join(f"{part}/" for part in parts[:depth])
-        inner = {name.removeprefix(prefix): it for name, it in variables.items() if name.startswith(prefix)}
-        seen |= {name: it for name, it in inner.items() if "/" not in name}
-    return seen
+    scopes = ["/".join(parts[:depth]) for depth in range(len(parts))]
+    split = [(*name.rpartition("/")[::2], it) for name, it in variables.items()]
+    return {name: it for scope in scopes for place, name, it in split if place == scope}
 
 
 def find_port(cls: type[Node], name: str, sides: Iterable[str]) -> Port | None:
@@ -201,16 +205,6 @@ def known_type(instance: Instance, port: Port) -> PortType | None:
 def settled_type(instance: Instance, port: Port) -> PortType | UnionType:
     """A port's type after resolution."""
     return known_type(instance, port) or port.type
-
-
-def declared_inputs(graph: Graph) -> set[tuple[str, str]]:
-    """Node and name of the ports that a graph around this one may wire."""
-    return {(end.node, end.port) for side, end in graph.flat.declared if side == "inputs"}
-
-
-def wired_ports(graph: Graph) -> set[tuple[str, str]]:
-    """Node and name of the ports that the file wires at all, rightly or not."""
-    return {(wire.target.node, wire.target.port) for wire in graph.flat.wires}
 
 
 def with_article(port_type: PortType | UnionType) -> str:

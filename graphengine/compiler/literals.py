@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from graphengine.compiler.graph import Graph, Instance, declared_inputs, find_port, wired_ports, with_article
+from graphengine.compiler.graph import Graph, Instance, find_port, with_article
 from graphengine.compiler.substitution import UNKNOWN
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import did_you_mean, listing, shown, unknown
 from graphengine.node import types
-from graphengine.node.port import Port
+from graphengine.node.node_class import Node
+from graphengine.node.port import Port, Side
 from graphengine.node.types import PortType, UnionType, brief
 
 
@@ -53,6 +54,16 @@ def ends_with(path: str, pattern: str) -> bool:
 def no_node(pattern: str, paths: Iterable[str]) -> str:
     """The message that a pattern matches none of the nodes at some paths."""
     return unknown("node", pattern, (path if "/" in pattern else path.rpartition("/")[2] for path in paths))
+
+
+def no_port(classes: Iterable[type[Node]], name: str, sides: Sequence[Side] = ("inputs",)) -> str:
+    """The message that none of some node types has a port of a name, with names that are near."""
+    types_ = list(dict.fromkeys(classes))
+    ports = [port for cls in types_ for port in cls.fields.values() if port.side in sides and not port.is_exec]
+    who = f"{types_[0].__name__} has" if len(types_) == 1 else "the nodes that it matches have"
+    what, many = ("input", "inputs") if list(sides) == ["inputs"] else ("port with a value", "ports")
+    names = dict.fromkeys(port.name for port in ports)
+    return f"{who} no {what} {name!r}\n  {did_you_mean(name.rpartition(':')[2], names) or listing(names, many)}"
 
 
 def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Findings) -> None:
@@ -112,15 +123,10 @@ def _set_literal(
         wrong, _, remedy = str(error).partition("; ")
         if isinstance(wanted, PortType) and wanted.array and isinstance(value, str | int | float):
             remedy = f"write [{value}]"
-        number = _wrong_element(wanted, value)
-        if number is None:
-            message = f"{instance.id}.{port.name} is {with_article(wanted)}: {wrong}, got {shown(value)}"
-            place = at()
-        else:
-            message = (
-                f"{instance.id}.{port.name}[{number}] of {with_article(wanted)}: {wrong}, got {shown(value[number])}"
-            )
-            place = at(number)
+        which, got, place = " is", value, at()
+        if (number := _wrong_element(wanted, value)) is not None:
+            which, got, place = f"[{number}] of", value[number], at(number)
+        message = f"{instance.id}.{port.name}{which} {with_article(wanted)}: {wrong}, got {shown(got)}"
         findings.add("G211", message, place, remedy, given_by, related=instance.entry.via)
     except ValueError as error:
         unit = f" (unit: {port.unit})" if port.unit else ""
@@ -175,7 +181,7 @@ def _refusal(value: Any, alternatives: Sequence[PortType]) -> str:
     if not alternatives:
         return f"its type is not clear; {how}"
     if isinstance(value, list | dict) or value is None:
-        return f"none of these takes it; {how}"
+        return f"none of these types fits; {how}"
     if any(_takes(alternative, [value]) for alternative in alternatives):
         return f"expected a list; write [{value}]"
     single = [alternative for alternative in alternatives if not alternative.array and alternative.count == 1]
@@ -216,7 +222,7 @@ def _one_type(named: PortType | UnionType, what: str) -> PortType:
         ValueError: it is several, or that of no value.
     """
     if not isinstance(named, PortType) or named.base in ("any", "bundle", "execution"):
-        raise ValueError(f"a {what} is of one type, such as double or token, and not {with_article(named)}")
+        raise ValueError(f"a {what} has a single type, such as double or token, got {brief(named)}")
     return named
 
 
@@ -240,7 +246,7 @@ def _only(span: Span, *_: str) -> Span:
 
 def check_required(graph: Graph, findings: Findings) -> None:
     """Tell of inputs that must have a value or a wire and have neither."""
-    wired, declared = wired_ports(graph), declared_inputs(graph)
+    wired, declared = graph.wired_ports, graph.declared_inputs
     for instance in graph.instances:
         groups: dict[str, list[Port]] = {}
         for port in instance.cls.fields.values():

@@ -71,14 +71,6 @@ class Pin:
 
 
 @dataclass(frozen=True, slots=True)
-class Activation:
-    """Firing counter of a counting node's wire, and the pin it leads to."""
-
-    counter: str
-    pin: str
-
-
-@dataclass(frozen=True, slots=True)
 class Call:
     """One node in its place in a region."""
 
@@ -94,7 +86,8 @@ class Call:
     """Data nodes that become stale when this node has computed."""
     pins: tuple[Pin, ...]
     """Empty for a node with one incoming wire: there is nothing to tell."""
-    activations: tuple[Activation, ...] = ()
+    activations: tuple[Pin, ...] = ()
+    """Of a node that counts: one for each wire that starts it, in the order of the computes."""
     rereads: tuple[Refresh, ...] | None = None
     """Of a pusher that reads its inputs again after each yield: the data nodes among what it reads."""
 

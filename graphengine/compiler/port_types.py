@@ -7,18 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from graphengine.compiler.digraph import Digraph
-from graphengine.compiler.graph import (
-    Graph,
-    Instance,
-    Wire,
-    asking,
-    declared_inputs,
-    known_type,
-    refusal,
-    visible,
-    wired_ports,
-    with_article,
-)
+from graphengine.compiler.graph import Graph, Instance, Wire, known_type, visible, with_article
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import ContextError
 from graphengine.node import PortType, UnionType, types
@@ -51,7 +40,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
             message = (
                 f"the type of {wire.entry.source} cannot be resolved, because a wire feeds the input that decides it"
             )
-            remedy = f"give {source.id} values instead, below `inputs:`"
+            remedy = f"remove that wire, and set the input of {source.id} below `inputs:`"
             findings.add("G213", message, wire.entry.source.span, remedy, related=wire.entry.via)
         elif takes is None or converter is None:
             legal = takes or into.type
@@ -61,7 +50,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
             if gives.count == 3 and not gives.array and isinstance(legal, PortType) and legal.count == 1:
                 hint = "take it apart with BreakVector3"
             if legal == types.POINTER:
-                hint = "a pointer takes a buffer, from a pointer of another node; arrays have inputs of their own"
+                hint = "wire the pointer output of another node; arrays go into array inputs"
             message = f"{wire.entry.source} is {with_article(gives)}, {wire.entry.target} takes {with_article(legal)}"
             findings.add("G206", message, wire.span, hint, related=wire.entry.via)
         else:
@@ -93,8 +82,8 @@ def _tell_refusal(instance: Instance, error: ValueError | ContextError, findings
     if isinstance(error, ValueError):
         findings.add("G206", f"{instance.id}: {error}", instance.span, related=instance.entry.via)
         return
-    findings.put(refusal(instance, error))
-    instance.refused.add(asking(instance, error.value)[0])
+    findings.put(instance.refusal(error))
+    instance.refused.add(instance.asking(error.value)[0])
 
 
 def _settle(graph: Graph) -> dict[int, ValueError | ContextError]:
@@ -129,12 +118,11 @@ def _settle(graph: Graph) -> dict[int, ValueError | ContextError]:
 
 def _settle_defaults(graph: Graph) -> None:
     """Settle inputs that keep a default of theirs to the first type that takes it."""
-    given = wired_ports(graph) | declared_inputs(graph)
+    given = graph.wired_ports | graph.declared_inputs
     for instance in graph.instances:
         for port in instance.cls.fields.values():
-            if not isinstance(port.type, UnionType) or port.side != "inputs" or port.default is None:
-                continue
-            if port.field not in instance.literals and (instance.id, port.name) not in given:
+            kept = port.field not in instance.literals and (instance.id, port.name) not in given
+            if kept and isinstance(port.type, UnionType) and port.side == "inputs" and port.default is not None:
                 instance.settled[port.field], _ = types.first_that_takes(port.default, port.type.alternatives)
 
 
@@ -169,7 +157,7 @@ def _depends_on_inputs(instance: Instance) -> bool:
 
 def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set[int]:
     """Tell of inputs that nothing gives a type; the instances that lack one for a reason told elsewhere, and those behind."""
-    wired, declared, behind = wired_ports(graph), declared_inputs(graph), dict[int, list[int]]()
+    wired, declared, behind = graph.wired_ports, graph.declared_inputs, dict[int, list[int]]()
     wires = {(wire.target, wire.target_field): wire for wire in graph.data_wires}
     unknown = set(refusing)
     for instance in graph.instances:
@@ -186,14 +174,12 @@ def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set
                 continue
             if (instance.id, port.name) in declared:
                 graph.left_open[f"{instance.id}.{port.name}"] = None
-                unknown.add(instance.index)
+            elif instance.index not in unknown and (instance.id, port.name) not in wired:
+                message = f"the type of {instance.id}.{port.name} cannot be resolved: it has neither a wire nor a value"
+                remedy = f"wire it, or write {{type: {str(port.type).partition(' ')[0]}, value: …}}"
+                findings.add("G213", message, instance.span, remedy, related=instance.entry.via)
                 continue
-            if instance.index in unknown or (instance.id, port.name) in wired:
-                unknown.add(instance.index)
-                continue
-            message = f"the type of {instance.id}.{port.name} cannot be resolved: it has neither a wire nor a value"
-            remedy = f"wire it, or write {{type: {str(port.type).partition(' ')[0]}, value: …}}"
-            findings.add("G213", message, instance.span, remedy, related=instance.entry.via)
+            unknown.add(instance.index)
     pending = list(unknown)
     while pending:
         for index in behind.pop(pending.pop(), ()):
@@ -241,7 +227,7 @@ def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) 
         open_type = port.type == types.ANY or (isinstance(port.type, UnionType) and wanted in port.type.alternatives)
         if not open_type or (name in known and not _restate(instance, port, wanted)):
             is_one = known.get(name, port.type)
-            raise ValueError(f"{port.name} would be {with_article(wanted)}, and is {with_article(is_one)}")
+            raise ValueError(f"{port.name} must be {with_article(wanted)}, but it is {with_article(is_one)}")
         instance.settled[name] = wanted
         changed = True
     return changed

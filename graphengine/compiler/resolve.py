@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from graphengine.compiler.every_gates import add_gates
-from graphengine.compiler.graph import Graph, Instance, Wire, find_port, literal_key, port_names
+from graphengine.compiler.graph import Graph, Instance, Wire, find_port, port_names
 from graphengine.compiler.literals import Override, check_required, set_literals, set_overrides, set_variables
 from graphengine.compiler.port_types import settle_types
 from graphengine.compiler.registry import Registry
@@ -110,16 +110,15 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
             continue
         (one, out), (other, into) = source, target
         wire = Wire(one.index, out.field, other.index, into.field, "", entry, order)
-        first = written.setdefault((one.index, out.field, other.index, into.field), wire)
+        first = written.setdefault(wire.ends, wire)
         if first is not wire:
             repeated.setdefault(first.order, (first, []))[1].append(entry)
             continue
         if out.is_exec != into.is_exec:
             what = "execution" if out.is_exec else f"a value ({brief(out.type)})"
             wants = "execution" if into.is_exec else f"a value ({brief(into.type)})"
-            findings.add(
-                "G206", f"{entry.source} carries {what}, {entry.target} takes {wants}", entry.span, related=entry.via
-            )
+            message = f"{entry.source} carries {what}, {entry.target} takes {wants}"
+            findings.add("G206", message, entry.span, related=entry.via)
         elif out.is_exec and out.side == "inputs":
             message = f"{entry.source} is an execution input; a wire begins at an output"
             findings.add("G205", message, entry.source.span, related=entry.via)
@@ -136,7 +135,7 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
             if into.field in other.literals and not isinstance(into.type, UnionType):
                 message = f"{entry.target} has a value and a wire; the wire wins"
                 remedy = f"wired from {entry.source}; remove the value, or the wire"
-                place = other.entry.key_span("inputs", literal_key(other, into))
+                place = other.entry.key_span("inputs", other.literal_key(into))
                 findings.add("W103", message, place, remedy, related=entry.via)
     _drop_repeated(graph, list(repeated.values()), findings)
 
@@ -181,14 +180,10 @@ def _end(
         rule = said or f"a wire {'begins at an output' if begins else 'ends at an input'}"
         other = known.get(wire.source.node)
         turned = not begins and other is not None and find_port(other.cls, wire.source.port, ["inputs"]) is not None
-        findings.add(
-            "G205",
-            f"{end} is an {wrong.side[:-1]}{', ' if said else '; '}{rule}",
-            end.span,
-            f"write {wire.target} -> {wire.source}" if turned else "",
-            f"leave out `{end.side}:`" if said else listing(names, f"{sides[0]} of {instance.cls.__name__}"),
-            related=via,
-        )
+        message = f"{end} is an {wrong.side[:-1]}{', ' if said else '; '}{rule}"
+        turn = f"write {wire.target} -> {wire.source}" if turned else ""
+        legal = f"leave out `{end.side}:`" if said else listing(names, f"{sides[0]} of {instance.cls.__name__}")
+        findings.add("G205", message, end.span, turn, legal, related=via)
     else:
         message = f"{instance.cls.__name__} has no {sides[0][:-1]} {end.port!r}"
         hint = findings.guess(end.port, names) or listing(names, sides[0])

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 import re
+from dataclasses import replace
 from typing import Any
 
 from graphengine.compiler.registry import Registry, short_names
@@ -81,15 +82,10 @@ def _value(port_type: PortType) -> dict[str, Any]:
     if port_type.base == "target":
         return {"type": ["string", "array"], "items": {"type": "string"}}
     if port_type.array:
-        inner = PortType(port_type.base, port_type.count, False, port_type.role)
-        return {"type": "array", "items": _or_parameter(_value(inner))}
+        return {"type": "array", "items": _or_parameter(_value(replace(port_type, array=False)))}
     if port_type.count > 1:
-        return {
-            "type": "array",
-            "items": _or_parameter(_value(PortType(port_type.base))),
-            "minItems": port_type.count,
-            "maxItems": port_type.count,
-        }
+        element, length = _or_parameter(_value(PortType(port_type.base))), port_type.count
+        return {"type": "array", "items": element, "minItems": length, "maxItems": length}
     if port_type.base == "bool":
         return {"type": "boolean"}
     if not port_type.is_number:

@@ -20,6 +20,8 @@ from graphengine.format.wording import listing
 
 MAX_SUBGRAPH_DEPTH = 16
 
+Side = Literal["inputs", "outputs"]
+
 _END = re.compile(
     r"(?P<node>[A-Za-z_][A-Za-z0-9_]*)\.(?:(?P<side>inputs|outputs|state):)?(?P<port>[A-Za-z_][A-Za-z0-9_:]*)\Z"
 )
@@ -108,7 +110,7 @@ class FlatGraph:
     """Ids of subgraphs that could not be opened; wires to them are no second mistake."""
     unread: int = 0
     """Connections that could not be read, or that lead to no port of a subgraph."""
-    declared: list[tuple[Literal["inputs", "outputs"], WireEnd]] = field(default_factory=list)
+    declared: list[tuple[Side, WireEnd]] = field(default_factory=list)
     """Of a file that is looked at alone: what the ports mean that it declares for a graph around it."""
 
     @property
@@ -139,18 +141,18 @@ def load_graph(
     document = library.read(path, findings)
     if document is None:
         return None
-    budget = Budget(document.key_span("graph"))
+    budget = Budget(document.key_span("graph"), findings)
     try:
         loaded = library.load(path, bindings, findings, use, budget)
         if loaded is None:
             return None
         flat = FlatGraph(loaded)
-        subgraphs = _Expansion(flat, library, budget, findings).add(loaded, "", (), (path.resolve(),), {})
-    except OverBudgetError as error:
-        findings.put(error.finding)
+        expansion = _Expansion(flat, library, budget, findings)
+        subgraphs = expansion.add(loaded, "", (), (path.resolve(),), {})
+    except OverBudgetError:
         return None
     if use is None:
-        flat.declared = list(_find_declared(loaded, subgraphs, findings))
+        flat.declared = list(expansion.find_declared(loaded, subgraphs))
     return flat
 
 
@@ -160,20 +162,6 @@ class _Subgraph:
 
     loaded: Loaded[GraphSpec]
     inner: dict[str, _Subgraph]
-
-
-def _find_declared(
-    loaded: Loaded[GraphSpec], subgraphs: Mapping[str, _Subgraph], findings: Findings
-) -> Iterator[tuple[Literal["inputs", "outputs"], WireEnd]]:
-    """The inner end of each declared port of a file, with the port's side."""
-    declared: dict[Literal["inputs", "outputs"], Mapping[str, str]]
-    declared = {"inputs": loaded.spec.inputs, "outputs": loaded.spec.outputs}
-    for side, ports in declared.items():
-        for port in ports:
-            end = _declared(loaded, side, port, "", loaded.document.span(side, port), findings)
-            inside = _lead_through(end, subgraphs, side, findings) if end is not None else None
-            if inside is not None:
-                yield side, inside
 
 
 _GivenByNode = Mapping[str, Mapping[str, Given]]
@@ -201,7 +189,9 @@ class _Expansion:
         for name, variable in loaded.spec.variables.items():
             self.flat.variables[prefix + name] = VariableEntry(variable, loaded.document, name)
         for name, spec in loaded.spec.nodes.items():
-            entry = _entry(prefix, name, spec, loaded.document, via, given.get(name, {}))
+            from_outside = given.get(name, {})
+            spec = _with_values(spec, from_outside) if from_outside else spec
+            entry = NodeEntry(prefix + name, spec, loaded.document, ("nodes", name), via, from_outside)
             if not spec.subgraph:
                 self.flat.nodes.append(entry)
                 continue
@@ -212,18 +202,27 @@ class _Expansion:
             else:
                 subgraphs[name] = subgraph
         for number, text in enumerate(loaded.spec.connections):
-            wire = _parse_wire(loaded.document, ("connections", number), text, self.findings)
-            if wire is None:
+            span = loaded.document.span("connections", number)
+            ends = self._parse_wire(loaded.document, number, text)
+            source = self._lead_through(ends[0], subgraphs, "outputs") if ends is not None else None
+            target = self._lead_through(ends[1], subgraphs, "inputs") if ends is not None else None
+            if source is None or target is None:
                 self.flat.unread += 1
                 continue
-            source, target, span = wire
-            outer = _lead_through(source, subgraphs, "outputs", self.findings)
-            inner = _lead_through(target, subgraphs, "inputs", self.findings)
-            if outer is None or inner is None:
-                self.flat.unread += 1
-                continue
-            self.flat.wires.append(WireEntry(_prefixed(prefix, outer), _prefixed(prefix, inner), span, via))
+            self.flat.wires.append(WireEntry(_prefixed(prefix, source), _prefixed(prefix, target), span, via))
         return subgraphs
+
+    def find_declared(
+        self, loaded: Loaded[GraphSpec], subgraphs: Mapping[str, _Subgraph]
+    ) -> Iterator[tuple[Side, WireEnd]]:
+        """The inner end of each declared port of a file, with the port's side."""
+        sides: tuple[Side, ...] = ("inputs", "outputs")
+        for side in sides:
+            for port in _declared_ports(loaded, side):
+                end = self._declared(loaded, side, port, "", loaded.document.span(side, port))
+                inside = self._lead_through(end, subgraphs, side) if end is not None else None
+                if inside is not None:
+                    yield side, inside
 
     def _add_subgraph(self, entry: NodeEntry, folder: Path, stack: tuple[Path, ...]) -> _Subgraph | None:
         """Expand the file that a node refers to; None after an error."""
@@ -247,96 +246,81 @@ class _Expansion:
         if inner is None:
             return None
         via = (*entry.via, (entry.key_span(), f"in subgraph {entry.id}"))
-        handed_on = _hand_on(entry, inner, self.findings)
+        handed_on = self._hand_on(entry, inner)
         return _Subgraph(inner, self.add(inner, f"{entry.id}/", via, (*stack, resolved), handed_on))
 
-
-def _entry(
-    prefix: str,
-    name: str,
-    spec: NodeSpec,
-    document: Document,
-    via: Via,
-    given: Mapping[str, Given],
-) -> NodeEntry:
-    """A node with its own values, without those given from outside."""
-    if given:
-        own = {port: value for port, value in spec.inputs.items() if port.removeprefix("inputs:") not in given}
-        spec = spec.model_copy(update={"inputs": own | {port: one.value for port, one in given.items()}})
-    return NodeEntry(prefix + name, spec, document, ("nodes", name), via, given)
-
-
-def _hand_on(entry: NodeEntry, inner: Loaded[GraphSpec], findings: Findings) -> _GivenByNode:
-    """The values of a subgraph's inputs, by the inner nodes of its declared ports."""
-    handed_on: dict[str, dict[str, Given]] = {}
-    for name, value in entry.spec.inputs.items():
-        end = _declared(
-            inner, "inputs", name.removeprefix("inputs:"), entry.id, entry.key_span("inputs", name), findings
-        )
-        if end is not None:
+    def _hand_on(self, entry: NodeEntry, inner: Loaded[GraphSpec]) -> _GivenByNode:
+        """The values of a subgraph's inputs, by the inner nodes of its declared ports."""
+        handed_on: dict[str, dict[str, Given]] = {}
+        for name, value in entry.spec.inputs.items():
             given = Given(value, entry.span("inputs", name), entry.key_span("inputs", name))
-            handed_on.setdefault(end.node, {})[end.port] = given
-    return handed_on
+            end = self._declared(inner, "inputs", name.removeprefix("inputs:"), entry.id, given.key_span)
+            if end is not None:
+                handed_on.setdefault(end.node, {})[end.port] = given
+        return handed_on
+
+    def _parse_wire(self, document: Document, number: int, text: str) -> list[WireEnd] | None:
+        """The two ends of a connection; None after an error."""
+        value = document.find("connections", number)
+        assert value is not None
+        legal = "write `Node.port -> Other.port`, as in `OnPlaybackTick.tick -> SubscribeTwist.execIn`"
+        source, *targets = re.split(r"\s*->\s*", text)
+        if len(targets) != 1:
+            arrows = f"a connection has one arrow, this one has {len(targets) or 'none'}"
+            self.findings.add("G202", arrows, value.span, legal)
+            return None
+        ends: list[WireEnd] = []
+        for part, offset in ((source, 0), (targets[0], text.rindex(targets[0]))):
+            span = value.span.part(offset, len(part)) if value.plain and value.span.length == len(text) else value.span
+            end = _read_end(part, span)
+            if end is None:
+                self.findings.add("G202", f"{part!r} is not `Node.port`", span, legal)
+                return None
+            ends.append(end)
+        return ends
+
+    def _declared(self, inner: Loaded[GraphSpec], side: Side, port: str, subgraph: str, span: Span) -> WireEnd | None:
+        """The inner port of a subgraph's declared port; None after an error."""
+        declared = _declared_ports(inner, side)
+        if port not in declared:
+            near = self.findings.guess(port, declared) or listing(declared, side)
+            self.findings.add("G204", f"subgraph {subgraph!r} has no {side[:-1]} {port!r}", span, near)
+            return None
+        place = inner.document.span(side, port)
+        end = _read_end(declared[port], place)
+        if end is None:
+            self.findings.add("G202", f"{declared[port]!r} is not `Node.port`", place)
+        return end
+
+    def _lead_through(self, end: WireEnd, subgraphs: Mapping[str, _Subgraph], side: Side) -> WireEnd | None:
+        """The innermost end of a wire to a subgraph's declared port; None after an error."""
+        subgraph = subgraphs.get(end.node)
+        if subgraph is None:
+            return end
+        declared = self._declared(subgraph.loaded, side, end.port, end.node, end.span)
+        inside = self._lead_through(declared, subgraph.inner, side) if declared is not None else None
+        if inside is None:
+            return None
+        via = ((end.span, f"in subgraph {end.node}"), *inside.via)
+        return replace(inside, node=f"{end.node}/{inside.node}", via=via)
+
+
+def _with_values(spec: NodeSpec, given: Mapping[str, Given]) -> NodeSpec:
+    """A node with values that are given from outside, in the place of its own."""
+    own = {port: value for port, value in spec.inputs.items() if port.removeprefix("inputs:") not in given}
+    return spec.model_copy(update={"inputs": own | {port: one.value for port, one in given.items()}})
+
+
+def _declared_ports(loaded: Loaded[GraphSpec], side: Side) -> Mapping[str, str]:
+    """The ports that a file declares for a graph around it, and the inner ports that they mean."""
+    return loaded.spec.outputs if side == "outputs" else loaded.spec.inputs
+
+
+def _read_end(text: str, span: Span) -> WireEnd | None:
+    """An end of a wire, written as `Node.port` or `Node.side:port`; None if it is neither."""
+    match = _END.match(text)
+    return WireEnd(match["node"], match["port"], match["side"] or "", span) if match is not None else None
 
 
 def _prefixed(prefix: str, end: WireEnd) -> WireEnd:
     return replace(end, node=prefix + end.node)
-
-
-def _parse_wire(
-    document: Document, location: Location, text: str, findings: Findings
-) -> tuple[WireEnd, WireEnd, Span] | None:
-    value = document.find(*location)
-    assert value is not None
-    parts = re.split(r"\s*->\s*", text)
-    ends: list[WireEnd] = []
-    offset = 0
-    for part in parts:
-        offset = text.index(part, offset) if part else offset
-        span = value.span.part(offset, len(part)) if value.plain and value.span.length == len(text) else value.span
-        offset += len(part)
-        match = _END.match(part)
-        if match is None or len(parts) != 2:
-            legal = "write `Node.port -> Other.port`, as in `OnPlaybackTick.tick -> SubscribeTwist.execIn`"
-            arrows = f"a connection has one arrow, this one {len(parts) - 1 or 'none'}"
-            what = f"{part!r} is not `Node.port`" if len(parts) == 2 else arrows
-            findings.add("G202", what, span if len(parts) == 2 else value.span, legal)
-            return None
-        ends.append(WireEnd(match["node"], match["port"], match["side"] or "", span))
-    return ends[0], ends[1], value.span
-
-
-def _declared(
-    inner: Loaded[GraphSpec],
-    side: Literal["inputs", "outputs"],
-    port: str,
-    subgraph: str,
-    span: Span,
-    findings: Findings,
-) -> WireEnd | None:
-    """The inner port of a subgraph's declared port; None after an error."""
-    declared = inner.spec.outputs if side == "outputs" else inner.spec.inputs
-    if port not in declared:
-        near = findings.guess(port, declared) or listing(declared, side)
-        findings.add("G204", f"subgraph {subgraph!r} has no {side[:-1]} {port!r}", span, near)
-        return None
-    place = inner.document.span(side, port)
-    match = _END.match(declared[port])
-    if match is None:
-        findings.add("G202", f"{declared[port]!r} is not `Node.port`", place)
-        return None
-    return WireEnd(match["node"], match["port"], match["side"] or "", place)
-
-
-def _lead_through(
-    end: WireEnd, subgraphs: Mapping[str, _Subgraph], side: Literal["inputs", "outputs"], findings: Findings
-) -> WireEnd | None:
-    """The innermost end of a wire to a subgraph's declared port."""
-    subgraph = subgraphs.get(end.node)
-    if subgraph is None:
-        return end
-    declared = _declared(subgraph.loaded, side, end.port, end.node, end.span, findings)
-    inside = _lead_through(declared, subgraph.inner, side, findings) if declared is not None else None
-    if inside is None:
-        return None
-    return replace(inside, node=f"{end.node}/{inside.node}", via=((end.span, f"in subgraph {end.node}"), *inside.via))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from graphengine.compiler.budget import Budget
-from graphengine.format.diagnostics import MAX_ERRORS, Findings, Span
+from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import MAX_BYTES, Document, Location, Value
 from graphengine.format.spec import FORMAT, GraphSpec
 from graphengine.format.spec_reader import Loaded, validate
@@ -92,7 +92,6 @@ class _Filler:
         self.texts = {name: str(value) for name, value in values.items() if value is not UNKNOWN}
         self.findings = findings
         self.budget = budget
-        self.unknown = 0
 
     def fill(self, value: Value, location: Location = ()) -> Any:
         """Plain data with `$(name)` replaced, except in keys, types and the parameters themselves.
@@ -146,8 +145,7 @@ class _Filler:
         return filled if known and self.budget.text <= MAX_BYTES else UNKNOWN
 
     def _tell_unknown(self, match: re.Match[str], value: Value) -> None:
-        self.unknown += 1
-        if self.unknown <= MAX_ERRORS:
+        if not self.findings.full:
             span = value.span.part(match.start(), len(match[0])) if value.plain else value.span
             near = self.findings.guess(match[1], self.values) or listing(self.values, "parameters")
             self.findings.add("G111", f"no parameter {match[1]!r}", span, near)

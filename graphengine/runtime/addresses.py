@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any
 
-from graphengine.compiler.graph import Instance, known_type, with_article
-from graphengine.compiler.literals import ends_with, no_node
+from graphengine.compiler.graph import settled_type, with_article
+from graphengine.compiler.literals import ends_with, no_node, no_port
 from graphengine.format.errors import UsageError
-from graphengine.format.wording import did_you_mean, listing, shown
+from graphengine.format.wording import listing, shown
 from graphengine.node import types
 from graphengine.node.node_class import Node
 from graphengine.node.port import Port, Side
@@ -54,7 +54,7 @@ class NodePort:
         for wire in graph.data_wires:
             if (wire.target, wire.target_field) == (self.index, self.port.field):
                 raise UsageError(f"{self.address} is wired: {wire}\n  only an input without a wire can be set")
-        wanted = known_type(graph.instances[self.index], self.port) or self.port.type
+        wanted = settled_type(graph.instances[self.index], self.port)
         try:
             if isinstance(wanted, types.UnionType):
                 return types.first_that_takes(value, wanted.alternatives)[1]
@@ -78,12 +78,8 @@ def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = S
     if not matching:
         paths = [known for known, _, _ in nodes]
         raise UsageError(f"{pattern}: {no_node(path, paths)}" if path else f"{pattern!r}: write NODE.PORT")
-    classes = list(dict.fromkeys(type(executor.nodes[index]) for _, executor, index in matching))
-    ports = [port.name for cls in classes for port in cls.fields.values() if port.side in sides and not port.is_exec]
-    who = f"{classes[0].__name__} has" if len(classes) == 1 else "the nodes that it matches have"
-    what = "input" if sides == ("inputs",) else "port with a value"
-    near = did_you_mean(name.rpartition(":")[2], ports) or listing(dict.fromkeys(ports), "ports")
-    raise UsageError(f"{pattern}: {who} no {what} {name!r}\n  {near}")
+    classes = (type(executor.nodes[index]) for _, executor, index in matching)
+    raise UsageError(f"{pattern}: {no_port(classes, name, sides)}")
 
 
 def find_port_at(runs: Iterable[GraphRun], address: str) -> NodePort:
@@ -104,8 +100,7 @@ def find_port_at(runs: Iterable[GraphRun], address: str) -> NodePort:
 def _nodes(runs: Iterable[GraphRun]) -> Iterator[tuple[str, Executor, int]]:
     """Every node of a file: its path, its executor, and its index there."""
     for run in runs:
-        instances: Sequence[Instance] = run.executor.graph.instances
-        for instance in instances:
+        for instance in run.executor.graph.instances:
             if not instance.part_of:
                 yield f"{run.name}/{instance.id}", run.executor, instance.index
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from graphengine.compiler.every_gates import EveryHz, rate
-from graphengine.compiler.graph import Graph, Instance, asking, refusal
+from graphengine.compiler.graph import Graph, Instance
 from graphengine.compiler.lint_registry import LINTS, LintContext
 from graphengine.compiler.subgraph_expansion import WireEntry
 from graphengine.devices.backend import World
@@ -98,7 +98,7 @@ def _dry_setup_graph(graph: Graph, services: Services, findings: Findings, *, pr
     for index, path, prim in run.contexts.asked():
         robot = services.stage.robot_of(prim)
         if robot is not None and not services.stage.is_literal(path, prim):
-            _, span = asking(graph.instances[index], path)
+            _, span = graph.instances[index].asking(path)
             below = prim.path.removeprefix(f"{robot.path}/")  # a fleet has one note, not one a robot
             findings.add("N105", f"the path leaves links out; the prim is {below} of its robot", span)
     if skipped:
@@ -127,7 +127,7 @@ def _follows(instance: Instance, error: GraphError) -> bool:
     """Whether the error of a faulty node follows from what was told; what is missing is empty."""
     if not isinstance(error, ContextError) or error.value == "":
         return True
-    return asking(instance, error.value)[0] in instance.refused
+    return instance.asking(error.value)[0] in instance.refused
 
 
 def _refused(graph: Graph) -> list[WireEntry]:
@@ -140,7 +140,7 @@ def explain(instance: Instance, error: GraphError) -> Finding:
     """A failed setup at the place of the input that asked for the impossible."""
     via = instance.entry.via
     if isinstance(error, ContextError):
-        return refusal(instance, error)
+        return instance.refusal(error)
     if isinstance(error.__cause__, ValueError):  # the node's own sentence about its inputs
         return Finding("G307", f"{instance.id}: {error.__cause__}", instance.span, related=via)
     cause, details = error.__cause__ or error, [line.strip() for line in str(error).split("\n")]
@@ -176,9 +176,9 @@ def lint_rates(graphs: Sequence[Graph], world: World, findings: Findings) -> Non
             most = rate(graph, gate.index, passes) or passes
             if not issubclass(gate.cls, EveryHz) or gate.value("hz") <= most:
                 continue
-            often = f"{gate.value('hz'):g} times a second, but at most {most:g} times are possible"
+            often = f"{gate.value('hz'):g} times a second, but can run at most {most:g} times"
             remedy = "leave `every` out, or raise `tick_rate` of the scene"
-            findings.add("W106", f"{gate.part_of} is to run {often}", gate.span, remedy, related=gate.entry.via)
+            findings.add("W106", f"{gate.part_of} should run {often}", gate.span, remedy, related=gate.entry.via)
 
 
 def _clock(graph: Graph, world: World) -> Clock:
@@ -212,15 +212,14 @@ def _check_places(context: LintContext) -> None:
             f"graph {name} of robot {robot} stands at {path}, which is not below {own}",
             document.span("at" if "at" in document.data else "graph"),
             f"write at: $(robot)/{'/'.join(path.split('/')[2:]) or name}, with parameters: {{robot: {{type: target}}}}",
-            "$(robot) is whichever robot uses the graph",
+            "$(robot) is the robot that uses the graph",
         )
 
 
 def _check_topic_types(context: LintContext) -> None:
     first: dict[tuple[int, str, bool], EndpointClaim] = {}
-    for claim in sorted(
-        context.claims, key=lambda c: c.direction in ("subscribe", "call")
-    ):  # publishers and servers first
+    users_last = sorted(context.claims, key=lambda claim: claim.direction in ("subscribe", "call"))
+    for claim in users_last:
         other = first.setdefault((claim.ros_context, claim.topic, claim.is_service), claim)
         if other.message_type != claim.message_type:
             message = f"{claim.topic} is {claim.message_type} here and {other.message_type} at {other.node}"
@@ -236,7 +235,7 @@ def _check_servers(context: LintContext) -> None:
         other = servers.setdefault((claim.ros_context, claim.topic), claim)
         if other is not claim:
             message = f"the service {claim.topic} is offered here and by {other.node}"
-            remedy = "a call is answered by one server; give one of them another name, or a nodeNamespace"
+            remedy = "a service has one server; rename one of the two, or set its nodeNamespace"
             context.disagree("G309", message, claim, other, remedy)
 
 

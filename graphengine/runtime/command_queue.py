@@ -61,7 +61,7 @@ class Desk:
                 if self._closed:
                     raise StateError(self._closed)
                 if self._arrived.qsize() >= MAX_WAITING:
-                    raise StateError(f"{MAX_WAITING} commands wait to be done; no more are taken")
+                    raise StateError(f"{MAX_WAITING} commands are waiting; no more are accepted")
                 self._arrived.put((action, answer))
         except UsageError as error:
             answer.set_exception(error)
@@ -91,7 +91,7 @@ class Desk:
             answer.set_exception(error)
         except Exception as error:  # an internal error; it must not end the run of the client that asked
             place = traceback.extract_tb(error.__traceback__)[-1]
-            text = f"what was asked for went wrong: {type(error).__name__}: {error}"
+            text = f"a request failed with an internal error: {type(error).__name__}: {error}"
             session.services.log("error", "", f"{text}\n  {place.filename}:{place.lineno}, in {place.name}")
             answer.set_exception(error)
         except BaseException as error:

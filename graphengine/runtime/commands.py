@@ -54,9 +54,13 @@ class Command(Spec):
 
     recorded: ClassVar[bool] = False
     """Whether it changes the simulation's course: recordings hold it, and replays, which take no other, repeat it."""
+    admitted: ClassVar[bool] = False
+    """Whether a session refuses it within a tick and after it failed."""
 
     def apply(self, session: SessionCore) -> Any:
         """Carry it out between two ticks; return a result that JSON can hold."""
+        if self.admitted:
+            session.admit()
         return self._apply(session)
 
     @abstractmethod
@@ -64,14 +68,10 @@ class Command(Spec):
 
 
 class _Change(Command):
-    """Something that a session refuses within a tick and after it failed."""
+    """A change of the world or of nodes, which records itself."""
 
     recorded = True
-
-    def apply(self, session: SessionCore) -> Any:
-        """Carry it out between two ticks; return a result that JSON can hold."""
-        session.admit()
-        return self._apply(session)
+    admitted = True
 
     def _record(self, session: SessionCore, **arguments: Any) -> None:
         """Record it as it was done, with arguments that do not depend on the state of the session."""
@@ -79,23 +79,23 @@ class _Change(Command):
 
 
 class Play(Command):
-    """Let ticks run, from time 0 after a stop."""
+    """Run ticks; after a stop, from time 0."""
 
     def _apply(self, session: SessionCore) -> None:
         session.play()
 
 
 class Pause(Command):
-    """Hold the time where it is; single ticks that are under way end."""
+    """Run no more ticks until `play`; single ticks that have not run yet are cancelled."""
 
     def _apply(self, session: SessionCore) -> None:
         if session.state == "stopped":
-            raise StateError("the session is stopped, at time 0; it can play, or do single ticks")
+            raise StateError("a stopped session cannot pause; let it play, or step it")
         session.pause()
 
 
 class Stop(Command):
-    """Everything as before the first tick, and no ticks until it plays again."""
+    """Return to time 0, with everything as before the first tick, and wait for `play` or `step`."""
 
     recorded = True
 
@@ -104,7 +104,7 @@ class Stop(Command):
 
 
 class Step(Command):
-    """Run some ticks of a session that does not play; it is done when they ran."""
+    """Run single ticks of a session that is paused or stopped; the command completes after the last of them."""
 
     ticks: int = Field(default=1, ge=1, le=MAX_TICKS)
 
@@ -113,7 +113,7 @@ class Step(Command):
 
 
 class Reset(Command):
-    """Begin anew and go on as before: the time, the state of the world, without the robots that came, or all of it."""
+    """Reset the time, reset the state of the world, remove spawned robots, or all three; then play or pause as before."""
 
     recorded = True
 
@@ -125,7 +125,7 @@ class Reset(Command):
 
 
 class Rate(Command):
-    """How fast simulation time passes: a factor of real time, or as fast as possible."""
+    """Set the speed of simulation time: a factor of real time, or as fast as possible."""
 
     factor: Annotated[Annotated[float, Field(ge=SLOWEST)] | None, BeforeValidator(_pace)] = Field(
         description="A factor of real time, or `realtime`, or `max`."
@@ -136,7 +136,7 @@ class Rate(Command):
 
 
 class Spawn(_Change):
-    """Put a robot into the scene; `use` is what a scene file would say about it."""
+    """Add a robot to the scene; `use` has the keys of a robot in a scene file."""
 
     name: EntityName
     use: RobotUse
@@ -158,16 +158,16 @@ class Delete(_Change):
 
 
 class Move(_Change):
-    """Put a robot or an object of the world somewhere else; its joints go on as they are, without a velocity it rests there."""
+    """Move a robot or an object of the world. Its joints keep their state; it is at rest unless a velocity is given."""
 
     entity: EntityName
     position: Annotated[tuple[float, ...], Field(strict=False)] | None = None
-    """Of a robot's base link, or of the object, in the world, m; of two numbers, the height stays as it is."""
+    """Position of the robot's base link, or of the object, in the world, m; x and y alone keep the height."""
     orientation: Orientation | None = None
     linear: Vector | None = None
-    """Velocity in the world, m/s."""
+    """Linear velocity in the world, m/s."""
     angular: Vector | None = None
-    """Velocity about the axes of the world, rad/s."""
+    """Angular velocity about the axes of the world, rad/s."""
 
     @model_validator(mode="after")
     def _something(self) -> Move:
@@ -205,17 +205,17 @@ def _overlaps(session: SessionCore, name: str) -> dict[str, Any]:
 
 
 class Push(_Change):
-    """Let a force, or an impulse spread over a time, act on a robot or an object from the next physics step on."""
+    """Apply a force, or an impulse spread over a duration, to a robot or an object from the next physics step on."""
 
     entity: EntityName
     force: Vector | None = None
-    """In the world, N."""
+    """Force in the world, N."""
     impulse: Vector | None = None
-    """In the world, N s."""
+    """Impulse in the world, N s."""
     duration: Positive | None = None
-    """In simulation time, s; one tick for an impulse without it."""
+    """Simulation time for which it acts, s; required for a force, one tick by default for an impulse."""
     at: Vector | None = None
-    """Where in the world, m; at the centre of mass if not given."""
+    """Point in the world at which it acts, m; by default the centre of mass."""
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Push:
@@ -234,12 +234,12 @@ class Push(_Change):
 
 
 class Set(_Change):
-    """Give inputs that no wire feeds another value, which they keep through `stop` and `reset`; all of them, or none."""
+    """Set unwired inputs to a value, which they keep through `stop` and `reset`. After an error no input has changed."""
 
     address: EntityName
     """`[robot/][graph/]Node.port`, globs allowed."""
     value: Any
-    """As a graph file would have it."""
+    """The value, written as in a graph file."""
 
     def _apply(self, session: SessionCore) -> None:
         ports = find_ports(session.graphs, self.address, ("inputs",))
@@ -254,10 +254,10 @@ class Set(_Change):
 
 
 class Impulse(_Change):
-    """Let an OnImpulseEvent fire in the next tick; several before one tick are one."""
+    """Fire an OnImpulseEvent in the next tick; several impulses before a tick count as one."""
 
     node: EntityName
-    """Its prim path, or as much of the end as no other has."""
+    """Prim path of the node, or an end of it that no other OnImpulseEvent has."""
 
     def _apply(self, session: SessionCore) -> None:
         path, queue = find_impulses(session.services.queues, self.node)
@@ -270,7 +270,7 @@ class _Keys(_Change):
     keys: Annotated[
         tuple[EntityName, ...], Field(strict=False, min_length=1, max_length=100), BeforeValidator(_several)
     ]
-    """By OmniGraph's names."""
+    """Names of keys, as in OmniGraph."""
 
 
 class Press(_Keys):
@@ -282,7 +282,7 @@ class Press(_Keys):
 
 
 class Release(_Keys):
-    """Let go of keys; one that was pressed since the last tick is down for one tick."""
+    """Release keys; a key that was pressed since the last tick stays down for one tick."""
 
     def _apply(self, session: SessionCore) -> None:
         session.services.keys.release(self.keys)
@@ -290,12 +290,12 @@ class Release(_Keys):
 
 
 class Checkpoint(Command):
-    """Keep a copy of the whole state of the session, to which `restore` goes back."""
+    """Save the whole state of the session, so that `restore` can return to it."""
 
     recorded = True
 
     name: Annotated[str, Field(max_length=1000)] = ""
-    """By which it is known; numbered if not given."""
+    """Name of the checkpoint; by default a numbered one."""
 
     def _apply(self, session: SessionCore) -> dict[str, Any]:
         made = session.checkpoint(self.name)
@@ -304,7 +304,7 @@ class Checkpoint(Command):
 
 
 class Restore(Command):
-    """Go back to a checkpoint; messages that have left the process are not taken back."""
+    """Return to a checkpoint; messages that have left the process are not recalled."""
 
     recorded = True
 
@@ -319,7 +319,7 @@ class Restore(Command):
 
 
 class State(Command):
-    """Tell how the session is."""
+    """Return the state of the session: its time, its rate, its robots and objects."""
 
     def _apply(self, session: SessionCore) -> dict[str, Any]:
         robots = list(session.services.stage.prims("robot"))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import traceback
+from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable
 from typing import Any
 
@@ -56,10 +58,8 @@ class Executor:
         self._functions = codegen.bind(
             self.plan, self.nodes, self._setup_again, self._active.setdefault, self._end_branch, caught, self._failed
         )
-        self._flags = [
-            *(f"s{data}" for data in self.plan.flagged),
-            *(f"l{index}" for index, _ in self.plan.root.pending),
-        ]
+        self._flags = [f"s{data}" for data in self.plan.flagged]
+        self._flags += [f"l{index}" for index, _ in self.plan.root.pending]
         self._pass: Callable[[], None] = self._functions["pass_"]
         self._set_pins()
 
@@ -124,11 +124,9 @@ class Executor:
             NodeError: a node's setup raised anything else.
         """
         constant = {refresh.node for refresh in self.plan.constants}
-        incoming: dict[int, list[Copy]] = {}
-        for copy in self._all_copies():
-            incoming.setdefault(copy.target, []).append(copy)
+        incoming = _by_target(self._all_copies())
         for index in self.plan.order:
-            self._apply(incoming.get(index, ()))
+            self._apply(incoming[index])
             try:
                 self._call(index, self._setup_node, index)
                 if index in constant:
@@ -143,12 +141,10 @@ class Executor:
 
     def _all_copies(self) -> Iterable[Copy]:
         """Every copy of the plan, once."""
-        copies = dict.fromkeys(self._constant_copies())
-        for region in self.plan.regions:
-            for call in region.calls:
-                copies |= dict.fromkeys(call.copies)
-                copies |= {copy: None for refresh in call.refreshes for copy in refresh.copies}
-        return copies
+        calls = [call for region in self.plan.regions for call in region.calls]
+        copies = [copy for call in calls for copy in call.copies]
+        copies += [copy for call in calls for refresh in call.refreshes for copy in refresh.copies]
+        return dict.fromkeys([*self._constant_copies(), *copies])
 
     def _constant_copies(self) -> Iterable[Copy]:
         """Every copy of a value that cannot change while the graph runs."""
@@ -168,10 +164,8 @@ class Executor:
         fields = [p.field for p in type(node).fields.values() if p.side == "outputs" and not p.is_exec]
         before = {field: getattr(node, field) for field in fields}
         node.setup(self._context_of(index))
-        after = {field: getattr(node, field) for field in fields}
-        self._outputs_of_setup.setdefault(index, {}).update(
-            (field, value) for field, value in after.items() if value is not before[field]
-        )
+        changed = [field for field in fields if getattr(node, field) is not before[field]]
+        self._outputs_of_setup.setdefault(index, {}).update((field, getattr(node, field)) for field in changed)
 
     def _setup_again(self, index: int) -> None:
         """Set up a node after an input that it reads in setup changed over a wire; until that succeeds it does not compute.
@@ -213,14 +207,12 @@ class Executor:
         """Set an input, then compute constants anew and set up nodes again, in schedule order, where that changes anything."""
         setattr(self.nodes[index], field, value)
         constant = {refresh.node for refresh in self.plan.constants}
-        incoming: dict[int, list[Copy]] = {}
-        for copy in self._constant_copies():
-            incoming.setdefault(copy.target, []).append(copy)
+        incoming = _by_target(self._constant_copies())
         for target in self.plan.order:
             node = self.nodes[target]
             read = [port.field for port in type(node).fields.values() if port.setup]
             before = {name: getattr(node, name) for name in read}
-            self._apply(incoming.get(target, ()))
+            self._apply(incoming[target])
             changed = any(not types.equal(before[name], getattr(node, name)) for name in read)
             if changed or (target == index and field in read):
                 self._call(target, self._setup_node, target)
@@ -320,12 +312,10 @@ class Executor:
 
     def _culprit(self, error: Exception) -> int | None:
         """The node whose line of the generated text an exception came through last."""
-        found, traceback, source = None, error.__traceback__, codegen.source_of(self.plan)
-        while traceback is not None:
-            if traceback.tb_frame.f_code.co_filename == source.name:
-                found = source.node_at(traceback.tb_lineno)
-            traceback = traceback.tb_next
-        return found
+        source = codegen.source_of(self.plan)
+        frames = traceback.walk_tb(error.__traceback__)
+        lines = [line for frame, line in frames if frame.f_code.co_filename == source.name]
+        return source.node_at(lines[-1]) if lines else None
 
     def _end_branch(self, index: int, error: Exception) -> None:
         """A node raised something that may end its branch only."""
@@ -364,6 +354,14 @@ class Executor:
             f"  {when}, in graph {self.graph.name}\n"
             f"  inputs: {shown or 'none'}"
         )
+
+
+def _by_target(copies: Iterable[Copy]) -> defaultdict[int, list[Copy]]:
+    """Copies into each node."""
+    incoming: defaultdict[int, list[Copy]] = defaultdict(list)
+    for copy in copies:
+        incoming[copy.target].append(copy)
+    return incoming
 
 
 def _short(value: Any) -> str:

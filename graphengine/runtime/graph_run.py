@@ -38,20 +38,12 @@ class GraphContexts:
         """The context of one node."""
         if index in self._contexts:
             self._contexts[index].close()
-        graph = self._graph
+        graph, clock = self._graph, self._clock
         instance = graph.instances[index]
-        context = Context(
-            self._services,
-            self._clock,
-            graph.name,
-            f"{graph.prim_path}/{instance.id}",
-            rate(graph, index, 1.0 / self._clock.delta),
-            visible(instance.id, self._variables),
-            graph.runs,
-            self._wired[index],
-            graph.prim_path,
-            instance.entry.document.path.parent,
-        )
+        path, folder = f"{graph.prim_path}/{instance.id}", instance.entry.document.path.parent
+        often, variables = rate(graph, index, 1.0 / clock.delta), visible(instance.id, self._variables)
+        wired, base = self._wired[index], graph.prim_path
+        context = Context(self._services, clock, graph.name, path, often, variables, graph.runs, wired, base, folder)
         self._contexts[index] = context
         return context
 
@@ -71,7 +63,7 @@ class GraphContexts:
             yield from ((index, path, prim) for path, prim in context.asked.items())
 
     def close(self) -> None:
-        """Close everything that was handed out; random numbers begin anew for whoever has a node's path next."""
+        """Close everything that was handed out; safe to call twice. Random numbers begin anew for the next node of a path."""
         for context in self._contexts.values():
             context.close()
             self._services.generators.pop(context.prim_path, None)
@@ -88,7 +80,7 @@ class SavedGraph:
     contexts: dict[int, Context]
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class GraphRun:
     """A graph that runs."""
 
@@ -126,10 +118,6 @@ class GraphRun:
         for index, context in self.contexts:
             for box, state in zip(context.mailboxes, saved.mailboxes.get(index, ()), strict=False):
                 box.restore(state)
-
-    def close(self) -> None:
-        """Close what its nodes hold; safe to call twice."""
-        self.contexts.close()
 
 
 def make_clock(world: World, *, on_step: bool = False) -> Clock:

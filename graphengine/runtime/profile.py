@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from graphengine.runtime.executor import Executor, Observed
+from graphengine.runtime.executor import Observed
 from graphengine.runtime.graph_run import GraphRun
 
 
@@ -70,17 +70,14 @@ class Profile:
         executor = run.executor
 
         def wrap(index: int, compute: Callable[[], Any]) -> Callable[[], Any]:
-            cls = executor.graph.instances[index].cls
+            instance = executor.graph.instances[index]
+            cls, path = instance.cls, f"{executor.graph.name}/{instance.id}"
+            node = self._nodes.setdefault(path, NodeProfile(path, cls.type_name))
             outputs = any(port.mask for port in cls.fields.values())
             always = outputs and cls.kind() in ("action", "event") and not cls.gated
-            return _timed(self._of(executor, index), compute, pusher=cls.kind() == "pusher", always=always)
+            return _timed(node, compute, pusher=cls.kind() == "pusher", always=always)
 
         return run, executor.observe(wrap)
-
-    def _of(self, executor: Executor, index: int) -> NodeProfile:
-        instance = executor.graph.instances[index]
-        path = f"{executor.graph.name}/{instance.id}"
-        return self._nodes.setdefault(path, NodeProfile(path, instance.cls.type_name))
 
 
 def _timed(node: NodeProfile, compute: Callable[[], Any], *, pusher: bool, always: bool) -> Callable[[], Any]:

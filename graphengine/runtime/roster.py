@@ -31,7 +31,7 @@ class Roster:
 
         Raises:
             UnknownEntityError: there is no such robot.
-            UsageError: a graph that is not its own reads something of it.
+            UsageError: a node of another graph uses the robot.
         """
         raise UnknownEntityError("a session without a scene has no robots")
 

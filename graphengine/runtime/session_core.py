@@ -259,7 +259,7 @@ class SessionCore:
 
     def _refuse_within_tick(self) -> None:
         if self._ticker.running:
-            raise UsageError("a session can be asked for this between two ticks only, as from `on_tick`")
+            raise UsageError("this is possible only between two ticks, for instance in `on_tick`")
 
     def admit(self) -> None:
         """Refuse a change within a tick, or of a session that failed.
@@ -349,7 +349,7 @@ class SessionCore:
             self.desk.close(self._failure or "the run has ended")
         self.held.clear()
         for run in self.graphs:
-            run.close()
+            run.contexts.close()
         self.services.network.close()
         self.services.world.close()
 

@@ -56,16 +56,15 @@ class Ticker:
                 runs[-1].executor.setup()
         except BaseException:
             for run in runs:
-                run.close()
+                run.contexts.close()
             raise
         self._set_graphs([*self.graphs, *runs])
 
     def remove(self, runs: Collection[GraphRun]) -> None:
         """Close graphs and run them no more."""
         for run in runs:
-            run.close()
-        gone = set(map(id, runs))
-        self._set_graphs([run for run in self.graphs if id(run) not in gone])
+            run.contexts.close()
+        self._set_graphs([run for run in self.graphs if run not in runs])
 
     def _set_graphs(self, runs: Sequence[GraphRun]) -> None:
         self.graphs = runs

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from graphengine.compiler.graph import Graph
-from graphengine.compiler.literals import Override, no_node
+from graphengine.compiler.literals import Override, no_node, no_port
 from graphengine.compiler.namespaces import write_namespaces
 from graphengine.compiler.planning import share_plans
 from graphengine.compiler.registry import default_registry
@@ -23,7 +23,6 @@ from graphengine.format.errors import NodeError, UsageError
 from graphengine.format.files import Files
 from graphengine.format.permissions import Permissions
 from graphengine.format.spec import SceneSpec
-from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import Network
 from graphengine.node.context.session_services import Services
 from graphengine.node.dropped_values import BadValues, DroppedValues
@@ -173,14 +172,9 @@ def _lint_idle_robots(scene: LoadedScene) -> None:
 def _unmatched(override: Override, graphs: Sequence[Graph]) -> str:
     """Which part of a `--set` names nothing, and what is near."""
     nodes = {f"{graph.name}/{instance.id}": instance for graph in graphs for instance in graph.instances}
-    meant = list(dict.fromkeys(instance.cls for path, instance in nodes.items() if override.matches(path)))
-    if meant:
-        ports = [port for cls in meant for port in cls.fields.values() if port.side == "inputs" and not port.is_exec]
-        names = list(dict.fromkeys(port.name for port in ports))
-        near = did_you_mean(override.port, names) or listing(names, "inputs")
-        who = f"{meant[0].__name__} has no input" if len(meant) == 1 else "no node that it matches has an input"
-        return f"--set {override.text}: {who} {override.port!r}\n  {near}"
-    return f"--set {override.text}: {no_node(override.target, nodes)}"
+    meant = [instance.cls for path, instance in nodes.items() if override.matches(path)]
+    wrong = no_port(meant, override.port) if meant else no_node(override.target, nodes)
+    return f"--set {override.text}: {wrong}"
 
 
 def start(

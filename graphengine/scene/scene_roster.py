@@ -93,7 +93,7 @@ class SceneRoster(Roster):
 
         Raises:
             UnknownEntityError: there is no such robot.
-            UsageError: a graph that is not its own reads something of it.
+            UsageError: a node of another graph uses the robot.
         """
         if name not in self._robots:
             raise UnknownEntityError(unknown("robot", name, self._robots))
@@ -102,7 +102,7 @@ class SceneRoster(Roster):
         for run in graphs:
             reader = None if run in own else run.contexts.bound(self._robots[name].prim_path)
             if reader is not None:
-                raise UsageError(f"{name} cannot be removed: {reader} of graph {run.name} reads something of it")
+                raise UsageError(f"{name} cannot be removed: {reader} of graph {run.name} uses it")
         return own
 
     def save(self) -> Sequence[tuple[RobotInstance, bool]]:

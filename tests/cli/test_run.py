@@ -189,7 +189,7 @@ def test_set_takes_values_as_yaml_has_them(graphrun: Graphrun) -> None:
         ("left/right/Wheel.wheelRadius=1", "no node 'left/right/Wheel'", "nodes: cmd_vel/OnPlaybackTick, "),
         ("Arm*.wheelRadius=1", "no node 'Arm*'", "nodes: OnPlaybackTick, Context, "),
         ("Diff*.wheelRadus=1", "DifferentialController has no input 'wheelRadus'", "did you mean 'wheelRadius'?"),
-        ("*.wheelRadus=1", "no node that it matches has an input 'wheelRadus'", "did you mean 'wheelRadius'?"),
+        ("*.wheelRadus=1", "the nodes that it matches have no input 'wheelRadus'", "did you mean 'wheelRadius'?"),
         ("*Twist.speed=1", "ROS2SubscribeTwist has no input 'speed'", "inputs: context, nodeNamespace, "),
         ("wheelRadius=1", "write NODE.PORT=VALUE", ""),
         ("Diff.wheelRadius", "write NODE.PORT=VALUE", ""),

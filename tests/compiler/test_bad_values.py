@@ -28,25 +28,6 @@ def counts(run: Bench | Play) -> dict[str, int]:
     return {path.rpartition("/")[2]: ticks for path, ticks in run.services.dropped.ticks.items()}
 
 
-def test_the_branch_of_an_action_ends_for_the_tick_and_the_output_stays(bench: MakeBench) -> None:
-    run = bench(BRANCH)
-    assert run.ticks(3) == [["Below 0", "Beside 1"], ["Beside 1"], ["Below 0", "Beside 3"]]
-    assert counts(run) == {"Refuses": 1}
-
-
-def test_the_consumers_of_a_data_node_run_with_its_last_output(bench: MakeBench) -> None:
-    run = bench("""
-        nodes: {Tick: Tick, Inverse: RefusesZero, Minus: {type: Add, inputs: {b: -2.0}}, Show: Do}
-        connections:
-          - Tick.tick -> Show.execIn
-          - Tick.number -> Minus.a
-          - Minus.sum -> Inverse.value
-          - Inverse.result -> Show.a
-    """)
-    assert run.ticks(3) == [["Show -1"], ["Show -1"], ["Show 1"]]
-    assert counts(run) == {"Inverse": 1}
-
-
 def test_a_literal_is_a_fault(bench: MakeBench) -> None:
     run = bench(BRANCH.replace("      - Tick.number -> Refuses.value\n", "").replace("bad: 2.0", "bad: 0.0"))
     with pytest.raises(NodeError, match=r"node Refuses .* raised BadValueError: value cannot be 0.0"):
@@ -111,19 +92,6 @@ def test_one_warning_and_then_one_at_each_doubling(bench: MakeBench) -> None:
     assert run.journal.logged == [f"{severity}: {node}: {text}" for severity, node, text in said]
 
 
-def test_several_in_one_tick_count_once(bench: MakeBench) -> None:
-    run = bench("""
-        nodes: {Tick: Tick, ForLoop: ForLoop, Refuses: {type: Refuses, inputs: {from: 1.0}}, End: Do}
-        connections:
-          - Tick.tick -> ForLoop.execIn
-          - ForLoop.loopBody -> Refuses.execIn
-          - ForLoop.index -> Refuses.value
-          - ForLoop.finished -> End.execIn
-    """)
-    assert run.ticks(2) == [["End 0"], ["End 0"]]
-    assert counts(run) == {"Refuses": 2}
-
-
 NAMES_TOPICS = """
     nodes: {Tick: Tick, Spell: Spell, Announce: {type: Announces, inputs: {forbidden: t2}}, After: Do}
     connections:
@@ -140,19 +108,6 @@ def test_a_name_over_a_wire_that_setup_refuses_is_dropped(bench: MakeBench) -> N
     assert run.ticks(3) == [["Announce sends on t1", "After 0"], [], ["Announce sends on t3", "After 0"]]
     assert counts(run) == {"Announce": 1}
     assert "topic cannot be 't2': no such topic" in run.journal.logged[0]
-
-
-def test_a_node_that_could_not_be_set_up_does_not_compute_until_it_is(bench: MakeBench) -> None:
-    run = bench(NAMES_TOPICS)
-    run.tick()
-    run.journal.read()
-    run["Spell"].step = 0  # the same word from now on
-    run["Announce"].forbidden = "t1"
-    run["Announce"].topic = "other"
-    assert run.ticks(3) == [[], [], []]
-    run["Announce"].forbidden = ""
-    assert run.tick() == ["Announce sends on t1", "After 0"]
-    assert counts(run) == {"Announce": 3}
 
 
 def test_a_session_of_several_graphs_goes_on_in_all_of_them(play: MakePlay) -> None:

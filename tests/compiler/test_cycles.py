@@ -2,106 +2,73 @@
 
 from __future__ import annotations
 
-from graphengine.format.diagnostics import Finding, Findings
+import pytest
+
+from graphengine.format.diagnostics import Findings
 from tests.compiler.conftest import MakeBench, MakeFile
 from tests.compiler.harness import planned
 
+DATA, EXECUTION = ("G209", "data nodes wait for each other: "), ("G210", "execution runs in a circle: ")
 
-def only_error(file: MakeFile, text: str) -> Finding:
+
+@pytest.mark.parametrize(
+    ("told", "path", "nodes", "circle", "others"),
+    [
+        (
+            DATA,
+            "A -> B -> C -> A",
+            "A: Add, B: Add, C: Add, Show: Do",
+            ["A.sum -> B.a", "B.sum -> C.a", "C.sum -> A.a"],
+            ["Tick.tick -> Show.execIn", "C.sum -> Show.a"],
+        ),
+        (DATA, "A -> A", "A: Add", ["A.sum -> A.a"], []),
+        (DATA, "A -> A", "A: Add, B: Constant", ["B.value -> A.a"], ["A.sum -> B.value"]),  # through an input
+        (
+            EXECUTION,
+            "A -> B -> A",
+            "A: Do, B: Do",
+            ["A.execOut -> B.execIn", "B.execOut -> A.execIn"],
+            ["Tick.tick -> A.execIn"],
+        ),
+        (EXECUTION, "A -> A", "A: Do", ["A.execOut -> A.execIn"], []),
+        (
+            EXECUTION,
+            "ForLoop -> A -> ForLoop",
+            "ForLoop: ForLoop, A: Do",
+            ["ForLoop.loopBody -> A.execIn", "A.execOut -> ForLoop.execIn"],
+            ["Tick.tick -> ForLoop.execIn"],
+        ),
+    ],
+)
+def test_r5_r6_a_cycle_is_an_error_printed_whole_with_its_lines(
+    file: MakeFile, told: tuple[str, str], path: str, nodes: str, circle: list[str], others: list[str]
+) -> None:
+    wires = "".join(f"  - {wire}\n" for wire in (*circle, *others))
     findings = Findings()
-    assert planned(file(text), findings) is None
+    assert planned(file(f"graph: g\nnodes: {{Tick: Tick, {nodes}}}\nconnections:\n{wires}"), findings) is None
     (found,) = findings.items
-    return found
+    code, words = told
+    assert (found.code, found.message) == (code, words + path)
+    assert [(span.line, label) for span, label in found.related] == list(enumerate(circle, 4))
+    remedies = {"G209": "a node that has an execution input", "G210": "a Delay, or a control pin"}
+    assert found.help == (f"break it with {remedies[code]}",)
 
 
-def test_r5_a_cycle_of_data_nodes_is_an_error_printed_whole_with_its_lines(file: MakeFile) -> None:
-    found = only_error(
-        file,
-        """
-        nodes: {Tick: Tick, A: Add, B: Add, C: Add, Show: Do}
-        connections:
-          - Tick.tick -> Show.execIn
-          - A.sum -> B.a
-          - B.sum -> C.a
-          - C.sum -> A.a
-          - C.sum -> Show.a
-        """,
-    )
-    assert (found.code, found.message) == ("G209", "data nodes wait for each other: A -> B -> C -> A")
-    assert [(span.line, label) for span, label in found.related] == [
-        (5, "A.sum -> B.a"),
-        (6, "B.sum -> C.a"),
-        (7, "C.sum -> A.a"),
-    ]
-
-
-def test_r5_a_data_node_that_waits_for_itself_is_an_error(file: MakeFile) -> None:
-    found = only_error(file, "{nodes: {A: Add}, connections: [A.sum -> A.a], graph: g}")
-    assert (found.code, found.message) == ("G209", "data nodes wait for each other: A -> A")
-
-
-def test_r5_a_cycle_through_an_input_that_hands_on_is_a_cycle(file: MakeFile) -> None:
-    found = only_error(
-        file,
-        """
-        nodes: {A: Add, B: Constant}
-        connections:
-          - A.sum -> B.value
-          - B.value -> A.a
-        """,
-    )
-    assert found.code == "G209"
-
-
-def test_r6_a_cycle_of_execution_is_an_error_printed_whole_with_its_lines(file: MakeFile) -> None:
-    found = only_error(
-        file,
-        """
-        nodes: {Tick: Tick, A: Do, B: Do}
-        connections:
-          - Tick.tick -> A.execIn
-          - A.execOut -> B.execIn
-          - B.execOut -> A.execIn
-        """,
-    )
-    assert (found.code, found.message) == ("G210", "execution runs in a circle: A -> B -> A")
-    assert [span.line for span, _ in found.related] == [5, 6]
-    assert found.help == ("break it with a Delay, or a control pin",)
-
-
-def test_r6_a_node_that_fires_itself_is_an_error(file: MakeFile) -> None:
-    found = only_error(file, "{nodes: {A: Do}, connections: [A.execOut -> A.execIn], graph: g}")
-    assert (found.code, found.message) == ("G210", "execution runs in a circle: A -> A")
-
-
-def test_r6_a_cycle_through_a_pusher_is_an_error(file: MakeFile) -> None:
-    found = only_error(
-        file,
-        """
-        nodes: {Tick: Tick, ForLoop: ForLoop, A: Do}
-        connections:
-          - Tick.tick -> ForLoop.execIn
-          - ForLoop.loopBody -> A.execIn
-          - A.execOut -> ForLoop.execIn
-        """,
-    )
-    assert found.code == "G210"
-
-
-def test_two_cycles_are_two_findings(file: MakeFile) -> None:
+@pytest.mark.parametrize(
+    ("nodes", "wires", "codes"),
+    [
+        (
+            "A: Do, B: Do, C: Do, D: Do",
+            ["A.execOut -> B.execIn", "B.execOut -> A.execIn", "C.execOut -> D.execIn", "D.execOut -> C.execIn"],
+            ["G210", "G210"],
+        ),
+        ("A: Add, B: Do", ["A.sum -> A.a", "B.execOut -> B.execIn"], ["G209", "G210"]),
+    ],
+)
+def test_each_cycle_is_a_finding(file: MakeFile, nodes: str, wires: list[str], codes: list[str]) -> None:
     findings = Findings()
-    path = file(
-        """
-        nodes: {A: Do, B: Do, C: Do, D: Do}
-        connections:
-          - A.execOut -> B.execIn
-          - B.execOut -> A.execIn
-          - C.execOut -> D.execIn
-          - D.execOut -> C.execIn
-        """
-    )
-    assert planned(path, findings) is None
-    assert [found.code for found in findings.items] == ["G210", "G210"]
+    assert planned(file(f"nodes: {{{nodes}}}\nconnections: [{', '.join(wires)}]"), findings) is None
+    assert sorted(found.code for found in findings.items) == codes
 
 
 def test_r12_a_cycle_through_a_latent_node_is_none(bench: MakeBench) -> None:

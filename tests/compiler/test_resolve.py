@@ -136,6 +136,19 @@ def test_a_wire_into_a_settled_port_is_converted(bench: MakeBench) -> None:
     assert run.tick() == ["Show 1.5"]
 
 
+def test_a_wire_from_a_wired_input_carries_the_converted_value(bench: MakeBench) -> None:
+    run = bench("""
+        nodes: {Tick: Tick, Whole: {type: Whole, inputs: {value: 3}}, Middle: Do, Show: Show}
+        connections:
+          - Tick.tick -> Middle.execIn
+          - Tick.tick -> Show.execIn
+          - Whole.out -> Middle.a
+          - Middle.inputs:a -> Show.value
+    """)
+    run.tick()
+    assert isinstance(run["Show"].value, float)
+
+
 def test_a_node_is_told_what_its_ports_were_settled_to_and_its_outputs_start_at_the_zero_of_it(file: MakeFile) -> None:
     graph, _ = resolve(file, "{graph: g, nodes: {V: Vectors, M: {type: Multiply, inputs: {a: {type: int, value: 2}}}}}")
     node: Any = graph.by_id("M").make_node()

@@ -84,7 +84,7 @@ def test_a_mistake_in_what_answers_leaves_the_run_going_and_is_told(ticking: Mak
     assert run.error is None
     (entry,) = told
     assert entry[:2] == ("error", "")
-    assert entry[2].startswith("what was asked for went wrong: KeyError: 'left out'")
+    assert entry[2].startswith("a request failed with an internal error: KeyError: 'left out'")
     assert "test_desk.py" in entry[2]
 
 
@@ -98,7 +98,7 @@ def test_what_was_cancelled_in_time_is_not_done(ticking: MakeTicking) -> None:
 def test_more_than_can_wait_are_refused() -> None:
     desk = Desk()
     waiting = [desk.submit("play") for _ in range(MAX_WAITING)]
-    with pytest.raises(StateError, match="no more are taken"):
+    with pytest.raises(StateError, match="no more are accepted"):
         desk.submit("play").result(0)
     assert not any(answer.done() for answer in waiting)
 

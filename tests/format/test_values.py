@@ -9,7 +9,7 @@ import pytest
 from graphengine.nodes.data.construction import ARRAY_TYPES
 from graphengine.scene import build
 
-ONE_TYPE = ": a variable is of one type, such as double or token, and not"
+ONE_TYPE = ": a variable has a single type, such as double or token, got"
 TICK = "graph: g\nnodes:\n  Tick: OnPlaybackTick\n"
 
 
@@ -32,10 +32,10 @@ def first(folder: Path, text: str) -> tuple[str, str, tuple[str, ...]]:
         ("{type: token, default: 3}", " is a token: expected text, got 3", "3"),
         ("{type: double, default: fast}", " is a double: expected a number, got 'fast'", "fast"),
         ("{type: duble}", ": 'duble' is not a port type", "duble"),
-        ("{type: execution}", f"{ONE_TYPE} an execution", "execution"),
-        ("{type: any, default: 1}", f"{ONE_TYPE} an any", "any"),
-        ("{type: bundle}", f"{ONE_TYPE} a bundle", "bundle"),
-        ("{type: int|double}", f"{ONE_TYPE} an int | double", "int|double"),
+        ("{type: execution}", f"{ONE_TYPE} execution", "execution"),
+        ("{type: any, default: 1}", f"{ONE_TYPE} any", "any"),
+        ("{type: bundle}", f"{ONE_TYPE} bundle", "bundle"),
+        ("{type: int|double}", f"{ONE_TYPE} int | double", "int|double"),
     ],
 )
 def test_a_variable_that_makes_no_sense(variable: str, message: str, marked: str, tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ def the_mistake(folder: Path, nodes: str, wires: str = "") -> Finding:
         ("{type: omni.graph.action.ForEach, inputs: {arrayIn: 3}}", "expected a list, got 3", "write [3]"),
         (
             "{type: omni.graph.nodes.Modulo, inputs: {a: [1], b: 1}}",
-            "none of these takes it, got a list",
+            "none of these types fits, got a list",
             "write {type",
         ),
     ],

@@ -84,7 +84,7 @@ def test_a_literal_is_of_the_type_of_the_variable(
 
 
 def test_a_literal_that_is_not_of_the_type_of_the_variable_is_refused(play: Player) -> None:
-    with pytest.raises(CheckError, match="Write: value would be an int, and is a token"):
+    with pytest.raises(CheckError, match="Write: value must be an int, but it is a token"):
         play.graph(COUNTING.format(type="int", default="1", value="fast"))
 
 

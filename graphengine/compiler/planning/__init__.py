@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from graphengine.compiler.graph import Graph
@@ -62,9 +61,7 @@ def make_plan(graph: Graph, findings: Findings) -> Plan | None:
     """
     if graph.flat.spec.evaluator == "push":
         pushed = PushGraph(graph, findings)
-        return (
-            _plan(pushed, [pushed.region()], pushed.order, dict.fromkeys(pushed.order, ())) if pushed.acyclic else None
-        )
+        return _plan(pushed, [pushed.region()], pushed.order) if pushed.acyclic else None
     regions = RegionGraph(graph, findings)
     if not regions.acyclic:
         return None
@@ -74,9 +71,7 @@ def make_plan(graph: Graph, findings: Findings) -> Plan | None:
     while count != len(regions.flagged):  # a data node that needs a flag changes what other steps must do
         count = len(regions.flagged)
         written = [RegionWriter(regions, index).write() for index in range(len(regions.members))]
-    plan = _plan(regions, written, _executed(regions), regions.gates)
-    marks = {i: regions.marks(i) for i, kind in enumerate(regions.kinds) if kind == "latent"}
-    return replace(plan, flagged=tuple(sorted(regions.flagged)), latent_marks=marks)
+    return _plan(regions, written, _executed(regions))
 
 
 def _executed(regions: RegionGraph) -> Iterable[int]:
@@ -87,14 +82,13 @@ def _executed(regions: RegionGraph) -> Iterable[int]:
         index = pending.pop()
         if index not in executed:
             executed[index] = None
-            below = [regions.pin_region.get((index, port), -1) for port in regions.exec_outputs(index)]
+            ports = regions.exec_ports(index, "outputs")
+            below = [regions.pin_region.get((index, port.field), -1) for port in ports]
             pending += [n for region in reversed(below) if region >= 0 for n in reversed(regions.members[region])]
     return executed
 
 
-def _plan(
-    graph: DependencyGraph, regions: Sequence[Region], executed: Iterable[int], gates: Mapping[int, tuple[int, ...]]
-) -> Plan:
+def _plan(graph: DependencyGraph, regions: Sequence[Region], executed: Iterable[int]) -> Plan:
     """A plan with the order of setup, and with what is constant."""
     order: dict[int, None] = {}
     for index in executed:
@@ -104,13 +98,15 @@ def _plan(
     ordered = tuple(dict.fromkeys([*constants, *order]))
     early = set[int]()
     for wire in (wire for index in order for wire in graph.data_in.get(index, [])):
-        if graph.node(wire.target).cls.fields[wire.target_field].setup and wire.source in graph.data_rank:
+        if graph.graph.target(wire)[1].setup and wire.source in graph.data_rank:
             early |= {*graph.data_needs(wire.source), wire.source} - graph.constant
     return Plan(
         Path(graph.graph.flat.loaded.document.source.path),
         tuple(instance.id for instance in graph.graph.instances),
         tuple(regions),
-        gates,
+        graph.gates,
+        flagged=tuple(sorted(graph.flagged)),
+        latent_marks={index: graph.marks(index) for index, kind in enumerate(graph.kinds) if kind == "latent"},
         constants=tuple(Refresh(data, graph.copies(data, constant=None)) for data in constants),
         constant_copies=tuple(copy for index in ordered for copy in graph.copies(index, constant=True)),
         order=ordered,

@@ -15,11 +15,13 @@ class DependencyGraph(WiredGraph):
 
     Attributes:
         flagged: data nodes with a run-time flag that says whether they are stale; grows while calls are written.
+        gates: of nodes that run in every pass but for gates that they are behind, these gates.
     """
 
     def __init__(self, graph: Graph, findings: Findings) -> None:
         super().__init__(graph, findings)
         self.flagged: set[int] = set()
+        self.gates: dict[int, tuple[int, ...]] = {}
         self._upstream: dict[int, list[int]] = {}
         self._find_dependencies()
 
@@ -41,13 +43,10 @@ class DependencyGraph(WiredGraph):
             written: set[int] = set()
             if instance.cls.volatile:
                 self.volatile.add(index)
-                written.update(*(writers.get(key, ()) for key in self.node(index).reads))
+                written.update(*(writers.get(key, ()) for key in instance.reads))
             for source in self._sources_of_value(index):
-                if self.kinds[source] != "data":
-                    shows.add(source)
-                    continue
-                shows |= self.shows[source]
-                written |= self.depends[source]
+                shows |= self.shows[source] if self.kinds[source] == "data" else {source}
+                written |= self.depends.get(source, set())
                 if source in self.volatile:
                     self.volatile.add(index)
             self.shows[index], self.depends[index] = shows, shows | written
@@ -83,24 +82,18 @@ class DependencyGraph(WiredGraph):
         """Data nodes with a run-time flag that become stale when a node has computed."""
         return tuple(data for data in self.dependents.get(index, ()) if data in self.flagged)
 
-    def copies(self, index: int, *, constant: bool | None) -> tuple[Copy, ...]:
-        """Copies into a node: from constants only, from what changes only, or all."""
+    def copies(self, index: int, *, constant: bool | None = False) -> tuple[Copy, ...]:
+        """Copies into a node: those made whenever it runs, those of constants, or with None all of them."""
         copies = []
         for wire in self.data_in.get(index, []):
             fixed = self.reads_input(wire) or wire.source in self.constant
             if constant is None or fixed == constant:
-                setup = self.node(index).cls.fields[wire.target_field].setup
-                copies.append(
-                    Copy(wire.source, wire.source_field, index, wire.target_field, wire.converter, setup and not fixed)
-                )
+                setup = self.graph.target(wire)[1].setup and not fixed
+                copies.append(Copy(wire.source, wire.source_field, index, wire.target_field, wire.converter, setup))
         return tuple(copies)
 
     def report_previous(self, wire: Wire, source: int, why: str, remedy: str) -> None:
         """Tell of a wire that hands on what its source put out in the pass before."""
-        message = f"{wire.entry.target} reads the value that {self.node(source).id} had before this pass: {why}"
-        either = f"if that is meant, leave it; else {remedy}"
+        message = f"{wire.entry.target} reads the value that {self.node(source).id} had before this pass, because {why}"
+        either = f"if this is intended, ignore the warning; otherwise {remedy}"
         self.findings.add("W104", message, wire.span, either, related=wire.entry.via)
-
-    def changing_copies(self, index: int) -> tuple[Copy, ...]:
-        """Copies that are made whenever the node runs."""
-        return self.copies(index, constant=False)

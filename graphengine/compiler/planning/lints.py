@@ -16,19 +16,17 @@ def lint_reads_and_writes(regions: RegionGraph) -> None:
             writers.setdefault(name, []).append(index)
     if not writers:
         return
-    for instance in regions.graph.instances:
+    for instance in (instance for instance in regions.graph.instances if instance.reads):
+        data = regions.kinds[instance.index] == "data"
+        readers = running.intersection(_consumers(regions, instance.index) if data else [instance.index])
         for name in instance.reads:
-            readers = (
-                [instance.index] if regions.kinds[instance.index] != "data" else _consumers(regions, instance.index)
-            )
-            for reader in (reader for reader in readers if reader in running):
-                for writer in writers.get(name, []):
-                    if _in_stated_order(regions, reader, writer):
-                        continue
-                    one, other, what = regions.node(reader), regions.node(writer), name.replace(":", " ")
-                    message = f"{one.id} reads and {other.id} writes {what}, in no stated order"
-                    related = [(other.span, "written here"), *one.entry.via]
-                    regions.findings.add("W105", message, one.span, "order them with a Multisequence", related=related)
+            for reader, writer in itertools.product(sorted(readers), writers.get(name, [])):
+                if _in_stated_order(regions, reader, writer):
+                    continue
+                one, other, what = regions.node(reader), regions.node(writer), name.replace(":", " ")
+                message = f"{one.id} reads and {other.id} writes {what}, in no stated order"
+                related = [(other.span, "written here"), *one.entry.via]
+                regions.findings.add("W105", message, one.span, "order them with a Multisequence", related=related)
 
 
 def _in_stated_order(regions: RegionGraph, one: int, other: int) -> bool:

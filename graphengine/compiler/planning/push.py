@@ -8,7 +8,7 @@ starts anew in every pass.
 from __future__ import annotations
 
 from graphengine.compiler.digraph import Digraph
-from graphengine.compiler.graph import Graph, Wire
+from graphengine.compiler.graph import Graph
 from graphengine.compiler.plan import Call, Region
 from graphengine.compiler.planning.dependencies import DependencyGraph
 from graphengine.format.diagnostics import Findings
@@ -34,19 +34,13 @@ class PushGraph(DependencyGraph):
         plain = [(wire.source, wire.target) for wire in wires if {wire.source, wire.target} <= pure]
         order = Digraph(self.execution.successors, [*self.execution.edges(), *plain])
         others = [wire for wire in sorted(wires, key=lambda wire: wire.order) if not {wire.source, wire.target} <= pure]
-        tentative = Digraph(order.successors, [*order.edges(), *((wire.source, wire.target) for wire in others)])
-        knot = {n: number for number, part in enumerate(tentative.components()) for n in part}
+        refused = order.add_where_acyclic([(wire.source, wire.target) for wire in others])
         for wire in others:
-            if knot[wire.source] == knot[wire.target] and order.has_path(wire.target, wire.source):
-                if wire.source != wire.target:
-                    self._report_previous(wire)
-            else:
-                order.add_edge(wire.source, wire.target)
+            if (wire.source, wire.target) in refused and wire.source != wire.target:
+                why = f"other wires order {self.node(wire.target).id} before {self.node(wire.source).id}"
+                self.report_previous(wire, wire.source, why, "remove one of the wires")
         self.order = order.sort(key=int)
-
-    def _report_previous(self, wire: Wire) -> None:
-        why = f"other wires order {self.node(wire.target).id} before it"
-        self.report_previous(wire, wire.source, why, "take out one of the wires")
+        self.gates = dict.fromkeys(self.order, ())
 
     def region(self) -> Region:
         """The only region, with a call of each node that can change."""
@@ -55,4 +49,4 @@ class PushGraph(DependencyGraph):
 
     def _call(self, index: int) -> Call:
         gated = self.node(index).cls.gated
-        return Call(index, self.kinds[index], "", (), self.changing_copies(index), gated, (), (), ())
+        return Call(index, self.kinds[index], "", (), self.copies(index), gated, (), (), ())

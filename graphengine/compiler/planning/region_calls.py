@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from graphengine.compiler.graph import Wire
-from graphengine.compiler.plan import Activation, Call, ExecBranch, FireEffect, Pin, Refresh, Region
+from graphengine.compiler.plan import Call, ExecBranch, FireEffect, Pin, Refresh, Region
 from graphengine.compiler.planning.regions import RegionGraph
 
 
@@ -28,12 +28,9 @@ class RegionWriter:
         graph, root = self.graph, self.region == 0
         pass_ = root or self.region in graph.endings
         for data in graph.data_rank:
-            if data in graph.constant:
-                self.state[data] = "clean"
-            else:
-                self.state[data] = "stale" if pass_ and data in graph.volatile else "maybe"
-        for index in graph.members[self.region]:
-            self.guards[index] = self._guard(index)
+            changing = "stale" if pass_ and data in graph.volatile else "maybe"
+            self.state[data] = "clean" if data in graph.constant else changing
+        self.guards = {index: self._guard(index) for index in graph.members[self.region]}
         calls = tuple(self._call(index) for index in graph.members[self.region])
         stale = tuple(d for d in sorted(graph.flagged) if d in graph.volatile) if pass_ else ()
         entries = tuple(self._fires(graph.entries[self.region]))
@@ -75,7 +72,7 @@ class RegionWriter:
             return ()
         waiting = {w.target_field for w in self.graph.exec_in[index] if w.order in self.graph.pending_control}
         fired = set() if index in self.graph.counting else {wire.target_field for wire in self._in_wires(index)}
-        pins = self.graph.exec_in_ports(index)
+        pins = [port.field for port in self.graph.exec_ports(index, "inputs")]
         return tuple(Pin(p, self._flag(f"x{index}_{p}") if p in fired else "", p in waiting) for p in pins)
 
     def _fires(self, wires: Iterable[Wire]) -> Iterator[FireEffect]:
@@ -100,9 +97,7 @@ class RegionWriter:
         """One for each execution output; a pusher's ports fire by themselves only pins that wait."""
         graph = self.graph
         branches = []
-        for port in graph.node(index).cls.fields.values():
-            if not port.is_exec or port.side != "outputs":
-                continue
+        for port in graph.exec_ports(index, "outputs"):
             wires = [w for w in graph.exec_out.get(index, []) if w.source_field == port.field]
             region = graph.pin_region.get((index, port.field), -1)
             if graph.kinds[index] == "pusher":
@@ -116,26 +111,22 @@ class RegionWriter:
 
     def _call(self, index: int) -> Call:
         graph = self.graph
-        kind, guard = graph.kinds[index], self.guards[index]
-        refreshes = tuple(r for data in graph.data_needs(index) for r in self._refresh(data, index))
+        kind, guard, needs = graph.kinds[index], self.guards[index], graph.data_needs(index)
+        refreshes = tuple(refresh for data in needs for refresh in self._refresh(data, index))
         branches = () if kind == "latent" else self._branches(index)
         self._invalidate(index, guard)
-        activations: tuple[Activation, ...] = ()
+        activations: tuple[Pin, ...] = ()
         if index in graph.counting:
-            wires = sorted(self._in_wires(index), key=lambda w: (not self._is_control(w), w.order))
-            activations = tuple(Activation(self._flag(f"w{w.order}"), w.target_field) for w in wires)
+            wires = sorted(self._in_wires(index), key=lambda w: (not graph.graph.target(w)[1].control, w.order))
+            activations = tuple(Pin(w.target_field, self._flag(f"w{w.order}")) for w in wires)
         gated = graph.node(index).cls.gated
-        copies, marks, rereads = graph.changing_copies(index), graph.marks(index), None
+        copies, marks, rereads = graph.copies(index), graph.marks(index), None
         if kind == "pusher" and graph.node(index).cls.rereads:
-            needs = graph.data_needs(index)
             graph.flagged.update(needs)
-            rereads = tuple(Refresh(data, graph.changing_copies(data), if_stale=True, flagged=True) for data in needs)
+            rereads = tuple(Refresh(data, graph.copies(data), if_stale=True, flagged=True) for data in needs)
         return Call(
             index, kind, guard, refreshes, copies, gated, branches, marks, self._pins(index), activations, rereads
         )
-
-    def _is_control(self, wire: Wire) -> bool:
-        return self.graph.node(wire.target).cls.fields[wire.target_field].control
 
     def _refresh(self, data: int, consumer: int) -> list[Refresh]:
         """How a data node is brought up to date before a consumer."""
@@ -147,7 +138,7 @@ class RegionWriter:
         if not sure:
             graph.flagged.add(data)
         self.state[data] = f"clean under {guard}" if guard else "clean"
-        return [Refresh(data, graph.changing_copies(data), not sure, data in graph.flagged, repeated)]
+        return [Refresh(data, graph.copies(data), not sure, data in graph.flagged, repeated)]
 
     def _invalidate(self, index: int, guard: str) -> None:
         """Note which data nodes are stale, or may be, after a node has run."""

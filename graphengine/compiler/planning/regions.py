@@ -15,6 +15,7 @@ from graphengine.compiler.graph import Graph, Wire
 from graphengine.compiler.planning.dependencies import DependencyGraph
 from graphengine.format.diagnostics import Findings
 from graphengine.node.node_class import ENDINGS, Ending
+from graphengine.node.port import Port
 
 MAX_PUSHERS = 500
 """One below the other: the function of each one's region calls that of the next, and Python allows some 1000 calls."""
@@ -24,9 +25,9 @@ MAX_PUSHERS = 500
 class DataRead:
     """A node reads from one that is executed: through a wire, and perhaps data nodes."""
 
-    reader: int
     source: int
     wire: Wire
+    """The last wire of the way, into the reader."""
     shown: bool
     """Whether an output of the source is read, and not only what it writes elsewhere."""
 
@@ -42,7 +43,6 @@ class RegionGraph(DependencyGraph):
         pin_region: the region that a pusher's port opens, -1 for one without nodes.
         covers: for each pusher every node in the regions below it.
         port_covers: the same for each of its ports, in order.
-        gates: of nodes that run in every pass but for gates that they are behind, these gates.
     """
 
     def __init__(self, graph: Graph, findings: Findings) -> None:
@@ -54,7 +54,6 @@ class RegionGraph(DependencyGraph):
         self.pin_region: dict[tuple[int, str], int] = {}
         self.covers = {i: self.execution.descendants(i) for i, kind in enumerate(self.kinds) if kind == "pusher"}
         self.port_covers = {pusher: self._cover_ports(pusher) for pusher in self.covers}
-        self.gates: dict[int, tuple[int, ...]] = {}
         self.acyclic = self.acyclic and self._check_depth()
         if self.acyclic:
             self._open_regions()
@@ -70,13 +69,15 @@ class RegionGraph(DependencyGraph):
                 depth[target] = max(depth.get(target, 0), depth[index])
             if depth[index] > MAX_PUSHERS:
                 node = self.node(index)
-                what = f"{node.id} lies below more than {MAX_PUSHERS} loops and sequences, one below the other"
+                what = f"{node.id} lies below more than {MAX_PUSHERS} nested loops and sequences"
                 self.findings.add("G105", what, node.span, "wire them one after the other", related=node.entry.via)
                 return False
         return True
 
     def _open_regions(self) -> None:
-        starts = [i for i, kind in enumerate(self.kinds) if kind in ("event", "pusher") and not self.exec_in_ports(i)]
+        starts = [
+            i for i, kind in enumerate(self.kinds) if kind in ("event", "pusher") and not self.exec_ports(i, "inputs")
+        ]
         self.events = set(starts)
         reached, count = set(starts), -1
         while count != len(reached):  # what starts a latent node starts, in a later pass, what follows it
@@ -93,9 +94,9 @@ class RegionGraph(DependencyGraph):
         opened = 0
         while opened < len(self.members):  # regions open further regions
             for index in [i for i in self.members[opened] if self.kinds[i] == "pusher"]:
-                for port in self.exec_outputs(index):
-                    if (index, port) not in self.pin_region:
-                        self.pin_region[index, port] = self._region_below(index, port, known)
+                for port in self.exec_ports(index, "outputs"):
+                    if (index, port.field) not in self.pin_region:
+                        self.pin_region[index, port.field] = self._region_below(index, port, known)
             opened += 1
 
     def _open_region(self, title: str, entries: list[Wire], starts: Iterable[int]) -> int:
@@ -104,10 +105,10 @@ class RegionGraph(DependencyGraph):
         self.members.append(self._reach(starts))
         return len(self.members) - 1
 
-    def _region_below(self, pusher: int, port: str, known: dict[tuple[tuple[int, str], ...], int]) -> int:
+    def _region_below(self, pusher: int, port: Port, known: dict[tuple[tuple[int, str], ...], int]) -> int:
         """The region that a port opens; ports that start the same pins share one, -1 is one without nodes."""
-        wires = [w for w in self.exec_out.get(pusher, []) if w.source_field == port and self.forward(w)]
-        title = f"{self.node(pusher).id}.{self.node(pusher).cls.fields[port].name}"
+        wires = [w for w in self.exec_out.get(pusher, []) if w.source_field == port.field and self.forward(w)]
+        title = f"{self.node(pusher).id}.{port.name}"
         pins = tuple(sorted((wire.target, wire.target_field) for wire in wires))
         if not pins:
             return -1
@@ -126,9 +127,13 @@ class RegionGraph(DependencyGraph):
             if index in found:
                 continue
             found[index] = None
-            if self.kinds[index] not in ("pusher", "latent"):
-                pending += [w.target for w in reversed(self.exec_out.get(index, [])) if self.forward(w)]
+            pending += [wire.target for wire in reversed(self._followed(index))]
         return list(found)
+
+    def _followed(self, index: int) -> list[Wire]:
+        """Execution wires that stay in the region of the node at which they begin."""
+        wires = self.exec_out.get(index, []) if self.kinds[index] not in ("pusher", "latent") else []
+        return [wire for wire in wires if self.forward(wire)]
 
     def readings(self, reader: int) -> Iterator[DataRead]:
         """What a node reads from executed nodes."""
@@ -136,10 +141,10 @@ class RegionGraph(DependencyGraph):
             if self.reads_input(wire):
                 continue
             if self.kinds[wire.source] != "data":
-                yield DataRead(reader, wire.source, wire, shown=True)
+                yield DataRead(wire.source, wire, shown=True)
                 continue
             for source in sorted(self.depends[wire.source]):
-                yield DataRead(reader, source, wire, shown=source in self.shows[wire.source])
+                yield DataRead(source, wire, shown=source in self.shows[wire.source])
 
     def _order_regions(self) -> None:
         first_wire = {i: min((w.order for w in wires), default=-1) for i, wires in self.exec_in.items()}
@@ -150,11 +155,9 @@ class RegionGraph(DependencyGraph):
                 for covered in {unit} | self.covers.get(unit, set()):
                     owners.setdefault(covered, []).append(unit)
             order = Digraph(members)
-            for unit in members:
-                if self.kinds[unit] not in ("pusher", "latent"):
-                    for wire in self.exec_out.get(unit, []):
-                        if self.forward(wire) and wire.target in inside:
-                            order.add_edge(unit, wire.target)
+            for wire in (wire for unit in members for wire in self._followed(unit)):
+                if wire.target in inside:
+                    order.add_edge(wire.source, wire.target)
             self._add_data_edges(order, owners)
 
             def key(index: int) -> tuple[int, int, int]:
@@ -167,8 +170,8 @@ class RegionGraph(DependencyGraph):
     def _cover_ports(self, pusher: int) -> list[set[int]]:
         wires = [w for w in self.exec_out.get(pusher, []) if self.forward(w)]
         below = {w.target: {w.target} | self.execution.descendants(w.target) for w in wires}
-        ports = [[w.target for w in wires if w.source_field == port] for port in self.exec_outputs(pusher)]
-        return [set[int]().union(*(below[target] for target in targets)) for targets in ports]
+        outputs = [port.field for port in self.exec_ports(pusher, "outputs")]
+        return [set[int]().union(*(below[w.target] for w in wires if w.source_field == field)) for field in outputs]
 
     def _lint_later_ports(self, pusher: int) -> None:
         """Tell of a node below one port that reads what only a later port's nodes compute."""
@@ -178,9 +181,14 @@ class RegionGraph(DependencyGraph):
             later = set().union(*reached[position + 1 :]) - nodes - before
             for reader in sorted(nodes):
                 for reading in self.readings(reader):
-                    if reading.source in later:
+                    if reading.source in later and not self._runs_before(reading.source, pusher):
                         self._report_previous(reading)
             before |= nodes
+
+    def _runs_before(self, index: int, pusher: int) -> bool:
+        """Whether a node runs before a pusher in every region that the pusher is in."""
+        earlier = [members[: members.index(pusher)] for members in self.members if pusher in members]
+        return all(any(index == unit or index in self.covers.get(unit, ()) for unit in units) for units in earlier)
 
     def _add_data_edges(self, order: Digraph, owners: dict[int, list[int]]) -> None:
         """Order readers after what they read; a wire that would close a cycle reads the previous value."""
@@ -191,20 +199,15 @@ class RegionGraph(DependencyGraph):
                     befores = owners.get(reading.source, [])
                     edges += [(before, unit, reading) for unit in units for before in befores if before != unit]
         edges.sort(key=lambda edge: (edge[2].wire.order, edge[0], edge[1]))
-        tentative = Digraph(order.successors, [*order.edges(), *((before, unit) for before, unit, _ in edges)])
-        component = {n: i for i, part in enumerate(tentative.components()) for n in part}
+        refused = order.add_where_acyclic([(before, unit) for before, unit, _ in edges])
         for before, unit, reading in edges:
-            if order.has_edge(before, unit):
-                continue
-            if component[before] == component[unit] and order.has_path(unit, before):
+            if (before, unit) in refused and unit not in owners[reading.source]:  # else the source runs in the unit too
                 self._report_previous(reading)
-            else:
-                order.add_edge(before, unit)
 
     def _report_previous(self, reading: DataRead) -> None:
         if not reading.shown:
             return  # that a variable is read before it is written needs no remark
-        why = f"execution orders {self.node(reading.reader).id} before it"
+        why = f"execution orders {self.node(reading.wire.target).id} before {self.node(reading.source).id}"
         self.report_previous(reading.wire, reading.source, why, "change the order of execution")
 
     def _find_gates(self) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from graphengine.compiler.digraph import Digraph
 from graphengine.compiler.graph import Graph, Instance, Wire
 from graphengine.format.diagnostics import Findings
+from graphengine.node.port import Port, Side
 
 
 class WiredGraph:
@@ -62,7 +63,7 @@ class WiredGraph:
 
     def reads_input(self, wire: Wire) -> bool:
         """Whether a wire starts at an input; of those in `data_in`, at one that nothing is wired to: a constant."""
-        return self.node(wire.source).cls.fields[wire.source_field].side == "inputs"
+        return self.graph.source(wire)[1].side == "inputs"
 
     def _check_data_cycles(self) -> bool:
         pure = [i for i, kind in enumerate(self.kinds) if kind == "data"]
@@ -77,13 +78,9 @@ class WiredGraph:
     def _check_exec_cycles(self) -> bool:
         """Control wires that close a cycle act for the next activation; any other cycle is an error."""
         graph = self.execution
-        wires: list[Wire] = []
-        control: list[Wire] = []
-        for wire in self.graph.exec_wires:
-            if self.kinds[wire.source] == "latent":
-                continue
-            is_control = self.node(wire.target).cls.fields[wire.target_field].control
-            (control if is_control else wires).append(wire)
+        wires, control = list[Wire](), list[Wire]()
+        for wire in (wire for wire in self.graph.exec_wires if self.kinds[wire.source] != "latent"):
+            (control if self.graph.target(wire)[1].control else wires).append(wire)
         for wire in wires:
             graph.add_edge(wire.source, wire.target)
         if self._report_cycles("G210", "execution runs in a circle", graph, wires):
@@ -130,13 +127,9 @@ class WiredGraph:
         wires = self.exec_in.get(index, [])
         return len(wires) > 1 or any(wire.source in self.counting for wire in wires)
 
-    def exec_in_ports(self, index: int) -> list[str]:
-        """Fields of a node's execution inputs."""
-        return [p.field for p in self.node(index).cls.fields.values() if p.is_exec and p.side == "inputs"]
-
-    def exec_outputs(self, index: int) -> list[str]:
-        """Fields of a node's execution outputs."""
-        return [p.field for p in self.node(index).cls.fields.values() if p.is_exec and p.side == "outputs"]
+    def exec_ports(self, index: int, side: Side) -> list[Port]:
+        """A node's execution ports on one side."""
+        return [port for port in self.node(index).cls.fields.values() if port.is_exec and port.side == side]
 
 
 def _ranks(graph: Digraph) -> dict[int, int]:

@@ -208,7 +208,7 @@ def test_a_literal_becomes_an_element_of_the_array(play: Player) -> None:
 
 
 def test_a_value_that_is_no_element_is_refused(play: Player) -> None:
-    with pytest.raises(CheckError, match="More: value would be a double, and is a token"):
+    with pytest.raises(CheckError, match="More: value must be a double, but it is a token"):
         play.graph(wheels("0.5", "left"))
 
 
