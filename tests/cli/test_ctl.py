@@ -72,7 +72,7 @@ def test_a_run_is_held_stepped_and_let_go(ctl: Graphrun) -> None:
         ctl("step", refused="error: the session is playing; pause it to run single ticks")
         assert state(ctl)["rate"] == "max"
         ctl("stop")
-        ctl("pause", refused="stopped, at time 0")
+        ctl("pause", refused="a stopped session cannot pause")
         assert (state(ctl)["state"], state(ctl)["time"]) == ("stopped", 0.0)
         assert ctl("quit").out == ""
         assert run.stop(signal.SIGCONT) == 0

@@ -72,7 +72,7 @@ def test_recordings_hold_what_changes_the_course_of_the_simulation() -> None:
 
 def test_a_stopped_session_cannot_be_paused(ticking: MakeTicking) -> None:
     run = ticking()
-    with pytest.raises(StateError, match="stopped, at time 0"):
+    with pytest.raises(StateError, match="a stopped session cannot pause"):
         parse("pause").apply(run.session)
     assert run.session.state == "stopped"
 
