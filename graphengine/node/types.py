@@ -163,7 +163,7 @@ def coerce(value: Any, port_type: PortType) -> Any:
 
     Raises:
         TypeError: the value has another type; the message says what is legal.
-        ValueError: an integer out of range, or a tuple of another length.
+        ValueError: a number out of range, or a tuple of another length.
     """
     if port_type.base in ("any", "bundle"):
         return value
@@ -183,7 +183,11 @@ def coerce(value: Any, port_type: PortType) -> Any:
     if not port_type.is_number:
         return tuple(elements)
     shape = (len(elements),) if port_type.count == 1 else (len(elements), port_type.count)
-    return read_only(np.array(elements, port_type.dtype).reshape(shape))
+    try:
+        with np.errstate(over="raise"):
+            return read_only(np.array(elements, port_type.dtype).reshape(shape))
+    except FloatingPointError:
+        raise ValueError(f"expected numbers that a {port_type.base} can hold") from None
 
 
 def first_that_takes(value: Any, alternatives: Iterable[PortType]) -> tuple[PortType, Any]:

@@ -115,6 +115,9 @@ def test_a_literal_takes_the_one_representation_of_its_type(name: str, given: ob
             ("uint64", -1, ValueError),
         ],
         *[("vectord[3]", [1, 2], ValueError), ("double[3][]", [[1.0, 2.0]], ValueError)],
+        ("float[]", [3.5e38], ValueError),
+        ("half[]", [70_000.0], ValueError),
+        ("colorf[3][]", [[0.0, 0.0, -3.5e38]], ValueError),
     ],
 )
 def test_a_literal_of_another_kind_is_refused(name: str, given: object, error: type[Exception]) -> None:
