@@ -190,9 +190,11 @@ class RayLidar(RaySensor[Scan]):
     def _make_sample(self, index: int) -> Scan:
         near, far = self.ranges
         distances, geoms = self._meet()
-        hit = (distances >= near) & (distances <= far)
-        ranges = np.where(hit, self._measured(distances, index), np.inf).astype(np.float32)
-        intensities = np.where(hit, self._brightness[geoms], np.float32(0))
+        missed = (distances < near) | (distances > far)
+        ranges = self._measured(distances, index).astype(np.float32)
+        intensities = self._brightness.take(geoms)
+        np.copyto(ranges, np.inf, where=missed)
+        np.copyto(intensities, 0.0, where=missed)
         return Scan(self._simulation.time, index, ranges, intensities)
 
 
