@@ -140,6 +140,7 @@ class FoxgloveServer(ServerListener):
 
     def __init__(self, address: Address, name: str, definitions: Definitions) -> None:
         self._definitions = definitions
+        self._closed = False
         self._lock = threading.RLock()
         self._topics: dict[tuple[str, str], ServedTopic] = {}
         """By topic and type."""
@@ -202,6 +203,10 @@ class FoxgloveServer(ServerListener):
 
     def close(self) -> None:
         """Stop; safe to call twice."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
         stopping = threading.Thread(target=self._server.stop, name="foxglove", daemon=True)
         stopping.start()
         stopping.join(CLOSING)
