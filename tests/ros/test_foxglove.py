@@ -30,13 +30,6 @@ Connect = Callable[[], FoxgloveClient]
 
 
 @pytest.fixture
-def server() -> Iterator[FoxgloveServer]:
-    opened = open_server(("127.0.0.1", 0), "test", DEFINITIONS)
-    yield opened
-    opened.close()
-
-
-@pytest.fixture
 def memory() -> MemoryTransport:
     return MemoryTransport()
 
@@ -48,16 +41,16 @@ def said() -> list[str]:
 
 
 @pytest.fixture
-def network(memory: MemoryTransport, server: FoxgloveServer, said: list[str]) -> Iterator[LiveNetwork]:
-    opened = LiveNetwork(lambda domain: FoxgloveTransport(memory, server), 0, said.append)
+def network(memory: MemoryTransport, foxglove: FoxgloveServer, said: list[str]) -> Iterator[LiveNetwork]:
+    opened = LiveNetwork(lambda domain: FoxgloveTransport(memory, foxglove), 0, said.append)
     yield opened
     opened.close()
 
 
 @pytest.fixture
-def connect(server: FoxgloveServer) -> Iterator[Connect]:
+def connect(foxglove: FoxgloveServer) -> Iterator[Connect]:
     with ExitStack() as clients:
-        yield lambda: clients.enter_context(FoxgloveClient(server.url))
+        yield lambda: clients.enter_context(FoxgloveClient(foxglove.url))
 
 
 @pytest.fixture
@@ -303,12 +296,12 @@ def test_clients_together_may_advertise_a_limited_number_of_topics(
     assert client.warnings == ["/cmd_vel: clients publish more than 2 topics"]
 
 
-def test_a_client_that_does_not_read_delays_neither_the_tick_nor_the_end(server: FoxgloveServer) -> None:
+def test_a_client_that_does_not_read_delays_neither_the_tick_nor_the_end(foxglove: FoxgloveServer) -> None:
     with ExitStack() as closing:
-        network = LiveNetwork(lambda domain: FoxgloveTransport(MemoryTransport(keeps=False), server), 0, print)
+        network = LiveNetwork(lambda domain: FoxgloveTransport(MemoryTransport(keeps=False), foxglove), 0, print)
         closing.callback(network.close)
         publisher = network.publisher(claim("publish", "/chatter", STRING))
-        client = closing.enter_context(FoxgloveClient(server.url))
+        client = closing.enter_context(FoxgloveClient(foxglove.url))
         client.subscribe("/chatter")
         assert eventually(lambda: publisher.wanted)
         large = messages.String("x" * 1_000_000)
@@ -320,28 +313,28 @@ def test_a_client_that_does_not_read_delays_neither_the_tick_nor_the_end(server:
             longest = max(longest, time.monotonic() - begun)
         assert longest < 1.0
         begun = time.monotonic()
-        server.close()
+        foxglove.close()
         assert time.monotonic() - begun < foxglove_server.CLOSING + 4.0
 
 
 def test_clients_are_disconnected_and_the_port_is_free_after_the_end(
-    server: FoxgloveServer, client: FoxgloveClient
+    foxglove: FoxgloveServer, client: FoxgloveClient
 ) -> None:
-    server.close()
-    server.close()
+    foxglove.close()
+    foxglove.close()
     assert client.until(lambda: client.closed)
-    port = int(server.url.rpartition(":")[2])
+    port = int(foxglove.url.rpartition(":")[2])
     open_server(("127.0.0.1", port), "again", DEFINITIONS).close()
 
 
-def test_only_this_machine_reaches_the_server_by_default(server: FoxgloveServer) -> None:
-    port = int(server.url.rpartition(":")[2])
+def test_only_this_machine_reaches_the_server_by_default(foxglove: FoxgloveServer) -> None:
+    port = int(foxglove.url.rpartition(":")[2])
     with socket.socket() as other:
         other.bind(("127.0.0.2", port))  # which a server of all addresses would have taken
 
 
-def test_a_port_that_is_taken_is_an_error_of_one_line(server: FoxgloveServer) -> None:
-    port = int(server.url.rpartition(":")[2])
+def test_a_port_that_is_taken_is_an_error_of_one_line(foxglove: FoxgloveServer) -> None:
+    port = int(foxglove.url.rpartition(":")[2])
     with pytest.raises(TransportError) as error:
         open_server(("127.0.0.1", port), "second", DEFINITIONS)
     assert str(error.value) == f"Foxglove cannot be served at 127.0.0.1:{port}: Address already in use (os error 98)"
