@@ -68,6 +68,7 @@ class Runner:
             domain = own if options.domain is None else replace(own, id=options.domain)
             self._complain = options.complain or functools.partial(options.log, "warning", "")
             self.foxglove = self._open_foxglove(closing)
+            """The server that shows the session to Foxglove, if asked for."""
             self.network = LiveNetwork(
                 functools.partial(self._open_domain, domain), domain.id, self._complain, scene.definitions
             )
@@ -126,7 +127,6 @@ class Runner:
         return self.foxglove is not None or name == AUTO or find_transport(name).reaches_others
 
     def _open_foxglove(self, closing: ExitStack) -> FoxgloveServer | None:
-        """The server that shows the session to Foxglove, if asked for."""
         if self.options.foxglove is None:
             return None
         from graphengine.ros.foxglove import open_server

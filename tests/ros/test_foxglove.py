@@ -21,6 +21,7 @@ from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
 from graphengine.ros.foxglove.foxglove_transport import FoxgloveTransport
 from graphengine.ros.network import LOOK_EVERY, LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
+from tests.ros.conftest import OpenDds
 from tests.ros.foxglove_client import FoxgloveClient
 from tests.waiting import eventually
 
@@ -347,3 +348,21 @@ def test_without_the_sdk_the_error_says_what_to_install(monkeypatch: pytest.Monk
         TransportError, match=r"Foxglove needs foxglove-sdk: .*\n  pip install 'graphengine\[foxglove\]'"
     ):
         open_server(("127.0.0.1", 0), "test", DEFINITIONS)
+
+
+def test_beside_dds_a_reader_hears_peers_and_clients_and_a_client_sees_both(
+    dds: OpenDds, foxglove: FoxgloveServer, client: FoxgloveClient
+) -> None:
+    network = LiveNetwork(lambda domain: FoxgloveTransport(dds("alice"), foxglove), 0, print)
+    subscription = network.subscription(claim("subscribe", qos=QoS(depth=1000)))
+    writer = dds("bob").writer("/cmd_vel", TWIST, QoS())
+    client.subscribe("/cmd_vel")
+    publish = client.advertise("/cmd_vel", TWIST)
+    shown = client.messages["/cmd_vel"]
+    assert client.until(lambda: encoded(1.0) in shown, lambda: writer.write(encoded(1.0)))
+    publish(encoded(2.0))
+    assert client.until(lambda: encoded(2.0) in shown)
+    network.freeze()
+    heard = [messages.encode(message) for message in subscription.take()]
+    assert {encoded(1.0), encoded(2.0)} == {*heard}
+    network.close()
