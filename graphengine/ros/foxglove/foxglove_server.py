@@ -163,7 +163,8 @@ class FoxgloveServer(ServerListener):
         except RuntimeError as error:
             why = str(error).rpartition("bind port: ")[2]
             raise TransportError(f"Foxglove cannot be served at {_shown(host)}:{port}: {why}") from None
-        # The SDK logs through Python, for which its threads wait while they hold locks that `close` of a channel waits for.
+        # A thread of the SDK that logs waits for Python's lock while it holds one of its own, and `close` of a channel, which
+        # has Python's, waits for that one.
         _foxglove_py.disable_logging()
         self.url = f"ws://{_shown(host)}:{self._server.port}"
 
