@@ -16,7 +16,14 @@ from packaging.requirements import Requirement
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
-DISTRIBUTIONS = {"PIL": "pillow", "collada": "pycollada", "mujoco": "mujoco-core", "pxr": "usd-core", "yaml": "pyyaml"}
+DISTRIBUTIONS = {
+    "PIL": "pillow",
+    "collada": "pycollada",
+    "foxglove": "foxglove-sdk",
+    "mujoco": "mujoco-core",
+    "pxr": "usd-core",
+    "yaml": "pyyaml",
+}
 """Names of packages on PyPI, by the names of their modules where the two differ."""
 OF_ROS = {"rclpy", "rosidl_runtime_py"}
 """Modules of an installed ROS 2, which PyPI does not have."""

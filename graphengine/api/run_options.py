@@ -32,6 +32,7 @@ class RunOptions:
         complain: receives each problem with a peer on the network; None logs them.
         environ: environment variables, of which ROS 2's name the domain and how far discovery reaches.
         fault: receives each NodeError if `keep_going` is set; None logs them.
+        foxglove: host and port at which Foxglove can see the session; None for no server.
         join: joins a domain in place of `transport`.
         patient: DDS writers wait for slow readers.
         seed: seed of all random generators; None takes the scene's.
@@ -52,6 +53,7 @@ class RunOptions:
     fault: Callable[[NodeError], None] | None = None
     join: Callable[[JoinOptions], Transport] | None = None
     patient: bool = False
+    foxglove: tuple[str, int] | None = None
 
 
 def check_recording(path: Path, *, force: bool) -> None:

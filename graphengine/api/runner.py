@@ -33,6 +33,7 @@ from graphengine.scene.loaded_scene import LoadedScene
 if TYPE_CHECKING:
     from graphengine.api.topics import Publication
     from graphengine.recording.recorder import Recorder
+    from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
 
 
 class Runner:
@@ -66,6 +67,8 @@ class Runner:
             own = Domain.from_environment(options.environ)
             domain = own if options.domain is None else replace(own, id=options.domain)
             self._complain = options.complain or functools.partial(options.log, "warning", "")
+            self.foxglove = self._open_foxglove(closing)
+            """The server that shows the session to Foxglove, if asked for."""
             self.network = LiveNetwork(
                 functools.partial(self._open_domain, domain), domain.id, self._complain, scene.definitions
             )
@@ -112,11 +115,25 @@ class Runner:
             patient=options.patient,
         )
         join = options.join or functools.partial(open_transport, options.transport)
-        return join(joined)
+        transport = join(joined)
+        if self.foxglove is None:
+            return transport
+        from graphengine.ros.foxglove.foxglove_transport import FoxgloveTransport
+
+        return FoxgloveTransport(transport, self.foxglove)
 
     def _reaches_others(self) -> bool:
         name = self.options.transport
-        return name == AUTO or find_transport(name).reaches_others
+        return self.foxglove is not None or name == AUTO or find_transport(name).reaches_others
+
+    def _open_foxglove(self, closing: ExitStack) -> FoxgloveServer | None:
+        if self.options.foxglove is None:
+            return None
+        from graphengine.ros.foxglove import open_server
+
+        server = open_server(self.options.foxglove, self.scene.path.stem, self.scene.definitions)
+        closing.callback(server.close)
+        return server
 
     def _log_fault(self, error: NodeError) -> None:
         self.options.log("error", "", str(error))

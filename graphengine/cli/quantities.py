@@ -32,6 +32,15 @@ def rate(text: str) -> float:
     return factor
 
 
+def address(text: str) -> tuple[str, int]:
+    """Parse `8765`, `0.0.0.0:8765` or `[::1]:8765` to host and port; the host is 127.0.0.1 if left out."""
+    match = re.fullmatch(r"(?:(?:\[([0-9A-Fa-f:.]+)\]|([^][:/\s]+)):)?([0-9]{1,5})", text.strip())
+    if match is None or int(match[3]) > 65535:
+        advice = "write PORT or HOST:PORT, such as 8765 or 0.0.0.0:8765"
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not an address; {advice}")
+    return match[1] or match[2] or "127.0.0.1", int(match[3])
+
+
 def whole(text: str) -> int:
     """Parse an integer."""
     try:

@@ -14,7 +14,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.console import Console
-from graphengine.cli.quantities import duration, rate
+from graphengine.cli.quantities import address, duration, rate
 
 if TYPE_CHECKING:
     from graphengine.runtime.command_queue import Desk
@@ -40,6 +40,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--simulation-interfaces", metavar="NAMESPACE", nargs="?", type=_namespace, const="/", help=interfaces
     )
     add_transport_argument(parser, reaching_others=False)
+    foxglove = (
+        "show all topics to Foxglove at ws://HOST:PORT, beside the transport (default host 127.0.0.1); everyone who reaches"
+        " it can publish to the topics that graphs read"
+    )
+    parser.add_argument("--foxglove", metavar="[HOST:]PORT", type=address, help=foxglove)
     parser.add_argument("--keep-going", action="store_true", help="an exception in a node ends its branch, not the run")
     bad = "drop and count values from wires that a node cannot use, or end the run (default drop)"
     parser.add_argument("--bad-values", choices=("drop", "stop"), default="drop", help=bad)
@@ -86,6 +91,7 @@ def execute(arguments: argparse.Namespace) -> int:
         record=arguments.record,
         force=arguments.force,
         simulation_interfaces=arguments.simulation_interfaces,
+        foxglove=arguments.foxglove,
         log=console.say,
         fault=console.fault,
         patient=arguments.rate is not None and math.isinf(arguments.rate),
@@ -102,6 +108,7 @@ def execute(arguments: argparse.Namespace) -> int:
     ):
         graphs = counted(len(loaded.planned), "graph")
         what = f"{loaded.path}: {graphs}, {1.0 / session.clock.delta:g} Hz; {runner.network.description}"
+        what += f"; Foxglove at {runner.foxglove.url}" if runner.foxglove else ""
         rays = session.services.world.rays_in_use
         what += (f"; rays {rays}" if rays else "") + (f"; recorded to {arguments.record}" if arguments.record else "")
         console.tell(clean(what))

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from graphengine.cli.quantities import angle
+from graphengine.cli.quantities import address, angle
 
 
 @pytest.mark.parametrize("text", ["1.5", "1.5rad", f"{math.degrees(1.5)!r}deg", " 1.5 "])
@@ -19,3 +19,16 @@ def test_an_angle_is_in_radians_unless_it_says_degrees(text: str) -> None:
 def test_what_is_no_angle_is_refused(text: str) -> None:
     with pytest.raises(argparse.ArgumentTypeError):
         angle(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("8765", ("127.0.0.1", 8765)),
+        ("0.0.0.0:0", ("0.0.0.0", 0)),
+        ("lab-pc:9000", ("lab-pc", 9000)),
+        (" [::1]:65535 ", ("::1", 65535)),
+    ],
+)
+def test_an_address_without_a_host_is_this_machine(text: str, expected: tuple[str, int]) -> None:
+    assert address(text) == expected

@@ -14,13 +14,17 @@ import pytest
 from hypothesis import settings
 
 import graphengine
+from graphengine.messages.definitions import DEFINITIONS
 from graphengine.ros.domain import Domain
+from graphengine.ros.foxglove import open_server
+from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
+from graphengine.ros.foxglove.foxglove_transport import FoxgloveTransport
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.select import open_transport
 from tests import waiting
-from tests.ros.contract import ALL, AnyTransport, Join
+from tests.ros.contract import ALL, SEEN, AnyTransport, Join
 
 OpenDds: TypeAlias = Callable[..., DdsTransport]
 StartPeer: TypeAlias = "Callable[..., subprocess.Popen[bytes]]"
@@ -38,7 +42,15 @@ def kind(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture
-def join(kind: str, domain_id: int) -> Iterator[Join]:
+def foxglove() -> Iterator[FoxgloveServer]:
+    """A server without clients."""
+    server = open_server(("127.0.0.1", 0), "test", DEFINITIONS)
+    yield server
+    server.close()
+
+
+@pytest.fixture
+def join(kind: str, domain_id: int, request: pytest.FixtureRequest) -> Iterator[Join]:
     """Joins a domain, the test's or another, as a node; in memory, all that join one domain are one transport.
 
     A kind such as `dds to rclpy` means that the node called alice is of the first, and all others are of the second.
@@ -50,6 +62,10 @@ def join(kind: str, domain_id: int) -> Iterator[Join]:
         transport: AnyTransport
         if kind == "memory":
             transport = in_memory.setdefault(number, MemoryTransport())
+        elif kind == SEEN:
+            transport = FoxgloveTransport(
+                DdsTransport(JoinOptions(Domain(number, "LOCALHOST"), name)), request.getfixturevalue("foxglove")
+            )
         else:
             side = kind.partition(" to ")[0] if name == "alice" else kind.rpartition(" to ")[2]
             transport = cast(AnyTransport, open_transport(side, JoinOptions(Domain(number, "LOCALHOST"), name)))

@@ -10,6 +10,7 @@ import pytest
 
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import String, decode, encode
+from graphengine.ros.foxglove.foxglove_transport import FoxgloveTransport
 from graphengine.ros.transport import Writer
 from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
@@ -17,7 +18,7 @@ from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport
 from tests.waiting import eventually
 
-AnyTransport: TypeAlias = MemoryTransport | DdsTransport | RclTransport
+AnyTransport: TypeAlias = MemoryTransport | DdsTransport | RclTransport | FoxgloveTransport
 Join: TypeAlias = Callable[..., AnyTransport]
 
 STRING = "std_msgs/msg/String"
@@ -30,11 +31,13 @@ RCLPY = pytest.param("rclpy", marks=needs_rclpy)
 MIXED = [pytest.param(kind, marks=needs_rclpy) for kind in ("dds to rclpy", "rclpy to dds")]
 # The name of a transport that another package brings, if this variable has one: `-k NAME` runs the contract for it alone.
 BROUGHT = os.environ.get("GRAPHENGINE_TRANSPORT", "").split()
-ALL = ["memory", "dds", RCLPY, *MIXED, *BROUGHT]
-NETWORKED = ["dds", RCLPY, *MIXED, *BROUGHT]
+# Another transport that Foxglove sees keeps the contract too.
+SEEN = "dds seen by foxglove"
+ALL = ["memory", "dds", SEEN, RCLPY, *MIXED, *BROUGHT]
+NETWORKED = ["dds", SEEN, RCLPY, *MIXED, *BROUGHT]
 # A writer of Fast DDS may lose the first large message to a reader of Cyclone DDS, and does not notice when that one goes:
 # so it is between nodes of ROS 2 itself too.
-FAITHFUL = ["dds", RCLPY, MIXED[0], *BROUGHT]
+FAITHFUL = ["dds", SEEN, RCLPY, MIXED[0], *BROUGHT]
 
 
 class Inbox:

@@ -1,0 +1,267 @@
+"""A WebSocket server by which Foxglove sees the topics of a run, and publishes to those that the run reads.
+
+The SDK sends in threads of its own, and calls the methods `on_…` there. The SDK keeps nothing for late subscribers, so latched
+messages are kept here.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from dataclasses import replace
+from typing import Any
+
+from foxglove import Context, Schema, StatusLevel, _foxglove_py, start_server
+from foxglove.websocket import Capability, ChannelView, Client, ClientChannel, ServerListener
+
+from graphengine.format.errors import TransportError
+from graphengine.messages import messages
+from graphengine.messages.definitions import Definitions
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.message_input import full_type
+from graphengine.messages.qos import settled
+from graphengine.ros.foxglove import Address
+from graphengine.ros.network_graph import Endpoint
+from graphengine.ros.transport import Deliver
+
+ENCODING = "cdr"
+BACKLOG = 256
+"""Messages that wait for a client; a client that reads more slowly misses the oldest."""
+CLOSING = 1.0
+"""Seconds to wait for clients at the end; the SDK alone would wait for ever for a client that does not read."""
+MAX_KEPT = 1000
+"""Latched messages that are kept of an endpoint with the history keepAll."""
+MAX_PUBLISHED = 1000
+"""Topics that all clients together may advertise."""
+
+
+class ServedEnd:
+    """A writer or reader of the run, whose messages clients see.
+
+    Args:
+        topic: full name.
+        message_type: as in `nav_msgs/msg/Odometry`.
+        qos: latched messages are kept as long as it says.
+    """
+
+    def __init__(self, topic: str, message_type: str, qos: QoS) -> None:
+        self.key = (topic, message_type)
+        self.qos = settled(qos)
+        depth = self.qos.depth if self.qos.history == "keepLast" else MAX_KEPT
+        self.kept: deque[bytes] = deque(maxlen=depth if self.qos.durability == "transientLocal" else 0)
+        self.served: ServedTopic | None = None
+        """The topic of the server; None before the end enters it, and after it has left."""
+
+    @property
+    def wanted(self) -> bool:
+        """Whether a client subscribes."""
+        return self.served is not None and self.served.channel.has_sinks()
+
+    def show(self, data: bytes) -> None:
+        """Send a message to all clients that subscribe; never blocks."""
+        if (served := self.served) is not None:
+            served.show(self, data)
+
+
+class ServedReader(ServedEnd):
+    """A reader of the run, which takes what clients publish too.
+
+    Args:
+        topic: full name.
+        message_type: as in `nav_msgs/msg/Odometry`.
+        qos: of the reader.
+        deliver: called with each message, by one thread at a time.
+    """
+
+    def __init__(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> None:
+        super().__init__(topic, message_type, qos)
+        self.malformed = 0
+        """Messages of clients that were dropped because they are none of the type."""
+        self._deliver = deliver
+        self._delivering = threading.RLock()
+
+    def hear(self, data: bytes) -> None:
+        """Deliver a message of the network or of a client, until the reader has left."""
+        with self._delivering:
+            if self.served is not None:
+                self._deliver(data)
+                self.show(data)
+
+
+class ServedTopic:
+    """A topic of one type, which clients see as a channel as long as the run has ends of it."""
+
+    def __init__(self, context: Context, key: tuple[str, str], definitions: Definitions) -> None:
+        topic, message_type = key
+        schema = Schema(name=message_type, encoding="ros2msg", data=definitions.text(message_type).encode())
+        # foxglove.Channel would do the same, and keep every channel until the process ends.
+        self.channel = context._create_channel(topic, message_encoding=ENCODING, schema=schema)
+        self.writers: list[ServedEnd] = []
+        self.readers: list[ServedReader] = []
+        self._lock = threading.Lock()
+
+    def alike(self, end: ServedEnd) -> list[Any]:
+        """The list of ends to which an end belongs."""
+        return self.readers if isinstance(end, ServedReader) else self.writers
+
+    def show(self, end: ServedEnd, data: bytes) -> None:
+        """Send a message that passes an end; each message passes one of those that are shown."""
+        if not self._is_shown(end):
+            return
+        if end.kept.maxlen:
+            with self._lock:
+                end.kept.append(data)
+        if self.channel.has_sinks():
+            self.channel.log(data)
+
+    def repeat(self) -> None:
+        """Send all latched messages; the SDK has no way to send them to the client alone that has just subscribed."""
+        with self._lock:
+            for end in (*self.writers, *self.readers):
+                for data in end.kept if self._is_shown(end) else ():
+                    self.channel.log(data)
+
+    def _is_shown(self, end: ServedEnd) -> bool:
+        """Whether it is a writer, or the first reader of a topic that only others write."""
+        return not isinstance(end, ServedReader) or (not self.writers and self.readers[:1] == [end])
+
+
+class FoxgloveServer(ServerListener):
+    """A server that runs until it is closed.
+
+    Args:
+        address: where it listens.
+        name: shown to clients.
+        definitions: message types.
+
+    Raises:
+        TransportError: the address cannot be used.
+    """
+
+    def __init__(self, address: Address, name: str, definitions: Definitions) -> None:
+        self._definitions = definitions
+        self._closed = False
+        self._lock = threading.RLock()
+        self._topics: dict[tuple[str, str], ServedTopic] = {}
+        """By topic and type."""
+        self._published: dict[tuple[int, int], Endpoint] = {}
+        """What clients publish, by the numbers of the client and of its channel."""
+        self._context = Context()
+        host, port = address
+        try:
+            with self._lock:
+                self._server = start_server(
+                    name=name,
+                    host=host,
+                    port=port,
+                    capabilities=[Capability.ClientPublish],
+                    server_listener=self,
+                    supported_encodings=[ENCODING],
+                    context=self._context,
+                    message_backlog_size=BACKLOG,
+                )
+        except RuntimeError as error:
+            why = str(error).rpartition("bind port: ")[2]
+            raise TransportError(f"Foxglove cannot be served at {_shown(host)}:{port}: {why}") from None
+        # A thread of the SDK that logs waits for Python's lock while it holds one of its own, and `close` of a channel, which
+        # has Python's, waits for that one.
+        _foxglove_py.disable_logging()
+        self.url = f"ws://{_shown(host)}:{self._server.port}"
+
+    def enter(self, end: ServedEnd) -> None:
+        """Show the messages of an end; the first end of a topic advertises it.
+
+        Raises:
+            MessageTypeError: there is no such type.
+        """
+        with self._lock:
+            if end.key not in self._topics:
+                self._topics[end.key] = ServedTopic(self._context, end.key, self._definitions)
+            end.served = self._topics[end.key]
+            end.served.alike(end).append(end)
+
+    def leave(self, end: ServedEnd) -> None:
+        """Forget an end; the last end of a topic withdraws it. Safe to call twice."""
+        with self._lock:
+            served, end.served = end.served, None
+            if served is None:
+                return
+            served.alike(end).remove(end)
+            if not served.readers and not served.writers:
+                del self._topics[end.key]
+                served.channel.close()
+
+    def endpoints(self) -> list[Endpoint]:
+        """What clients publish on topics that the run reads, as the ROS graph has it; clients offer what readers ask for."""
+        with self._lock:
+            read = self._read()
+            published = [end for end in self._published.values() if end.topic in read]
+            return [replace(end, qos=read[end.topic]) for end in published]
+
+    def _read(self) -> dict[str, QoS]:
+        """Topics that the run reads, and what readers ask for."""
+        return {topic: served.readers[0].qos for (topic, _), served in self._topics.items() if served.readers}
+
+    def close(self) -> None:
+        """Stop; safe to call twice."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+        stopping = threading.Thread(target=self._server.stop, name="foxglove", daemon=True)
+        stopping.start()
+        stopping.join(CLOSING)
+
+    # Called by the SDK
+
+    def on_subscribe(self, client: Client, channel: ChannelView) -> None:
+        """Send what is latched."""
+        with self._lock:
+            for served in self._topics.values():
+                if served.channel.id() == channel.id:
+                    served.repeat()
+
+    def on_client_advertise(self, client: Client, channel: ClientChannel) -> None:
+        """Take messages of a topic that the run reads; a client is warned about others."""
+        gid = b"foxglove" + client.id.to_bytes(4, "big") + channel.id.to_bytes(4, "big")
+        message_type = full_type(channel.schema_name)
+        published = Endpoint(gid, "publish", channel.topic, message_type, QoS(), node="foxglove", namespace="/")
+        with self._lock:
+            if channel.encoding != ENCODING:
+                self._warn(f"{published.topic}: messages in {channel.encoding} are not taken, only in {ENCODING}")
+            elif len(self._published) >= MAX_PUBLISHED:
+                self._warn(f"{published.topic}: clients publish more than {MAX_PUBLISHED} topics")
+            else:
+                self._published[client.id, channel.id] = published
+                if published.topic not in self._read():
+                    self._warn(f"{published.topic}: no graph of the run reads it")
+
+    def on_client_unadvertise(self, client: Client, client_channel_id: int) -> None:
+        """Forget what a client publishes; also called for clients that disconnect."""
+        with self._lock:
+            self._published.pop((client.id, client_channel_id), None)
+
+    def on_message_data(self, client: Client, client_channel_id: int, data: bytes) -> None:
+        """Deliver a message to the readers of its topic and type; one that cannot be decoded is dropped and counted."""
+        with self._lock:
+            published = self._published.get((client.id, client_channel_id))
+            served = self._topics.get((published.topic, published.message_type)) if published else None
+            readers = tuple(served.readers) if served else ()
+        if published and readers:
+            try:
+                messages.decode(data, published.message_type, self._definitions)
+            except TransportError:
+                for reader in readers:
+                    reader.malformed += 1
+                return
+            for reader in readers:
+                reader.hear(data)
+
+    def _warn(self, text: str) -> None:
+        """Show a warning in all clients: the SDK has no way to show it in one."""
+        self._server.publish_status(text, StatusLevel.Warning)
+
+
+def _shown(host: str) -> str:
+    """A host as URLs have it."""
+    return f"[{host}]" if ":" in host else host

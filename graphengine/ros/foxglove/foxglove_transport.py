@@ -1,0 +1,176 @@
+"""A transport beside which Foxglove sees the topics: clients count as further readers and writers, services are untouched."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+from graphengine.messages.endpoints import QoS
+from graphengine.ros.foxglove.foxglove_server import FoxgloveServer, ServedEnd, ServedReader
+from graphengine.ros.network_graph import Direction, NetworkGraph
+from graphengine.ros.transport import (
+    Deliver,
+    DeliverRequest,
+    DeliverResponse,
+    Reader,
+    Transport,
+    TransportClient,
+    TransportServer,
+    Writer,
+)
+
+
+class FoxgloveTransport:
+    """Another transport whose topics a Foxglove server shows, and whose readers hear what clients publish.
+
+    Args:
+        inner: carries everything else, and is closed with this one.
+        server: may serve several transports; whoever opened it closes it.
+    """
+
+    def __init__(self, inner: Transport, server: FoxgloveServer) -> None:
+        self._inner = inner
+        self._server = server
+        self._ends: set[ServedEnd] = set()
+
+    def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
+        """A writer on a topic, which counts as matched while a client subscribes."""
+        writer = _Writer(self._inner.writer(topic, message_type, qos), self, ServedEnd(topic, message_type, qos))
+        self._enter(writer.end)
+        return writer
+
+    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> Reader:
+        """A reader of a topic, which also delivers what clients publish, in threads of the server."""
+        end = ServedReader(topic, message_type, qos, deliver)
+        self._enter(end)
+        try:
+            return _Reader(self._inner.reader(topic, message_type, qos, end.hear), self, end)
+        except BaseException:
+            self.leave(end)
+            raise
+
+    def _enter(self, end: ServedEnd) -> None:
+        self._server.enter(end)
+        self._ends.add(end)
+
+    def leave(self, end: ServedEnd) -> None:
+        """Show no more messages of an end; safe to call twice."""
+        self._server.leave(end)
+        self._ends.discard(end)
+
+    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
+        """Who writes and reads which topic; what clients publish on topics that are read is a writer of a node `/foxglove`."""
+        found, published = self._inner.graph(asked), self._server.endpoints()
+        if not published:
+            return found
+        return NetworkGraph([*found.endpoints, *published], found.complete, found.named, found.services)
+
+    @property
+    def malformed(self) -> Mapping[str, int]:
+        """By topic or service, how many messages were dropped, those of clients among them."""
+        counts = Counter(self._inner.malformed)
+        for end in tuple(self._ends):
+            counts[end.key[0]] += end.malformed if isinstance(end, ServedReader) else 0
+        return +counts
+
+    def close(self) -> None:
+        """Withdraw all topics, and leave the network; safe to call twice."""
+        for end in tuple(self._ends):
+            self.leave(end)
+        self._inner.close()
+
+    # As the inner transport has it
+
+    @property
+    def description(self) -> str:
+        """What carries the messages to others than clients of Foxglove."""
+        return self._inner.description
+
+    @property
+    def spin_time(self) -> float:
+        """Seconds within which peers have turned up, as a rule."""
+        return self._inner.spin_time
+
+    @property
+    def source(self) -> bytes:
+        """GID of the writer of the message that is being delivered; that of clients cannot be told."""
+        return self._inner.source
+
+    @property
+    def foreign_services(self) -> Mapping[str, str]:
+        """Services with a peer that cannot be talked to."""
+        return self._inner.foreign_services
+
+    @property
+    def rival_services(self) -> Sequence[str]:
+        """Services that somebody else offers too."""
+        return self._inner.rival_services
+
+    @property
+    def node(self) -> str:
+        """Full name of the node on the network."""
+        return self._inner.node
+
+    def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> TransportServer:
+        """A server of a service."""
+        return self._inner.server(service, service_type, qos, deliver)
+
+    def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> TransportClient:
+        """A client of a service."""
+        return self._inner.client(service, service_type, qos, deliver)
+
+    def log(self, severity: str, text: str) -> None:
+        """Publish a message on /rosout."""
+        self._inner.log(severity, text)
+
+    def save(self) -> Any:
+        """A copy of what the transport keeps."""
+        return self._inner.save()
+
+    def restore(self, saved: Any) -> None:
+        """Go back to what `save` returned."""
+        self._inner.restore(saved)
+
+
+class _Writer:
+    """A writer whose messages clients see too."""
+
+    def __init__(self, inner: Writer, transport: FoxgloveTransport, end: ServedEnd) -> None:
+        self._inner = inner
+        self._transport = transport
+        self.end = end
+
+    @property
+    def matched(self) -> bool:
+        """Whether a reader is there, or a client subscribes."""
+        return self._inner.matched or self.end.wanted
+
+    @property
+    def dropped(self) -> int:
+        """Messages given up because a reader of the network did not keep up."""
+        return self._inner.dropped
+
+    def write(self, data: bytes) -> None:
+        """Send one message."""
+        self._inner.write(data)
+        self.end.show(data)
+
+    def close(self) -> None:
+        """Leave the topic; safe to call twice."""
+        self._transport.leave(self.end)
+        self._inner.close()
+
+
+class _Reader:
+    """A reader that hears clients too."""
+
+    def __init__(self, inner: Reader, transport: FoxgloveTransport, end: ServedReader) -> None:
+        self._inner = inner
+        self._transport = transport
+        self._end = end
+
+    def close(self) -> None:
+        """Leave the topic; safe to call twice."""
+        self._transport.leave(self._end)
+        self._inner.close()
