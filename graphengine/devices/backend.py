@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from graphengine.devices.entity import Box, Entity, EntityState, Move, Overlap
 from graphengine.devices.motion import Articulation, Body, Frame, Placement
 from graphengine.devices.rotation import Vector3
 from graphengine.devices.stage import Prim, Stage
+from graphengine.devices.visible import Bodies
 from graphengine.format.errors import JointError
 from graphengine.format.wording import did_you_mean, listing
 
@@ -122,6 +126,12 @@ class World(Protocol):
             prim: prim of the light.
             light: intensity and colour; finite, not negative.
         """
+
+    def bodies(self) -> Bodies:
+        """All bodies and their visible shapes; others after a robot was added or removed."""
+
+    def poses(self) -> NDArray[np.float64]:
+        """Position (m) and quaternion (x, y, z, w) of each body in the world frame, shape (bodies, 7); a fresh array."""
 
     def body(self, prim: Prim) -> Body:
         """The rigid body of a prim, or the one that carries it."""

@@ -17,6 +17,7 @@ from graphengine.devices.device import device_of
 from graphengine.devices.entity import Entity
 from graphengine.devices.rotation import IDENTITY, ORIGIN, Quaternion, Vector3
 from graphengine.devices.stage import Prim, Stage
+from graphengine.devices.visible import Bodies
 from graphengine.format.errors import UnknownEntityError
 from graphengine.format.stateful import Shared, Stateful
 
@@ -61,6 +62,14 @@ class DryWorld(Stateful):
         self._bodies: dict[Prim, BodyStub] = {}
         self._robots: dict[Prim, ArticulationStub] = {}
         self._devices: dict[tuple[Any, ...], Any] = {}
+
+    def bodies(self) -> Bodies:
+        """None: nothing is visible."""
+        return Bodies()
+
+    def poses(self) -> NDArray[np.float64]:
+        """An empty array."""
+        return np.zeros((0, 7))
 
     def set_gravity(self, gravity: Vector3) -> None:
         """Store the gravity for `gravity`."""

@@ -6,16 +6,20 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any, TypeVar
 
+import numpy as np
+
 from graphengine.devices.backend import Friction, Light
 from graphengine.devices.device import device_of
 from graphengine.devices.rotation import Vector3, vector
 from graphengine.devices.stage import Prim
+from graphengine.devices.visible import Bodies
 from graphengine.physics.core import SimulationCore
 from graphengine.physics.dynamics.held_bodies import PlacedBody, find_mover
 from graphengine.physics.dynamics.motion_handles import CarriedPrim, Joints
 from graphengine.physics.dynamics.mujoco_entities import MujocoEntities
-from graphengine.physics.engine import wake
+from graphengine.physics.engine import Floats, wake
 from graphengine.physics.pictures.render_thread import RenderThread
+from graphengine.physics.pictures.visible_bodies import visible_bodies
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 
 D = TypeVar("D")
@@ -55,6 +59,14 @@ class Simulation(SimulationCore):
         """Release the handles and the renderer."""
         super().close()
         self.studio.close()
+
+    def bodies(self) -> Bodies:
+        """All bodies and their visible shapes; others after a robot was added or removed."""
+        return visible_bodies(self.model)
+
+    def poses(self) -> Floats:
+        """Position (m) and quaternion (x, y, z, w) of each body in the world frame, shape (bodies, 7); a fresh array."""
+        return np.hstack([self.data.xpos, self.data.xquat[:, [1, 2, 3, 0]]])
 
     def body(self, prim: Prim) -> CarriedPrim:
         """The rigid body of a prim, or the one that carries it, with the pose of the prim."""

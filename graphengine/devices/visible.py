@@ -1,0 +1,54 @@
+"""Bodies of a world as pictures show them, for programs that draw them by themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.rotation import Pose, Vector3
+
+ShapeKind = Literal["plane", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh"]
+Surface = tuple[NDArray[np.float32], NDArray[np.int32]]
+"""Vertices (n, 3) in m, and triangles (m, 3) of their indices."""
+
+
+@dataclass(frozen=True, slots=True)
+class VisibleShape:
+    """One visible shape of a body.
+
+    Attributes:
+        kind: form.
+        size: half lengths along its axes, m; of a capsule radius and half length of its cylinder; of an infinite plane 0.
+        body: row of its body in `Bodies.poses`.
+        pose: pose in the body's frame.
+        colour: red, green, blue and opacity, 0 to 1.
+        mesh: name of its surface; empty for other kinds.
+    """
+
+    kind: ShapeKind
+    size: Vector3
+    body: int
+    pose: Pose
+    colour: tuple[float, float, float, float]
+    mesh: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Bodies:
+    """Everything visible in a world; it changes only when robots are added or removed.
+
+    Attributes:
+        names: names of the bodies; the first is the world.
+        moving: for each body, whether it can move.
+        shapes: visible shapes.
+        surfaces: surfaces of meshes by name.
+    """
+
+    names: Sequence[str] = ()
+    moving: Sequence[bool] = ()
+    shapes: Sequence[VisibleShape] = ()
+    surfaces: Mapping[str, Surface] = field(default_factory=dict)
