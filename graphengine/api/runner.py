@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from graphengine.api.topics import Publication
     from graphengine.recording.recorder import Recorder
     from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
+    from graphengine.view.feed import Feed
 
 
 class Runner:
@@ -62,6 +63,8 @@ class Runner:
         self.running = False
         """Whether ticks are under way, or called `until`."""
         self._recorder: Recorder | None = None
+        self.feed: Feed | None = None
+        """Of the page."""
         with ExitStack() as closing:
             self._check()
             own = Domain.from_environment(options.environ)
@@ -254,6 +257,13 @@ class Runner:
     def _after_tick(self) -> None:
         for publication in tuple(self.publications):
             publication.after_tick(self.session.clock.frame)
+        if self.feed is not None:
+            self.feed.after_tick()
+
+    def show(self, feed: Feed) -> None:
+        """Feed a page after ticks from now on, and end it with the session."""
+        self.feed = feed
+        self._closing.callback(feed.close)
 
     @contextmanager
     def _ticking(self) -> Iterator[None]:

@@ -19,6 +19,7 @@ from graphengine.api.robots import Robot, Robots
 from graphengine.api.runner import Runner
 from graphengine.api.topics import M, MessageType, Publication, Subscription, call_service, open_subscription
 from graphengine.api.values import plain, read_only
+from graphengine.api.viewing import open_page
 from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import did_you_mean, listing
@@ -522,6 +523,29 @@ class Session:
         if path is not None:
             write_png(pixels, Path(path))
         return pixels
+
+    @acting
+    def view(self, host: str = "127.0.0.1", port: int = 0, *, read_only: bool = False) -> str:
+        """Serve a page that shows the world in 3D and the graphs with live values, and that controls the session.
+
+        Whoever has the address may use it: it holds a secret. The page shows what ticks do, so it stands still between
+        calls of `run` and `step`.
+
+        >>> sim.view()  # doctest: +SKIP
+        'http://127.0.0.1:40123/?token=…'
+
+        Args:
+            host: address to serve on; others than 127.0.0.1 let other machines reach it, unencrypted.
+            port: port; 0 takes a free one.
+            read_only: whether viewers may only look.
+
+        Returns:
+            The address; the same one while the page's process lives.
+
+        Raises:
+            UsageError: the extra `view` is not installed, or the port is taken.
+        """
+        return open_page(self._runner, host, port, read_only=read_only)
 
     # From other threads
 

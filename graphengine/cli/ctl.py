@@ -70,6 +70,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("play", "start or resume the simulation")
     add("pause", "pause the simulation")
     add("stop", "reset everything to time 0 and wait for `play`")
+    add("view", "print the address of the page of `graphrun run --view`")
     add("quit", "end the run, as Ctrl-C does")
     step = add("step", "run single ticks of a paused session", "ticks")
     step.add_argument("ticks", metavar="TICKS", nargs="?", type=whole, default=1, help="number of ticks (default 1)")
@@ -188,6 +189,9 @@ def execute(arguments: argparse.Namespace) -> int:
     with Client(find(arguments.run)) as client:
         told = client.ask(arguments.command, given)
         state = _state(client) if arguments.command != "quit" else None
+    if arguments.command == "view":
+        print(clean(told["page"]))
+        return 0
     for warning in told.get("warnings", ()) if isinstance(told, dict) else ():
         print(clean(f"warning: {warning}"), file=sys.stderr)
     if state is not None and arguments.json:

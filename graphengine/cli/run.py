@@ -52,6 +52,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--record", metavar="FILE", type=Path, help=record)
     profile = "print at the end how often each node ran and fired and its computing time, measured in every tenth tick"
     parser.add_argument("--profile", action="store_true", help=profile)
+    parser.add_argument(
+        "--view", action="store_true", help="serve a page that shows and controls the run; prints its address"
+    )
+    parser.add_argument(
+        "--view-host", metavar="ADDRESS", default="127.0.0.1", help="address of the page (default 127.0.0.1)"
+    )
+    parser.add_argument(
+        "--view-port", metavar="PORT", type=int, default=0, help="port of the page (default a free one)"
+    )
+    parser.add_argument("--view-read-only", action="store_true", help="let viewers look only")
     parser.add_argument("--force", action="store_true", help="let --record overwrite an existing file")
 
 
@@ -72,6 +82,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Run until the end or an interrupt; return 0, or 1 with errors."""
     from graphengine.api.run_options import RunOptions, check_recording
     from graphengine.api.scene import start_runner
+    from graphengine.api.viewing import open_page
     from graphengine.cli.common import clean, counted, open_scene
     from graphengine.format.errors import UsageError
 
@@ -112,6 +123,9 @@ def execute(arguments: argparse.Namespace) -> int:
         rays = session.services.world.rays_in_use
         what += (f"; rays {rays}" if rays else "") + (f"; recorded to {arguments.record}" if arguments.record else "")
         console.tell(clean(what))
+        if arguments.view:
+            page = open_page(runner, arguments.view_host, arguments.view_port, read_only=arguments.view_read_only)
+            console.tell(f"see it: {page}")
         console.begin()
         try:
             runner.run(arguments.duration, arguments.rate, on_tick, paused=arguments.paused)

@@ -51,13 +51,17 @@ STYLE = "\n" + Template(resources.files(__package__).joinpath("svg.css").read_te
 """Of every drawing. What knows no media queries draws the light one."""
 
 
-def draw(views: Sequence[GraphView]) -> str:
+def draw(views: Sequence[GraphView], *, named: bool = False) -> str:
     """One SVG with all graphs, one below the other.
+
+    Args:
+        views: the graphs.
+        named: whether each node's group has its name as `data-node`, for scripts.
 
     Raises:
         UsageError: the layout library is not installed.
     """
-    parts = [_draw_graph(view) for view in views]
+    parts = [_draw_graph(view, named=named) for view in views]
     wide = max([_LEAST, *(drawn for _, drawn, _ in parts)]) + 2 * _SPACE
     body: list[str] = []
     top = _SPACE
@@ -99,7 +103,7 @@ def _text(x: float, y: float, text: str, kind: str) -> str:
     return f'<text class="{kind}" x="{_number(x)}" y="{_number(y)}">{escape(text)}</text>'
 
 
-def _draw_graph(view: GraphView) -> tuple[list[str], float, float]:
+def _draw_graph(view: GraphView, *, named: bool) -> tuple[list[str], float, float]:
     """One graph with its corner at zero; its width and height."""
     layout = arrange(view)
     heading, head_width, head_height = _heading(view, max(layout.width, _LEAST))
@@ -120,7 +124,7 @@ def _draw_graph(view: GraphView) -> tuple[list[str], float, float]:
     order = sorted(drawn, key=lambda pair: on_top[pair[0].mistake] or pair[0].form != "data")
     lines += [line for wire, route in order if route for line in _wire(wire, route)]
     for node, box in layout.boxes.items():
-        lines += _node(box, layout.corners[node])
+        lines += _node(box, layout.corners[node], named=named)
     lines.append("</g>")
     return lines, max(layout.width, head_width), head_height + layout.height
 
@@ -151,15 +155,16 @@ def _about(finding: Finding) -> str:
     return "\n".join((_sentence(finding), *finding.help))
 
 
-def _node(box: NodeBox, corner: Point) -> list[str]:
+def _node(box: NodeBox, corner: Point, *, named: bool) -> list[str]:
     """A box with its texts and ports; its tooltip is its `title`."""
     told = [_about(finding) for finding in box.view.findings]
     about = "\n\n".join([box.view.about, *told])
     kind = f"node {box.view.kind} {box.severity}".rstrip()
+    name = f' data-node="{escape(box.view.id)}"' if named else ""
     wide, high = _number(box.width), _number(box.height)
     round_head = f"M0 {HEAD:g}V6q0-6 6-6H{_number(box.width - 6)}q6 0 6 6V{HEAD:g}z"
     lines = [
-        f'<g class="{kind}" transform="translate({_number(corner[0])} {_number(corner[1])})">',
+        f'<g class="{kind}"{name} transform="translate({_number(corner[0])} {_number(corner[1])})">',
         f"<title>{escape(about)}</title>",
         f'<rect class="box" width="{wide}" height="{high}" rx="6"/>',
         f'<path class="head" d="{round_head}"/>',

@@ -357,6 +357,15 @@ def _robot(session: SessionCore, prim: Prim) -> dict[str, Any]:
     }
 
 
+class View(Command):
+    """Tell the address of the page of a run with a page; a new one if its process was lost."""
+
+    def _apply(self, session: SessionCore) -> dict[str, str]:
+        if session.open_page is None:
+            raise StateError("the run has no page; start it with --view")
+        return {"page": session.open_page()}
+
+
 class Quit(Command):
     """End the run, as Ctrl-C does."""
 
@@ -365,7 +374,7 @@ class Quit(Command):
 
 
 _KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, Set, Impulse)
-_KINDS += (Press, Release, Checkpoint, Restore, State, Quit)
+_KINDS += (Press, Release, Checkpoint, Restore, State, View, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.__name__.lower(): kind for kind in _KINDS})
 

@@ -62,6 +62,13 @@ class Profile:
         self._begun, self._sampling = number, sampled
         self.sampled += before
 
+    def end(self) -> None:
+        """Let all ticks run as without a profile until the next `begin_tick`."""
+        for _, switch in self._watched.values():
+            switch(False)
+        self._watched.clear()
+        self._begun, self._sampling = -1, False
+
     def nodes(self) -> list[NodeProfile]:
         """All nodes that ran, by the time they took, longest first."""
         return sorted((node for node in self._nodes.values() if node.runs), key=lambda node: -node.seconds)

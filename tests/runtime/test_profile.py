@@ -37,3 +37,16 @@ def test_a_profiled_run_sends_the_same_bytes() -> None:
     _, seldom = profiled(60, every=7)
     _, never = profiled(60, every=10_000)
     assert often.recorder.digest == seldom.recorder.digest == never.recorder.digest
+
+
+def test_after_its_end_nothing_is_measured_until_it_begins_again() -> None:
+    profile = Profile(every=1)
+    with Job("dd100_flat") as job:
+        for begins in (True, False, True):
+            for _ in range(10):
+                if begins:
+                    profile.begin_tick(job.session.ticks, job.session.graphs)
+                job.session.step()
+            profile.end()
+    (node,) = [node for node in profile.nodes() if node.path == "dd100/joint_states/PublishJointState"]
+    assert node.runs == 20

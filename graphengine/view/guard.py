@@ -1,0 +1,98 @@
+"""Decides who may load the page: requests carry its token, and come from the page itself."""
+
+from __future__ import annotations
+
+import hmac
+import ipaddress
+import secrets
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from http.cookies import CookieError, SimpleCookie
+from urllib.parse import parse_qs, urlsplit
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """The answer to a request that is not let in."""
+
+    status: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Welcome:
+    """The answer to the first request of a browser: its token moves from the address into a cookie."""
+
+    location: str
+    cookie: str
+
+
+@dataclass(slots=True)
+class PageGuard:
+    """Checks each HTTP request and each WebSocket handshake.
+
+    A request needs the token: in its address once, in a cookie from then on. `Host` must be one of the page's own, so that
+    no name of a stranger's that resolves to this machine works (DNS rebinding), and an `Origin` must be the page's, so that
+    no other page in the same browser reaches it.
+
+    Attributes:
+        hosts: `name:port` under which the page is served; the first is the one that is told.
+        every_address: whether the page is served on every address of the machine. Then any address will do as a name: only
+            names can be made to resolve to another address.
+        token: shared secret; new in each process.
+    """
+
+    hosts: tuple[str, ...]
+    every_address: bool = False
+    token: str = field(default_factory=lambda: secrets.token_urlsafe(24), repr=False)
+
+    @property
+    def cookie(self) -> str:
+        """Name of the cookie; cookies do not know ports, so it has the port in its name."""
+        return f"graphrun_{self.hosts[0].rpartition(':')[2]}"
+
+    def check(self, target: str, headers: Mapping[str, str]) -> Refusal | Welcome | None:
+        """Look at a request; None lets it in.
+
+        Args:
+            target: path and query.
+            headers: by name, in any case.
+        """
+        host = headers.get("Host", "")
+        if not self._is_own(host):
+            return Refusal(403, "this page is served under another name")
+        origin = headers.get("Origin")
+        if origin is not None and not (origin.startswith("http://") and self._is_own(origin.removeprefix("http://"))):
+            return Refusal(403, "the request comes from another page")
+        parts = urlsplit(target)
+        query = parse_qs(parts.query)
+        if any(map(self._is_token, query.get("token", ()))):
+            return Welcome(parts.path, f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict")
+        if not any(map(self._is_token, _cookies(headers.get("Cookie", ""), self.cookie))):
+            return Refusal(403, "open the address that graphrun printed: it holds the token of this run")
+        return None
+
+    def _is_own(self, host: str) -> bool:
+        name, _, port = host.rpartition(":")
+        return host in self.hosts or (
+            self.every_address and port == self.hosts[0].rpartition(":")[2] and _is_address(name.strip("[]"))
+        )
+
+    def _is_token(self, given: str) -> bool:
+        return hmac.compare_digest(given.encode(), self.token.encode())
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
+def _cookies(text: str, name: str) -> Iterable[str]:
+    try:
+        found = SimpleCookie(text).get(name)
+    except CookieError:
+        return ()
+    return (found.value,) if found is not None else ()

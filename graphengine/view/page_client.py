@@ -1,0 +1,132 @@
+"""The page of a run, seen from the run: its process, and what it is told after ticks, without waiting for it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Mapping
+from multiprocessing.connection import Connection
+from typing import Any
+
+from graphengine.format.errors import UsageError
+
+ALLOWED = 20.0
+"""Seconds in which the page has to come up."""
+
+
+class Page:
+    """The process of a page, and a thread each that writes to it and reads from it.
+
+    A tick leaves what there is to tell; of frames only the newest waits.
+
+    Args:
+        host: address of the page.
+        port: port of the page; 0 takes a free one.
+        asked: called with what viewers ask, in the thread that reads.
+
+    Raises:
+        UsageError: viser is not installed, or the page cannot be served there.
+    """
+
+    def __init__(self, host: str, port: int, asked: Callable[[Mapping[str, Any]], None]) -> None:
+        ours, theirs = socket.socketpair()
+        try:
+            command = [sys.executable, "-m", f"{__package__}.page_process", str(theirs.fileno()), host, str(port)]
+            self._process = subprocess.Popen(command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL)
+        finally:
+            theirs.close()
+        self._socket, self._connection = ours, Connection(os.dup(ours.fileno()))
+        self._asked = asked
+        self._closed = False
+        self.lost = False
+        """Whether the process has ended before `close`."""
+        self._news = threading.Condition()
+        self._waiting: list[object] = []
+        self._frame: object = None
+        try:
+            self.url = self._wait()
+        except BaseException:
+            self.close()
+            raise
+        self._threads = [threading.Thread(target=job, name="page", daemon=True) for job in (self._write, self._read)]
+        for thread in self._threads:
+            thread.start()
+
+    def _wait(self) -> str:
+        """Wait for the page's address.
+
+        Raises:
+            UsageError: it has none.
+        """
+        told: Mapping[str, str] = {}
+        with contextlib.suppress(EOFError, OSError):
+            if self._connection.poll(ALLOWED):
+                told = json.loads(self._connection.recv_bytes())
+        if "url" not in told:
+            raise UsageError(told.get("error") or "the page did not come up; its process told why, or took too long")
+        return told["url"]
+
+    @property
+    def process_id(self) -> int:
+        """Number of the page's process."""
+        return self._process.pid
+
+    @property
+    def busy(self) -> bool:
+        """Whether the last frame has not been written yet."""
+        return self._frame is not None
+
+    def tell(self, told: object) -> None:
+        """Send something in order."""
+        with self._news:
+            self._waiting.append(told)
+            self._news.notify()
+
+    def show(self, frame: object) -> None:
+        """Send a frame, in the place of one that still waits."""
+        with self._news:
+            self._frame = frame
+            self._news.notify()
+
+    def _write(self) -> None:
+        while True:
+            with self._news:
+                self._news.wait_for(lambda: self._waiting or self._frame is not None or self._closed)
+                told = [*self._waiting, *([self._frame] if self._frame is not None else [])]
+                self._waiting.clear()
+                if self._closed:
+                    return
+            try:
+                for one in told:
+                    self._connection.send(one)
+            except OSError:
+                self.lost = not self._closed
+                return
+            with self._news:
+                if self._frame is told[-1]:
+                    self._frame = None
+
+    def _read(self) -> None:
+        with contextlib.suppress(EOFError, OSError):
+            while True:
+                self._asked(json.loads(self._connection.recv_bytes()))
+        self.lost = not self._closed
+
+    def close(self) -> None:
+        """End the process; safe to call twice."""
+        with self._news:
+            self._closed = True
+            self._news.notify_all()
+        with contextlib.suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)  # which wakes both threads
+        self._socket.close()
+        try:
+            self._process.wait(5.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()

@@ -1,0 +1,261 @@
+"""One port with everything that the page is made of: its files, viser's 3D part, and the feed of live values.
+
+viser opens its port itself, for every machine, to everyone, with messages of 50 MB, and lets each client ask for a public tunnel.
+So its server is made with our `serve` in the place of websockets': it binds to one address, asks the guard about each request,
+and bounds messages and viewers. No part of it is changed otherwise, and it opens no other port.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import ipaddress
+import itertools
+import json
+import mimetypes
+import socket
+from collections.abc import Awaitable, Callable, Iterator, Mapping
+from importlib import resources
+from typing import Any
+
+import viser
+import websockets.asyncio.server as websocket_server
+from viser import _client_autobuild, _messages
+from websockets.asyncio.server import ServerConnection
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from graphengine.format.errors import UsageError
+from graphengine.view.guard import PageGuard, Refusal, Welcome
+
+MAX_VIEWERS = 8
+MAX_MESSAGE = 1_000_000
+"""Bytes of a message from a browser."""
+EVERY_ADDRESS = ("0.0.0.0", "::")
+SCENE, FEED = "/3d", "/feed"
+"""Paths of viser's page and socket, and of the feed's socket."""
+_POLICY = (
+    "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; frame-ancestors 'self'; "
+    "base-uri 'none'; form-action 'none'"
+)
+_FILES = {"/": "page.html", "/page.css": "page.css", "/page.js": "page.js"}
+
+Handler = Callable[[ServerConnection], Awaitable[None]]
+
+
+class Viewer:
+    """A browser that takes the feed: of what it has not read yet only the newest of each kind is kept."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        self._waiting: dict[str, str] = {}
+        self._answers: list[str] = []
+        self._news = asyncio.Event()
+
+    def put(self, kind: str, text: str) -> None:
+        """Send something, in the place of what was sent of its kind and was not taken yet."""
+        self._waiting[kind] = text
+        self._news.set()
+
+    def answer(self, text: str) -> None:
+        """Send something that nothing replaces."""
+        self._answers.append(text)
+        self._news.set()
+
+    async def take(self) -> list[str]:
+        """Wait for something to send."""
+        await self._news.wait()
+        self._news.clear()
+        found = [*self._answers, *self._waiting.values()]
+        self._answers.clear()
+        self._waiting.clear()
+        return found
+
+
+class PageServer:
+    """Serves the page until it is closed.
+
+    Args:
+        host: address that it binds to.
+        port: port; 0 takes a free one.
+        asked: called with each message of a viewer, in the server's thread.
+        greet: what a new viewer gets first, by kind.
+
+    Raises:
+        UsageError: nothing can be served there.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        asked: Callable[[Viewer, Mapping[str, Any]], None],
+        greet: Callable[[], Mapping[str, str]],
+    ) -> None:
+        self._asked = asked
+        self._greet = greet
+        self._numbers = itertools.count()
+        self.viewers: dict[int, Viewer] = {}
+        self._sockets = 0
+        self._guard = PageGuard(())
+        self._socket = _listen(host, port)
+        with _served_by(self._serve), contextlib.redirect_stdout(None):
+            self.viser = viser.ViserServer(host, port, verbose=False)
+        self.port = self.viser.get_port()
+        self._guard.every_address = host in EVERY_ADDRESS
+        names = _names(host)
+        self._guard.hosts = tuple(f"[{name}]:{self.port}" if ":" in name else f"{name}:{self.port}" for name in names)
+        self.url = f"http://{self._guard.hosts[0]}/?token={self._guard.token}"
+        for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
+            self.viser._websock_server.unregister_handler(message)
+        self.viser.gui.configure_theme(show_logo=False, show_share_button=False)
+        self.viser.gui.set_panel_label("Layers")
+        self.viser.gui.main_panel.minimize()
+
+    def broadcast(self, kind: str, text: str) -> None:
+        """Send something to every viewer; any thread may call it."""
+        self._loop.call_soon_threadsafe(self._put, kind, text)
+
+    def answer(self, viewer: int, text: str) -> None:
+        """Send something to one viewer, if it is still there; any thread may call it."""
+        self._loop.call_soon_threadsafe(lambda: self.viewers[viewer].answer(text) if viewer in self.viewers else None)
+
+    def _put(self, kind: str, text: str) -> None:
+        for viewer in self.viewers.values():
+            viewer.put(kind, text)
+
+    def close(self) -> None:
+        """Disconnect all viewers."""
+        with contextlib.redirect_stdout(None):
+            self.viser.stop()
+        self._socket.close()
+
+    # In the server's thread
+
+    def _serve(self, handler: Handler, host: str, port: int, **options: Any) -> Any:
+        """Stand in for `websockets.asyncio.server.serve`."""
+        show = options.pop("process_request")
+        self._loop = asyncio.get_running_loop()
+
+        async def handle(connection: ServerConnection) -> None:
+            assert connection.request is not None
+            if self._sockets >= 2 * MAX_VIEWERS:  # each page has two
+                await connection.close(1013, f"{MAX_VIEWERS} viewers are there already")
+                return
+            self._sockets += 1
+            try:
+                await (self._feed(connection) if _path(connection.request) == FEED else handler(connection))
+            finally:
+                self._sockets -= 1
+
+        def answer(connection: ServerConnection, request: Request) -> Response | None:
+            return self._answer(request) or show(connection, request)
+
+        options |= {"max_size": MAX_MESSAGE, "process_request": answer}
+        return _original(handle, sock=self._socket, **options)
+
+    def _answer(self, request: Request) -> Response | None:
+        """What a request gets from us; None leaves it to viser."""
+        verdict = self._guard.check(request.path, request.headers)
+        if isinstance(verdict, Refusal):
+            return _response(verdict.status, "text/plain", f"{verdict.reason}\n".encode())
+        if isinstance(verdict, Welcome):
+            return _response(303, "text/plain", b"", Location=verdict.location, **{"Set-Cookie": verdict.cookie})
+        path = _path(request)
+        if request.headers.get("Upgrade", "").lower() == "websocket":
+            return None
+        if path in _FILES:
+            name = _FILES[path]
+            body = resources.files(__package__).joinpath("static", name).read_bytes()
+            return _response(200, mimetypes.guess_type(name)[0] or "text/plain", body)
+        if path == SCENE:
+            return _response(303, "text/plain", b"", Location=f"{SCENE}/")
+        if path.startswith(f"{SCENE}/"):
+            request.path = request.path.removeprefix(SCENE)
+            return None
+        return _response(404, "text/plain", b"there is no such file\n")
+
+    async def _feed(self, connection: ServerConnection) -> None:
+        """Send a viewer what is new, and pass on what it asks for."""
+        viewer = Viewer(next(self._numbers))
+        self.viewers[viewer.number] = viewer
+        for kind, text in self._greet().items():
+            viewer.put(kind, text)
+        self._asked(viewer, {"ask": "come"})
+        sending = asyncio.ensure_future(_send(connection, viewer))
+        try:
+            async for given in connection:
+                message = _read(given)
+                if message is None:
+                    await connection.close(1003, "write a JSON object")
+                    break
+                self._asked(viewer, message)
+        except ConnectionClosed:
+            pass
+        finally:
+            del self.viewers[viewer.number]
+            sending.cancel()
+            self._asked(viewer, {"ask": "gone"})
+
+
+async def _send(connection: ServerConnection, viewer: Viewer) -> None:
+    with contextlib.suppress(ConnectionClosed):
+        while True:
+            for text in await viewer.take():
+                await connection.send(text)
+
+
+def _read(text: str | bytes) -> Mapping[str, Any] | None:
+    try:
+        found = json.loads(text)
+    except ValueError:
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def _path(request: Request) -> str:
+    return request.path.partition("?")[0]
+
+
+def _response(status: int, kind: str, body: bytes, **headers: str) -> Response:
+    fields = {"Content-Type": f"{kind}; charset=utf-8", "Content-Length": str(len(body)), "Connection": "close"}
+    fields |= {"Content-Security-Policy": _POLICY, "X-Content-Type-Options": "nosniff", "Cache-Control": "no-store"}
+    fields["Referrer-Policy"] = "no-referrer"
+    reason = {200: "OK", 303: "See Other", 403: "Forbidden", 404: "Not Found"}[status]
+    return Response(status, reason, Headers({**fields, **headers}), body)
+
+
+def _names(host: str) -> list[str]:
+    """Names under which a page on an address is reached, the one to tell first."""
+    if host in EVERY_ADDRESS:
+        return [socket.gethostname(), "localhost"]
+    return [host, "localhost"] if ipaddress.ip_address(host).is_loopback else [host]
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    try:
+        ipaddress.ip_address(host)
+    except ValueError:
+        raise UsageError(f"the page is served on an address, such as 127.0.0.1, not on {host!r}") from None
+    try:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        return socket.create_server((host, port), family=family)
+    except OSError as error:
+        raise UsageError(f"the page cannot be served on {host}, port {port}: {error.strerror or error}") from None
+
+
+_original = websocket_server.serve
+
+
+@contextlib.contextmanager
+def _served_by(serve: Callable[..., Any]) -> Iterator[None]:
+    """Let viser open its port by another function, which it finds by this name."""
+    build = _client_autobuild.ensure_client_is_built
+    websocket_server.serve = serve  # type: ignore[assignment, misc]
+    _client_autobuild.ensure_client_is_built = lambda: None  # which would download Node.js if dates of files look wrong
+    try:
+        yield
+    finally:
+        websocket_server.serve = _original  # type: ignore[misc]
+        _client_autobuild.ensure_client_is_built = build

@@ -1,0 +1,228 @@
+"""The page of a session: what viewers are told, what they may do, and what a lost or slow page costs."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("viser", reason="the extra view is not installed")
+
+from websockets.sync.client import ClientConnection, connect
+
+import graphengine as ge
+from graphengine.cli import main as graphrun
+from graphengine.testing import session
+
+pytestmark = pytest.mark.xdist_group("view")
+
+CMD_VEL = "/dd100_0000/cmd_vel"
+LIMIT = "DiffController.inputs:maxLinearSpeed"
+
+
+class Viewer:
+    """A browser of which only the feed is played."""
+
+    def __init__(self, url: str) -> None:
+        base, _, token = url.partition("/?token=")
+        port = base.rpartition(":")[2]
+        cookie = {"Cookie": f"graphrun_{port}={token}"}
+        self.socket: ClientConnection = connect(f"ws://127.0.0.1:{port}/feed", additional_headers=cookie, max_size=None)
+        self.stage: Any = None
+        self.frame: Any = None
+        self._asked = 0
+
+    def ask(self, **what: Any) -> None:
+        """Send something."""
+        self.socket.send(json.dumps(what))
+
+    def until(self, condition: Callable[[Any], object]) -> Any:
+        """Read until a frame fulfils a condition."""
+        while self.frame is None or not condition(self.frame):
+            self._read()
+        return self.frame
+
+    def command(self, name: str, **arguments: Any) -> Any:
+        """Ask for a command and wait for its answer."""
+        self._asked += 1
+        self.ask(ask="command", id=self._asked, command=name, arguments=arguments)
+        while True:
+            told = self._read()
+            if told.get("answer", {}).get("id") == self._asked:
+                return told["answer"]
+
+    def _read(self) -> Any:
+        told = json.loads(self.socket.recv(timeout=60))
+        self.stage, self.frame = told.get("stage", self.stage), told.get("frame", self.frame)
+        return told
+
+
+def viewed(sim: ge.Session, play: Callable[[Viewer], Any], **options: Any) -> Any:
+    """Run a session in real time while a viewer plays; the result of the play."""
+    url = sim.view(**options)
+    with ThreadPoolExecutor(1) as pool:
+
+        def play_and_leave() -> Any:
+            viewer = Viewer(url)
+            with viewer.socket:
+                return play(viewer)
+
+        played = pool.submit(play_and_leave)
+        while not played.done():
+            sim.run(5.0, rate=1.0, until=lambda _: played.done())
+        return played.result()
+
+
+@pytest.fixture
+def sim() -> Iterator[ge.Session]:
+    with session("dd100_flat") as made:
+        yield made
+
+
+def test_a_viewer_sees_the_graphs_and_the_time(sim: ge.Session) -> None:
+    def play(viewer: Viewer) -> Any:
+        viewer.until(lambda frame: frame["facts"]["time"] > 0.2)
+        return viewer.stage
+
+    stage = viewed(sim, play)
+    assert stage["title"] == "dd100_flat"
+    assert [graph["name"] for graph in stage["graphs"]] == [graph.name for graph in sim._runner.session.graphs]
+    assert stage["drives"] == {"dd100": CMD_VEL}
+    nodes = stage["graphs"][-1]["nodes"]
+    assert all(f'data-node="{name}"' in stage["graphs"][-1]["svg"] for name in nodes)
+    assert nodes["DiffController"]["place"].endswith("cmd_vel.yaml:15:3")
+
+
+def test_live_values_are_those_of_the_session_and_only_of_the_graph_that_is_looked_at(sim: ge.Session) -> None:
+    def play(viewer: Viewer) -> Any:
+        viewer.ask(ask="look", graph="dd100/cmd_vel")
+        return viewer.until(lambda frame: frame["values"].get("dd100/cmd_vel"))
+
+    frame = viewed(sim, play)
+    assert list(frame["values"]) == ["dd100/cmd_vel"]
+    assert frame["values"]["dd100/cmd_vel"][LIMIT] == sim.value("dd100/cmd_vel/DiffController.maxLinearSpeed")
+
+
+def test_nodes_tell_how_often_they_ran_and_how_long_that_took(sim: ge.Session) -> None:
+    def play(viewer: Viewer) -> Any:
+        viewer.ask(ask="look", graph="dd100/cmd_vel")
+        frame = viewer.until(lambda frame: frame["nodes"].get("dd100/cmd_vel", {}).get("DiffController", [0])[0])
+        return frame["nodes"]["dd100/cmd_vel"]
+
+    ran, _, microseconds = viewed(sim, play)["DiffController"]
+    assert ran >= 1
+    assert 0.0 < microseconds < 1e5
+
+
+def test_when_nobody_looks_any_more_nodes_are_not_timed(sim: ge.Session) -> None:
+    def play(viewer: Viewer) -> None:
+        viewer.ask(ask="look", graph="dd100/cmd_vel")
+        viewer.until(lambda frame: frame["nodes"].get("dd100/cmd_vel"))
+
+    (run,) = [run for run in sim._runner.session.graphs if run.name == "dd100/cmd_vel"]
+    plain = run.executor._pass
+    viewed(sim, play)
+    sim.run(10.0, rate=1.0, until=lambda _: run.executor._pass is plain)
+    assert run.executor._pass is plain
+
+
+def test_commands_pause_play_and_set_inputs_and_mistakes_are_told(sim: ge.Session) -> None:
+    def play(viewer: Viewer) -> Any:
+        answers = [viewer.command("pause")]
+        held = viewer.until(lambda frame: frame["facts"]["state"] == "paused")["facts"]["time"]
+        answers.append(viewer.command("set", address="DiffController.maxLinearSpeed", value=0.2))
+        answers.append(viewer.command("set", address="DiffController.maxLinearSpeed", value="fast"))
+        answers.append(viewer.command("fly"))
+        assert viewer.until(lambda frame: True)["facts"]["time"] == held
+        answers.append(viewer.command("play"))
+        return answers
+
+    paused, set_, wrong, unknown, played = viewed(sim, play)
+    assert "error" not in paused | set_ | played
+    assert "expected a number" in wrong["error"]
+    assert "fly" in unknown["error"]
+    assert sim.value("DiffController.maxLinearSpeed") == 0.2
+
+
+def test_a_viewer_drives_and_the_robot_stops_when_nobody_does(sim: ge.Session) -> None:
+    def play(viewer: Viewer) -> None:
+        begun = viewer.until(lambda frame: True)["facts"]["time"]
+        viewer.ask(ask="drive", topic=CMD_VEL, twist=[0.5, 0.0, 0.0])
+        viewer.until(lambda frame: frame["facts"]["time"] > begun + 2.5)
+
+    viewed(sim, play)
+    moved = sim.robots["dd100"].pose.position[0]
+    assert 0.1 < moved < 0.6  # for half a second, and the way to a stand
+    assert abs(sim.robots["dd100"].velocity.linear[0]) < 0.01
+
+
+@pytest.mark.parametrize("topic", ["/elsewhere", "", 7])
+def test_only_robots_are_driven(sim: ge.Session, topic: object) -> None:
+    def play(viewer: Viewer) -> None:
+        viewer.ask(ask="drive", topic=topic, twist=[0.5, 0.0, 0.0])
+        viewer.ask(ask="drive", topic=CMD_VEL, twist=[float("inf"), 0.0, 0.0])
+        viewer.ask(ask="drive", topic=CMD_VEL, twist="forward")
+        viewer.until(lambda frame: frame["facts"]["time"] > 0.5)
+
+    viewed(sim, play)
+    assert abs(sim.robots["dd100"].pose.position[0]) < 0.01
+
+
+def test_a_page_for_looking_takes_no_commands(sim: ge.Session) -> None:
+    answer = viewed(sim, lambda viewer: viewer.command("pause"), read_only=True)
+    assert answer["error"] == "this page is for looking only"
+
+
+def test_what_viewers_did_is_recorded_and_replayed(tmp_path: Path) -> None:
+    path = tmp_path / "seen.mcap"
+
+    def play(viewer: Viewer) -> None:
+        begun = viewer.until(lambda frame: True)["facts"]["time"]
+        viewer.ask(ask="drive", topic=CMD_VEL, twist=[0.5, 0.0, 0.5])
+        viewer.command("set", address="DiffController.maxLinearSpeed", value=0.3)
+        viewer.until(lambda frame: frame["facts"]["time"] > begun + 0.5)
+
+    with session("dd100_flat", record=path) as sim:
+        viewed(sim, play)
+    assert graphrun(["replay", str(path)]) == 0
+
+
+def test_a_killed_page_is_told_once_and_the_run_goes_on_and_can_be_seen_again() -> None:
+    said: list[str] = []
+    with session("dd100_flat", log=lambda severity, node, text: said.append(text)) as sim:
+        first = sim.view()
+        assert sim.view() == first
+        os.kill(sim._runner.feed.page.process_id, signal.SIGKILL)  # type: ignore[union-attr]
+        sim.run(10.0, rate=1.0, until=lambda _: bool(said))
+        sim.step(100)
+        assert [text.partition(";")[0] for text in said] == ["the process of the page has ended"]
+        assert sim.view() != first
+        assert viewed(sim, lambda viewer: viewer.until(lambda frame: True))
+
+
+def test_a_viewer_that_does_not_read_holds_nothing_up(sim: ge.Session) -> None:
+    url = sim.view()
+    viewer = Viewer(url)
+    viewer.ask(ask="look", graph="dd100/cmd_vel")
+    assert sim.run(5.0)
+    with contextlib.closing(viewer.socket):
+        assert sim.run(1.0, rate=2.0)
+
+
+@pytest.mark.parametrize("host", ["evil.example", "203.0.113.7", ""])
+def test_an_address_that_is_not_this_machine_s_is_an_error(sim: ge.Session, host: str) -> None:
+    with pytest.raises(ge.UsageError, match="the page"):
+        sim.view(host)
+
+
+def test_a_port_that_is_taken_is_an_error(sim: ge.Session) -> None:
+    port = int(sim.view().partition("/?")[0].rpartition(":")[2])
+    with session("dd100_flat") as other, pytest.raises(ge.UsageError, match=f"{port}"):
+        other.view(port=port)

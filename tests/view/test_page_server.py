@@ -1,0 +1,163 @@
+"""The server of the page: one port, closed to whoever has no token, with bounds on viewers and messages."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("viser", reason="the extra view is not installed")
+
+from viser import _messages
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+
+from graphengine.view.page_server import FEED, MAX_MESSAGE, MAX_VIEWERS, SCENE, PageServer
+from tests.waiting import eventually
+
+STRANGER = r"""
+import os, socket, sys
+connection, port = socket.socket(), int(sys.argv[1])
+os.setuid(65534)
+connection.connect(("127.0.0.1", port))
+connection.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n" % port)
+print(connection.recv(100).partition(b"\r\n")[0].decode())
+"""
+
+pytestmark = pytest.mark.xdist_group("view")
+
+
+class Served:
+    """A server, and what its viewers asked."""
+
+    def __init__(self) -> None:
+        self.asked: list[Any] = []
+        self.server = PageServer(
+            "127.0.0.1", 0, lambda viewer, message: self.asked.append(message), lambda: {"stage": '{"stage": {}}'}
+        )
+        self.host = f"127.0.0.1:{self.server.port}"
+        self.token = self.server.url.partition("token=")[2]
+        self.cookie = f"graphrun_{self.server.port}={self.token}"
+
+    def get(self, path: str, **headers: str) -> tuple[int, str]:
+        """Status and body of a request; headers replace those of a viewer who was let in."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.server.port, timeout=10)
+        given = {"Host": self.host, "Cookie": self.cookie, **headers}
+        connection.request("GET", path, headers={name: value for name, value in given.items() if value})
+        answer = connection.getresponse()
+        body = answer.read().decode(errors="replace")
+        connection.close()
+        return answer.status, body
+
+    def connect(self, path: str = FEED, **headers: str) -> ClientConnection:
+        """A WebSocket of a viewer."""
+        given = {"Cookie": self.cookie, **headers}
+        protocols: Any = ["viser-v1.1.1"] if path == SCENE else None
+        return connect(
+            f"ws://{self.host}{path}",
+            additional_headers={name: value for name, value in given.items() if value},
+            subprotocols=protocols,
+            max_size=None,
+        )
+
+
+@pytest.fixture
+def served() -> Iterator[Served]:
+    made = Served()
+    yield made
+    made.server.close()
+
+
+@pytest.mark.parametrize("path", ["/", "/page.js", "/page.css", f"{SCENE}/"])
+def test_a_viewer_gets_the_page_and_its_parts(served: Served, path: str) -> None:
+    status, body = served.get(path)
+    assert status == 200
+    assert body
+
+
+@pytest.mark.parametrize("path", ["/", "/page.js", SCENE, f"{SCENE}/", "/nothing", FEED])
+@pytest.mark.parametrize(
+    "headers", [{"Cookie": ""}, {"Host": "evil.example"}, {"Origin": "http://evil.example"}, {"Cookie": "x=1"}]
+)
+def test_without_token_or_under_another_name_every_path_is_forbidden(
+    served: Served, path: str, headers: dict[str, str]
+) -> None:
+    assert served.get(path, **headers)[0] == 403
+
+
+@pytest.mark.parametrize("path", [FEED, SCENE])
+@pytest.mark.parametrize("headers", [{"Cookie": ""}, {"Origin": "http://evil.example"}])
+def test_so_is_every_websocket(served: Served, path: str, headers: dict[str, str]) -> None:
+    with pytest.raises(InvalidStatus) as refused, served.connect(path, **headers):
+        pass
+    assert refused.value.response.status_code == 403
+
+
+def test_files_outside_of_the_page_are_not_served(served: Served) -> None:
+    for path in ("/../pyproject.toml", f"{SCENE}/../../server.py", f"{SCENE}/%2e%2e/%2e%2e/server.py", "/guard.py"):
+        assert served.get(path)[0] in (403, 404)
+
+
+def test_a_viewer_is_greeted_and_heard_and_its_leaving_is_told(served: Served) -> None:
+    with served.connect() as viewer:
+        assert json.loads(viewer.recv(timeout=10)) == {"stage": {}}
+        viewer.send('{"ask": "look", "graph": "a"}')
+        assert eventually(lambda: {"ask": "look", "graph": "a"} in served.asked)
+    assert eventually(lambda: served.asked[-1] == {"ask": "gone"})
+
+
+@pytest.mark.parametrize("text", ["no JSON", "[1]", "7", "x" * (MAX_MESSAGE + 1)])
+def test_who_sends_anything_else_is_disconnected(served: Served, text: str) -> None:
+    with served.connect() as viewer:
+        viewer.send(text)
+        assert eventually(lambda: {"ask": "gone"} in served.asked)
+    assert [asked for asked in served.asked if asked["ask"] not in ("come", "gone")] == []
+
+
+def test_there_are_no_more_viewers_than_allowed(served: Served) -> None:
+    with ExitStack() as viewers:
+        for _ in range(MAX_VIEWERS):
+            viewers.enter_context(served.connect()).recv(timeout=10)
+            viewers.enter_context(served.connect(SCENE)).recv(timeout=10)
+        with served.connect() as refused, pytest.raises(ConnectionClosed):
+            refused.recv(timeout=10)
+    with served.connect() as viewer:
+        assert viewer.recv(timeout=10)
+
+
+def test_of_what_a_viewer_does_not_read_only_the_newest_waits(served: Served) -> None:
+    with served.connect() as viewer:
+        viewer.recv(timeout=10)
+        for number in range(2000):
+            served.server.broadcast("frame", json.dumps({"frame": number, "filler": "x" * 10_000}))
+        read = [json.loads(viewer.recv(timeout=10))["frame"]]
+        while read[-1] != 1999:
+            read.append(json.loads(viewer.recv(timeout=10))["frame"])
+    assert read == sorted(read)
+    assert len(read) < 2000
+
+
+def test_nobody_can_ask_for_a_public_tunnel(served: Served) -> None:
+    handlers = served.server.viser._websock_server._incoming_handlers
+    assert _messages.ShareUrlRequest not in handlers
+    assert _messages.ShareUrlDisconnect not in handlers
+
+
+def test_there_is_one_port_on_the_given_address_and_no_other_user_gets_in(served: Served) -> None:
+    listening = [line.split() for line in Path("/proc/net/tcp").read_text().splitlines() if line.split()[3] == "0A"]
+    sockets = {os.readlink(entry) for entry in Path("/proc/self/fd").iterdir() if entry.is_symlink()}
+    own = [address for _, address, *_, inode in (entry[:10] for entry in listening) if f"socket:[{inode}]" in sockets]
+    assert own == [f"0100007F:{served.server.port:04X}"]
+    if os.geteuid() == 0:
+        stranger = subprocess.run(
+            [sys.executable, "-I", "-c", STRANGER, str(served.server.port)], capture_output=True, check=True
+        )
+        assert stranger.stdout == b"HTTP/1.1 403 Forbidden\n"
