@@ -101,7 +101,7 @@ function selectNode(name) {
   place.textContent = facts.place;
   const canvas = document.createElement("canvas");
   canvas.hidden = true;
-  $("side").replaceChildren(head, type, place, canvas, table);
+  $("side").replaceChildren(head, type, place, canvas, element("p", "", "place caption"), table);
 }
 
 function element(kind, text, className = "") {
@@ -190,7 +190,6 @@ function drawPlot(value) {
   const context = canvas.getContext("2d");
   const style = getComputedStyle(document.documentElement);
   context.strokeStyle = style.getPropertyValue("--strong");
-  context.fillStyle = style.getPropertyValue("--quiet");
   context.beginPath();
   for (const [time, number] of plot) {
     const x = wide * (1 - (frame.facts.time - time) / SECONDS);
@@ -198,7 +197,8 @@ function drawPlot(value) {
     context.lineTo(x, y);
   }
   context.stroke();
-  context.fillText(`${port}: ${+low.toPrecision(4)} to ${+top.toPrecision(4)}, ${SECONDS} s`, 6, 12);
+  const range = `${+low.toPrecision(4)} to ${+top.toPrecision(4)}`;
+  $("side").querySelector(".caption").textContent = `${port}: ${range} in the last ${SECONDS} s`;
 }
 
 // Control
