@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from graphengine.compiler import budget
 from graphengine.compiler.budget import MAX_PARTS
 from graphengine.format import document
 from graphengine.format.diagnostics import MAX_GUESSES, Finding, Findings
@@ -53,6 +54,17 @@ def test_what_subgraphs_amount_to_is_refused_once_with_the_limit_the_count_and_t
     assert found.code == "G105"
     assert f"more than {MAX_PARTS} parts in one graph: " in found.message
     assert found.span is not None
+
+
+@pytest.mark.parametrize(("limit", "codes"), [(4, []), (3, ["G105"])])
+def test_a_graph_may_hold_as_many_parts_as_the_limit(
+    limit: int, codes: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(budget, "MAX_PARTS", limit)
+    wired = (
+        "variables: {v: {type: double}}\nnodes: {T: OnPlaybackTick, C: Counter}\nconnections: [T.tick -> C.execIn]\n"
+    )
+    assert [one.code for one in findings(tmp_path, a=wired) if one.severity == "error"] == codes
 
 
 def test_values_of_a_file_count_at_every_use(tmp_path: Path) -> None:

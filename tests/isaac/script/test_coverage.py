@@ -50,6 +50,10 @@ def told(folder: Path, text: str, *assume: str) -> Read:
             "try:\n    if not is_prim_path_valid('/World/robot'): raise ValueError\n    build()\nexcept ValueError: pass",
             (3, "build", 2),
         ),
+        (
+            "try: print()\nfinally:\n    if not is_prim_path_valid('/World/robot'): sys.exit()\n    build()",
+            (4, "build", 3),
+        ),
         ("match stage.there:\n    case True:\n        og.Controller.create_graph('/World/x')", (3, "create_graph", 1)),
         ("Robot('/World/robot').build()", (-2, "graph", -2)),
     ],

@@ -120,6 +120,14 @@ def test_what_an_error_keeps_from_being_built_is_told(
     assert warning == f"{line}: {name}() is never reached, because of {why}"
 
 
+def test_what_a_script_caught_before_its_end_is_told_too(tmp_path: Path) -> None:
+    _, warnings, _ = told(tmp_path, "try:\n    fails()\n    build()\nexcept KeyError: pass\nexit()\nbuild('/C')")
+    assert warnings == [
+        f"3: build() is never reached, because of {LOST}",
+        f"6: build() is never reached, because of the exit at line {LINES + 5}",
+    ]
+
+
 @pytest.mark.parametrize(
     "text",
     [
