@@ -9,6 +9,7 @@ import sys
 
 from graphengine.cli.common import add_file_arguments, clean, load, print_findings, table
 from graphengine.messages.endpoints import EndpointClaim
+from graphengine.ros.foxglove.foxglove_layout import foxglove_layout
 
 FRAMES = 2
 """Edges of the TF tree that are told of one publisher; `--format json` has all."""
@@ -17,7 +18,8 @@ FRAMES = 2
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     add_file_arguments(parser)
-    parser.add_argument("--format", choices=("text", "json"), default="text")
+    form = "foxglove-layout prints a layout with the scene's topics, which Foxglove imports from a file"
+    parser.add_argument("--format", choices=("text", "json", "foxglove-layout"), default="text", help=form)
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -29,6 +31,9 @@ def execute(arguments: argparse.Namespace) -> int:
     claims = sorted(scene.claims, key=lambda claim: (claim.topic, claim.direction, claim.node))
     if arguments.format == "json":
         print(json.dumps([dataclasses.asdict(claim) for claim in claims], indent=2))
+        return 0
+    if arguments.format == "foxglove-layout":
+        print(json.dumps(foxglove_layout(claims), indent=2))
         return 0
     rows: list[tuple[str, ...]] = [("TOPIC", "", "TYPE", "RATE", "QOS", "FRAME", "NODE")]
     rows += [_row(claim) for claim in claims]

@@ -77,3 +77,9 @@ def test_a_scene_with_errors_is_explained_instead(graphrun: Graphrun) -> None:
     result = graphrun("topics", "dd100_flat", "--set", "SubscribeTwist.topicName='a b'", code=1, out="")
     assert "error G304" in result.err
     assert "note N" not in result.err
+
+
+def test_a_layout_for_foxglove_has_panels_of_the_topics(graphrun: Graphrun) -> None:
+    layout = json.loads(graphrun("topics", "dd100_warehouse", "--format", "foxglove-layout", code=0).out)
+    assert "/dd100_0000/cmd_vel" in json.dumps(layout)
+    assert {name.partition("!")[0] for name in layout["configById"]} >= {"3D", "Plot", "Teleop"}
