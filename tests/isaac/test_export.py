@@ -26,6 +26,7 @@ from tests.isaac.harness import ROOT, SCRIPTS, imported, meaning, resolved
 SHIPPED = sorted((ROOT / "graphs").rglob("*.yaml"))
 REFUSED = {
     "dd100/cmd_vel": "SubscribeTwist: isaacsim.ros2.bridge.ROS2SubscribeTwist has no inputs:timeout in Isaac Sim",
+    "demo/round": "Nearest: there is no graphengine.data.NearestRange in Isaac Sim",
     "drive": "SubscribeTwist: isaacsim.ros2.bridge.ROS2SubscribeTwist has no inputs:timeout in Isaac Sim",
     "robot_state": "RobotState: there is no graphengine.ros2.RobotStatePublisher in Isaac Sim",
 }
