@@ -53,6 +53,11 @@ class TwistPublisher:
             self._driven[topic] = made
 
 
+def missing_packages() -> list[str]:
+    """Packages of the extra `view` that are not installed."""
+    return [name for name in ("viser", "graphlay") if importlib.util.find_spec(name) is None]
+
+
 def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
     """Start the page of a session, or another one after its process was lost; return the address.
 
@@ -61,7 +66,7 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
     """
     if runner.feed is not None and not runner.feed.page.lost:
         return runner.feed.url
-    missing = [name for name in ("viser", "graphlay") if importlib.util.find_spec(name) is None]
+    missing = missing_packages()
     if missing:
         raise UsageError(f"the page needs {' and '.join(missing)}\n  pip install 'graphengine[view]'")
     from graphengine.view.feed import Feed

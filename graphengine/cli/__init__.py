@@ -15,6 +15,7 @@ from typing import Any, NoReturn
 from graphengine.format.version import __version__
 
 VERBS = {
+    "demo": "drive a robot through a warehouse, and say what to try next",
     "run": "run a scene or a graph",
     "ctl": "control a running session: pause, step, reset, spawn, push",
     "replay": "replay a recorded run and compare the output byte by byte",

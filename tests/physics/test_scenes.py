@@ -28,6 +28,7 @@ def test_the_scenes_that_ship_are_these() -> None:
         "dd100_flat.yaml",
         "dd100_fleet.yaml",
         "dd100_warehouse.yaml",
+        "demo.yaml",
         "tutorial/flat_grid.yaml",
         "tutorial/navigation.yaml",
         "tutorial/simple_warehouse.yaml",

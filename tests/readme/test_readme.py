@@ -95,7 +95,7 @@ def test_the_options_of_run_work_together() -> None:
 
 def test_the_poses_of_the_examples_lie_in_no_obstacle(tmp_path: Path) -> None:
     placing = re.findall(r"`graphrun (ctl (?:move|spawn) [^`]+)`", README)
-    assert len(placing) == 2
+    assert len(placing) == 3
     own = {"XDG_RUNTIME_DIR": str(tmp_path)}
     with live("run", "dd100_warehouse", "--transport", "memory", "--paused", env=own) as run:
         assert run.hear(lambda said: " Hz; " in said)
@@ -137,18 +137,18 @@ def test_the_first_block_sets_up_what_the_gate_sets_up_and_runs() -> None:
     first, _ = blocks(README, "sh")
     environment, install, run = first.strip().split(" && ")
     assert environment == "python3 -m venv .venv"
-    assert install == ".venv/bin/pip install -q ."
+    assert install == ".venv/bin/pip install -q '.[view]'"
     assert PROJECT["project"]["scripts"] == {"graphrun": "graphengine.cli:main"}
     program, *words = run.split()
     assert program == ".venv/bin/graphrun"
+    assert words == ["demo"]
     order = [
-        GATE.index(step)
-        for step in ('-m venv "$scratch/clean"', 'clean/bin/pip" install', f"graphrun {words[0]} {words[1]}")
+        GATE.index(step) for step in ('-m venv "$scratch/clean"', 'clean/bin/pip" install', "clean/bin/graphrun demo")
     ]
     assert order == sorted(order)
-    result = process(*words, "--rate", "max")
+    result = process(*words, "--no-view", "--for", "1s")
     assert result.code == 0, result.err
-    assert "600 ticks" in result.err
+    assert "60 ticks" in result.err
 
 
 def test_the_second_block_is_what_the_gate_runs() -> None:

@@ -1,0 +1,49 @@
+"""`graphrun demo`: a robot drives a round through a warehouse, and the terminal says what to try with it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from graphengine.cli import run
+from graphengine.cli.quantities import duration, whole
+from graphengine.format.files import near, shipped
+
+SCENE, GRAPH = Path("scenes/demo.yaml"), Path("graphs/demo/round.yaml")
+INTRODUCTION = """\
+A Dingo drives a round through a warehouse, along what its lidar sees on the left. Ctrl-C ends it.
+Try in another terminal: `graphrun teleop`, `graphrun topic echo /dd100_0000/odom`, \
+`graphrun ctl push dd100 --impulse 0,40,0`, `graphrun ctl move pallet_01 -9.2 5`.
+Its graph is {graph}: copy it, change a number, and `graphrun run` your copy.
+"""
+WITHOUT_PAGE = "To see it in a browser: pip install 'graphengine[view]'\n"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    from graphengine.cli.common import add_transport_argument
+
+    simulated = "simulation time to run: 10, 10s, 500ms, 2min (default: until Ctrl-C)"
+    parser.add_argument("--for", metavar="TIME", dest="duration", type=duration, help=simulated)
+    parser.add_argument("--no-view", action="store_true", help="open no page; the terminal alone shows the run")
+    parser.add_argument("--seed", type=whole, default=0, help="seed of the lidar's noise (default 0)")
+    add_transport_argument(parser, reaching_others=False)
+    parser.epilog = "`graphrun run demo` runs the same scene with all options of a run."
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Introduce the scene and run it; return 0, or 1 with errors."""
+    from graphengine.api.viewing import missing_packages
+
+    folder = shipped()
+    parser = argparse.ArgumentParser()
+    run.add_arguments(parser)
+    given = parser.parse_args([near(str(folder / SCENE))], arguments)  # the defaults of `run` for what is not given
+    missing = missing_packages()
+    given.view = not (arguments.no_view or missing)
+    introduction = INTRODUCTION.format(graph=near(str(folder / GRAPH)))
+    print(
+        introduction + (WITHOUT_PAGE if missing and not arguments.no_view else ""), end="", file=sys.stderr, flush=True
+    )
+    return run.execute(given)

@@ -1,0 +1,73 @@
+"""`graphrun demo`: it runs the scene, says in three lines what to try, and ends well."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import signal
+from pathlib import Path
+
+import pytest
+
+from graphengine.cli import make_parser
+from graphengine.cli.demo import INTRODUCTION
+from tests.cli.harness import ROOT, Graphrun, live, process
+
+MEMORY = ("--no-view", "--transport", "memory")
+TRIED = [
+    shlex.split(command)[1:] for command in re.findall(r"`(graphrun [^`]+)`", INTRODUCTION) if " run" not in command
+]
+
+
+def test_it_says_three_lines_and_runs_the_scene(graphrun: Graphrun) -> None:
+    said = graphrun("demo", "--for", "1s", *MEMORY, code=0, out="").err.splitlines()
+    assert said[0].startswith("A Dingo drives a round through a warehouse")
+    assert said[1].startswith("Try in another terminal: `graphrun teleop`")
+    assert said[2].startswith("Its graph is graphs/demo/round.yaml: ")
+    assert said[3].startswith("scenes/demo.yaml: 4 graphs, 60 Hz; memory")
+    assert said[-1].startswith("60 ticks, 1.000 s of simulation")
+
+
+def test_the_folder_it_is_started_in_makes_no_difference(graphrun: Graphrun, project: Path) -> None:
+    (project / "demo").write_text("a file of the user's")
+    said = graphrun("demo", "--for", "100ms", *MEMORY, code=0).err
+    (graph,) = re.findall(r"Its graph is (.*): copy", said)
+    assert Path(graph) == ROOT / "graphs/demo/round.yaml"
+
+
+def test_a_copy_of_its_graph_runs_in_the_same_scene(graphrun: Graphrun, project: Path) -> None:
+    text = (ROOT / "graphs/demo/round.yaml").read_text(encoding="utf-8")
+    (project / "round.yaml").write_text(text.replace("values: [0.0, 0.6]", "values: [0.0, 0.4]"), encoding="utf-8")
+    assert "round.yaml: 1 graph" in graphrun("run", "round.yaml", "--for", "1s", *MEMORY[1:], code=0).err
+
+
+def test_what_it_says_to_try_works_and_ctrl_c_ends_it(tmp_path: Path) -> None:
+    assert [words[0] for words in TRIED] == ["teleop", "topic", "ctl", "ctl"]
+    own = {"XDG_RUNTIME_DIR": str(tmp_path)}
+    with live("demo", *MEMORY, env=own) as run:
+        assert run.hear(lambda said: " Hz; " in said)
+        for words in TRIED:
+            if words[0] == "ctl":
+                result = process(*words, env=own)
+                assert (result.code, result.err) == (0, ""), words
+            else:  # they need a network
+                assert make_parser(words[0]).parse_args(words).verb == words[0]
+        assert run.stop(signal.SIGINT) == 0
+        assert "s of simulation" in run.said
+
+
+def test_the_topics_it_names_are_those_of_the_scene(graphrun: Graphrun) -> None:
+    (topic,) = [words[-1] for words in TRIED if words[0] == "topic"]
+    assert topic in graphrun("topics", "demo", code=0).out
+    assert "/dd100_0000/cmd_vel" in graphrun("topics", "demo", code=0).out
+
+
+def test_other_options_of_a_run_are_options_of_run(graphrun: Graphrun) -> None:
+    assert "unrecognized arguments: --profile" in graphrun("demo", "--profile", code=2).err
+    assert "`graphrun run demo`" in graphrun("demo", "--help", code=0).out
+
+
+def test_it_opens_the_page_of_its_run(graphrun: Graphrun) -> None:
+    pytest.importorskip("viser", reason="the extra view is not installed")
+    said = graphrun("demo", "--for", "1s", *MEMORY[1:], code=0).err
+    assert re.search(r"see it: http://127\.0\.0\.1:\d+/\?token=\S+", said)
