@@ -182,7 +182,7 @@ class Runner:
     # Who may call it, and when
 
     def enter(self) -> None:
-        """Take `lock` for this thread, which has to release it.
+        """Acquire `lock` for this thread without waiting; the same thread has to release it.
 
         Raises:
             StateError: another thread has it.

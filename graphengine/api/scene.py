@@ -224,5 +224,5 @@ def loaded_of(scene: Scene) -> LoadedScene:
 
 
 def start_runner(scene: Scene, options: RunOptions) -> Runner:
-    """Start a session and return its runner, for `graphrun`, which shows more of it than `Session` does."""
+    """Start a session and return its runner, which has parts that `graphrun` needs and `Session` does not offer."""
     return Runner(scene._loaded, options, scene._modules)

@@ -108,7 +108,9 @@ def _check_usage(arguments: argparse.Namespace) -> None:
     if arguments.output.suffix not in (".yaml", ".yml"):
         raise UsageError(f"-o {arguments.output}: a robot file ends in .yaml")
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", arguments.output.stem):
-        raise UsageError(f"-o {arguments.output}: the robot is named as its file: letters, digits and '_'")
+        raise UsageError(
+            f"-o {arguments.output}: the robot gets the name of the file, which may have letters, digits and '_' only"
+        )
     for folder in (*arguments.allow, *arguments.package_path):
         if not folder.is_dir():
             raise UsageError(f"no folder {str(folder)!r}")

@@ -9,7 +9,6 @@ import sys
 
 from graphengine.cli.common import add_file_arguments, clean, load, print_findings, table
 from graphengine.messages.endpoints import EndpointClaim
-from graphengine.ros.foxglove.foxglove_layout import foxglove_layout
 
 FRAMES = 2
 """Edges of the TF tree that are told of one publisher; `--format json` has all."""
@@ -33,6 +32,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print(json.dumps([dataclasses.asdict(claim) for claim in claims], indent=2))
         return 0
     if arguments.format == "foxglove-layout":
+        from graphengine.ros.foxglove.foxglove_layout import foxglove_layout
+
         print(json.dumps(foxglove_layout(claims), indent=2))
         return 0
     rows: list[tuple[str, ...]] = [("TOPIC", "", "TYPE", "RATE", "QOS", "FRAME", "NODE")]

@@ -44,8 +44,8 @@ def _whole_number(value: Any) -> Any:
 def _evaluator(value: Any) -> Any:
     if value in ("dirty_push", "lazy"):
         raise ValueError(
-            f"{value!r} graphs, which compute only changes, are not supported; use push, which computes every node, "
-            "or execution, in which data nodes are computed when something reads them"
+            f"{value!r} graphs are not supported; use push, which computes every node, "
+            "or execution, which computes a data node when another node reads it"
         )
     return value
 

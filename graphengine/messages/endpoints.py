@@ -125,7 +125,7 @@ class ServiceServer(ServiceEndpoint):
 
 
 class ServiceClient(ServiceEndpoint):
-    """One service that is called; answers are frozen at the start of each tick."""
+    """A client of a service; a tick sees the responses that arrived before it."""
 
     _calls = 0
 

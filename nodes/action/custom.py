@@ -34,7 +34,7 @@ class SendCustomEvent(CustomEventNode, type="omni.graph.action.SendCustomEvent")
 
 
 class OnCustomEvent(CustomEventNode, type="omni.graph.action.OnCustomEvent"):
-    """Fires once for each event with its name that was sent in the previous tick."""
+    """Fires once for each event called `eventName` that was sent in the previous tick."""
 
     event_name: Token = In(default="", setup=True)
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")

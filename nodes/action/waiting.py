@@ -73,7 +73,7 @@ class Timer(ClockNode, type="omni.graph.nodes.Timer"):
 
 
 class Countdown(Node, type="omni.graph.action.Countdown"):
-    """Counts ticks from its last execution up to a duration, fires tick at every period-th and finished at the last."""
+    """Counts `duration` ticks after an execution; fires `tick` every `period` ticks and `finished` at the end."""
 
     exec_in = ExecIn(doc="starts the count anew where one is under way; this tick is number 0 and fires nothing")
     duration: Int = In(default=5, doc="ticks")

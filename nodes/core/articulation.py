@@ -25,7 +25,9 @@ class RobotNode(Node):
 
     exec_in = ExecIn()
     target_prim: Target = In(required="robot", setup=True, doc="prim that stands for the robot")
-    robot_path: String = In(default="", required="robot", setup=True, doc="path of that prim; overrides targetPrim")
+    robot_path: String = In(
+        default="", required="robot", setup=True, doc="path of the robot's prim; overrides targetPrim"
+    )
 
     articulation: Articulation = Bound()
 

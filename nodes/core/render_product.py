@@ -12,7 +12,7 @@ from graphengine.node.types import Float, Floats, Target, Token, UInt, read_only
 
 
 class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRenderProduct", gated=True):
-    """Creates a render product of a camera or lidar, whose path helper nodes take."""
+    """Creates a render product of a camera or lidar; helper nodes take its path."""
 
     exec_in = ExecIn()
     width: UInt = In(default=1280, setup=True, unit="pixel")

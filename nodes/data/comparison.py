@@ -26,10 +26,7 @@ _COMPARED = f"bool|{NUMERICS}|bool[]|token|string|path|token[]"
 
 
 class Compare(TypedNode, type="omni.graph.nodes.Compare"):
-    """Compares two values by an operation such as <; arrays element by element.
-
-    Tuples and texts are compared by their first components or characters that differ.
-    """
+    """Compares two values by an operation such as <: arrays element by element, tuples and strings lexicographically."""
 
     a: Any = In(type=_COMPARED, required=True, doc="left operand")
     b: Any = In(type=_COMPARED, required=True, doc="right operand")

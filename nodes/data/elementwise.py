@@ -99,7 +99,7 @@ class Elementwise(TypedNode):
 
 
 class Folded(Elementwise):
-    """Base of nodes that combine `a`, `b` and any `input2`, `input3` and so on that the file names, from left to right."""
+    """Base of nodes that combine `a`, `b` and any further `input2`, `input3`, … of the graph file from left to right."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=NUMERICS, required=True)}
 

@@ -86,7 +86,7 @@ class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"
 
     minimum: Any = In(type=NUMERICS, name="min", default=0, doc="lowest number")
     maximum: Any = In(type=NUMERICS, name="max", default=1.0, doc="highest integer, or excluded bound of real numbers")
-    random: Any = Out(type=NUMERICS, doc="single inputs combine with tuples and arrays as in sums")
+    random: Any = Out(type=NUMERICS, doc="drawn number; a scalar bound is broadcast to tuples and arrays")
 
     def compute(self) -> None:
         """Draw from a uniform distribution.
@@ -112,7 +112,7 @@ class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussia
     mean: Any = In(type=DECIMALS, default=0.0, doc="mean of the distribution, or of its logarithm")
     stdev: Any = In(type=DECIMALS, default=1.0, doc="standard deviation of the distribution, or of its logarithm")
     use_log: bool = In(default=False, doc="draws from a log-normal distribution")
-    random: Any = Out(type=DECIMALS, doc="single inputs combine with tuples and arrays as in sums")
+    random: Any = Out(type=DECIMALS, doc="drawn number; a scalar bound is broadcast to tuples and arrays")
 
     def compute(self) -> None:
         """Draw from a normal or log-normal distribution.

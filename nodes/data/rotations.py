@@ -138,7 +138,7 @@ class SetMatrix4Scale(_OnMatrix, type="omni.graph.nodes.SetMatrix4Scale"):
 
     matrix_in: Any = In(type=matrices(3, 4), name="matrix", required=True, doc="one, or an array of them")
     scale: Any = In(type=_VECTOR3, required=True, doc="along x, y and z")
-    matrix_out: Any = Out(type=matrices(3, 4), name="matrix", doc="matrix with the new lengths of its first three rows")
+    matrix_out: Any = Out(type=matrices(3, 4), name="matrix", doc="matrix whose first three rows have these lengths")
 
     @staticmethod
     def operation(matrix: Any, scale: Any) -> Any:

@@ -51,7 +51,7 @@ class BuildString(Node, type="omni.graph.nodes.BuildString"):
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=TEXTS)}
 
     a: Any = In(type=TEXTS, required=True, doc="first text; the others are appended to each element of a token[]")
-    b: Any = In(type=TEXTS, required=True, doc="next text; input2 and so on exist when the file names them")
+    b: Any = In(type=TEXTS, required=True, doc="second text; the graph file may add input2, input3, …")
     value: Any = Out(type=TEXTS, doc="of a's type")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:

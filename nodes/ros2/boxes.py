@@ -149,7 +149,7 @@ class BoxPublisher(SensorPublisher):
     make: ClassVar[Callable[[messages.Header, NDArray[Any]], Any]]
 
     frame_id: String = In(default="sim_camera", setup=True)
-    data: UChars = In(doc="records of boxes")
+    data: UChars = In(doc="bytes of bounding boxes, one record for each object")
 
     def message(self) -> Any:
         """Build the message from the bytes."""

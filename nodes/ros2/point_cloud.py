@@ -98,8 +98,8 @@ def _points_in(buffer: Buffer) -> NDArray[np.float32]:
 class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishPointCloud"):
     """Publishes points as sensor_msgs/PointCloud2.
 
-    Points are an array or a buffer of x, y, z in single precision. Each published kind of metadata is a buffer with one record
-    per point; data types and sizes are fixed, so their inputs have no effect.
+    Points are an array or a buffer of x, y, z in single precision. Each kind of metadata is a buffer with one record per point.
+    Data types and sizes are fixed: the inputs for them have no effect.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/PointCloud2"

@@ -57,7 +57,9 @@ class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.O
     """
 
     on_received = ExecOut(doc="fires for each request")
-    server_handle: UInt64 = Out(default=0, doc="for the ROS2ServiceServerResponse that answers")
+    server_handle: UInt64 = Out(
+        default=0, doc="handle of the request, for the ROS2ServiceServerResponse that sends the response"
+    )
 
     server: ServiceServer = Bound()
     logger: Context = Bound()

@@ -9,5 +9,5 @@ def limited(value: float, limit: float) -> float:
 
 
 def ramped(before: float, target: float, rate: float, dt: float) -> float:
-    """The value nearest to the target that `rate` allows after `dt` seconds; 0 is no limit."""
+    """The value after moving from `before` towards the target by at most `rate * dt`; a rate of 0 is no limit."""
     return before + limited(target - before, rate * dt) if rate else target
