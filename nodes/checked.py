@@ -14,7 +14,7 @@ from graphengine.node import BadValueError, Node, PortType
 
 
 def check_finite(node: Node, *fields: str) -> None:
-    """Check that inputs of a node, given by field, are finite: numbers, tuples or arrays.
+    """Check that inputs of a node, given by their Python names, are finite numbers, tuples or arrays.
 
     Raises:
         BadValueError: a number is infinite or NaN.
@@ -30,10 +30,10 @@ def check_finite(node: Node, *fields: str) -> None:
 
 
 def one_of(port: str, value: str, legal: Collection[str]) -> str:
-    """Return a text after checking that it is legal.
+    """Return the value of a port after checking that it is legal.
 
     Raises:
-        BadValueError: it is not.
+        BadValueError: the value is not legal.
     """
     if value not in legal:
         raise BadValueError(port, value, f"one of {', '.join(legal)}")
@@ -70,7 +70,7 @@ def check_outcome(node: Node, *outcome: float) -> None:
 
 @functools.cache
 def _numbers(cls: type[Node]) -> tuple[list[tuple[str, str]], Callable[[Node], tuple[float, ...]]]:
-    """Names and fields of the real inputs of a class with two or more single ones, and a getter of their values."""
+    """(Port name, Python name) of all real inputs of a node class, and a getter of the two or more scalar ones."""
     inputs = [port for port in cls.fields.values() if port.side == "inputs"]
     real = [port for port in inputs if isinstance(port.type, PortType) and port.type.base in ("double", "float")]
     single = [port.field for port in real if isinstance(port.default, float)]

@@ -1,4 +1,4 @@
-"""Samples of lidars as arrays (`isaacsim.sensors.rtx` and `isaacsim.sensors.physx`)."""
+"""Nodes that output lidar samples as arrays (`isaacsim.sensors.rtx` and `isaacsim.sensors.physx`)."""
 
 from __future__ import annotations
 
@@ -58,8 +58,8 @@ class BeamsNode(LidarNode):
     horizontal_resolution: Float = Out(default=0.0, unit="deg", doc="angle between two beams")
     depth_range: Float2 = Out(default=(0.0, 0.0), unit="m", doc="smallest and largest range")
     rotation_rate: Float = Out(default=0.0, unit="Hz", doc="samples per second; all beams are cast at one instant")
-    linear_depth_data: Floats = Out(unit="m", doc="one per beam, row after row; inf is no hit")
-    intensities_data: UChars = Out(doc="one per beam")
+    linear_depth_data: Floats = Out(unit="m", doc="range of each beam, row by row; infinite without a hit")
+    intensities_data: UChars = Out(doc="intensity of each beam, row by row")
     num_cols: Int = Out(default=0, doc="number of beams in a row")
     azimuth_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="azimuth of the first and the last beam")
 
@@ -76,7 +76,7 @@ class BeamsNode(LidarNode):
 class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacComputeRTXLidarFlatScan", gated=True):
     """Reads the ring nearest to a lidar's xy plane; fires once for each sample.
 
-    The lidar is that of the render product; inputs for buffers of the reference's renderer have no effect.
+    The render product determines the lidar. Inputs for buffers of the reference's renderer have no effect.
     """
 
     exec_in = ExecIn(name="exec")

@@ -24,7 +24,7 @@ class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=Tru
     read_gravity: bool = In(default=True, doc="whether linAcc includes gravity, as an accelerometer does")
     exec_out = ExecOut()
     sensor_time: Float = Out(unit="s", doc="simulation time of the sample")
-    lin_acc: Vector3d = Out(unit="m/s2", doc="(0, 0, 9.81) at rest and upright, or 0 without gravity")
+    lin_acc: Vector3d = Out(unit="m/s2", doc="acceleration; at rest and upright (0, 0, 9.81), or 0 without gravity")
     ang_vel: Vector3d = Out(unit="rad/s")
     orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w), sensor in the world frame")
 
@@ -49,7 +49,7 @@ class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=Tru
 
 
 class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadContactSensor"):
-    """Reads a contact sensor: the mean force over the tick, or over the physics step in a graph that runs at each."""
+    """Reads a contact sensor: the mean force over the tick, or over the physics step in a graph that runs every step."""
 
     exec_in = ExecIn()
     cs_prim: Target = In(required=True, setup=True, doc="prim of the contact sensor")
@@ -72,13 +72,13 @@ class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadConta
 
 
 class IsaacReadJointState(Node, type="isaacsim.sensors.physics.IsaacReadJointState"):
-    """Reads the state of all joints of a robot, by their own names, without `isaac:nameOverride`; for ROS2PublishJointState."""
+    """Reads the state of all joints of a robot for ROS2PublishJointState; joint names ignore `isaac:nameOverride`."""
 
     exec_in = ExecIn()
-    prim: Target = In(required=True, setup=True, doc="prim that stands for the robot")
+    prim: Target = In(required=True, setup=True, doc="prim of the robot")
     exec_out = ExecOut()
     sensor_time: Float = Out(unit="s", doc="simulation time of the reading")
-    joint_names: Tokens = Out(doc="in the articulation's order")
+    joint_names: Tokens = Out(doc="joint names, in the articulation's order")
     joint_positions: Doubles = Out(unit="rad, m")
     joint_velocities: Doubles = Out(unit="rad/s, m/s")
     joint_efforts: Doubles = Out(unit="N m, N", doc="sum of drive forces and commanded efforts")

@@ -1,13 +1,19 @@
 """Attributes and poses of prims (`omni.graph.nodes`).
 
-Available are the attributes that the simulation has, under USD's names and in USD's units: `xformOp:translate` (m) and
-`xformOp:orient` relative to the parent prim, `physics:mass` (kg), `physics:jointEnabled`, `clippingRange` of cameras,
-`isaac:namespace` and `isaac:nameOverride`; of revolute joints `state:angular:physics:position` and `:velocity` and, if the
-drive has them, `drive:angular:physics:targetPosition` and `targetVelocity`, in degrees; of prismatic joints the same with
-`linear`, in m; of /physicsScene `physics:gravityDirection` and `physics:gravityMagnitude` (m/s2); of a robot's materials
-`physics:staticFriction` and `physics:dynamicFriction`; of the world's lights `inputs:intensity`, 1 at the start, and
-`inputs:color`. Writable are poses of robots and free bodies, drive targets, gravity, friction and lights. Static friction has
-no effect, as MuJoCo has only one friction, which is the dynamic one.
+Prims have these attributes, with USD's names and units:
+
+- any prim, as far as they apply: `xformOp:translate` (m) and `xformOp:orient` relative to the parent prim, `physics:mass` (kg),
+  `physics:jointEnabled`, `isaac:namespace`, `isaac:nameOverride`;
+- cameras: `clippingRange`;
+- revolute joints, in degrees: `state:angular:physics:position` and `:velocity`, and `drive:angular:physics:targetPosition` and
+  `targetVelocity` if the drive has them;
+- prismatic joints, in m: the same with `linear`;
+- /physicsScene: `physics:gravityDirection` and `physics:gravityMagnitude` (m/s2);
+- materials of a robot: `physics:staticFriction` and `physics:dynamicFriction`;
+- lights of the world: `inputs:intensity`, 1 at the start, and `inputs:color`.
+
+Graphs can write poses of robots and free bodies, drive targets, gravity, friction and lights. MuJoCo has one coefficient of
+friction, the dynamic one; static friction has no effect.
 """
 
 from __future__ import annotations
@@ -23,7 +29,7 @@ from graphengine.node.types import Double3, PortType, Target, Token
 from graphengine.node.usd_types import type_of_attribute
 from graphengine.nodes.touched import ANY, WIRED, attribute_of, drives_of, reading_poses
 
-_UNUSED = "no effect: only the present value exists, without time samples and layers"
+_UNUSED = "no effect: attributes have no time samples or layers"
 
 
 class PrimNode(Node):
@@ -68,7 +74,7 @@ class ReadPrimAttribute(AttributeNode, type="omni.graph.nodes.ReadPrimAttribute"
     """Reads an attribute of a prim."""
 
     usd_timecode: Any = In(type="timecode", unit="s", doc=_UNUSED)
-    value: Any = Out(type="any", doc="of the attribute's type; quaternions are (x, y, z, w)")
+    value: Any = Out(type="any", doc="value of the attribute; quaternions are (x, y, z, w)")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
         """The attribute's type, which follows from its name.
@@ -178,14 +184,14 @@ class GetPrimLocalToWorldTransform(PosedNode, type="omni.graph.nodes.GetPrimLoca
 
 
 class GetPrimDirectionVector(PosedNode, type="omni.graph.nodes.GetPrimDirectionVector"):
-    """Reads the directions of a prim's axes in the world, with a camera's names: x is right, y is up, -z is forward."""
+    """Reads the directions of a prim's axes in the world frame; as for cameras, x is right, y is up and -z is forward."""
 
-    backward_vector: Double3 = Out(doc="z")
-    down_vector: Double3 = Out(doc="-y")
-    forward_vector: Double3 = Out(doc="-z")
-    left_vector: Double3 = Out(doc="-x")
-    right_vector: Double3 = Out(doc="x")
-    up_vector: Double3 = Out(doc="y")
+    backward_vector: Double3 = Out(doc="z axis")
+    down_vector: Double3 = Out(doc="negative y axis")
+    forward_vector: Double3 = Out(doc="negative z axis")
+    left_vector: Double3 = Out(doc="negative x axis")
+    right_vector: Double3 = Out(doc="x axis")
+    up_vector: Double3 = Out(doc="y axis")
 
     def compute(self) -> None:
         """Rotate the axes into the world frame."""
@@ -198,8 +204,8 @@ class GetPrimDirectionVector(PosedNode, type="omni.graph.nodes.GetPrimDirectionV
 class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform", volatile=True):
     """Reads the pose of a prim relative to its parent as a matrix for row vectors, with the position (m) in its last row."""
 
-    prim: Target = In(required=True, setup=True, doc="any prim")
-    value: Any = Out(type="matrixd[4]", doc="row by row")
+    prim: Target = In(required=True, setup=True, doc="prim whose pose is read")
+    value: Any = Out(type="matrixd[4]", doc="4 x 4 matrix, row by row")
 
     translate: PrimAttribute = Bound()
     orient: PrimAttribute = Bound()

@@ -8,8 +8,7 @@
           def compute(db):
               db.outputs.command = [db.inputs.speed, db.inputs.speed]
 
-Scripts are code of the file's author, so they run only if the user allows it with `--allow-scripts`, and then without a sandbox.
-Without the option, `check` reports an error.
+Scripts run without a sandbox, so they need the option `--allow-scripts`. Without it, `check` reports an error.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ Log = Callable[[Literal["info", "warning", "error"], str], None]
 
 
 class Attributes(python.SimpleNamespace):
-    """Values by the names declared in the graph."""
+    """Values of the ports that the graph declares, as Python attributes."""
 
     def __getattr__(self, name: str) -> Any:
         """Raise AttributeError: the name is not declared."""
@@ -47,8 +46,8 @@ class Database:
     Attributes:
         inputs: values of the declared inputs, by name; arrays are read-only.
         outputs: values of the declared outputs, by name; read after `compute`.
-        per_instance_state: a place for state of the script, cleared when the simulation stops.
-        internal_state: the same object.
+        per_instance_state: namespace for the state of the script, cleared when the simulation stops.
+        internal_state: the same object as `per_instance_state`.
     """
 
     def __init__(self, log: Log) -> None:
@@ -85,7 +84,9 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         default="", setup=True, doc="file with the code, if usePath is true; relative to the graph file's folder"
     )
     attributes: Tokens = In(
-        default=(), extension=True, doc='"inputs:NAME TYPE" and "outputs:NAME TYPE", as "inputs:speed double"'
+        default=(),
+        extension=True,
+        doc='ports of the script, such as "inputs:speed double" or "outputs:command double[]"',
     )
     exec_out = ExecOut()
 
@@ -250,7 +251,7 @@ def declared(node: ScriptNode, side: Literal["inputs", "outputs"]) -> list[Port]
 
 
 def _declaration(text: object) -> tuple[str, str, PortType]:
-    """Side, name and type of `inputs:speed double`.
+    """Side, name and type of a declaration such as `inputs:speed double`.
 
     Raises:
         ValueError: the text is not a declaration.

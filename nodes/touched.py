@@ -11,9 +11,9 @@ from collections.abc import Iterable
 from graphengine.node.node_class import UNKNOWN_PRIM
 
 ANY = "prim:any"
-"""What every writer of a prim changes, and who does not know its prim reads."""
+"""Key that every writer of a prim changes; a reader whose prim is unknown reads it."""
 WIRED = UNKNOWN_PRIM
-"""What every reader of a prim reads, and who does not know its prim changes."""
+"""Key that every reader of a prim reads; a writer whose prim is unknown changes it."""
 
 
 def pose_of(path: str) -> str:

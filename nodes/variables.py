@@ -12,7 +12,7 @@ _IGNORED = "no effect, as in the reference"
 
 
 class VariableNode(Node):
-    """Base of nodes for a graph variable, whose type is that of `value`."""
+    """Base of nodes for a graph variable; `value` has the variable's type."""
 
     variable_name: Token = In(default="", setup=True, required=True, doc="name of one of the graph's `variables:`")
     graph: Target = In(default=(), doc=_IGNORED)
@@ -50,7 +50,7 @@ class ReadVariable(VariableNode, type="omni.graph.core.ReadVariable", volatile=T
         self.value = self.variable.value
 
     def reads(self) -> Iterable[str]:
-        """The variable."""
+        """The resource key of the variable."""
         return (f"variable:{self.variable_name}",)
 
 
@@ -67,5 +67,5 @@ class WriteVariable(VariableNode, type="omni.graph.core.WriteVariable"):
         self.variable.value = self.value_out = self.value_in
 
     def writes(self) -> Iterable[str]:
-        """The variable."""
+        """The resource key of the variable."""
         return (f"variable:{self.variable_name}",)

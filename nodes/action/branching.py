@@ -50,9 +50,9 @@ class Sequence(Node, type="omni.graph.action.Sequence", counts=True):
 
 
 class SwitchToken(Node, type="omni.graph.action.SwitchToken", gated=True):
-    """Fires the output with the number of the branch that equals the value: output1 if branch1 does; the lowest of several.
+    """Fires output0 if the value equals branch0, output1 if it equals branch1 and so on; only the first match fires.
 
-    Ports branch0, output0, branch1, output1 and so on exist when the file names them. Without an equal branch nothing fires.
+    The graph file adds the ports branch0, output0, branch1, output1, … Nothing fires if no branch equals the value.
     """
 
     numbered: ClassVar[Numbered] = {"branch": lambda: In(type="token", default=""), "output": ExecOut}

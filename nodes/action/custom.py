@@ -8,14 +8,14 @@ from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Mailbox, Node,
 
 
 class CustomEventNode(Node):
-    """Base of nodes for the events of one name."""
+    """Base of nodes that send or receive the events with one name."""
 
     event_name: Token
 
     mailbox: Mailbox = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the queue of the name."""
+        """Bind the queue of the events with this name."""
         self.mailbox = context.mailbox(f"event:{self.event_name}")
 
 

@@ -43,9 +43,9 @@ class OnPlaybackTick(TickEvent, type="omni.graph.action.OnPlaybackTick"):
 
 
 class OnTick(TickEvent, type="omni.graph.action.OnTick", gated=True):
-    """Fires at the first tick since play and then at every (n + 1)-th, where n is framePeriod.
+    """Fires in the first tick since play, and then every framePeriod + 1 ticks.
 
-    Its graph has `runs: tick` (the default).
+    It needs a graph with `runs: tick` (the default).
     """
 
     frame_period: UInt = In(default=0, doc="number of ticks to skip between two that fire")

@@ -28,9 +28,9 @@ class Gate(Node, type="omni.graph.action.Gate", gated=True, counts=True):
 
 
 class Multigate(Node, type="omni.graph.action.Multigate", gated=True, counts=True):
-    """Fires the next of its outputs at each execution, and starts again after the last.
+    """Fires one output per execution, in the order of their numbers, and starts again after the last.
 
-    An unwired output before the last takes its turn without effect.
+    An execution fires nothing if it is the turn of an unwired output.
     """
 
     numbered: ClassVar[Numbered] = {"output": ExecOut}
@@ -71,7 +71,7 @@ class FlipFlop(Node, type="omni.graph.action.FlipFlop", counts=True):
 
 
 class Once(Node, type="omni.graph.action.Once", counts=True):
-    """Fires output once at the first execution since play, and output after at all later ones."""
+    """Fires `once` at the first execution since play, and `after` at all later ones."""
 
     exec_in = ExecIn()
     reset_in = ExecIn(name="reset", control=True, doc="makes the next execution count as the first")
@@ -108,7 +108,7 @@ class Counter(Node, type="omni.graph.action.Counter", counts=True):
 
 
 class Rendezvous(Node, gated=True, counts=True):
-    """Base of nodes that fire once they were executed as often as wires lead to them."""
+    """Base of nodes that fire when the number of executions equals the number of wires into `execIn`."""
 
     exec_in = ExecIn()
     exec_out = ExecOut()
@@ -130,13 +130,13 @@ class Rendezvous(Node, gated=True, counts=True):
 
 
 class SyncGate(Rendezvous, type="omni.graph.action.SyncGate"):
-    """Fires when it was executed as often as wires lead to it with the same value; a new value restarts the count.
+    """Counts executions with the same value, and fires when the count equals the number of wires into `execIn`.
 
-    Firing restarts the count too; the reference instead fires at each further execution with the same value.
+    A new value restarts the count. So does firing; the reference instead fires at each further execution with the same value.
     """
 
     sync_value_in: UInt64 = In(default=0, name="syncValue")
-    sync_value_out: UInt64 = Out(name="syncValue", doc="value whose executions are counted")
+    sync_value_out: UInt64 = Out(name="syncValue", doc="value of the last execution")
 
     def compute(self) -> Fire:
         """Count the execution, and fire if the count is complete."""
@@ -146,12 +146,15 @@ class SyncGate(Rendezvous, type="omni.graph.action.SyncGate"):
 
 
 class RationalTimeSyncGate(Rendezvous, type="omni.graph.action.RationalTimeSyncGate"):
-    """Fires when it was executed as often as wires lead to it with the same time; a new time restarts the count."""
+    """Counts executions with the same time, and fires when the count equals the number of wires into `execIn`.
+
+    A new time restarts the count, and so does firing.
+    """
 
     numerator_in: Int64 = In(default=0, name="rationalTimeNumerator", doc="numerator of the time in seconds")
     denominator_in: UInt64 = In(default=0, name="rationalTimeDenominator", doc="denominator of the time in seconds")
-    numerator_out: Int64 = Out(name="rationalTimeNumerator", doc="numerator of the counted time")
-    denominator_out: UInt64 = Out(name="rationalTimeDenominator", doc="denominator of the counted time")
+    numerator_out: Int64 = Out(name="rationalTimeNumerator", doc="numerator of the time of the last execution")
+    denominator_out: UInt64 = Out(name="rationalTimeDenominator", doc="denominator of the time of the last execution")
 
     def compute(self) -> Fire:
         """Count the execution; 1/2 and 2/4 are the same time, 1/0 and 2/0 are not."""

@@ -26,8 +26,8 @@ class OnKeyboardInput(KeyboardNode, type="omni.graph.action.OnKeyboardInput"):
 
     key_in: Token = In(default="A", tokens=KEYS)
     shift_in: bool = In(default=False, doc="true: Shift must be held at the press; false: it must not")
-    alt_in: bool = In(default=False, doc="as shiftIn, for Alt")
-    ctrl_in: bool = In(default=False, doc="as shiftIn, for Ctrl")
+    alt_in: bool = In(default=False, doc="true: Alt must be held at the press; false: it must not")
+    ctrl_in: bool = In(default=False, doc="true: Ctrl must be held at the press; false: it must not")
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     pressed = ExecOut()
     released = ExecOut()

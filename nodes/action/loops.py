@@ -19,7 +19,7 @@ class ForLoop(Node, type="omni.graph.action.ForLoop"):
     break_loop = ExecIn(control=True, doc="fired by the body: ends the loop after this iteration")
     start: Int = In(default=0, doc="first value")
     stop: Int = In(default=0, doc="bound, not included")
-    step: Int = In(default=1, doc="0 is an error")
+    step: Int = In(default=1, doc="increment, which may be negative; 0 is an error")
     loop_body = ExecOut()
     index: Int = Out(doc="number of the iteration, from 0")
     value: Int = Out(doc="start + step * index")
@@ -87,7 +87,7 @@ class ForEachTarget(Node, type="omni.graph.action.ForEachTarget"):
     exec_in = ExecIn()
     targets: Target = In(default=(), doc="prims to iterate over")
     loop_body = ExecOut()
-    target: Target = Out(doc="the single prim of this iteration")
+    target: Target = Out(doc="prim of this iteration")
     array_index: Int = Out(doc="index of the prim, from 0")
     finished = ExecOut()
 

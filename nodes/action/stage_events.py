@@ -19,9 +19,10 @@ _NAMES = ("Saved", "Selection Changed", "Hierarchy Changed", *_STARTS_AND_STOPS)
 
 
 class OnStageEvent(Node, type="omni.graph.action.OnStageEvent", gated=True):
-    """Fires in the first tick of a play, or at its end: before a stop, a reset of the time, or the end of the session.
+    """Fires at the start or at the end of play, depending on the event name.
 
-    The three event names of a start mean the same, as do those of a stop. As in Kit, pausing and resuming fire nothing, and
+    The start is the first tick since play. The end is before a stop, a reset of the time, or the end of the session. The three
+    start events are equivalent, and so are the three stop events. As in Kit, pausing and resuming fire nothing, and
     onlyPlayback has no influence on stop events. Nodes fired at a stop see the world after the last tick, and their messages
     are sent before anything is reset. Editor events of a stage never occur.
     """
@@ -74,7 +75,7 @@ class OnClosing(Node, type="omni.graph.action.OnClosing", gated=True):
 
 
 class OnImpulseEvent(Node, type="omni.graph.action.OnImpulseEvent", gated=True):
-    """Fires in the tick after `graphrun ctl impulse NODE`; several impulses before one tick count once."""
+    """Fires in the tick after `graphrun ctl impulse NODE`; several impulses before a tick fire it once."""
 
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     exec_out = ExecOut()
@@ -82,7 +83,7 @@ class OnImpulseEvent(Node, type="omni.graph.action.OnImpulseEvent", gated=True):
     mailbox: Mailbox = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the node's own queue."""
+        """Bind the queue of the node's impulses."""
         self.mailbox = context.mailbox(f"{IMPULSE}{context.prim_path}")
 
     def compute(self) -> Fire:

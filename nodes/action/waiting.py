@@ -1,4 +1,4 @@
-"""What fires later than it was executed (`omni.graph.action`, `omni.graph.nodes`). Time is that of the simulation."""
+"""Nodes that fire some time after their execution (`omni.graph.action`, `omni.graph.nodes`). Times are simulation time."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from graphengine.nodes.clocked import ClockNode
 
 
 class Delay(ClockNode, type="omni.graph.action.Delay"):
-    """Fires in the first tick in which so much time has passed since it was last executed."""
+    """Fires in the first tick in which `duration` or more has passed since the last execution."""
 
-    exec_in = ExecIn(doc="starts the wait anew where one is under way")
-    duration: float = In(default=0.0, unit="s", doc="read when it is executed")
+    exec_in = ExecIn(doc="starts or restarts the wait")
+    duration: float = In(default=0.0, unit="s", doc="time to wait, read at the execution")
     finished = ExecOut()
 
     end: float = State(default=0.0)
@@ -27,7 +27,7 @@ class Delay(ClockNode, type="omni.graph.action.Delay"):
         self.active = True
 
     def update(self) -> Fire:
-        """Fire in the tick that follows, when the time has passed by then."""
+        """Fire in the next tick, if the duration has passed by then."""
         ticks_left = (self.end - self.clock.time) / self.clock.delta
         if ticks_left > 1.0 + 1e-6:  # a sum of periods may be a little more than the time it should be
             return None
@@ -36,15 +36,15 @@ class Delay(ClockNode, type="omni.graph.action.Delay"):
 
 
 class Timer(ClockNode, type="omni.graph.nodes.Timer"):
-    """Moves a value from a start to an end: fires updated at each tick on the way and at the end, finished in the tick after."""
+    """Moves a value from a start to an end; fires `updated` in each tick of the motion, and `finished` in the tick after it."""
 
-    play = ExecIn(doc="begins, in the tick that follows; means nothing while the value moves")
-    duration: float = In(default=1.0, unit="s", doc="of the way; 0 or less is no time")
+    play = ExecIn(doc="starts the motion in the next tick; ignored while the value moves")
+    duration: float = In(default=1.0, unit="s", doc="duration of the motion; values below 0 count as 0")
     start_value: float = In(default=0.0, doc="value at the beginning")
     end_value: float = In(default=1.0, doc="value after the duration")
     updated = ExecOut()
     finished = ExecOut()
-    value: float = Out(doc="on a straight line between both")
+    value: float = Out(doc="present value, linear in time from startValue to endValue")
 
     start: float = State(default=0.0)
     arrived: bool = State(default=False)
@@ -56,7 +56,7 @@ class Timer(ClockNode, type="omni.graph.nodes.Timer"):
             self.active = True
 
     def update(self) -> Fire:
-        """Move to where the value is in the tick that follows.
+        """Set the value for the next tick.
 
         Raises:
             BadValueError: the duration, the start or the end is not finite.
@@ -75,9 +75,9 @@ class Timer(ClockNode, type="omni.graph.nodes.Timer"):
 class Countdown(Node, type="omni.graph.action.Countdown"):
     """Counts `duration` ticks after an execution; fires `tick` every `period` ticks and `finished` at the end."""
 
-    exec_in = ExecIn(doc="starts the count anew where one is under way; this tick is number 0 and fires nothing")
-    duration: Int = In(default=5, doc="ticks")
-    period: Int = In(default=1, ge=0, doc="ticks; 0 is as 1")
+    exec_in = ExecIn(doc="starts or restarts the count; this tick is number 0 and fires nothing")
+    duration: Int = In(default=5, doc="number of ticks to count")
+    period: Int = In(default=1, ge=0, doc="number of ticks from one `tick` to the next; 0 counts as 1")
     tick = ExecOut()
     tick_value: Int = Out(doc="number of the tick, 1 to duration; 0 when the count begins")
     alpha: Float = Out(doc="tickValue / duration")
@@ -92,7 +92,7 @@ class Countdown(Node, type="omni.graph.action.Countdown"):
         self.active = True
 
     def update(self) -> Fire:
-        """Count the tick that follows."""
+        """Count the next tick."""
         self.count += 1
         self.tick_value = self.count
         self.alpha = min(1.0, self.count / max(1, self.duration))

@@ -20,7 +20,7 @@ class Add(Folded, type="omni.graph.nodes.Add"):
     operation = on_numbers = operator.add
 
     a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    b: Any = In(type=NUMERICS, required=True, doc="added to a; input2 and so on exist when the file names them")
+    b: Any = In(type=NUMERICS, required=True, doc="added to a; the graph file may add input2, input3, …")
     sum: Any = Out(type=NUMERICS, doc="a + b")
 
 
@@ -30,7 +30,7 @@ class Subtract(Folded, type="omni.graph.nodes.Subtract"):
     operation = on_numbers = operator.sub
 
     a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    b: Any = In(type=NUMERICS, required=True, doc="subtracted from a; input2 and so on exist when the file names them")
+    b: Any = In(type=NUMERICS, required=True, doc="subtracted from a; the graph file may add input2, input3, …")
     difference: Any = Out(type=NUMERICS, doc="a - b")
 
 
@@ -40,12 +40,12 @@ class Multiply(Folded, type="omni.graph.nodes.Multiply"):
     operation = on_numbers = operator.mul
 
     a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    b: Any = In(type=NUMERICS, required=True, doc="factor; input2 and so on exist when the file names them")
+    b: Any = In(type=NUMERICS, required=True, doc="factor; the graph file may add input2, input3, …")
     product: Any = Out(type=NUMERICS, doc="a * b")
 
 
 class Divide(Elementwise, type="omni.graph.nodes.Divide"):
-    """Quotient of a value and a single number; the quotient of integers is a double."""
+    """Quotient of a value and a scalar; the quotient of integers is a double."""
 
     a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
     b: Any = In(type=NUMERICS, required=True, doc="number, or array of numbers if a is an array; 0 is an error")
@@ -77,7 +77,7 @@ class Divide(Elementwise, type="omni.graph.nodes.Divide"):
         """The type of a, or doubles if a is an integer.
 
         Raises:
-            ValueError: b is not a single number, or not one per element of a.
+            ValueError: b is neither a scalar nor one number per element of a.
         """
         a, b = given["a"], given["b"]
         if b.count > 1 or (b.array and not a.array):
@@ -127,7 +127,7 @@ def _incremented(value: int, increment: float) -> float:
 
 
 class Increment(Elementwise, type="omni.graph.nodes.Increment"):
-    """Sum of a value and a number, of the value's type: 4 and 3.2 make 7 if the value is an integer."""
+    """Sum of a value and a number, in the value's type: the integer 4 plus 3.2 is 7."""
 
     like = "value"
 

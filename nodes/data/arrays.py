@@ -28,7 +28,7 @@ SEQUENCES = f"{ARRAYS}|string"
 
 
 class ArrayNode(Node):
-    """Base of nodes whose arrays have one type, and whose single values are elements of that type."""
+    """Base of nodes whose arrays all have one type, and whose other values are elements of that type."""
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
         """Types of all arrays and elements, once the type of one array is known."""
@@ -140,7 +140,7 @@ class ArrayRemoveValue(ArrayEdit, type="omni.graph.nodes.ArrayRemoveValue"):
     """An array without the first element equal to a value, or without all such elements."""
 
     value: Any = In(type=ELEMENTS, required=True, doc="value to remove")
-    remove_all: bool = In(default=False, doc="older name of removeAllFound; one of them suffices")
+    remove_all: bool = In(default=False, doc="older name of removeAllFound; setting either removes all")
     remove_all_found: bool = In(default=False, doc="remove all equal elements, not only the first")
     found: bool = Out(doc="whether an element was equal to the value")
 
@@ -224,7 +224,7 @@ class ArraySlice(ArrayEdit, type="omni.graph.nodes.ArraySlice"):
     """The part of an array from index start to index end, end not included."""
 
     start: Int = In(default=0, doc="first index; negative values count from the end, values out of range are clamped")
-    end: Int = In(default=0, doc="bound, counted as start; not above start: empty array; unused if useLength is set")
+    end: Int = In(default=0, doc="index after the last element, negative as for start; ignored if useLength is true")
     use_length: bool = In(default=True, doc="whether the part extends to the end of the array")
 
     def _parts(self, array: Any) -> Iterable[Any]:
@@ -237,7 +237,7 @@ class AppendArray(ArrayNode, type="omni.graph.nodes.AppendArray"):
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=SEQUENCES)}
 
     input0: Any = In(type=SEQUENCES, required=True, doc="first array")
-    input1: Any = In(type=SEQUENCES, required=True, doc="next array; input2 and so on exist when the file names them")
+    input1: Any = In(type=SEQUENCES, required=True, doc="next array; the graph file may add input2, input3, …")
     array: Any = Out(type=SEQUENCES)
 
     def compute(self) -> None:

@@ -1,6 +1,6 @@
 """Operations on numbers of several types and sizes: the type of the result, and numpy functions lifted to port values.
 
-Sizes: a single number combines with everything, a tuple with tuples of its length, an array with single values and with arrays
+Sizes: a scalar combines with everything, a tuple with tuples of its length, an array with single values and with arrays
 of its length. Bases widen as in C++: uchar, int, uint, int64, uint64, half, float, double, in this order, so an int and a
 float make a float. Only timecodes make a timecode. Tuples of integers are always of int.
 

@@ -1,4 +1,4 @@
-"""Constants (`omni.graph.nodes`): wires begin at the input `value` of such a node."""
+"""Constants (`omni.graph.nodes`): wires start at the input `value` of a constant."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _constant(suffix: str, port_type: str) -> type[Node]:
         "__module__": __name__,
         "__qualname__": f"Constant{suffix}",
         "__doc__": f"A value of type {port_type} that other nodes read.",
-        "value": In(type=port_type, doc="wires begin here: `NODE.inputs:value -> ...`", **initial),
+        "value": In(type=port_type, doc="value; wires start here: `NODE.inputs:value -> ...`", **initial),
     }
     made: Any = NodeMeta(f"Constant{suffix}", (Node,), namespace, type=f"omni.graph.nodes.Constant{suffix}")
     return made  # type: ignore[no-any-return]

@@ -1,4 +1,4 @@
-"""Arrays made from single values (`omni.graph.nodes`). Isaac's menu calls ConstructArray Make Array."""
+"""Nodes that build arrays from elements (`omni.graph.nodes`). Isaac's menu calls ConstructArray Make Array."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _FIVE = "|".join(element for element in ELEMENTS.split("|") if element not in ("
 
 
 class ConstructedNode(Node):
-    """Base of nodes that make an array from single values; the last value is repeated."""
+    """Base of nodes that build an array from elements; the last element fills the rest."""
 
     array_size: Int
     array: Any
@@ -74,14 +74,14 @@ class ConstructedNode(Node):
 
 
 class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
-    """An array of arraySize elements: input0, input1 and so on; the last one is repeated."""
+    """An array of arraySize elements: input0, input1 and so on; the last input fills the rest."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=ELEMENTS)}
 
     array_size: Int = In(default=1, ge=0)
     array_type: Token = In(default="auto", tokens=ARRAY_TYPES)
-    input0: Any = In(type=ELEMENTS, required=True, doc="first element; input1 and so on exist when the file names them")
-    array: Any = Out(type=ARRAYS, doc="of arrayType, else of the type of the first element to which all others convert")
+    input0: Any = In(type=ELEMENTS, required=True, doc="first element; the graph file may add input1, input2, …")
+    array: Any = Out(type=ARRAYS, doc="of arrayType; auto: of the first element type to which all others convert")
 
     def elements(self) -> Sequence[str]:
         """The numbered inputs."""
@@ -108,7 +108,7 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
 
 
 class MakeArray(ConstructedNode, type="omni.graph.nodes.MakeArray"):
-    """An array of arraySize elements: a to e, the last one repeated. An older type than ConstructArray."""
+    """An array of arraySize elements: a, b, c, d and e; e fills the rest. An older type than ConstructArray."""
 
     array_size: Int = In(default=0, ge=0)
     a: Any = In(type=_FIVE, required=True, doc="element 1")

@@ -135,11 +135,11 @@ class ToUint64(ScalarConversion, type="omni.graph.nodes.ToUint64"):
 
 
 class ToUchar(Conversion, type="omni.graph.nodes.ToUchar"):
-    """Numbers as unsigned 8 bit integers, truncated toward 0; -1 becomes 255. A text becomes its UTF-8 bytes."""
+    """Numbers as unsigned 8 bit integers, truncated toward 0; -1 becomes 255. A string becomes its UTF-8 bytes."""
 
     base = "uchar"
 
-    value: Any = In(type=f"{_SCALARS}|string", required=True, doc="number, array of numbers, or text")
+    value: Any = In(type=f"{_SCALARS}|string", required=True, doc="number, array of numbers, or string")
     converted: Any = Out(type="uchar|uchar[]", doc="converted value, of the same shape")
 
 
@@ -172,7 +172,7 @@ class ToDouble(Conversion, type="omni.graph.nodes.ToDouble"):
     converted: Any = Out(type=_tuples("double"), doc="converted value, of the same shape")
 
     def compute(self) -> None:
-        """Convert the value; single numbers without numpy, which takes fifty times as long."""
+        """Convert the value; scalars without numpy, which is fifty times slower."""
         if isinstance(self.value, int | float):
             self.converted = float(self.value)
         else:
@@ -193,7 +193,7 @@ class TextConversion(Node):
 class ToString(TextConversion, type="omni.graph.nodes.ToString"):
     """A value as text.
 
-    Real numbers have six digits, as in C++; tuples and arrays are written as Python lists, texts in arrays with quotation
+    Real numbers have six digits, as in C++; tuples and arrays are written as Python lists, strings in arrays with quotation
     marks. A uchar[] is decoded as text.
     """
 
@@ -201,7 +201,7 @@ class ToString(TextConversion, type="omni.graph.nodes.ToString"):
 
 
 class ToToken(TextConversion, type="omni.graph.nodes.ToToken"):
-    """A value as a token, with the text of ToString."""
+    """A value as a token, formatted as by ToString."""
 
     converted: Token = Out(doc="formatted value")
 
@@ -221,13 +221,13 @@ def text_of(value: Any) -> str:
 class ToTarget(Node, type="omni.graph.nodes.ToTarget"):
     """Prim paths as a target."""
 
-    value: Any = In(type="path|string|token|token[]", required=True, doc="path or paths; empty for no prim")
+    value: Any = In(type="path|string|token|token[]", required=True, doc="prim path or paths; empty for no prim")
     converted: Target = Out(doc="the prims")
 
     def compute(self) -> None:
         """Convert the paths.
 
         Raises:
-            TypeError: the value is not a text or a list of texts.
+            TypeError: the value is not a string or a list of strings.
         """
         self.converted = types.coerce(self.value, types.TARGET)

@@ -17,7 +17,7 @@ class TypedNode(Node):
     """Base of nodes whose output types follow from their input types."""
 
     like: ClassVar[str] = ""
-    """Input whose type the outputs have, as arrays where any input is one; empty where all inputs decide together."""
+    """Input whose type the outputs get, as arrays if any input is an array; empty if all inputs determine the type."""
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
         """Types of the outputs, once all input types are known.
@@ -59,7 +59,7 @@ class TypedNode(Node):
 class Elementwise(TypedNode):
     """Base of nodes that apply one operation to all numbers and have one output.
 
-    `operation` gets the operands as arrays that broadcast, in the order of the ports. `on_numbers` for single numbers and
+    `operation` gets the operands as arrays that broadcast, in the order of the ports. `on_numbers` for scalars and
     `on_tuples` for whole tuples replace it where numpy would be slow.
     """
 

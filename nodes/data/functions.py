@@ -121,7 +121,7 @@ class Exponent(_Power, type="omni.graph.nodes.Exponent"):
 
     base: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
     exponent: Int = In(default=2)
-    result: Any = Out(type=NUMERICS, doc="doubles if the base is an integer")
+    result: Any = Out(type=NUMERICS, doc="the power; double if the base is an integer")
 
 
 class NthRoot(_Power, type="omni.graph.nodes.NthRoot"):
@@ -129,7 +129,7 @@ class NthRoot(_Power, type="omni.graph.nodes.NthRoot"):
 
     nth_root: Int = In(default=2, doc="n; 2 is the square root")
     value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    result: Any = Out(type=NUMERICS, doc="doubles if the value is an integer")
+    result: Any = Out(type=NUMERICS, doc="the root; double if the value is an integer")
 
     @staticmethod
     def operation(degree: Any, value: Any) -> Any:
@@ -147,7 +147,7 @@ class Logarithm(_Power, type="omni.graph.nodes.Logarithm"):
 
     base: float = In(default=10.0, gt=0.0, doc="above 0, and not 1")
     value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array; must be above 0")
-    result: Any = Out(type=NUMERICS, doc="doubles if the value is an integer")
+    result: Any = Out(type=NUMERICS, doc="the logarithm; double if the value is an integer")
 
     @staticmethod
     def operation(base: Any, value: Any) -> Any:

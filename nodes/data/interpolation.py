@@ -26,11 +26,11 @@ class InterpolateTo(Elementwise, type="omni.graph.nodes.InterpolateTo"):
     """
 
     current: Any = In(type=DECIMALS, required=True, doc="number, tuple or array")
-    target: Any = In(type=DECIMALS, required=True, doc="value of the same size")
+    target: Any = In(type=DECIMALS, required=True, doc="value to approach, of the size of current")
     speed: float = In(default=1.0, unit="1/s")
     delta_seconds: float = In(default=0.0, unit="s", doc="duration of the step")
     exponent: Float = In(default=2.0, ge=0.0, doc="1 is linear in time, higher values start faster")
-    result: Any = Out(type=DECIMALS, doc="of the common type of both")
+    result: Any = Out(type=DECIMALS, doc="new value, of the common type of current and target")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """Interpolate quaternions along an arc, other values along a line."""
@@ -81,7 +81,7 @@ class Ease(Elementwise, type="omni.graph.nodes.Ease"):
     ease_func: Token = In(default="EaseInOut", tokens=EASINGS)
     end: Any = In(type=DECIMALS, required=True, doc="value at alpha 1")
     start: Any = In(type=DECIMALS, required=True, doc="value at alpha 0")
-    result: Any = Out(type=DECIMALS, doc="of the common type of both")
+    result: Any = Out(type=DECIMALS, doc="value at alpha, of the common type of start and end")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """Interpolate along a line."""

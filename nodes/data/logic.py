@@ -19,8 +19,8 @@ class _Gate(Folded):
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=BOOLEANS, required=True)}
 
     a: Any = In(type=BOOLEANS, required=True, doc="bool, or array of bools")
-    b: Any = In(type=BOOLEANS, required=True, doc="bool, or array of equal length; input2 and so on exist when named")
-    result: Any = Out(type=BOOLEANS, doc="array if an input is an array")
+    b: Any = In(type=BOOLEANS, required=True, doc="bool, or array of a's length; the graph file may add input2, …")
+    result: Any = Out(type=BOOLEANS, doc="bool, or array if an input is an array")
 
 
 class _InvertedGate(_Gate):

@@ -95,15 +95,15 @@ class _BreakMatrix(TypedNode):
     matrix: Any
 
     def width(self) -> int:
-        """Numbers of a row that are put out."""
+        """Number of columns to output."""
         return self.size
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Rows of that many numbers."""
+        """The type of a row, or of an array of rows."""
         return PortType("double", self.width(), given["matrix"].array)
 
     def compute(self) -> None:
-        """Take it apart."""
+        """Split the matrix into its rows."""
         columns = [slice(start, start + self.width()) for start in range(0, self.size**2, self.size)]
         whole = self.matrix
         for name, part in zip("xyzw", columns, strict=False):
@@ -132,7 +132,7 @@ class BreakMatrix3(_BreakMatrix, type="omni.graph.nodes.BreakMatrix3"):
 
 
 class BreakMatrix4(_BreakMatrix, type="omni.graph.nodes.BreakMatrix4"):
-    """The four rows of a matrix, whole or but for their last numbers."""
+    """The four rows of a matrix, with four numbers each or only the first three."""
 
     size = 4
 
@@ -144,7 +144,7 @@ class BreakMatrix4(_BreakMatrix, type="omni.graph.nodes.BreakMatrix4"):
     w: Any = Out(type=with_arrays("double[4]|double[3]"), doc="fourth row")
 
     def width(self) -> int:
-        """As the output type says."""
+        """3 or 4, the row length given by outputType."""
         return int(self.output_type[-2])
 
 
@@ -198,7 +198,7 @@ class Transpose(Elementwise, type="omni.graph.nodes.Transpose"):
     """The transpose of a matrix."""
 
     matrix: Any = In(type=matrices(2, 3, 4), required=True, doc="matrix, or array of matrices")
-    result: Any = Out(type=matrices(2, 3, 4), doc="of the matrix's type")
+    result: Any = Out(type=matrices(2, 3, 4), doc="transposed matrix, of the same type")
 
     @staticmethod
     def operation(matrix: Any) -> Any:
@@ -229,8 +229,8 @@ class TransformVector(Elementwise, type="omni.graph.nodes.TransformVector"):
     like = "vector"
 
     matrix: Any = In(type=matrices(3, 4), required=True, doc="matrix, or array of matrices")
-    vector: Any = In(type=VECTORS, required=True, doc="matrix, or array of matrices")
-    result: Any = Out(type=VECTORS, doc="of the vector's type")
+    vector: Any = In(type=VECTORS, required=True, doc="vector, or array of vectors")
+    result: Any = Out(type=VECTORS, doc="transformed vector, of the same type")
 
     @staticmethod
     def operation(matrix: Any, vector: Any) -> Any:

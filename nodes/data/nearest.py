@@ -15,11 +15,13 @@ class NearestRange(Node, type="graphengine.data.NearestRange"):
     The ranges are spread evenly from the first azimuth to the last, as IsaacReadLidarBeams outputs them for one ring.
     """
 
-    ranges: Floats = In(unit="m", doc="from the first azimuth to the last; infinite and NaN ones are left out")
+    ranges: Floats = In(unit="m", doc="ranges from the first azimuth to the last; infinity and NaN are ignored")
     azimuth_range: Float2 = In(default=(-180.0, 180.0), unit="deg", doc="azimuth of the first and the last range")
-    sector: Float2 = In(default=(-180.0, 180.0), unit="deg", doc="azimuths to look at; 0 is ahead, positive is left")
-    distance: Float = Out(default=math.inf, unit="m", doc="infinite if nothing is in the sector")
-    azimuth: Float = Out(default=0.0, unit="deg", doc="0 if nothing is in the sector")
+    sector: Float2 = In(
+        default=(-180.0, 180.0), unit="deg", doc="lowest and highest azimuth; 0 is ahead, positive is left"
+    )
+    distance: Float = Out(default=math.inf, unit="m", doc="nearest range; infinite if the sector has none")
+    azimuth: Float = Out(default=0.0, unit="deg", doc="azimuth of the nearest range; 0 if the sector has none")
 
     def compute(self) -> None:
         """Find the smallest range of the sector."""

@@ -1,4 +1,4 @@
-"""Conversions between quaternions, rotation matrices and angles, in arrays whose last axes are those of one rotation.
+"""Conversions between quaternions, rotation matrices and angles, in arrays whose last axes hold one rotation.
 
 Quaternions are (x, y, z, w). Matrices multiply row vectors from the right, as everywhere in OmniGraph, so they are transposes of
 the textbook's. Angles are in degrees about the fixed axes x, y and z, applied in the given order.
@@ -116,7 +116,7 @@ def without_scale(matrices: Array) -> Array:
 
 
 def rotation_matrix(values: Array, order: str = "XYZ") -> Array:
-    """Rotation matrices (..., 3, 3) from port values; the number of components tells the kind of rotation.
+    """Rotation matrices (..., 3, 3) from port values; the number of components determines the kind of rotation.
 
     Args:
         values: 16 or 9 numbers of a matrix, 4 of a quaternion, or 3 angles in degrees.

@@ -8,9 +8,9 @@ from graphengine.node import BadValueError, Bound, Context, In, Node, Out, Targe
 
 
 class GetPrimPath(Node, type="omni.graph.nodes.GetPrimPath"):
-    """Path of a prim as text."""
+    """Path of a prim."""
 
-    prim: Target = In(default=(), doc="prim; of several the first counts, and without any the path is empty")
+    prim: Target = In(default=(), doc="prim; of several, the first is used; the path is empty without a prim")
     path: Any = Out(type="path", doc="the prim's path")
     prim_path: Token = Out()
 
@@ -20,9 +20,9 @@ class GetPrimPath(Node, type="omni.graph.nodes.GetPrimPath"):
 
 
 class GetPrimPaths(Node, type="omni.graph.nodes.GetPrimPaths"):
-    """Paths of prims as texts."""
+    """Paths of prims as tokens."""
 
-    prims: Target = In(default=(), doc="any prims")
+    prims: Target = In(default=(), doc="prims whose paths are output")
     prim_paths: Tokens = Out()
 
     def compute(self) -> None:
@@ -31,7 +31,7 @@ class GetPrimPaths(Node, type="omni.graph.nodes.GetPrimPaths"):
 
 
 def parent_of(path: str) -> str:
-    """The path without its last name, which may be a property; other texts are returned unchanged."""
+    """The path without its last name, which may be a property; other strings are returned unchanged."""
     if "." in path.rpartition("/")[2]:
         return path.rpartition(".")[0]
     above, slash, _ = path.rpartition("/")
@@ -39,7 +39,7 @@ def parent_of(path: str) -> str:
 
 
 def below(path: str, suffix: str) -> str:
-    """The path with names appended; other texts are returned unchanged."""
+    """The path with names appended; other strings are returned unchanged."""
     between = "" if suffix.startswith(".") else "/"
     return f"{path.rstrip('/')}{between}{suffix}" if path and suffix else path
 
@@ -47,9 +47,11 @@ def below(path: str, suffix: str) -> str:
 class AppendPath(Node, type="omni.graph.nodes.AppendPath"):
     """A path with names appended, such as /World/box from /World and box."""
 
-    path_in: Any = In(type="token|token[]", name="path", couple="path", required=True, doc="prim path, or several")
+    path_in: Any = In(
+        type="token|token[]", name="path", couple="path", required=True, doc="prim path, or array of paths"
+    )
     suffix: Token = In(default="", doc="names of descendant prims and of a property, such as box/lid or box.mass")
-    path_out: Any = Out(type="token|token[]", name="path", couple="path", doc="of the input's type")
+    path_out: Any = Out(type="token|token[]", name="path", couple="path", doc="extended path, of the input's type")
 
     def compute(self) -> None:
         """Append the suffix.
@@ -66,8 +68,10 @@ class AppendPath(Node, type="omni.graph.nodes.AppendPath"):
 class GetParentPath(Node, type="omni.graph.nodes.GetParentPath"):
     """The path of the parent, such as /World for /World/box."""
 
-    path: Any = In(type="token|token[]", couple="path", required=True, doc="path of a prim or property, or several")
-    parent_path: Any = Out(type="token|token[]", couple="path", doc="of the input's type")
+    path: Any = In(
+        type="token|token[]", couple="path", required=True, doc="path of a prim or property, or array of paths"
+    )
+    parent_path: Any = Out(type="token|token[]", couple="path", doc="parent's path, of the input's type")
 
     def compute(self) -> None:
         """Remove the last name."""

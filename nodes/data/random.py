@@ -20,7 +20,7 @@ class RandomNode(Node):
     """Base of nodes that output the next random value at each execution."""
 
     exec_in = ExecIn()
-    seed: UInt64 = In(default=0, doc="seed for useSeed and isNoise")
+    seed: UInt64 = In(default=0, doc="seed, used if useSeed or isNoise is true")
     use_seed: bool = In(
         default=False, doc="true: numbers depend on the seed only; false: on the session's seed and the node's path"
     )
@@ -82,10 +82,12 @@ def unit(generator: np.random.Generator, size: Literal[3, 4]) -> tuple[float, ..
 
 
 class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"):
-    """Random number between two others, or a tuple or array of such numbers."""
+    """Random number between min and max, or a tuple or array of such numbers."""
 
     minimum: Any = In(type=NUMERICS, name="min", default=0, doc="lowest number")
-    maximum: Any = In(type=NUMERICS, name="max", default=1.0, doc="highest integer, or excluded bound of real numbers")
+    maximum: Any = In(
+        type=NUMERICS, name="max", default=1.0, doc="upper bound; included for integers, excluded for real numbers"
+    )
     random: Any = Out(type=NUMERICS, doc="drawn number; a scalar bound is broadcast to tuples and arrays")
 
     def compute(self) -> None:
@@ -112,7 +114,7 @@ class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussia
     mean: Any = In(type=DECIMALS, default=0.0, doc="mean of the distribution, or of its logarithm")
     stdev: Any = In(type=DECIMALS, default=1.0, doc="standard deviation of the distribution, or of its logarithm")
     use_log: bool = In(default=False, doc="draws from a log-normal distribution")
-    random: Any = Out(type=DECIMALS, doc="drawn number; a scalar bound is broadcast to tuples and arrays")
+    random: Any = Out(type=DECIMALS, doc="drawn number; a scalar input is broadcast to tuples and arrays")
 
     def compute(self) -> None:
         """Draw from a normal or log-normal distribution.

@@ -40,7 +40,7 @@ class _FromMatrix(Elementwise):
 class GetMatrix4Translation(_FromMatrix, type="omni.graph.nodes.GetMatrix4Translation"):
     """Translation of a transformation matrix."""
 
-    matrix: Any = In(type=_MATRIX4, required=True, doc="one, or an array of them")
+    matrix: Any = In(type=_MATRIX4, required=True, doc="matrix, or array of matrices")
     translation: Any = Out(type=_VECTOR3, unit="m")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
@@ -53,7 +53,7 @@ class GetMatrix4Translation(_FromMatrix, type="omni.graph.nodes.GetMatrix4Transl
 class GetMatrix4Scale(_FromMatrix, type="omni.graph.nodes.GetMatrix4Scale"):
     """Scale of a transformation matrix along x, y and z."""
 
-    matrix: Any = In(type=matrices(3, 4), required=True, doc="one, or an array of them")
+    matrix: Any = In(type=matrices(3, 4), required=True, doc="matrix, or array of matrices")
     scale: Any = Out(type=_VECTOR3)
 
     @staticmethod
@@ -93,7 +93,9 @@ class GetMatrix4RotationMatrix(_FromMatrix, type="omni.graph.nodes.GetMatrix4Rot
 
     part = PortType("double", 9, False, "matrixd")
 
-    matrix: Any = In(type=f"{_MATRIX4}|{with_arrays('quatd[4]|vectord[3]')}", required=True, doc="any rotation")
+    matrix: Any = In(
+        type=f"{_MATRIX4}|{with_arrays('quatd[4]|vectord[3]')}", required=True, doc="matrix, angles or quaternion"
+    )
     rotation_order: Token = In(default="XYZ", tokens=ORDERS)
     rotation: Any = Out(type=matrices(3), doc="rotation without scale")
 
@@ -120,7 +122,7 @@ def _with_rotation(matrix: Any, rotation: Any) -> Any:
 class SetMatrix4Translation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Translation"):
     """A transformation matrix with its translation replaced."""
 
-    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="one, or an array of them")
+    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="matrix, or array of matrices")
     translation: Any = In(type=_VECTOR3, required=True, unit="m")
     matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new fourth row")
 
@@ -136,8 +138,8 @@ class SetMatrix4Translation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Translat
 class SetMatrix4Scale(_OnMatrix, type="omni.graph.nodes.SetMatrix4Scale"):
     """A transformation matrix with its scale replaced."""
 
-    matrix_in: Any = In(type=matrices(3, 4), name="matrix", required=True, doc="one, or an array of them")
-    scale: Any = In(type=_VECTOR3, required=True, doc="along x, y and z")
+    matrix_in: Any = In(type=matrices(3, 4), name="matrix", required=True, doc="matrix, or array of matrices")
+    scale: Any = In(type=_VECTOR3, required=True, doc="scale factors along x, y and z")
     matrix_out: Any = Out(type=matrices(3, 4), name="matrix", doc="matrix whose first three rows have these lengths")
 
     @staticmethod
@@ -152,7 +154,7 @@ class SetMatrix4Scale(_OnMatrix, type="omni.graph.nodes.SetMatrix4Scale"):
 class SetMatrix4Quaternion(_OnMatrix, type="omni.graph.nodes.SetMatrix4Quaternion"):
     """A transformation matrix with a quaternion's rotation and without scale. Superseded by SetMatrix4Rotation."""
 
-    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="one, or an array of them")
+    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="matrix, or array of matrices")
     quaternion: Any = In(type=with_arrays("quatd[4]"), required=True, doc="quaternion of any norm above 0")
     matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new rotation")
 
@@ -165,8 +167,10 @@ class SetMatrix4Quaternion(_OnMatrix, type="omni.graph.nodes.SetMatrix4Quaternio
 class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
     """A transformation matrix with its rotation replaced and without scale."""
 
-    fixed_rotation_axis: Token = In(default="Y", tokens=("X", "Y", "Z", "Custom"), doc="axis of a single angle")
-    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="one, or an array of them")
+    fixed_rotation_axis: Token = In(
+        default="Y", tokens=("X", "Y", "Z", "Custom"), doc="axis if rotationAngle is one angle"
+    )
+    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="matrix, or array of matrices")
     rotation_angle: Any = In(
         type=with_arrays("double|vectord[3]|quatd[4]|matrixd[3]"),
         required=True,
@@ -205,7 +209,7 @@ class MakeTransform(Node, type="omni.graph.nodes.MakeTransform"):
 
     rotation_order: Token = In(default="XYZ", tokens=ORDERS)
     rotation_xyz: Vector3d = In(default=(0.0, 0.0, 0.0), name="rotationXYZ", unit="deg")
-    scale: Vector3d = In(default=(1.0, 1.0, 1.0), doc="along x, y and z")
+    scale: Vector3d = In(default=(1.0, 1.0, 1.0), doc="scale factors along x, y and z")
     translation: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m")
     transform: Matrix4d = Out()
 
@@ -251,8 +255,8 @@ class RotateVector(Elementwise, type="omni.graph.nodes.RotateVector"):
         type=f"{matrices(3, 4)}|{QUATERNIONS}|{VECTORS}", required=True, doc="angles, quaternion or matrix"
     )
     rotation_order: Token = In(default="XYZ", tokens=ORDERS)
-    vector: Any = In(type=VECTORS, required=True, doc="one, or an array of them")
-    result: Any = Out(type=VECTORS, doc="of the vector's type")
+    vector: Any = In(type=VECTORS, required=True, doc="vector, or array of vectors")
+    result: Any = Out(type=VECTORS, doc="rotated vector, of the same type")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """Apply the linear part of a matrix, or a rotation."""

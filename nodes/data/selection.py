@@ -25,7 +25,7 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
     condition: Any = In(type=BOOLEANS, required=True, doc="true selects ifTrue, false ifFalse")
     if_true: Any = In(type=ANYTHING, required=True)
     if_false: Any = In(type=ANYTHING, required=True)
-    result: Any = Out(type=ANYTHING, doc="array if an input is an array; a single value then counts for all elements")
+    result: Any = Out(type=ANYTHING, doc="selected value; array if an input is one, with the other inputs repeated")
 
     choose: Operation = Bound()
 
@@ -109,7 +109,7 @@ class SelectTargetIf(Node, type="omni.graph.nodes.SelectTargetIf"):
 
 
 class IsEmpty(Node, type="omni.graph.nodes.IsEmpty"):
-    """Whether a text or an array has no elements; numbers and tuples are never empty."""
+    """Whether a string or an array is empty; numbers and tuples are never empty."""
 
     input_in: Any = In(type=ANYTHING, name="input", required=True, doc="value to check")
     is_empty: bool = Out()

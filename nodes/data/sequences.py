@@ -1,4 +1,4 @@
-"""Operations on arrays of ports: numpy arrays, tuples of texts, and strings as arrays of their UTF-8 bytes."""
+"""Operations on arrays of ports: numpy arrays, tuples of strings, and strings as arrays of their UTF-8 bytes."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 from graphengine.node import BadValueError, PortType, types
 
 MAX_LENGTH = 10_000_000
-"""Elements of an array, or characters of a text, that a node makes."""
-INDEX = "from 0; negative values count from the end, -1 is the last; out of range is an error"
-"""What the documentation of an `index` port says."""
+"""Maximum length of an array or string that a node makes."""
+INDEX = "index from 0; negative values count from the end, -1 is the last; out of range is an error"
+"""Documentation of `index` ports."""
 _BYTE = PortType("uchar")
 
 
@@ -23,12 +23,12 @@ def element_of(array: PortType) -> PortType:
 
 
 def fits(given: PortType, element: PortType) -> bool:
-    """Whether an array with this element type takes a value of the given type."""
+    """Whether an array with this element type accepts a value of the given type."""
     return types.conversion(given, element) is not None
 
 
 def as_array(value: Any) -> Any:
-    """A port value as a sequence that can be sliced and joined: an array or a tuple of texts."""
+    """A port value as a sequence that can be sliced and joined: an array or a tuple of strings."""
     if isinstance(value, str):
         return np.frombuffer(value.encode(), np.uint8)
     if isinstance(value, np.ndarray) or (isinstance(value, tuple) and all(isinstance(text, str) for text in value)):
@@ -77,7 +77,7 @@ def checked_length(port: str, length: int) -> int:
 
 
 def position(index: int, length: int) -> int:
-    """The position in a sequence of `length` elements that `index` means; negative indices count from the end.
+    """The position from 0 of `index` in a sequence of `length` elements; negative indices count from the end.
 
     Raises:
         BadValueError: the index is out of range.
@@ -88,7 +88,7 @@ def position(index: int, length: int) -> int:
 
 
 def zeros(array: Any, count: int) -> Any:
-    """A number of zeros or empty texts as elements for an array; none if the number is negative."""
+    """The given number of zeros or empty strings as elements for an array; none if it is negative."""
     if isinstance(array, tuple):
         return ("",) * count
     return np.zeros((max(count, 0), *array.shape[1:]), array.dtype)

@@ -1,4 +1,4 @@
-"""Operations on texts (`omni.graph.nodes`)."""
+"""Operations on strings (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TEXTS = "string|token|token[]"
 
 
 def check_text_length(port: str, letters: int) -> None:
-    """Check the length of a text or texts that `port` makes longer.
+    """Check the total length of strings that the value of `port` extends.
 
     Raises:
         BadValueError: the length is above the maximum.
@@ -23,15 +23,15 @@ def check_text_length(port: str, letters: int) -> None:
 
 
 def appended(port: str, texts: str | tuple[str, ...], suffix: str | tuple[str, ...]) -> str | tuple[str, ...]:
-    """A text with a suffix, or several texts with a common suffix or one each.
+    """A string with a suffix, or several strings with a common suffix or one each.
 
     Args:
         port: OmniGraph's name of the suffix input.
-        texts: text or texts to extend.
-        suffix: suffix, or one for each text.
+        texts: string or strings to extend.
+        suffix: suffix, or one for each string.
 
     Raises:
-        BadValueError: the number of suffixes is neither 1 nor that of the texts, or the result is too long.
+        BadValueError: the number of suffixes is neither 1 nor that of the strings, or the result is too long.
     """
     if isinstance(texts, str):
         if not isinstance(suffix, str):
@@ -46,23 +46,23 @@ def appended(port: str, texts: str | tuple[str, ...], suffix: str | tuple[str, .
 
 
 class BuildString(Node, type="omni.graph.nodes.BuildString"):
-    """Concatenation of texts. Isaac's menu calls it Append String."""
+    """Concatenation of strings. Isaac's menu calls it Append String."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=TEXTS)}
 
-    a: Any = In(type=TEXTS, required=True, doc="first text; the others are appended to each element of a token[]")
-    b: Any = In(type=TEXTS, required=True, doc="second text; the graph file may add input2, input3, …")
-    value: Any = Out(type=TEXTS, doc="of a's type")
+    a: Any = In(type=TEXTS, required=True, doc="first string; the others are appended to each element of a token[]")
+    b: Any = In(type=TEXTS, required=True, doc="second string; the graph file may add input2, input3, …")
+    value: Any = Out(type=TEXTS, doc="concatenation, of a's type")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
         """The type of a."""
         return {"value": known["a"]} if "a" in known else {}
 
     def compute(self) -> None:
-        """Concatenate the texts.
+        """Concatenate the strings.
 
         Raises:
-            BadValueError: the numbers of texts differ.
+            BadValueError: the numbers of strings differ.
         """
         value = self.a
         for name in ("b", *self.series["input"]):
@@ -71,13 +71,13 @@ class BuildString(Node, type="omni.graph.nodes.BuildString"):
 
 
 class AppendString(Node, type="omni.graph.nodes.AppendString"):
-    """A text with a suffix. An older type than BuildString."""
+    """A string with a suffix. An older type than BuildString."""
 
     value_in: Any = In(
-        type=TEXTS, name="value", required=True, doc="text to extend, or token[] whose elements are extended"
+        type=TEXTS, name="value", required=True, doc="string to extend, or token[] whose elements are extended"
     )
     suffix: Any = In(type=TEXTS, required=True, doc="suffix to append")
-    value_out: Any = Out(type=TEXTS, name="value", doc="of the input's type")
+    value_out: Any = Out(type=TEXTS, name="value", doc="result, of the input's type")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
         """The type of the input."""
@@ -87,7 +87,7 @@ class AppendString(Node, type="omni.graph.nodes.AppendString"):
         """Append the suffix.
 
         Raises:
-            BadValueError: the numbers of texts differ.
+            BadValueError: the numbers of strings differ.
         """
         self.value_out = appended("suffix", self.value_in, self.suffix)
 
@@ -101,11 +101,11 @@ _CASES: dict[str, Callable[[str], str]] = {
 
 
 class CapitalizeString(Node, type="omni.graph.nodes.CapitalizeString"):
-    """Changes a text to upper case, lower case, or to capital first letters of the text or of its words."""
+    """Changes a string to upper case, to lower case, or to capital first letters of the string or of its words."""
 
     operation: Token = In(default="UpperCase", tokens=tuple(_CASES))
-    string_in: Any = In(type=TEXTS, name="string", couple="text", required=True, doc="text, or several texts")
-    string_out: Any = Out(type=TEXTS, name="string", couple="text", doc="of the input's type")
+    string_in: Any = In(type=TEXTS, name="string", couple="text", required=True, doc="string, or array of tokens")
+    string_out: Any = Out(type=TEXTS, name="string", couple="text", doc="result, of the input's type")
 
     def compute(self) -> None:
         """Change the case.
@@ -119,17 +119,17 @@ class CapitalizeString(Node, type="omni.graph.nodes.CapitalizeString"):
 
 
 class SplitString(Node, type="omni.graph.nodes.SplitString"):
-    """Splits a text at a delimiter."""
+    """Splits a string at a delimiter."""
 
-    delimiter: String = In(default=" ", doc="text to split at")
-    string: String = In(default="", doc="text to split")
-    elements: Tokens = Out(doc="parts, which may be empty; none if the text or the delimiter is empty")
+    delimiter: String = In(default=" ", doc="string to split at")
+    string: String = In(default="", doc="string to split")
+    elements: Tokens = Out(doc="parts, which may be empty; none if the string or the delimiter is empty")
 
     def compute(self) -> None:
-        """Split the text.
+        """Split the string.
 
         Raises:
-            BadValueError: the text has too many parts.
+            BadValueError: the string has too many parts.
         """
         parts = self.string.split(self.delimiter) if self.string and self.delimiter else []
         checked_length("string", len(parts))
@@ -137,24 +137,24 @@ class SplitString(Node, type="omni.graph.nodes.SplitString"):
 
 
 class StartsWith(Node, type="omni.graph.nodes.StartsWith"):
-    """Whether a text starts with a prefix."""
+    """Whether a string starts with a prefix."""
 
-    prefix: String = In(default="", doc="prefix; an empty one is always true")
-    value: String = In(default="", doc="text to check")
+    prefix: String = In(default="", doc="prefix; every string starts with an empty one")
+    value: String = In(default="", doc="string to check")
     is_prefix: bool = Out()
 
     def compute(self) -> None:
-        """Compare the start of the text with the prefix."""
+        """Compare the start of the string with the prefix."""
         self.is_prefix = self.value.startswith(self.prefix)
 
 
 class EndsWith(Node, type="omni.graph.nodes.EndsWith"):
-    """Whether a text ends with a suffix."""
+    """Whether a string ends with a suffix."""
 
-    suffix: String = In(default="", doc="suffix; an empty one is always true")
-    value: String = In(default="", doc="text to check")
+    suffix: String = In(default="", doc="suffix; every string ends with an empty one")
+    value: String = In(default="", doc="string to check")
     is_suffix: bool = Out()
 
     def compute(self) -> None:
-        """Compare the end of the text with the suffix."""
+        """Compare the end of the string with the suffix."""
         self.is_suffix = self.value.endswith(self.suffix)

@@ -1,4 +1,4 @@
-"""Search, extraction, insertion and replacement in texts (`omni.graph.nodes`); positions count characters from 0."""
+"""Search, extraction, insertion and replacement in strings (`omni.graph.nodes`); positions count characters from 0."""
 
 from __future__ import annotations
 
@@ -12,25 +12,27 @@ _TEXT = "string|token"
 
 
 class FindString(Node, type="omni.graph.nodes.FindString"):
-    """Position of the first occurrence of a text in another."""
+    """Position of the first occurrence of a string in another."""
 
     pos: Int = In(default=0, doc="position at which the search starts; a start beyond the end finds nothing")
-    string: Any = In(type=_TEXT, required=True, doc="text to search in")
-    value: Any = In(type=_TEXT, required=True, doc="text to search for; an empty one is not found")
+    string: Any = In(type=_TEXT, required=True, doc="string to search in")
+    value: Any = In(type=_TEXT, required=True, doc="string to search for; an empty one is not found")
     index: Int = Out(doc="position of the first character, from 0; -1 if not found")
 
     def compute(self) -> None:
-        """Search for the text."""
+        """Search for the string."""
         self.index = self.string.find(self.value, max(self.pos, 0)) if self.value else -1
 
 
 class _Part(Node):
-    """Base of nodes for a part of a text, given by position and length."""
+    """Base of nodes for a part of a string, given by position and length."""
 
     count: Int = In(default=-1, doc="number of characters; -1 or too many extend to the end")
     index: Int = In(default=0, doc=INDEX)
-    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="text to change")
-    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="of the input's type; empty for an empty input")
+    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="input string")
+    string_out: Any = Out(
+        type=_TEXT, name="string", couple="text", doc="result, of the input's type; empty for an empty input"
+    )
 
     def ends(self) -> tuple[int, int]:
         """Position of the first character of the part, and of the first one after it.
@@ -46,7 +48,7 @@ class _Part(Node):
 
 
 class GetString(_Part, type="omni.graph.nodes.GetString"):
-    """Extracts a part of a text."""
+    """Extracts a part of a string."""
 
     def compute(self) -> None:
         """Extract the part.
@@ -59,7 +61,7 @@ class GetString(_Part, type="omni.graph.nodes.GetString"):
 
 
 class RemoveString(_Part, type="omni.graph.nodes.RemoveString"):
-    """Removes a part of a text."""
+    """Removes a part of a string."""
 
     def compute(self) -> None:
         """Remove the part.
@@ -72,15 +74,15 @@ class RemoveString(_Part, type="omni.graph.nodes.RemoveString"):
 
 
 class InsertString(Node, type="omni.graph.nodes.InsertString"):
-    """Inserts a text into another."""
+    """Inserts a string into another."""
 
-    index: Int = In(default=0, doc="0 or less inserts at the start, the text's length or more at the end")
-    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="text to insert into")
-    value: Any = In(type=_TEXT, required=True, doc="text to insert")
-    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="of the input's type")
+    index: Int = In(default=0, doc="0 or less inserts at the start, the string's length or more at the end")
+    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="string to insert into")
+    value: Any = In(type=_TEXT, required=True, doc="string to insert")
+    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="result, of the input's type")
 
     def compute(self) -> None:
-        """Insert the text.
+        """Insert the string.
 
         Raises:
             BadValueError: the result is too long.
@@ -91,13 +93,13 @@ class InsertString(Node, type="omni.graph.nodes.InsertString"):
 
 
 class ReplaceString(Node, type="omni.graph.nodes.ReplaceString"):
-    """Replaces the first occurrence of a part in a text, or all occurrences."""
+    """Replaces the first occurrence of a part in a string, or all occurrences."""
 
     replace: Any = In(type=_TEXT, required=True, doc="part to search for; an empty one is not found")
     replace_all: bool = In(default=False, doc="replace all occurrences, not only the first")
-    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="text to change")
+    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="input string")
     value: Any = In(type=_TEXT, required=True, doc="replacement, which may be empty")
-    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="of the input's type")
+    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="result, of the input's type")
 
     def compute(self) -> None:
         """Replace the occurrences.

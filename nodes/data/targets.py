@@ -54,7 +54,7 @@ class GetTargets(Node, type="omni.graph.nodes.GetTargets"):
 class FindTarget(Node, type="omni.graph.nodes.FindTarget"):
     """Index of a prim in a target."""
 
-    search_target: Target = In(default=(), doc="prim to search for; of several the first counts")
+    search_target: Target = In(default=(), doc="prim to search for; of several, the first is used")
     targets: Target = In(default=(), doc="prims to search in")
     index: Int = Out(doc="index of the first equal prim, from 0; -1 if not found")
 
@@ -67,7 +67,7 @@ class FindTarget(Node, type="omni.graph.nodes.FindTarget"):
 class GetParentPrims(Node, type="omni.graph.nodes.GetParentPrims"):
     """The parents of prims, such as /World for /World/box."""
 
-    prims: Target = In(default=(), doc="any prims")
+    prims: Target = In(default=(), doc="prims whose parents are output")
     parent_prims: Target = Out(doc="one parent for each prim")
 
     def compute(self) -> None:

@@ -40,7 +40,7 @@ class _OfAngle(Elementwise):
     """Base of functions of angles in degrees."""
 
     value_in: Any = In(type=DECIMALS, name="value", required=True, unit="deg")
-    value_out: Any = Out(type=DECIMALS, name="value", doc="of the angle's type")
+    value_out: Any = Out(type=DECIMALS, name="value", doc="value of the function, of the angle's type")
 
 
 class Sin(_OfAngle, type="omni.graph.nodes.Sin"):

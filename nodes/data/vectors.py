@@ -24,7 +24,7 @@ from graphengine.nodes.data.unions import (
     with_arrays,
 )
 
-_VECTOR = "a vector, or an array of them"
+_VECTOR = "vector, or array of vectors"
 _COMPONENTS = with_arrays(f"int|{REALS}")
 
 
@@ -40,7 +40,7 @@ class _BreakVector(Node):
     y: Any = Out(type=_COMPONENTS, couple="number", component=True)
 
     def components(self) -> Any:
-        """Take it apart."""
+        """Return the components."""
         vectors = self.tuple_in
         return vectors if type(vectors) is tuple else np.ascontiguousarray(vectors.T)
 
@@ -51,7 +51,7 @@ class BreakVector2(_BreakVector, type="omni.graph.nodes.BreakVector2"):
     tuple_in: Any = In(type=_vectors(2), name="tuple", couple="number", required=True, doc=_VECTOR)
 
     def compute(self) -> None:
-        """Take the vector apart."""
+        """Set the outputs to the components."""
         self.x, self.y = self.components()
 
 
@@ -62,7 +62,7 @@ class BreakVector3(_BreakVector, type="omni.graph.nodes.BreakVector3"):
     z: Any = Out(type=_COMPONENTS, couple="number", component=True)
 
     def compute(self) -> None:
-        """Take the vector apart."""
+        """Set the outputs to the components."""
         self.x, self.y, self.z = self.components()
 
 
@@ -74,7 +74,7 @@ class BreakVector4(_BreakVector, type="omni.graph.nodes.BreakVector4"):
     w: Any = Out(type=_COMPONENTS, couple="number", component=True)
 
     def compute(self) -> None:
-        """Take the vector apart."""
+        """Set the outputs to the components."""
         self.x, self.y, self.z, self.w = self.components()
 
 
@@ -149,7 +149,7 @@ class Normalize(Elementwise, type="omni.graph.nodes.Normalize"):
     operation = unit
 
     vector: Any = In(type=with_arrays(REAL_TUPLES), required=True, doc="vector, or array of vectors")
-    result: Any = Out(type=with_arrays(REAL_TUPLES), doc="of the vector's type")
+    result: Any = Out(type=with_arrays(REAL_TUPLES), doc="unit vector, of the same type")
 
 
 _DOT = f"{with_arrays(DECIMAL_TUPLES)}|{arrays_of(f'{REALS}|timecode')}"

@@ -29,8 +29,10 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
 
     exec_in = ExecIn()
     wheel_radius: float = In(default=0.0, required=True, unit="m", doc="r; the absolute value is used")
-    wheel_distance: float = In(default=0.0, required=True, unit="m", doc="d, distance of the wheels' contact points")
-    dt: float = In(default=0.0, unit="s", doc="time between two computes; needed for ramps")
+    wheel_distance: float = In(
+        default=0.0, required=True, unit="m", doc="d, distance between the wheels' contact points"
+    )
+    dt: float = In(default=0.0, unit="s", doc="time between two executions; needed for ramps")
     max_acceleration: float = In(default=0.0, unit="m/s2")
     max_deceleration: float = In(default=0.0, unit="m/s2")
     max_angular_acceleration: float = In(default=0.0, unit="rad/s2")
@@ -74,7 +76,7 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
 
 _RAMPS = "dt, maxAcceleration, maxDeceleration, maxAngularAcceleration"
 TOLERANCE = 0.01
-"""Share by which a controller's geometry may differ from the robot's before a lint tells."""
+"""Largest relative difference between a controller's and the robot's geometry that the lints accept."""
 
 
 @lint("W201")

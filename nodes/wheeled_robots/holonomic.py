@@ -21,7 +21,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
     """Computes wheel speeds whose contributions add up to a body twist (vx, vy, wz).
 
     A wheel of radius r at p with speed x contributes the velocity x r g and the turn rate x r (g x p); g is its axle, rotated by
-    the roller angle about the up axis. Of all solutions, the one with the least sum of r x^2 is taken. This is the model of
+    the roller angle about the up axis. The solution with the least sum of r x^2 is used. This is the model of
     the reference, which ignores how wheels roll. With `rolling`, no wheel slips along its rollers' axis: x r (a x up) g =
     (v + w up x p) g, where a is the axle about which x is positive.
 
@@ -29,10 +29,12 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
     """
 
     exec_in = ExecIn()
-    wheel_radius: Doubles = In(required=True, unit="m", doc="r, one per wheel, or one for all")
-    wheel_positions: Double3s = In(required=True, unit="m", doc="p, from the centre of the base")
-    wheel_orientations: Double4s = In(required=True, doc="(w, x, y, z), relative to the base")
-    mecanum_angles: Doubles = In(required=True, unit="deg", doc="axle to roller axis, one per wheel, or one for all")
+    wheel_radius: Doubles = In(required=True, unit="m", doc="r of each wheel, or one for all wheels")
+    wheel_positions: Double3s = In(required=True, unit="m", doc="p of each wheel, from the centre of the base")
+    wheel_orientations: Double4s = In(required=True, doc="quaternion (w, x, y, z) of each wheel, relative to the base")
+    mecanum_angles: Doubles = In(
+        required=True, unit="deg", doc="angle from axle to roller axis, one per wheel or one for all"
+    )
     wheel_axis: Double3 = In(default=(1.0, 0.0, 0.0), doc="axle in a wheel's frame")
     up_axis: Double3 = In(default=(0.0, 0.0, 1.0), doc="up axis of the base")
     input_velocity: Double3 = In(
@@ -44,7 +46,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
     linear_gain: float = In(default=1.0, doc="factor for vx and vy")
     angular_gain: float = In(default=1.0, doc="factor for wz")
     rolling: bool = In(default=False, extension=True, doc="compute speeds of wheels that roll without slip")
-    joint_velocity_command: Doubles = Out(unit="rad/s", doc="one per wheel")
+    joint_velocity_command: Doubles = Out(unit="rad/s", doc="wheel speeds, one per wheel")
 
     matrix: Floats | None = State(default=None)
     matrix_of: tuple[object, ...] = State(default=())

@@ -8,7 +8,7 @@ from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.node import BadValueError, ExecIn, ExecOut, In, Node, Quaterniond, Vector3d
 
 Heading = tuple[float, float, float]
-"""x and y (m) and the yaw (rad) of something on the floor."""
+"""x (m), y (m) and yaw (rad) of a pose in the plane."""
 
 
 def yaw_of(q: Quaternion) -> float:
@@ -21,7 +21,7 @@ def yaw_of(q: Quaternion) -> float:
 
 
 def heading_of(position: tuple[str, Vector3], orientation: tuple[str, Quaternion]) -> Heading:
-    """Position (x, y) and yaw of a pose, given as two ports and their values.
+    """Position (x, y) and yaw of a pose, given as pairs of port name and value.
 
     Raises:
         BadValueError: the pose is not finite.
@@ -43,8 +43,12 @@ class PlanarNode(Node):
     """Base of nodes that read the pose of the base."""
 
     exec_in = ExecIn()
-    current_position: Vector3d = In(required=True, unit="m", doc="base in the world frame; z is ignored")
-    current_orientation: Quaterniond = In(required=True, doc="(x, y, z, w), base in the world frame; its yaw is used")
+    current_position: Vector3d = In(
+        required=True, unit="m", doc="position of the base in the world frame; z is ignored"
+    )
+    current_orientation: Quaterniond = In(
+        required=True, doc="(x, y, z, w) of the base in the world frame; only its yaw is used"
+    )
     exec_out = ExecOut()
 
     def heading(self) -> Heading:

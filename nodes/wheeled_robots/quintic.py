@@ -22,10 +22,10 @@ from graphengine.nodes.wheeled_robots.planar import Heading, PlanarNode, heading
 Floats = NDArray[np.float64]
 
 DURATIONS = range(5, 100, 5)
-"""Seconds that a path may take; the first that keeps to the limits is taken."""
+"""Durations (s) to try for a path; the planner uses the first that respects the limits."""
 SHORTEST_STEP = 0.001
 MOVED, TURNED = 0.1, 0.05
-"""m in x or y, and rad, by which a target differs that is worth another path."""
+"""Motion of the target, m in x or y, and rad, from which a new path is planned."""
 
 _ENDS = np.array(
     [
@@ -37,26 +37,26 @@ _ENDS = np.array(
         [0, 0, 2, 6, 12, 20],
     ]
 )
-"""By it, coefficients of p(s) become p, p' and p'' at s = 0 and at s = 1."""
+"""Maps coefficients of p(s) to p, p' and p'' at s = 0 and at s = 1."""
 
 
 class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.QuinticPathPlanner"):
     """Plans a path from the base to a target that matches position, velocity and acceleration at both ends.
 
-    x and y are quintic polynomials of time; at both ends velocity and acceleration are along the yaw. Of the durations 5, 10 ...
-    95 s, the first that keeps to the limits is taken. The path is planned again when the target has moved by 0.1 m in x or y, or
-    turned by 0.05 rad, since the last plan.
+    x and y are quintic polynomials of time; at both ends velocity and acceleration are along the yaw. The path takes the first
+    of the durations 5, 10, ... 95 s that respects the limits. A new path is planned when the target has moved by 0.1 m in x or
+    y, or turned by 0.05 rad, since the last plan.
     """
 
     target_prim: Target = In(default=(), setup=True, doc="target prim; replaces targetPosition and targetOrientation")
-    target_position: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m", doc="in the world frame; z is ignored")
+    target_position: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m", doc="target in the world frame; z is ignored")
     target_orientation: Quaterniond = In(
-        default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w) in the world frame; its yaw is used"
+        default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w) of the target in the world frame; only its yaw is used"
     )
-    initial_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="along the yaw, at the start")
-    initial_accel: float = In(default=0.02, unit="m/s2", doc="along the yaw, at the start")
-    goal_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="along the yaw, at the target")
-    goal_accel: float = In(default=0.02, unit="m/s2", doc="along the yaw, at the target")
+    initial_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="speed at the start, along the base's yaw")
+    initial_accel: float = In(default=0.02, unit="m/s2", doc="acceleration at the start, along the base's yaw")
+    goal_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="speed at the target, along its yaw")
+    goal_accel: float = In(default=0.02, unit="m/s2", doc="acceleration at the target, along its yaw")
     max_accel: float = In(default=1.5, unit="m/s2")
     max_jerk: float = In(default=0.3, unit="m/s3")
     step: float = In(default=0.16666666667, ge=SHORTEST_STEP, unit="s", doc="longest time between two points")

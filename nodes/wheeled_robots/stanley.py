@@ -15,21 +15,21 @@ from graphengine.nodes.wheeled_robots.planar import Heading, PlanarNode, wrapped
 
 Floats = NDArray[np.float64]
 Speeds = tuple[float, float]
-"""Forward, m/s, and counter-clockwise, rad/s."""
+"""Forward speed (m/s) and counter-clockwise turn rate (rad/s)."""
 
 SLOWEST = 0.05
-"""m/s at which a path is followed to its end, and the target approached from beyond it."""
+"""Minimum speed (m/s) on a path, and speed of the approach to a missed target."""
 FASTEST_TURN = 1.0
-"""rad/s of a turn on the spot."""
+"""Maximum turn rate (rad/s) on the spot."""
 FACING = 0.1
-"""rad by which a base may look past the target and still drive to it."""
+"""Largest angle (rad) between heading and target at which the base drives to a missed target."""
 
 
 class Path(NamedTuple):
     """Points of a path."""
 
     shares: Floats
-    """Of `maxVelocity`, with which to pass."""
+    """Speeds at the points, as fractions of `maxVelocity`."""
     x: Floats
     y: Floats
     yaws: Floats
@@ -49,20 +49,24 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
 
     current_speed: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s", doc="velocity of the base; hypot(x, y) is used")
     max_velocity: float = In(default=1.5, ge=0.0, unit="m/s")
-    reached_goal: Bools = In(default=(False, False), doc="from CheckGoal2D; both true: the base stops")
-    path_arrays: Doubles = In(required=True, unit="m/s, m, m, rad", doc="from QuinticPathPlanner")
+    reached_goal: Bools = In(default=(False, False), doc="reachedGoal of CheckGoal2D; the base stops if both are true")
+    path_arrays: Doubles = In(required=True, unit="m/s, m, m, rad", doc="pathArrays of QuinticPathPlanner")
     target: Double3 = In(default=(0.0, 0.0, 0.0), unit="m, m, rad", doc="x, y and yaw at the end of the path")
-    target_changed: bool = In(default=False, doc="restart the path; a new path restarts by itself")
-    wheel_base: float = In(default=0.4132, gt=0.0, unit="m", doc="distance of the axles, before scaling by gains[1]")
+    target_changed: bool = In(default=False, doc="restarts the path; a change of pathArrays does so too")
+    wheel_base: float = In(
+        default=0.4132, gt=0.0, unit="m", doc="distance between the axles, before scaling by gains[1]"
+    )
     thresholds: Double2 = In(
-        default=(0.1, 0.1), unit="m, rad", doc="as in CheckGoal2D; within [0] the base turns on the spot"
+        default=(0.1, 0.1), unit="m, rad", doc="as in CheckGoal2D; closer than [0], the base turns on the spot"
     )
     draw_path: bool = In(default=False, doc="no effect: there is no window")
     step: float = In(
         default=0.16666666667, gt=0.0, unit="s", doc="the turn rate on the spot is gains[1] / step times the angle"
     )
     gains: Double3 = In(
-        default=(0.5, 0.1, 0.0872665), unit="1/s, 1, rad", doc="of path error and speed; steering limit"
+        default=(0.5, 0.1, 0.0872665),
+        unit="1/s, 1, rad",
+        doc="[gain of the path error, gain of the speed, steering limit]",
     )
     linear_velocity: float = Out(unit="m/s", doc="forward")
     angular_velocity: float = Out(unit="rad/s", doc="counter-clockwise")
