@@ -1,4 +1,4 @@
-"""Guards of the public API: one thread at a time uses a session, and a failed session only shows what it is."""
+"""Guards of the public API: one thread at a time uses a session, and a failed session can only be read."""
 
 from __future__ import annotations
 

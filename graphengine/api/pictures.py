@@ -25,7 +25,7 @@ SIZE = (1280, 720)
 
 
 def simulated(world: World) -> Simulation:
-    """The world, checked to be one that pictures can be taken of.
+    """The session's world, checked to be one that can be rendered.
 
     Raises:
         UsageError: the session runs a graph without a scene.
@@ -67,12 +67,12 @@ def find_camera(world: Simulation, name: str) -> Prim | None:
 def look(
     world: Simulation, name: str, size: tuple[int, int] | None = None, *, segmentation: bool = False
 ) -> Picture | Image:
-    """A picture of a camera, as graphs receive it, or of a view.
+    """A picture from a camera, as graphs receive it, or from a view.
 
     Args:
         world: world to draw, in its present state.
         name: name of a view, or name or path of a camera's prim.
-        size: width and height, pixels; the camera's own, or `SIZE` for a view, when None.
+        size: width and height, pixels; None is the camera's own size, or `SIZE` for a view.
         segmentation: add the number of the prim at each pixel.
 
     Raises:

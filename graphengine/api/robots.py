@@ -34,8 +34,8 @@ class Velocity:
     """Linear and angular velocity of a body.
 
     Attributes:
-        linear: of its origin, in the world frame, m/s.
-        angular: in the world frame, rad/s.
+        linear: velocity of the body's origin in the world frame, m/s.
+        angular: angular velocity in the world frame, rad/s.
     """
 
     linear: Vector3
@@ -93,7 +93,7 @@ class Robot:
     @property
     @reading
     def namespace(self) -> str:
-        """Namespace of its topics, such as `dd100_0000`; empty for none."""
+        """Namespace of the robot's topics, such as `dd100_0000`; empty for none."""
         base_link = find_robot(self._runner, self.name).facts["base_link"]
         return join_namespaces(self._runner.session.services.stage.namespaces(base_link))
 

@@ -30,10 +30,10 @@ class RunOptions:
 
     Attributes:
         complain: receives each problem with a peer on the network; None logs them.
-        environ: environment variables, of which ROS 2's name the domain and how far discovery reaches.
+        environ: environment variables; those of ROS 2 set the domain and the range of discovery.
         fault: receives each NodeError if `keep_going` is set; None logs them.
-        foxglove: host and port at which Foxglove can see the session; None for no server.
-        join: joins a domain in place of `transport`.
+        foxglove: host and port of a server for Foxglove; None for no server.
+        join: function that joins a ROS 2 domain; replaces `transport`.
         patient: DDS writers wait for slow readers.
         seed: seed of all random generators; None takes the scene's.
     """

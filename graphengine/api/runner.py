@@ -43,7 +43,7 @@ class Runner:
     Args:
         scene: scene without errors.
         options: options of the session.
-        modules: Python modules with node types, named in the recording.
+        modules: Python modules with node types; the recording stores their names.
 
     Raises:
         GraphError: a part of the session cannot start; the parts already started are closed.
@@ -54,17 +54,17 @@ class Runner:
         self.options = options
         self.desk = Desk()
         self.publications: dict[Publication, None] = {}
-        """Messages that are sent again and again, in the order in which that began."""
+        """Periodic publications, in the order of their start."""
         self.writers: dict[object, Writer] = {}
         """Writers of the user's messages, by topic, type and transport."""
         self.lock = threading.RLock()
         """Held by the thread that uses the session."""
         self.closed = False
         self.running = False
-        """Whether ticks are under way, or called `until`."""
+        """Whether ticks or the condition `until` are being executed."""
         self._recorder: Recorder | None = None
         self.feed: Feed | None = None
-        """Of the page."""
+        """Feed of the page, if there is one."""
         with ExitStack() as closing:
             self._check()
             own = Domain.from_environment(options.environ)
@@ -261,7 +261,7 @@ class Runner:
             self.feed.after_tick()
 
     def show(self, feed: Feed) -> None:
-        """Feed a page after ticks from now on, and end it with the session."""
+        """Update a page after ticks from now on, and close it with the session."""
         self.feed = feed
         self._closing.callback(feed.close)
 

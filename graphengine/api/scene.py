@@ -56,8 +56,8 @@ class RobotInfo:
 class Scene:
     """A scene or graph that was checked and has no errors. `load` returns it.
 
-    Any number of sessions can be started from it. A pickle holds the bytes of its files, so another process needs none of
-    them; it imports the modules of node types.
+    Any number of sessions can be started from it. A pickled scene contains its files, so another process can load it
+    without them; that process imports the modules with node types.
 
     Attributes:
         name: name of its file, without folder and suffix.
@@ -121,7 +121,7 @@ class Scene:
             record: MCAP file of the recording, which begins before the first tick.
             force: overwrite an existing recording.
             control: name of the session for `graphrun ctl`; None gives it no control channel.
-            simulation_interfaces: namespace of the services of simulation_interfaces, such as `/`; None offers none.
+            simulation_interfaces: namespace of the services of simulation_interfaces, such as `/`; None: no services.
             log: receives severity, prim path and text of each message; None sends them to the logger `graphengine`.
 
         Raises:
@@ -166,13 +166,13 @@ class Scene:
         (4, 8)
 
         Args:
-            path: where to write the files, without suffix: the image, and PATH.yaml; None writes none.
+            path: path of the image and of PATH.yaml, without suffix; None writes no files.
             heights: height range of obstacles, m.
             cell: side of a cell, m.
             bounds: south-west and north-east corner, m, rounded outwards to cells; None fits the map to `select`.
-            origin: a point at which cells have a corner, m.
-            free: points, m, from which free space is filled; none given: where the first robot stands.
-            select: prims that the map is fitted to; none given: all obstacles.
+            origin: point that is a corner of cells, m; it aligns the grid.
+            free: points, m, from which free space is filled; empty: the position of the first robot.
+            select: prims whose extent the map covers if `bounds` is None; empty: all obstacles.
             include: robots and movable bodies to map as obstacles.
             exclude: prims to leave out of the obstacles.
             image: file format of the image.
@@ -219,10 +219,10 @@ class Scene:
 
 
 def loaded_of(scene: Scene) -> LoadedScene:
-    """The internal form of a scene, for `graphrun`, which shows more of it than `Scene` does."""
+    """The internal form of a scene, which has details that `Scene` does not offer."""
     return scene._loaded
 
 
 def start_runner(scene: Scene, options: RunOptions) -> Runner:
-    """Start a session and return its runner, which has parts that `graphrun` needs and `Session` does not offer."""
+    """Start a session and return its runner, which has features that `Session` does not offer."""
     return Runner(scene._loaded, options, scene._modules)

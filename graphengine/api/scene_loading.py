@@ -52,10 +52,10 @@ def load(
     Args:
         source: path of a file, or name of an included scene or graph: `dd100_warehouse`, `dd100/cmd_vel`.
         set: input values by `[robot/][graph/]Node.port`, globs allowed.
-        scene: the scene to put a single graph into.
+        scene: scene in which to run a single graph.
         robot_state: publish the topics of robot_state_publisher for every robot.
-        rays: `mujoco`, `fast` (needs numba), or `auto`, which takes `fast` where possible.
-        allow: folders that files may be read from, in addition to the source's own.
+        rays: ray casting of lidars: `mujoco`, `fast` (needs numba), or `auto`, which is `fast` if possible.
+        allow: folders from which files may be read, in addition to the folder of the source.
         message_paths: packages, folders of packages, or single files with message types.
         packages: `share` folders of ROS packages, in addition to those of AMENT_PREFIX_PATH.
         modules: Python modules with node types, or their names.
@@ -100,7 +100,7 @@ def load(
 
 
 def open_scene(path: Path, options: Options, modules: Sequence[str] = (), *, graphs: bool = True) -> Scene:
-    """Read and check the scene in a file; with `graphs` unset, a scene without its graphs, for `graphrun map`.
+    """Read and check the scene in a file; if not `graphs`, the scene's graphs are left out.
 
     Raises:
         CheckError: the scene has errors.

@@ -178,8 +178,8 @@ class Session:
     def restore(self, checkpoint: Checkpoint) -> None:
         """Return to a checkpoint of this session. A recording stores the call.
 
-        With the transport memory, the same calls then send the same bytes as after the checkpoint. Messages that were sent
-        or kept by a `Subscription` stay; DDS writer numbers and the times of a recording continue.
+        With the transport memory, the same calls then send the same bytes as after the checkpoint. Messages
+        already sent or kept by a `Subscription` remain; sequence numbers of DDS and times of a recording continue.
 
         >>> mark = sim.checkpoint()
         >>> sim.run(1.0)
@@ -189,11 +189,11 @@ class Session:
         0.0
 
         Args:
-            checkpoint: what `checkpoint` returned.
+            checkpoint: checkpoint of this session.
 
         Raises:
             GraphError: a removed robot or a node cannot be restored.
-            UsageError: the checkpoint is another session's.
+            UsageError: the checkpoint belongs to another session.
         """
         self._runner.session.restore(checkpoint._inner)
         for publication, state in checkpoint._publications:
@@ -209,11 +209,11 @@ class Session:
         (0.0, 0.0, 0.0)
 
         Args:
-            address: `[robot/][graph/][subgraph/…]Node.[inputs:|outputs:|state:]port`, or a unique end of it. Without
+            address: `[robot/][graph/][subgraph/…]Node.[inputs:|outputs:|state:]port`, or a unique suffix of it. Without
                 `inputs:`, `outputs:` or `state:`, outputs are searched before inputs.
 
         Raises:
-            UsageError: no port has the address, or several have.
+            UsageError: no port or several ports match the address.
         """
         graphs = self._runner.session.graphs
         if self._graphs is not graphs:
@@ -248,7 +248,7 @@ class Session:
             value: value as in a graph file; all matching inputs get it.
 
         Raises:
-            UsageError: no input matches, an input is wired, or its type does not take the value; nothing has changed.
+            UsageError: no input matches, an input is wired, or its type does not allow the value; no input has changed.
         """
         self._runner.command("set", address=address, value=plain(value))
 
@@ -260,10 +260,10 @@ class Session:
         {}
 
         Args:
-            graph: `robot/graph`, or a unique end of it.
+            graph: `robot/graph`, or a unique suffix of it.
 
         Raises:
-            UsageError: no graph has the name, or several have.
+            UsageError: no graph or several graphs match the name.
         """
         runs = {run.name: run for run in self._runner.session.graphs}
         meant = [name for name in runs if name == graph] or [name for name in runs if name.endswith(f"/{graph}")]
@@ -279,7 +279,7 @@ class Session:
     @overload
     def subscribe(self, topic: str, type: str | None = None, keep: int = 1000) -> Subscription[Any]: ...
     def subscribe(self, topic: str, type: MessageType = None, keep: int = 1000) -> Subscription[Any]:
-        """Subscribe to a topic. Nodes that skip work without subscribers then build its messages, scans or pictures.
+        """Subscribe to a topic. Nodes that publish only to subscribers then compute its messages, scans or pictures.
 
         >>> odom = sim.subscribe("/dd100_0000/odom")
         >>> sim.step()
@@ -361,7 +361,7 @@ class Session:
         linear: Vector3 | None = None,
         angular: Vector3 | None = None,
     ) -> None:
-        """Move a robot or object to a pose; its joint states stay. Overlaps are logged as warnings.
+        """Move a robot or object to a pose; its joint states do not change. Overlaps are logged as warnings.
 
         >>> sim.move("dd100", position=(1.0, 2.0))
 
@@ -403,7 +403,7 @@ class Session:
 
         Raises:
             UnknownEntityError: no robot or object has the name.
-            UsageError: the robot or object cannot move, or not exactly one of `force` and `impulse` is given.
+            UsageError: the robot or object cannot move, or both or neither of `force` and `impulse` are given.
         """
         how = {"force": force, "impulse": impulse, "duration": duration, "at": at}
         self._runner.command("push", entity=entity, **plain(how))
@@ -427,11 +427,11 @@ class Session:
 
         Args:
             name: name of the robot, unique in the scene.
-            use: robot file or robot description, looked for in the working directory, then as `use` in the scene file.
+            use: robot file or robot description: a path from the working directory, or else as `use` in a scene file.
             position: position of its base link in the world frame, m.
             orientation: quaternion (x, y, z, w) in the world frame.
-            namespace: namespace of its topics; replaces that of the robot file.
-            at: path of its prim; None is `/NAME`.
+            namespace: namespace of the robot's topics; replaces that of the robot file.
+            at: path of the robot's prim; None is `/NAME`.
             robot_state: publish the topics of robot_state_publisher.
 
         Raises:
@@ -468,16 +468,16 @@ class Session:
         >>> sim.impulse("Node")  # doctest: +SKIP
 
         Args:
-            node: prim path of the node, or a unique end of it.
+            node: prim path of the node, or a unique suffix of it.
 
         Raises:
-            UsageError: no node has the path, or several have.
+            UsageError: no node or several nodes match the path.
         """
         self._runner.command("impulse", node=node)
 
     @acting
     def press(self, *keys: str) -> None:
-        """Press keys, given by OmniGraph's names, from the next tick until `release`.
+        """Hold keys down, given by OmniGraph's names, from the next tick until `release`.
 
         >>> sim.press("W", "LeftShift")
 
@@ -528,19 +528,19 @@ class Session:
     def view(self, host: str = "127.0.0.1", port: int = 0, *, read_only: bool = False) -> str:
         """Serve a page that shows the world in 3D and the graphs with live values, and that controls the session.
 
-        Whoever has the address may use it: it holds a secret. The page shows what ticks do, so it stands still between
-        calls of `run` and `step`.
+        Anyone with the address can use the page: it contains the access token. Ticks update the page, so it stands
+        still between calls of `run` and `step`.
 
         >>> sim.view()  # doctest: +SKIP
         'http://127.0.0.1:40123/?token=…'
 
         Args:
-            host: address to serve on; others than 127.0.0.1 let other machines reach it, unencrypted.
-            port: port; 0 takes a free one.
-            read_only: whether viewers may only look.
+            host: address to listen on; any other than 127.0.0.1 lets other machines connect, unencrypted.
+            port: TCP port; 0 chooses a free one.
+            read_only: whether viewers can see the session but not control it.
 
         Returns:
-            The address; the same one while the page's process lives.
+            The address of the page; it stays the same while the page's process runs.
 
         Raises:
             UsageError: the extra `view` is not installed, or the port is taken.

@@ -1,4 +1,4 @@
-"""Values that leave the public API, and those that enter it."""
+"""Conversion of values that the public API returns or accepts."""
 
 from __future__ import annotations
 

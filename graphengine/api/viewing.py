@@ -1,4 +1,4 @@
-"""The page on which a session is seen and controlled in a browser."""
+"""The web page that shows and controls a session."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 
 
 class TwistPublisher:
-    """Publishes what viewers drive; a recording stores it like the messages of another program."""
+    """Publishes the velocities that viewers command; a recording stores them like the messages of another program."""
 
     def __init__(self, runner: Runner) -> None:
         self._runner = runner
         self._driven: dict[str, Publication] = {}
 
     def topics(self) -> Mapping[str, str]:
-        """The topic by which each robot is driven, by the robot's name; robots without one are left out."""
+        """Velocity topic of each robot, by the robot's name; robots without one are left out."""
         found: dict[str, str] = {}
         stage = self._runner.session.services.stage
         twists = [end.topic for end in self._runner.network.subscriptions if end.claim.message_type in TWISTS]
@@ -62,7 +62,7 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
     """Start the page of a session, or another one after its process was lost; return the address.
 
     Raises:
-        UsageError: the extra `view` is not installed, or nothing can be served there.
+        UsageError: the extra `view` is not installed, or the address cannot be used.
     """
     if runner.feed is not None and not runner.feed.page.lost:
         return runner.feed.url

@@ -15,13 +15,13 @@ from typing import Any, NoReturn
 from graphengine.format.version import __version__
 
 VERBS = {
-    "demo": "drive a robot through a warehouse, and say what to try next",
+    "demo": "run a demo: a robot drives through a warehouse, with commands to try",
     "run": "run a scene or a graph",
     "ctl": "control a running session: pause, step, reset, spawn, push",
     "replay": "replay a recorded run and compare the output byte by byte",
     "check": "report all errors and warnings in scenes and graphs",
     "show": "show a graph's nodes and wires, its schedule, its generated code or a drawing",
-    "snapshot": "render a picture of a scene, from above, in perspective or by one of its cameras",
+    "snapshot": "render a picture of a scene, from above, in perspective or from one of its cameras",
     "map": "make an occupancy map of a scene for nav2's map_server",
     "import": "convert the graphs of an Isaac Sim script or USD stage to YAML",
     "export": "convert a graph to a script that builds it in Isaac Sim",
@@ -31,7 +31,7 @@ VERBS = {
     "tf": "show the frame tree of a live network",
     "teleop": "drive a robot from the keyboard",
     "nodes": "list node types and their ports",
-    "schema": "print the JSON Schema of a kind of file, for editors",
+    "schema": "print the JSON Schema of graph, scene or robot files, for editors",
 }
 
 OUT_OF_MEMORY = 3
@@ -99,7 +99,7 @@ def make_parser(verb: str | None = None) -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=Version, nargs=0, help="show the version and exit")
     parser.add_argument(
-        "--verbose", action="store_true", help="with --version: show also how this machine can confine untrusted files"
+        "--verbose", action="store_true", help="with --version: also show how this machine can confine untrusted files"
     )
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name, summary in VERBS.items():

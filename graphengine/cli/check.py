@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     add_file_arguments(parser, many=True)
     parser.add_argument("--strict", action="store_true", help="warnings count as errors")
-    parser.add_argument("--format", choices=("text", "json"), default="text", help="for people, or for programs")
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="output format (default text)")
     parser.epilog = "For a folder, all scene, robot and graph files in it and its subfolders are checked."
 
 

@@ -26,11 +26,13 @@ def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -
     """Add the arguments for a file and the options that change how it is loaded."""
     what = "a scene or graph file, or the name of an included one, such as dd100_warehouse or dd100/cmd_vel"
     parser.add_argument("files" if many else "file", metavar="SCENE|GRAPH", nargs="+" if many else None, help=what)
-    parser.add_argument("--scene", metavar="SCENE", help="scene to put a single graph into")
-    add_repeatable(parser, "--set", "NODE.PORT=VALUE", "value of an input; [ROBOT/][GRAPH/]NODE.PORT, globs allowed")
+    parser.add_argument("--scene", metavar="SCENE", help="scene in which to run a single graph")
+    add_repeatable(
+        parser, "--set", "NODE.PORT=VALUE", "set an input to a value; [ROBOT/][GRAPH/]NODE.PORT, globs allowed"
+    )
     state = "publish the topics of robot_state_publisher for each robot"
     parser.add_argument("--robot-state", action="store_true", help=state)
-    rays = "ray casting of lidars; `fast` needs numba, `auto` takes `fast` where possible"
+    rays = "ray casting of lidars; `fast` needs numba, `auto` is `fast` if possible"
     parser.add_argument("--rays", choices=("auto", "mujoco", "fast"), default="auto", help=rays)
     parser.add_argument("--seed", type=whole, default=0, help="seed of all random generators (default 0)")
     add_allow_argument(parser)

@@ -82,10 +82,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _add_robots(add)
     _add_forces(add)
     put = add("set", "set an input of a node", make=_set)
-    values = "[ROBOT/][GRAPH/]NODE.PORT=VALUE of an input that no wire feeds; globs allowed"
+    values = "an unwired input, [ROBOT/][GRAPH/]NODE.PORT, and its new value; globs allowed"
     put.add_argument("input", metavar="NODE.PORT=VALUE", help=values)
     impulse = add("impulse", "trigger an OnImpulseEvent node", "node")
-    impulse.add_argument("node", metavar="NODE", help="prim path of the node, or a unique end of it")
+    impulse.add_argument("node", metavar="NODE", help="prim path of the node, or a unique suffix of it")
     for name, summary in (("press", "press keys and hold them down"), ("release", "release keys")):
         keys = add(name, summary, "keys")
         keys.add_argument("keys", metavar="KEY", nargs="+", help="key names of OnKeyboardInput: W, Space, LeftShift")
@@ -100,12 +100,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_robots(add: Callable[..., Any]) -> None:
     spawn = add("spawn", "add a robot to the scene", make=_spawn)
     spawn.add_argument("name", metavar="NAME", help="name of the robot, unique in the scene")
-    file = "robot file in this folder, or as in the scene file; the run must be allowed to read it"
+    file = "robot file: path from this folder, or as `use` in a scene file; the run must be allowed to read it"
     spawn.add_argument("use", metavar="ROBOT", help=file)
     spawn.add_argument("--at", metavar="X,Y[,Z]", type=vector(2, 3), default=(0.0, 0.0), help="base link position, m")
     _add_rotation(spawn)
-    spawn.add_argument("--namespace", metavar="NAMESPACE", help="namespace of its topics; replaces the robot file's")
-    spawn.add_argument("--prim", metavar="PATH", help="path of its prim, such as /World/robot (default: /NAME)")
+    spawn.add_argument(
+        "--namespace", metavar="NAMESPACE", help="namespace of the robot's topics; replaces the robot file's"
+    )
+    spawn.add_argument("--prim", metavar="PATH", help="path of the robot's prim, such as /World/robot (default: /NAME)")
     state = "publish the topics of robot_state_publisher"
     spawn.add_argument("--robot-state", action="store_true", help=state)
     delete = add("delete", "remove a robot from the scene", "name")
@@ -136,7 +138,9 @@ def _add_forces(add: Callable[..., Any]) -> None:
 def _add_rotation(parser: argparse.ArgumentParser) -> None:
     one = parser.add_mutually_exclusive_group()
     one.add_argument("--yaw", metavar="ANGLE", type=angle, help="rotation about the vertical axis")
-    one.add_argument("--rpy", metavar="R,P,Y", type=vector(3, item=angle), help="about fixed axes, as in URDF")
+    one.add_argument(
+        "--rpy", metavar="R,P,Y", type=vector(3, item=angle), help="roll, pitch, yaw about fixed axes, as in URDF"
+    )
     one.add_argument("--quaternion", metavar="X,Y,Z,W", type=vector(4), help="quaternion, scalar last")
 
 

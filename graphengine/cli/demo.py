@@ -26,10 +26,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     simulated = "simulation time to run: 10, 10s, 500ms, 2min (default: until Ctrl-C)"
     parser.add_argument("--for", metavar="TIME", dest="duration", type=duration, help=simulated)
-    parser.add_argument("--no-view", action="store_true", help="open no page; the terminal alone shows the run")
+    parser.add_argument("--no-view", action="store_true", help="do not serve the web page that shows the run")
     parser.add_argument("--seed", type=whole, default=0, help="seed of the lidar's noise (default 0)")
     add_transport_argument(parser, reaching_others=False)
-    parser.epilog = "`graphrun run demo` runs the same scene with all options of a run."
+    parser.epilog = "`graphrun run demo` runs the same scene with all options of `graphrun run`."
 
 
 def execute(arguments: argparse.Namespace) -> int:

@@ -40,20 +40,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     parser.add_argument("file", metavar="SCRIPT|STAGE", type=Path, help="a .py file, or a .usda, .usd or .usdc file")
     parser.add_argument(
-        "-o", "--output", metavar="FOLDER", type=Path, default=Path(), help="folder to write to (default: this one)"
+        "-o",
+        "--output",
+        metavar="FOLDER",
+        type=Path,
+        default=Path(),
+        help="folder to write to (default: working directory)",
     )
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
     add_repeatable(parser, "--allow", "FOLDER", "additional folder that may be read", type=Path)
     add_import_argument(parser)
-    trust = "run a script or read a stage although this machine's kernel cannot confine it: its code may then do everything "
-    trust += "you may do, such as read and write your files, start programs and use the network"
+    trust = "run a script or read a stage even if this machine's kernel cannot confine it; its code then has all your "
+    trust += "permissions: it can read and write your files, start programs and use the network"
     parser.add_argument("--trust", action="store_true", help=trust)
     call = "call to make in a script that only defines functions, such as \"build('/World/robot')\"; unknown names stand for "
     call += "objects of Omniverse"
     add_repeatable(parser, "--call", "CALL", call, type=_call)
-    assumed = "prim that exists on the stage for a script, or condition that is true, such as rosgraph.is_master_online"
+    assumed = "assume that a prim exists on the stage, or that a condition is true, such as rosgraph.is_master_online"
     add_repeatable(parser, "--assume", "PATH|NAME", assumed)
-    variable = "environment variable for a script; without VALUE, it has your value"
+    variable = "environment variable for a script; without VALUE, the value in your environment"
     add_repeatable(parser, "--env", "NAME[=VALUE]", variable, type=_variable)
     impulses = "period in ticks of nodes that a script triggers by impulses in a loop (default: never)"
     parser.add_argument("--impulse-every", metavar="TICKS", type=whole, default=0, help=impulses)

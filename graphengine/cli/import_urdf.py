@@ -45,23 +45,29 @@ FORWARDS = 0.999
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
-    parser.add_argument("file", metavar="URDF|XACRO", nargs="?", help="robot description; else --topic or --node")
+    parser.add_argument(
+        "file", metavar="URDF|XACRO", nargs="?", help="robot description file; or use --topic or --node"
+    )
     parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", help="arguments of a xacro file")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="robot file to write")
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
-        "--topic", nargs="?", const=TOPIC, help=f"read a latched topic of the network (default {TOPIC})"
+        "--topic", nargs="?", const=TOPIC, help=f"read the description from a latched topic (default {TOPIC})"
     )
     source.add_argument("--node", help="read the description from the parameter robot_description of a node")
     parser.add_argument(
-        "--timeout", metavar="TIME", type=duration, default=WAIT, help=f"longest network wait (default {WAIT:g}s)"
+        "--timeout",
+        metavar="TIME",
+        type=duration,
+        default=WAIT,
+        help=f"longest wait for the network (default {WAIT:g}s)",
     )
     add_transport_argument(parser, " for --topic and --node")
     parser.add_argument("--fixed-base", action="store_true", help="fix the root link to the world, as for an arm")
-    packages = "a ROS package, or a folder that contains some; may be read"
+    packages = "folder of a ROS package or of several packages; files in it may be read"
     add_repeatable(parser, "--package-path", "FOLDER", packages, type=Path)
-    add_repeatable(parser, "--allow", "FOLDER", "folder that may also be read", type=Path)
+    add_repeatable(parser, "--allow", "FOLDER", "additional folder that may be read", type=Path)
     parse = parser.parse_known_args
 
     def parse_in_any_order(given: Sequence[str], namespace: argparse.Namespace) -> tuple[argparse.Namespace, list[str]]:

@@ -26,9 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     what = "a scene file, or the name of an included one, such as dd100_warehouse"
     parser.add_argument("scene", metavar="SCENE", help=what)
-    parser.add_argument(
-        "-o", "--output", metavar="NAME", help="write NAME.png and NAME.yaml (default: the scene's name and _map)"
-    )
+    parser.add_argument("-o", "--output", metavar="NAME", help="write NAME.png and NAME.yaml (default: SCENE_map)")
     where = parser.add_argument_group("map contents")
 
     def numbers(option: str, *names: str, help: str, **more: Any) -> None:
@@ -41,8 +39,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--cell", metavar="SIZE", type=number, default=0.05, help="side of a cell, m (default 0.05)")
     whole = "area of the map, m, rounded outwards to cells (default: all obstacles)"
     numbers("--bounds", "XMIN", "YMIN", "XMAX", "YMAX", help=whole)
-    prims("--select", "fit the map to this prim and other selected ones")
-    numbers("--origin", "X", "Y", default=(0.0, 0.0), help="corner of a cell, m (default 0 0)")
+    prims("--select", "cover the extent of this prim, not of all obstacles")
+    numbers(
+        "--origin",
+        "X",
+        "Y",
+        default=(0.0, 0.0),
+        help="point that is a corner of cells, m; aligns the grid (default 0 0)",
+    )
     seed = "point, m, from which free space is filled (default: the first robot); may be repeated"
     numbers("--from", "X", "Y", dest="seeds", action="append", default=[], help=seed)
     prims("--include", "robot or movable body to map as an obstacle")

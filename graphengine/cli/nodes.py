@@ -29,11 +29,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     parser.add_argument("name", metavar="NAME", nargs="?", help="describe one type, by its registered or short name")
     add_import_argument(parser)
-    message = "show also the ports for a message or service, such as geometry_msgs/msg/Twist"
+    message = "also show the ports made from a message or service type, such as geometry_msgs/msg/Twist"
     parser.add_argument("--message", metavar="TYPE", help=message)
     add_message_path(parser)
     form = parser.add_mutually_exclusive_group()
-    form.add_argument("--format", choices=("text", "json"), default="text", help="for people, or for programs")
+    form.add_argument("--format", choices=("text", "json"), default="text", help="output format (default text)")
     form.add_argument("--markdown", action="store_true", help="print a reference of all types, or of NAME, as Markdown")
 
 

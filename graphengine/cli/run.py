@@ -28,21 +28,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file_arguments(parser)
     simulated = "simulation time to run: 10, 10s, 500ms, 2min"
     parser.add_argument("--for", metavar="TIME", dest="duration", type=duration, help=simulated)
-    pace = "realtime, max, or a factor of real time (default realtime; max where messages stay in the process)"
+    pace = "realtime, max, or a factor of real time (default realtime; max if messages stay in the process)"
     parser.add_argument("--rate", type=rate, help=pace)
     parser.add_argument("--paused", action="store_true", help="start paused, until `graphrun ctl play`")
     parser.add_argument("--no-control", action="store_true", help="disable `graphrun ctl` for this run")
     interfaces = (
-        "offer the services of ROS 2's simulation_interfaces, by which everyone on the network can stop, step, reset, spawn"
-        " and move; give a namespace such as /one if several runs share a domain (default /)"
+        "offer the services of ROS 2's simulation_interfaces, with which anyone on the network can stop, step, reset,"
+        " spawn and move; give a namespace such as /one if several runs share a domain (default /)"
     )
     parser.add_argument(
         "--simulation-interfaces", metavar="NAMESPACE", nargs="?", type=_namespace, const="/", help=interfaces
     )
     add_transport_argument(parser, reaching_others=False)
     foxglove = (
-        "show all topics to Foxglove at ws://HOST:PORT, beside the transport (default host 127.0.0.1); everyone who reaches"
-        " it can publish to the topics that graphs read"
+        "serve all topics to Foxglove at ws://HOST:PORT, besides the transport (default host 127.0.0.1); anyone who"
+        " connects can publish to the topics that graphs read"
     )
     parser.add_argument("--foxglove", metavar="[HOST:]PORT", type=address, help=foxglove)
     parser.add_argument("--keep-going", action="store_true", help="an exception in a node ends its branch, not the run")
@@ -59,9 +59,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--view-host", metavar="ADDRESS", default="127.0.0.1", help="address of the page (default 127.0.0.1)"
     )
     parser.add_argument(
-        "--view-port", metavar="PORT", type=int, default=0, help="port of the page (default a free one)"
+        "--view-port", metavar="PORT", type=int, default=0, help="port of the page (default: a free port)"
     )
-    parser.add_argument("--view-read-only", action="store_true", help="let viewers look only")
+    parser.add_argument("--view-read-only", action="store_true", help="viewers can see the run but not control it")
     parser.add_argument("--force", action="store_true", help="let --record overwrite an existing file")
 
 

@@ -34,13 +34,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file_arguments(parser)
     where = "top, perspective, a camera of the world's MJCF, or the prim of a camera (default perspective)"
     parser.add_argument("--camera", metavar="VIEW|PRIM", default="perspective", help=where)
-    parser.add_argument("--at", metavar="TIME", type=duration, default=0.0, help="time of the picture: 10, 500ms")
+    parser.add_argument(
+        "--at", metavar="TIME", type=duration, default=0.0, help="simulation time of the picture: 10, 500ms"
+    )
     parser.add_argument("--size", metavar="WxH", type=size, help="pixels (default 1280x720, or the camera's own)")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="PNG file to write")
     what = parser.add_mutually_exclusive_group()
-    depth = "depth image of a camera, along its optical axis, 16 bits, mm; 0: nothing in range"
+    depth = "write a depth image of a camera: depths along its optical axis, 16 bits, mm; 0: nothing in range"
     what.add_argument("--depth", action="store_true", help=depth)
-    what.add_argument("--segmentation", action="store_true", help="one colour per prim, with a table of colours")
+    what.add_argument(
+        "--segmentation", action="store_true", help="write an image with one colour per prim; print the colours"
+    )
 
 
 def size(text: str) -> tuple[int, int]:

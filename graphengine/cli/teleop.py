@@ -34,11 +34,11 @@ STOPPING = 10
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
-    topic = f"topic to publish (default: the only one with subscribers for velocities, else {TOPIC})"
+    topic = f"velocity topic to publish (default: the only one with subscribers, else {TOPIC})"
     parser.add_argument("topic", metavar="TOPIC", nargs="?", help=topic)
     parser.add_argument("--speed", metavar="M/S", type=positive, default=0.5, help="forward speed (default 0.5)")
     parser.add_argument("--turn", metavar="RAD/S", type=positive, default=1.0, help="turn rate (default 1)")
-    hold = "time for which a key press acts; longer than the keyboard's delay before repetition (default 0.5)"
+    hold = "time for which a key press acts; longer than the keyboard's repeat delay (default 0.5)"
     parser.add_argument("--hold", metavar="SECONDS", type=positive, default=0.5, help=hold)
     kind = "message type (default: that of the topic's subscribers, else Twist)"
     parser.add_argument("--type", choices=("Twist", "TwistStamped"), help=kind)

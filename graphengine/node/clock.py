@@ -11,10 +11,10 @@ class Clock(Stateful):
     Time is `tick * numerator / denominator`, so rounding errors do not accumulate.
 
     Attributes:
-        time: seconds since play; the first tick is at one tick period.
+        time: seconds of simulation since play; one tick period in the first tick.
         monotonic_time: seconds of simulation since the session began, continuing over stop and play.
         delta: seconds between two passes of this graph.
-        period: the same as a fraction: numerator and denominator.
+        period: `delta` as a fraction: numerator and denominator, s.
         frame: number of this tick since play; the first is 1.
         wall_time_was_read: whether a node read `wall_time` in this tick.
     """
@@ -30,7 +30,7 @@ class Clock(Stateful):
 
     @property
     def wall_time(self) -> float:
-        """Seconds since the epoch when the tick began; the only time that is not simulation's."""
+        """Wall-clock time at the start of the tick, in seconds since the Unix epoch."""
         self.wall_time_was_read = True
         return self._wall_time
 

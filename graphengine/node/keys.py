@@ -37,7 +37,7 @@ class Keyboard(Stateful):
     Attributes:
         held: keys that are held down in this tick.
         before: keys that were held down in the tick before.
-        asked: whether a node asked for the keyboard.
+        asked: whether a node uses the keyboard.
     """
 
     kept = ("_down", "_tapped", "before", "held")
@@ -50,7 +50,7 @@ class Keyboard(Stateful):
         self._tapped: set[str] = set()
 
     def press(self, keys: Collection[str]) -> None:
-        """Press keys from the next tick until `release`.
+        """Hold keys down from the next tick until `release`.
 
         Raises:
             UsageError: no key has the name.
@@ -89,7 +89,7 @@ def _expect(keys: Collection[str]) -> None:
 
 
 def keys_of(character: str) -> tuple[str, ...]:
-    """Keys that produce a terminal's character, or an arrow given by name; empty if no named key does."""
+    """Keys that type a character on a terminal, or the arrow key of a name such as `up`; empty if no key types it."""
     if character in _ARROWS:
         return (_ARROWS[character],)
     if len(character) != 1:

@@ -86,10 +86,10 @@ def find_impulses(queues: Mapping[str, EventQueue], node: str) -> tuple[str, Eve
 
     Args:
         queues: queues of the session.
-        node: prim path of the node, or a unique end of it: `graph/Node`, `Node`.
+        node: prim path of the node, or a unique suffix of it: `graph/Node`, `Node`.
 
     Raises:
-        UsageError: no node has the path, or several have.
+        UsageError: no node or several nodes match the path.
     """
     known = {name.removeprefix(IMPULSE): queue for name, queue in queues.items() if name.startswith(IMPULSE)}
     wanted = node.strip("/")

@@ -10,18 +10,20 @@
         def compute(self) -> None: ...
 
 The class is slotted: every port is one attribute of the instance, and the generated tick copies values between them. A test
-sets inputs in the constructor and reads outputs after `compute`. The kind of a node follows from its shape:
+sets inputs in the constructor and reads outputs after `compute`. The kind of a node follows from its ports
+and methods:
 
 | kind   | shape                                                                                              |
 |--------|----------------------------------------------------------------------------------------------------|
-| data   | no execution ports; `volatile=True` when it reads more than its inputs                              |
-| action | `compute` returns None and fires its one ExecOut; when `gated=True`, or with several, it returns the ports to fire |
+| data   | no execution ports; `volatile=True` when its outputs depend on more than its inputs                 |
+| action | `compute` returns None and its one ExecOut fires; if `gated`, or with several, it returns the ports to fire |
 | event  | an action or pusher without ExecIn, computed at the start of each pass                              |
-| pusher | `compute` is a generator of ports to fire; each yield runs the nodes behind that port to their end  |
+| pusher | `compute` is a generator of ports to fire; each yield runs all nodes downstream of that port        |
 | latent | has `update`, called once a tick while `active`; it returns the ports to fire in the next pass      |
 
-Passes run in ticks. Two kinds of events start passes between ticks: `at_stop` is called when a play ends, `at_close` before a
-graph is closed. The ports that these methods return fire in a separate pass, in which no other event starts.
+A graph is executed in passes, one each tick or one each physics step. An event node can also define `at_stop`, called
+when a play ends, or `at_close`, called before its graph is closed. The ports that these methods return fire in a
+separate pass between ticks, in which no other event node is computed.
 """
 
 from __future__ import annotations
@@ -47,16 +49,16 @@ if TYPE_CHECKING:
 
 Kind = Literal["data", "action", "event", "pusher", "latent"]
 Numbered = Mapping[str, Callable[[], Any]]
-"""Makers of numbered ports, by the stem of their names."""
+"""Functions that create numbered ports, by name prefix."""
 Fire = int | None
-"""What `compute` of a gated node returns: ExecOut ports joined by `|`, or None for nothing."""
+"""Return type of a gated node's `compute`: the ExecOut ports to fire, joined by `|`, or None for no port."""
 
 UNKNOWN_PRIM = "prim:*"
 """Key of a changed prim that is unknown because its path comes from a wire."""
 
 Ending = Literal["at_stop", "at_close"]
 ENDINGS: tuple[Ending, ...] = typing.get_args(Ending)
-"""Methods of events that are called outside of ticks."""
+"""Methods of event nodes that the engine calls between ticks."""
 
 _RESERVED = re.compile(r"_|(type|tuple|input|id|hash|min|max|range|object|close|update|active|at_stop|at_close)\Z")
 """Names reserved for class bodies and the engine."""
@@ -108,13 +110,14 @@ class NodeMeta(type):
 class Node(metaclass=NodeMeta):
     """Base of every node type.
 
-    Class keywords: `type` is the registered OmniGraph name (a class without one is a base for others); `gated` marks an action
-    whose single ExecOut fires only when `compute` returns it; `counts` computes once for each activation instead of once a
-    region run; `volatile` marks a data node that reads more than its inputs; `aliases` are older registered names.
+    Class keywords: `type` is the registered OmniGraph name (a class without one is a base class); `gated` marks an
+    action whose single ExecOut fires only when `compute` returns it; `counts` marks a node that is computed for every
+    firing of its execution inputs, even several in one pass; `volatile` marks a data node whose outputs depend on more
+    than its inputs; `aliases` are older registered names.
 
     Raises:
-        TypeError: the constructor was given a port that is not an input, or a value of the wrong type.
-        ValueError: a value out of range.
+        TypeError: an argument of the constructor is not an input, or a value has the wrong type.
+        ValueError: a value is out of range.
     """
 
     __slots__ = ("__weakref__", "settled")
@@ -125,13 +128,13 @@ class Node(metaclass=NodeMeta):
     counts: ClassVar[bool]
     volatile: ClassVar[bool]
     numbered: ClassVar[Numbered] = {}
-    """Ports whose number the file decides, by the stem of their names: `output` allows output0, output1 and so on."""
+    """Functions that create ports which a graph file adds, by name prefix: `output` allows output0, output1, …."""
     series: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    """Python names of the ports of each stem, in the order of their numbers."""
+    """Python names of the numbered ports, by name prefix, in numerical order."""
     max_pushes: ClassVar[int] = 100_000
-    """Of a pusher: maximum number of yields in one activation, which ends infinite loops."""
+    """Maximum number of yields of a pusher in one activation; the limit ends infinite loops."""
     rereads: ClassVar[bool] = False
-    """Of a pusher: whether its inputs are updated after each yield; otherwise they keep their values at the start."""
+    """Whether a pusher's inputs are updated after each yield; otherwise they keep their values from its start."""
     fields: ClassVar[dict[str, Port]] = {}
     """Ports by Python name, base classes first."""
     ports: ClassVar[dict[str, Port]] = {}
@@ -163,7 +166,7 @@ class Node(metaclass=NodeMeta):
 
         @property
         def active(self) -> bool:
-            """Of a latent node: whether `update` is to be called."""
+            """Whether the engine calls `update` of this latent node."""
             ...
 
         @active.setter
@@ -171,7 +174,7 @@ class Node(metaclass=NodeMeta):
 
     @classmethod
     def kind(cls) -> Kind:
-        """The kind of node, derived from its shape."""
+        """The kind of node, derived from its ports and methods."""
         exec_ports = [port for port in cls.fields.values() if port.is_exec]
         if not exec_ports:
             return "data"
@@ -182,13 +185,13 @@ class Node(metaclass=NodeMeta):
         return "action" if any(port.side == "inputs" for port in exec_ports) else "event"
 
     def setup(self, context: Context) -> None:
-        """Bind handles and endpoints from the context; inputs marked `setup` have their values."""
+        """Get handles and endpoints from the context; inputs declared with `setup=True` already have their values."""
 
     def compute(self) -> Any:
-        """Read inputs and write outputs; the module docstring has the return value for each kind."""
+        """Read inputs and write outputs; the docstring of the module lists the return value for each kind of node."""
 
     def reset(self) -> None:
-        """Reset state other than Out and State fields, which the engine resets; called on stop."""
+        """Reset state that is not in Out or State fields (the engine resets those); called on stop."""
 
     def save(self) -> Any:
         """The node's state for a checkpoint: inputs, outputs and State fields, without Bound fields.
@@ -214,10 +217,10 @@ class Node(metaclass=NodeMeta):
         return ()
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Port types that follow from known ones, beyond those of `couple`; called until no new type follows.
+        """Derive port types from known ones, in addition to `couple`; called until it derives no new type.
 
-        Inputs have their literals. A returned type that the port does not take, or that contradicts a known type, becomes an
-        error of the graph.
+        Inputs already have their literals. A returned type that the port does not allow, or that contradicts a known
+        type, is reported as an error of the graph.
 
         Args:
             known: known port types, by Python name.
@@ -232,7 +235,7 @@ class Node(metaclass=NodeMeta):
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
         """Additional ports that the node's literals define, by Python name; called once, before wires are read.
 
-        Other entries of the mapping must be hashable and become attributes of the class that has these ports.
+        Entries of the mapping that are not ports must be hashable; they become attributes of the class with the ports.
 
         Args:
             literals: values in the file, by OmniGraph's input name.
@@ -242,7 +245,7 @@ class Node(metaclass=NodeMeta):
 
     @classmethod
     def grows(cls) -> bool:
-        """Whether the class overrides `dynamic_ports`."""
+        """Whether a graph file can add ports: the class has `numbered` ports or overrides `dynamic_ports`."""
         return bool(cls.numbered) or cls.dynamic_ports.__func__ is not Node.dynamic_ports.__func__  # type: ignore[attr-defined]
 
     def clear(self) -> None:
@@ -290,7 +293,7 @@ _grown: weakref.WeakValueDictionary[tuple[Any, ...], type[Node]] = weakref.WeakV
 def grown(
     cls: type[Node], literals: Mapping[str, Any], definitions: Definitions, wired: Iterable[str] = ()
 ) -> type[Node]:
-    """The class with its dynamic ports as slots; equal arguments give the same class.
+    """The node type with its numbered and dynamic ports as slots; equal arguments give the same class.
 
     Args:
         cls: node type.
@@ -349,7 +352,7 @@ def node(
 
     Args:
         type: registered name.
-        volatile: the function reads more than its arguments.
+        volatile: the result depends on more than the arguments.
         aliases: older registered names.
     """
 

@@ -36,7 +36,7 @@ class Port:
     lt: float | None = None
     tokens: tuple[str, ...] = ()
     required: bool | str = False
-    """Whether a literal or a wire is needed; of ports with the same word, one needs it."""
+    """True if the port needs a literal or a wire; of the ports with the same string, one needs it."""
     setup: bool = False
     control: bool = False
     extension: bool = False
@@ -91,7 +91,7 @@ class Field:
 
 
 class ExecIn:
-    """An execution input. On an instance its value is how often it fired in the present activation."""
+    """An execution input. On an instance, its value is the number of times it fired in this activation."""
 
     def __init__(self, *, name: str = "", doc: str = "", control: bool = False) -> None:
         self.name, self.doc, self.control = name, doc, control
@@ -122,14 +122,15 @@ def In(*, default: Any = MISSING, **facts: Any) -> Any:
     """An input, set by a literal or a wire.
 
     Args:
-        default: value without literal and wire; without a default it is the type's zero, and the constructor requires the
-            argument.
-        facts: `doc`, `unit`, `ge`, `gt`, `le`, `lt`, `tokens` (the legal texts), `name` (OmniGraph's name where it is not
-            the field's), `type` (OmniGraph's type where the annotation does not say it, such as a union), `required` (a
-            literal or a wire must be there; a word where one of several ports will do), `setup` (read in `setup`; when it
-            changes the node is set up again),
-            `extension` (not a port of the reference), `couple` and `component` (ports of union type with the same couple
-            resolve together; a component is one number of the tuple, an `element` one element of the array).
+        default: value without a literal or a wire. If left out, it is the zero of the port's type, and type checkers
+            require the input in the constructor.
+        facts: `doc`, `unit`, `ge`, `gt`, `le`, `lt`, `tokens` (the legal strings), `name` (OmniGraph's name, if it is
+            not the field's name in camel case), `type` (OmniGraph's type, if the annotation does not give it, as for a
+            union), `required` (True: the port needs a literal or a wire; a string: one of the ports with this string
+            needs it), `setup` (the node reads the port in `setup` and is set up again when it changes), `extension`
+            (Isaac Sim's node does not have the port), `couple` (ports of union type with the same couple resolve
+            together), `component` (the port is one number of the couple's tuple), `element` (the port is one element
+            of the couple's array).
     """
     return Field("inputs", default, facts=facts)
 
@@ -140,7 +141,7 @@ def Out(*, default: Any = MISSING, init: Literal[False] = False, **facts: Any) -
 
 
 def State(*, default: Any = MISSING, factory: Callable[[], Any] | None = None, init: Literal[False] = False) -> Any:
-    """A value kept between computes, reset to its default on stop and saved in checkpoints.
+    """A value kept between calls of `compute`, reset to its default on stop and saved in checkpoints.
 
     Args:
         default: immutable value before the first compute.

@@ -58,7 +58,7 @@ class PortType:
         base: scalar type, such as `double`.
         count: components of a tuple; 1 for a scalar. A `matrixd[4]` has 16.
         array: whether it is an array of such scalars or tuples.
-        role: `vector`, `quat`, …; storage and wiring do not depend on it. A `pointer` carries a Python buffer instead.
+        role: `vector`, `quat`, …; storage and wiring do not depend on it. A value of role `pointer` is a Python buffer.
     """
 
     base: str
@@ -134,7 +134,7 @@ def parse(name: str) -> PortType | UnionType:
     """The type with this name, as in `.ogn` files: `double`, `vectord[3]`, `token[]`, `float[3][]`, `float|double`.
 
     Raises:
-        ValueError: the name is not that of a port type.
+        ValueError: no port type has this name.
     """
     if "|" in name:
         parts = [parse(part.strip()) for part in name.split("|")]
@@ -162,7 +162,7 @@ def coerce(value: Any, port_type: PortType) -> Any:
     """Convert a literal to the Python representation of a type.
 
     Raises:
-        TypeError: the value has another type; the message says what is legal.
+        TypeError: the value has another type; the message names the legal values.
         ValueError: a number out of range, or a tuple of another length.
     """
     if port_type.base in ("any", "bundle"):
@@ -191,7 +191,7 @@ def coerce(value: Any, port_type: PortType) -> Any:
 
 
 def first_that_takes(value: Any, alternatives: Iterable[PortType]) -> tuple[PortType, Any]:
-    """The first type that accepts a literal, and the literal in its representation.
+    """The first type that accepts a literal, and the literal converted to this type.
 
     Raises:
         TypeError: no type accepts the literal.
@@ -263,7 +263,7 @@ def _scalar(value: Any, base: str) -> Any:
 
 
 def conversion(source: PortType, target: PortType) -> str | None:
-    """The conversion on a wire: `""` for none, the name of a function, or None if the wire is not allowed.
+    """The conversion on a wire: `""` for no conversion, the name of a function, or None if the wire is not allowed.
 
     Roles do not matter. Booleans and integers widen to int64 and double, float to double; other types need a converter
     node. An `any` accepts every type.

@@ -7,7 +7,8 @@
     node.compute()
     assert robot.targets["velocity"] == [1.0, 2.0]
 
-`context.transport.messages("/odom")` reads a topic back, `context.transport.inject("/cmd_vel", twist)` feeds one.
+`context.transport.messages("/odom")` returns the messages published on a topic,
+`context.transport.inject("/cmd_vel", twist)` sends a message to the node.
 
 Support for tests of graphs: `session` starts a session of a scene, `session_fixture` makes a pytest fixture of it.
 """

@@ -26,8 +26,8 @@ def check_node(cls: type[Node], make: Callable[[], RecordingContext] = Recording
 
     Checked are: a docstring with a first line, documented ports, units of physical quantities, a unique name, legal defaults
     and a JSON Schema. In ticks, the node may touch only resources that it declares, and must compute the same in every
-    instance and every play; it may reject its inputs. `make` returns the context, `inputs` are values of the inputs that it
-    needs, by field.
+    instance and every play; it may raise ValueError or GraphError. `make` returns the node's context; `inputs` are
+    values of inputs by Python name, including all required ones.
     """
     problems = [*_words(cls), *_shape(cls), *_behaviour(cls, make, inputs)]
     if problems:

@@ -18,14 +18,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
     add_window_argument(parser)
-    parser.add_argument("--filter", metavar="EXPR", help="count only messages m with a true Python expression")
+    parser.add_argument("--filter", metavar="EXPR", help="count only messages m for which a Python expression is true")
     parser.add_argument("--wall-time", action="store_true", help="measure wall time even with --use-sim-time")
     add_live_arguments(parser, clock=True)
 
 
 def add_window_argument(parser: argparse.ArgumentParser) -> None:
     """Add `--window`."""
-    averaged = f"averaged messages (default {WINDOW})"
+    averaged = f"number of latest messages to average (default {WINDOW})"
     parser.add_argument("-w", "--window", metavar="N", type=size, default=WINDOW, help=averaged)
 
 

@@ -24,7 +24,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("topic", metavar="TOPIC", help="topic, such as /cmd_vel")
     parser.add_argument("type", metavar="TYPE", help="message type, such as geometry_msgs/msg/Twist")
     source = parser.add_mutually_exclusive_group()
-    values = "YAML, such as '{linear: {x: 1.0}}'; `auto` (header) and `now` (time) stand for the time of sending"
+    values = (
+        "message as YAML, such as '{linear: {x: 1.0}}'; a header `auto` or a time `now` is set to the time of sending"
+    )
     source.add_argument("values", metavar="VALUES", nargs="?", default="{}", help=values)
     source.add_argument("--stdin", action="store_true", help="read the values from the standard input")
     parser.add_argument("-r", "--rate", metavar="HZ", type=positive, default=1.0, help="rate (default 1)")
@@ -39,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     wait = "number of readers to wait for (default 1 with --once and --times, else 0)"
     parser.add_argument("-w", "--wait-matching-subscriptions", metavar="N", type=count, help=wait)
     parser.add_argument("--max-wait-time-secs", metavar="SECONDS", type=positive, help="longest wait for readers")
-    alive = "time to stay after the last message (default 0.1)"
+    alive = "time to stay connected after the last message (default 0.1)"
     parser.add_argument("--keep-alive", metavar="SECONDS", type=seconds, default=0.1, help=alive)
     parser.add_argument("-n", "--node-name", metavar="NAME", help="name of the publishing node")
     add_quality_arguments(parser, "default")

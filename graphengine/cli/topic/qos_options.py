@@ -39,7 +39,7 @@ _KINDS = {
 
 
 def add_quality_arguments(parser: argparse.ArgumentParser, default: str) -> None:
-    """Add options for a named profile and its single policies."""
+    """Add options for a named profile and its individual policies."""
     group = parser.add_argument_group("quality of service")
     group.add_argument("--qos-profile", choices=_PROFILES, default=default, help=f"named profile (default {default})")
     group.add_argument("--qos-depth", metavar="N", type=count, help="number of messages to keep")

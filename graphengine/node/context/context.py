@@ -19,14 +19,14 @@ from graphengine.node.variable import Variable, find_variable
 
 
 class Context(WorldHandles, OwnedEndpoints, Shared):
-    """Everything a node can ask for in `setup`. The context owns and closes all that it returns.
+    """The handles, endpoints and services that a node can get in `setup`. The context owns them, and closes endpoints.
 
     Handles stay valid for the life of the session; the engine rebinds them when a robot is added or removed. Units are SI;
-    quaternions are (x, y, z, w); each method names the frame of what it returns.
+    quaternions are (x, y, z, w); each method names the frame of its result.
 
     Attributes:
-        prim_path: the node's own prim: its graph's prim, then its name.
-        graph_path: the prim of the node's graph.
+        prim_path: path of the node: the path of its graph's prim, then its name.
+        graph_path: path of the prim of the node's graph.
         clock: simulation time.
         runs: how often the node's graph runs: once a `tick` or once a `physics_step`.
     """
@@ -52,17 +52,17 @@ class Context(WorldHandles, OwnedEndpoints, Shared):
         self._folder = folder
         self._variables = variables
         self.mailboxes: list[Mailbox] = []
-        """Those that were handed out."""
+        """Mailboxes that the node got."""
 
     def wired(self, output: str) -> bool:
-        """Whether an output of the node, given by its field, has a wire; always true for a node without a graph.
+        """Whether an output of the node, given by its Python name, has a wire; always true for a node without a graph.
 
         A node may skip computing an unwired output.
         """
         return self._wired is None or output in self._wired
 
     def wires_into(self, pin: str) -> int:
-        """Number of wires to an execution input of the node, given by its field; 1 for a node without a graph."""
+        """Number of wires to an execution input of the node, given by its Python name; 1 for a node without a graph."""
         return 1 if self._wired is None else self._wired.get(pin, 0)
 
     def variable(self, name: str) -> Variable:
@@ -74,7 +74,7 @@ class Context(WorldHandles, OwnedEndpoints, Shared):
         return find_variable(self._variables, name)
 
     def mailbox(self, name: str) -> Mailbox:
-        """A named queue of the session."""
+        """The node's mailbox on a named queue of the session; a missing queue is created."""
         self.mailboxes.append(Mailbox(self._services.queues.setdefault(name, EventQueue(name))))
         return self.mailboxes[-1]
 
@@ -104,7 +104,7 @@ class Context(WorldHandles, OwnedEndpoints, Shared):
         """Check that the user lets graphs run Python.
 
         Raises:
-            ContextError: the user does not.
+            ContextError: the user does not allow it.
         """
         self._services.permissions.require_scripts()
 

@@ -61,7 +61,7 @@ class WorldHandles:
         self._services = services
         self.runs: Literal["tick", "physics_step"] = runs
         self.asked: dict[str, Prim] = {}
-        """Prims that the node got handles of, by the paths that it gave."""
+        """Prims that the node looked up, by the paths that it gave."""
 
     def _find(self, path: str, *kinds: PrimKind) -> Prim:
         prim = self._services.stage.find(path)
@@ -147,8 +147,8 @@ class WorldHandles:
 
         Args:
             prim: path of the prim.
-            width: of a camera's pictures, pixels.
-            height: of a camera's pictures, pixels.
+            width: width of a camera's pictures, pixels.
+            height: height of a camera's pictures, pixels.
 
         Raises:
             ContextError: a camera cannot take pictures of that size.
@@ -167,7 +167,7 @@ class WorldHandles:
 
         Args:
             name: name of the viewport; "Viewport" always exists.
-            size: new width and height of its pictures, pixels; None keeps the size, at first 1280 x 720.
+            size: new width and height of its pictures, pixels; None keeps the present size, initially 1280 x 720.
             make: create the viewport if it does not exist.
 
         Raises:
@@ -198,12 +198,12 @@ class WorldHandles:
             )
 
     def device(self, interface: Callable[..., D], prim: str, **options: Any) -> D:
-        """The device at a prim, or the lidar or camera of a render product; such a camera has the product's size.
+        """The device at a prim, or the lidar or camera of a render product, which sets the size of pictures.
 
         Args:
             interface: Protocol of the device, such as `Lidar` of `graphengine.devices.lidar`.
             prim: path of the prim or of the render product.
-            options: of the device: `size` of a camera's pictures, width and height in pixels.
+            options: options of the device: `size`, the width and height of a camera's pictures, pixels.
 
         Raises:
             ContextError: the device has one sample a tick and the node's graph runs at every physics step, or the viewport of
@@ -219,7 +219,7 @@ class WorldHandles:
         return self._services.world.device(interface, self._find(path, found.kind), **options)
 
     def exchange_camera(self, render_product: str, prim: str) -> Callable[[], None]:
-        """A function that switches a render product to this camera, for all nodes that use the product.
+        """A function that switches a render product to the camera at `prim`, for all nodes that use the product.
 
         Raises:
             ContextError: the render product does not exist, or the node's graph runs at every physics step.

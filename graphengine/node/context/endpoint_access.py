@@ -16,7 +16,7 @@ class EndpointOptions(TypedDict, total=False):
     """Options of a topic or service besides its type and name."""
 
     namespace: str
-    """Namespace, used unchanged if not empty."""
+    """Namespace of the topic or service, used unchanged if not empty."""
     qos_profile: str
     """JSON text of a QoS profile; empty for reliable, volatile, keep-last."""
     ros_context: int
@@ -24,19 +24,19 @@ class EndpointOptions(TypedDict, total=False):
 
 
 class TopicOptions(EndpointOptions, total=False):
-    """Options of a topic; an empty namespace is collected from prims."""
+    """Options of a topic; an empty namespace is joined from those of the ancestor prims."""
 
     outermost_namespace: bool
-    """Keep only the outermost collected value, as TF nodes do."""
+    """Use only the namespace of the outermost ancestor prim that has one, as TF nodes do."""
     queue_size: int
-    """History depth without a profile; 10 by default."""
+    """History depth if `qos_profile` is empty; 10 by default."""
 
 
 class ServiceOptions(EndpointOptions, total=False):
     """Options of a service."""
 
     collects_namespace: bool
-    """Whether an empty namespace is collected from the ancestor prims of the node."""
+    """Whether an empty namespace is joined from those of the node's ancestor prims."""
 
 
 class OwnedEndpoints:
@@ -62,14 +62,14 @@ class OwnedEndpoints:
         self._closing.append(function)
 
     def ros_context(self, domain_id: int, use_environment: bool) -> int:
-        """Handle of a ROS 2 domain: its number plus 1. Endpoints take 0 for the session's own domain.
+        """Handle of a ROS 2 domain: its id plus 1. The handle 0 stands for the session's own domain.
 
         Args:
-            domain_id: number of the domain.
-            use_environment: take ROS_DOMAIN_ID instead where the environment has it.
+            domain_id: id of the domain, 0 to 232.
+            use_environment: use ROS_DOMAIN_ID instead, if it is set.
 
         Raises:
-            TopicError: the number is not that of a domain.
+            TopicError: the id is out of range.
         """
         environment = self._services.domain_from_environment
         domain = environment if use_environment and environment is not None else domain_id
@@ -118,15 +118,15 @@ class OwnedEndpoints:
         transforms: Sequence[tuple[str, str]] = (),
         **options: Unpack[TopicOptions],
     ) -> Publisher:
-        """A topic to write to.
+        """A new publisher on a topic.
 
         Args:
             message_type: ROS 2 name, as in `nav_msgs/msg/Odometry`.
             topic: name below the namespace; leading and trailing non-alphanumerics are dropped.
-            namespace_from: prim where collection of the namespace starts; the node's own prim when empty.
-            latched: transient local with depth 1, overriding the profile.
+            namespace_from: path of the prim from which namespaces are joined upwards; empty for the node's prim.
+            latched: durability transient local and depth 1; overrides the profile.
             rate: messages per second, if it differs from the rate at which the node is executed.
-            frame_id: frame in the header, for `graphrun topics`.
+            frame_id: frame in the header, shown by `graphrun topics`.
             transforms: (parent, child) pairs that will be published, for the checks of the TF tree.
             options: as `TopicOptions` lists them.
 
@@ -143,7 +143,7 @@ class OwnedEndpoints:
     def subscription(
         self, message_type: str, topic: str, *, alternatives: Sequence[str] = (), **options: Unpack[TopicOptions]
     ) -> Subscription:
-        """A topic to read from; arguments and errors as for `publisher`.
+        """A new subscription to a topic; arguments and errors as for `publisher`.
 
         `alternatives` are message types that replace `message_type` when other nodes publish the topic with one of them.
         """
@@ -153,7 +153,7 @@ class OwnedEndpoints:
         return subscription
 
     def service_server(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceServer:
-        """A service to offer.
+        """A new server of a service.
 
         Args:
             service_type: ROS 2 name, as in `std_srvs/srv/SetBool`.
@@ -173,13 +173,13 @@ class OwnedEndpoints:
         return server
 
     def service_client(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceClient:
-        """A service to call; arguments and errors as for `service_server`."""
+        """A new client of a service; arguments and errors as for `service_server`."""
         client = self._services.network.client(self._claim("call", service_type, service, **options))
         self._closing.append(client.close)
         return client
 
     def server(self, handle: int) -> ServiceServer:
-        """The server with a handle, opened by any node.
+        """The service server with this handle, which any node may have opened.
 
         Raises:
             ContextError: no open server has the handle.

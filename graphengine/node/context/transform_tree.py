@@ -22,8 +22,8 @@ def expand(
     """Edges for target prims, in order of targets and links.
 
     Args:
-        stage: where the prims are.
-        targets: what to expand.
+        stage: stage of the prims.
+        targets: prims to make edges for.
         parent: prim of the parent frame; None for `world`.
         frame: handle of a prim's pose.
         loops: whether links and bodies can have edges from themselves to themselves.

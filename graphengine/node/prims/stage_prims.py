@@ -109,7 +109,7 @@ class Prims:
 
 
 class PrimAttribute:
-    """A handle to one attribute of a prim; values are in the form of ports, with quaternions (x, y, z, w)."""
+    """A handle to one attribute of a prim; values have the Python types of ports; quaternions are (x, y, z, w)."""
 
     def __init__(self, path: str, name: str, attribute: Attribute) -> None:
         self._place = f"{name} of {path}"
