@@ -14,7 +14,7 @@ from graphengine.node import BadValueError, Node, PortType
 
 
 def check_finite(node: Node, *fields: str) -> None:
-    """Check that inputs of a node, given by field, are finite: numbers, tuples or arrays.
+    """Check that the given inputs of a node are finite; each is a number, a tuple or an array.
 
     Raises:
         BadValueError: a number is infinite or NaN.
@@ -30,10 +30,10 @@ def check_finite(node: Node, *fields: str) -> None:
 
 
 def one_of(port: str, value: str, legal: Collection[str]) -> str:
-    """Return a text after checking that it is legal.
+    """Return a string after checking that it is legal.
 
     Raises:
-        BadValueError: it is not.
+        BadValueError: the string is not legal.
     """
     if value not in legal:
         raise BadValueError(port, value, f"one of {', '.join(legal)}")
@@ -55,7 +55,7 @@ def check_outcome(node: Node, *outcome: float) -> None:
     """Check that no input of a node is NaN and no output is infinite or NaN.
 
     Raises:
-        BadValueError: names the inputs that are NaN or infinite, or all numeric inputs if none is.
+        BadValueError: the check fails; names the inputs that are NaN or infinite, or else all numeric inputs.
     """
     inputs, numbers = _numbers(type(node))
     given_numbers = numbers(node)

@@ -58,7 +58,7 @@ class BeamsNode(LidarNode):
     horizontal_resolution: Float = Out(default=0.0, unit="deg", doc="angle between two beams")
     depth_range: Float2 = Out(default=(0.0, 0.0), unit="m", doc="smallest and largest range")
     rotation_rate: Float = Out(default=0.0, unit="Hz", doc="samples per second; all beams are cast at one instant")
-    linear_depth_data: Floats = Out(unit="m", doc="one per beam, row after row; inf is no hit")
+    linear_depth_data: Floats = Out(unit="m", doc="one range per beam, row after row; inf is no hit")
     intensities_data: UChars = Out(doc="one per beam")
     num_cols: Int = Out(default=0, doc="number of beams in a row")
     azimuth_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="azimuth of the first and the last beam")
@@ -76,7 +76,7 @@ class BeamsNode(LidarNode):
 class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacComputeRTXLidarFlatScan", gated=True):
     """Reads the ring nearest to a lidar's xy plane; fires once for each sample.
 
-    The lidar is that of the render product; inputs for buffers of the reference's renderer have no effect.
+    renderProductPath gives the lidar; the inputs for buffers have no effect.
     """
 
     exec_in = ExecIn(name="exec")
@@ -117,7 +117,7 @@ class IsaacReadLidarBeams(BeamsNode, type="isaacsim.sensors.physx.IsaacReadLidar
     lidar_prim: Target = In(required=True, setup=True)
     vertical_fov: Float = Out(default=0.0, unit="deg", doc="angle from the lowest ring to the highest")
     vertical_resolution: Float = Out(default=0.0, unit="deg", doc="mean angle between two rings")
-    beam_time_data: Floats = Out(unit="s", doc="time since the sample's time, one per beam; always 0")
+    beam_time_data: Floats = Out(unit="s", doc="time of each beam after the sample's time; always 0")
     num_rows: Int = Out(default=0, doc="number of rings")
     zenith_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="elevation of the lowest and the highest ring")
     exec_out = ExecOut(doc="fires for each sample")

@@ -20,11 +20,11 @@ class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=Tru
 
     exec_in = ExecIn()
     imu_prim: Target = In(required=True, setup=True, doc="prim of the IMU")
-    use_latest_data: bool = In(default=False, doc="no effect, as in the reference")
+    use_latest_data: bool = In(default=False, doc="no effect, as in Isaac Sim")
     read_gravity: bool = In(default=True, doc="whether linAcc includes gravity, as an accelerometer does")
     exec_out = ExecOut()
     sensor_time: Float = Out(unit="s", doc="simulation time of the sample")
-    lin_acc: Vector3d = Out(unit="m/s2", doc="(0, 0, 9.81) at rest and upright, or 0 without gravity")
+    lin_acc: Vector3d = Out(unit="m/s2", doc="acceleration; at rest (0, 0, 9.81) if upright, 0 without gravity")
     ang_vel: Vector3d = Out(unit="rad/s")
     orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w), sensor in the world frame")
 
@@ -49,11 +49,11 @@ class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=Tru
 
 
 class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadContactSensor"):
-    """Reads a contact sensor: the mean force over the tick, or over the physics step in a graph that runs at each."""
+    """Reads a contact sensor: the mean force over the tick, or over the physics step in a graph that runs at every step."""
 
     exec_in = ExecIn()
     cs_prim: Target = In(required=True, setup=True, doc="prim of the contact sensor")
-    use_latest_data: bool = In(default=False, doc="no effect, as in the reference")
+    use_latest_data: bool = In(default=False, doc="no effect, as in Isaac Sim")
     exec_out = ExecOut()
     sensor_time: Float = Out(default=0.0, unit="s", doc="simulation time of the reading")
     in_contact: bool = Out(default=False, doc="whether the force reaches the sensor's threshold")
@@ -72,7 +72,7 @@ class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadConta
 
 
 class IsaacReadJointState(Node, type="isaacsim.sensors.physics.IsaacReadJointState"):
-    """Reads the state of all joints of a robot, by their own names, without `isaac:nameOverride`; for ROS2PublishJointState."""
+    """Reads the state of all joints of a robot, for ROS2PublishJointState; names ignore `isaac:nameOverride`."""
 
     exec_in = ExecIn()
     prim: Target = In(required=True, setup=True, doc="prim that stands for the robot")

@@ -1,13 +1,13 @@
 """Attributes and poses of prims (`omni.graph.nodes`).
 
-Available are the attributes that the simulation has, under USD's names and in USD's units: `xformOp:translate` (m) and
+Only attributes that the simulation has are available, with USD's names and units: `xformOp:translate` (m) and
 `xformOp:orient` relative to the parent prim, `physics:mass` (kg), `physics:jointEnabled`, `clippingRange` of cameras,
 `isaac:namespace` and `isaac:nameOverride`; of revolute joints `state:angular:physics:position` and `:velocity` and, if the
 drive has them, `drive:angular:physics:targetPosition` and `targetVelocity`, in degrees; of prismatic joints the same with
 `linear`, in m; of /physicsScene `physics:gravityDirection` and `physics:gravityMagnitude` (m/s2); of a robot's materials
 `physics:staticFriction` and `physics:dynamicFriction`; of the world's lights `inputs:intensity`, 1 at the start, and
-`inputs:color`. Writable are poses of robots and free bodies, drive targets, gravity, friction and lights. Static friction has
-no effect, as MuJoCo has only one friction, which is the dynamic one.
+`inputs:color`. Poses of robots and free bodies, drive targets, gravity, friction and lights are writable. Static
+friction has no effect, because MuJoCo has only dynamic friction.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from graphengine.node.types import Double3, PortType, Target, Token
 from graphengine.node.usd_types import type_of_attribute
 from graphengine.nodes.touched import ANY, WIRED, attribute_of, drives_of, reading_poses
 
-_UNUSED = "no effect: only the present value exists, without time samples and layers"
+_UNUSED = "no effect: attributes have no time samples and no layers"
 
 
 class PrimNode(Node):
@@ -68,7 +68,7 @@ class ReadPrimAttribute(AttributeNode, type="omni.graph.nodes.ReadPrimAttribute"
     """Reads an attribute of a prim."""
 
     usd_timecode: Any = In(type="timecode", unit="s", doc=_UNUSED)
-    value: Any = Out(type="any", doc="of the attribute's type; quaternions are (x, y, z, w)")
+    value: Any = Out(type="any", doc="value of the attribute; quaternions are (x, y, z, w)")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
         """The attribute's type, which follows from its name.
@@ -103,7 +103,7 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
     """Writes an attribute of a prim; nodes that read it later in the same pass get the new value."""
 
     exec_in = ExecIn()
-    value: Any = In(required=True, doc="value to write; numeric attributes take numbers of any type")
+    value: Any = In(required=True, doc="value to write; numeric attributes accept numbers of any type")
     usd_write_back: bool = In(default=True, doc=_UNUSED)
     layer_identifier: Token = In(default="", doc=_UNUSED)
     exec_out = ExecOut()
@@ -113,7 +113,7 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
 
         Raises:
             ContextError: no prim has an attribute of this name.
-            ValueError: the types are incompatible, such as text and numbers, or differ in the number of components.
+            ValueError: the types are incompatible, such as strings and numbers, or differ in the number of components.
         """
         given, wanted = known.get("value"), type_of_attribute(self.name) if self.name else None
         if given is not None and wanted is not None:
@@ -180,12 +180,12 @@ class GetPrimLocalToWorldTransform(PosedNode, type="omni.graph.nodes.GetPrimLoca
 class GetPrimDirectionVector(PosedNode, type="omni.graph.nodes.GetPrimDirectionVector"):
     """Reads the directions of a prim's axes in the world, with a camera's names: x is right, y is up, -z is forward."""
 
-    backward_vector: Double3 = Out(doc="z")
-    down_vector: Double3 = Out(doc="-y")
-    forward_vector: Double3 = Out(doc="-z")
-    left_vector: Double3 = Out(doc="-x")
-    right_vector: Double3 = Out(doc="x")
-    up_vector: Double3 = Out(doc="y")
+    backward_vector: Double3 = Out(doc="direction of the z axis in the world frame")
+    down_vector: Double3 = Out(doc="direction of the -y axis in the world frame")
+    forward_vector: Double3 = Out(doc="direction of the -z axis in the world frame")
+    left_vector: Double3 = Out(doc="direction of the -x axis in the world frame")
+    right_vector: Double3 = Out(doc="direction of the x axis in the world frame")
+    up_vector: Double3 = Out(doc="direction of the y axis in the world frame")
 
     def compute(self) -> None:
         """Rotate the axes into the world frame."""

@@ -8,8 +8,8 @@
           def compute(db):
               db.outputs.command = [db.inputs.speed, db.inputs.speed]
 
-Scripts are code of the file's author, so they run only if the user allows it with `--allow-scripts`, and then without a sandbox.
-Without the option, `check` reports an error.
+A script runs only if the user passes `--allow-scripts`, because it is code by the author of the graph file and runs without a
+sandbox. Without the option, `check` reports an error.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Log = Callable[[Literal["info", "warning", "error"], str], None]
 
 
 class Attributes(python.SimpleNamespace):
-    """Values by the names declared in the graph."""
+    """Values of the declared inputs or outputs, as attributes with their names."""
 
     def __getattr__(self, name: str) -> Any:
         """Raise AttributeError: the name is not declared."""
@@ -47,7 +47,7 @@ class Database:
     Attributes:
         inputs: values of the declared inputs, by name; arrays are read-only.
         outputs: values of the declared outputs, by name; read after `compute`.
-        per_instance_state: a place for state of the script, cleared when the simulation stops.
+        per_instance_state: namespace for state of the script, cleared when the simulation stops.
         internal_state: the same object.
     """
 
@@ -79,7 +79,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
     """
 
     exec_in = ExecIn()
-    script: String = In(default="", setup=True, doc="the code, if usePath is false")
+    script: String = In(default="", setup=True, doc="Python code, used if usePath is false")
     use_path: bool = In(default=False, setup=True)
     script_path: Token = In(
         default="", setup=True, doc="file with the code, if usePath is true; relative to the graph file's folder"

@@ -11,9 +11,9 @@ from collections.abc import Iterable
 from graphengine.node.node_class import UNKNOWN_PRIM
 
 ANY = "prim:any"
-"""What every writer of a prim changes, and who does not know its prim reads."""
+"""Key that all writers of prims write, and that a node reads if its prim is unknown before the run."""
 WIRED = UNKNOWN_PRIM
-"""What every reader of a prim reads, and who does not know its prim changes."""
+"""Key that all readers of prims read, and that a node writes if its prim is unknown before the run."""
 
 
 def pose_of(path: str) -> str:

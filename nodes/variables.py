@@ -8,11 +8,11 @@ from typing import Any
 from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out, PortType, Target, Token, Variable
 from graphengine.node.variable import find_variable
 
-_IGNORED = "no effect, as in the reference"
+_IGNORED = "no effect, as in Isaac Sim"
 
 
 class VariableNode(Node):
-    """Base of nodes for a graph variable, whose type is that of `value`."""
+    """Base of nodes for a graph variable; `value` has the variable's type."""
 
     variable_name: Token = In(default="", setup=True, required=True, doc="name of one of the graph's `variables:`")
     graph: Target = In(default=(), doc=_IGNORED)
