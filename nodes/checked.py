@@ -55,7 +55,7 @@ def check_outcome(node: Node, *outcome: float) -> None:
     """Check that no input of a node is NaN and no output is infinite or NaN.
 
     Raises:
-        BadValueError: names the inputs that are NaN or infinite, or all numeric inputs if none is.
+        BadValueError: the check fails; names the inputs that are NaN or infinite, or else all numeric inputs.
     """
     inputs, numbers = _numbers(type(node))
     given_numbers = numbers(node)

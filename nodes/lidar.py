@@ -117,7 +117,7 @@ class IsaacReadLidarBeams(BeamsNode, type="isaacsim.sensors.physx.IsaacReadLidar
     lidar_prim: Target = In(required=True, setup=True)
     vertical_fov: Float = Out(default=0.0, unit="deg", doc="angle from the lowest ring to the highest")
     vertical_resolution: Float = Out(default=0.0, unit="deg", doc="mean angle between two rings")
-    beam_time_data: Floats = Out(unit="s", doc="time since the sample's time, one per beam; always 0")
+    beam_time_data: Floats = Out(unit="s", doc="time of each beam after the sample's time; always 0")
     num_rows: Int = Out(default=0, doc="number of rings")
     zenith_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="elevation of the lowest and the highest ring")
     exec_out = ExecOut(doc="fires for each sample")

@@ -20,7 +20,7 @@ class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=Tru
 
     exec_in = ExecIn()
     imu_prim: Target = In(required=True, setup=True, doc="prim of the IMU")
-    use_latest_data: bool = In(default=False, doc="no effect, as in the reference")
+    use_latest_data: bool = In(default=False, doc="no effect, as in Isaac Sim")
     read_gravity: bool = In(default=True, doc="whether linAcc includes gravity, as an accelerometer does")
     exec_out = ExecOut()
     sensor_time: Float = Out(unit="s", doc="simulation time of the sample")
@@ -53,7 +53,7 @@ class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadConta
 
     exec_in = ExecIn()
     cs_prim: Target = In(required=True, setup=True, doc="prim of the contact sensor")
-    use_latest_data: bool = In(default=False, doc="no effect, as in the reference")
+    use_latest_data: bool = In(default=False, doc="no effect, as in Isaac Sim")
     exec_out = ExecOut()
     sensor_time: Float = Out(default=0.0, unit="s", doc="simulation time of the reading")
     in_contact: bool = Out(default=False, doc="whether the force reaches the sensor's threshold")

@@ -109,7 +109,7 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
     """Writes an attribute of a prim; nodes that read it later in the same pass get the new value."""
 
     exec_in = ExecIn()
-    value: Any = In(required=True, doc="value to write; numeric attributes take numbers of any type")
+    value: Any = In(required=True, doc="value to write; numeric attributes accept numbers of any type")
     usd_write_back: bool = In(default=True, doc=_UNUSED)
     layer_identifier: Token = In(default="", doc=_UNUSED)
     exec_out = ExecOut()
@@ -119,7 +119,7 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
 
         Raises:
             ContextError: no prim has an attribute of this name.
-            ValueError: the types are incompatible, such as text and numbers, or differ in the number of components.
+            ValueError: the types are incompatible, such as strings and numbers, or differ in the number of components.
         """
         given, wanted = known.get("value"), type_of_attribute(self.name) if self.name else None
         if given is not None and wanted is not None:

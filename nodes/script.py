@@ -78,7 +78,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
     """
 
     exec_in = ExecIn()
-    script: String = In(default="", setup=True, doc="the code, if usePath is false")
+    script: String = In(default="", setup=True, doc="Python code, used if usePath is false")
     use_path: bool = In(default=False, setup=True)
     script_path: Token = In(
         default="", setup=True, doc="file with the code, if usePath is true; relative to the graph file's folder"

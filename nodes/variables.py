@@ -8,7 +8,7 @@ from typing import Any
 from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out, PortType, Target, Token, Variable
 from graphengine.node.variable import find_variable
 
-_IGNORED = "no effect, as in the reference"
+_IGNORED = "no effect, as in Isaac Sim"
 
 
 class VariableNode(Node):

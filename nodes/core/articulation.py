@@ -35,7 +35,7 @@ class RobotNode(Node):
         """The path of the robot's prim.
 
         Raises:
-            BadValueError: a wire brought none.
+            BadValueError: targetPrim and robotPath are empty.
         """
         if not (self.robot_path or self.target_prim):
             raise BadValueError("targetPrim, robotPath", self.target_prim, "a prim that stands for a robot")
@@ -46,7 +46,7 @@ class SelectedJointsNode(RobotNode):
     """Base of nodes for selected joints of a robot."""
 
     joint_names: Tokens = In(doc="joints of the arrays; empty for jointIndices or all joints")
-    joint_indices: Ints = In(doc="joints by number, if jointNames is empty")
+    joint_indices: Ints = In(doc="indices of the joints, used if jointNames is empty")
 
     selection: JointSelection | None = State(default=None)
     selected: tuple[object, object] = State(default=((), ()))
@@ -121,8 +121,10 @@ class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.Isaac
     measured_joint_forces: Double3s = Out(
         unit="N", doc="force of the parent link on the child link, in the child's frame"
     )
-    measured_joint_torques: Double3s = Out(unit="N m", doc="its torque about the child's origin, in the child's frame")
-    joint_names_out: Tokens = Out(name="jointNames", doc="names of the joints of the arrays")
+    measured_joint_torques: Double3s = Out(
+        unit="N m", doc="torque of the parent link about the child's origin, in the child's frame"
+    )
+    joint_names_out: Tokens = Out(name="jointNames", doc="names of the joints, in the order of the arrays")
 
     has_wrenches: bool = Bound()
 
@@ -161,7 +163,7 @@ class IsaacJointNameResolver(RobotNode, type="isaacsim.core.nodes.IsaacJointName
     own_names: dict[str, str] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Look up the names; known ones are output before the first tick."""
+        """Look up the names and output them before the first tick."""
         self.articulation = context.articulation(self.prim())
         published = context.joint_names(self.prim())
         self.own_names = dict(zip(published, self.articulation.joint_names, strict=True))

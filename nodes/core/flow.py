@@ -1,4 +1,4 @@
-"""Events and gates by steps and executions (`isaacsim.core.nodes`)."""
+"""Events of physics steps, and gates that count executions (`isaacsim.core.nodes`)."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
     """Fires after every physics step, in a graph with `runs: physics_step`."""
 
     step = ExecOut(doc="fires after every physics step")
-    delta_simulation_time: float = Out(unit="s", doc="of a physics step")
-    delta_system_time: float = Out(
-        unit="s", doc="wall time since the previous tick at the first step of a tick, else 0"
-    )
+    delta_simulation_time: float = Out(unit="s", doc="duration of a physics step")
+    delta_system_time: float = Out(unit="s", doc="wall time since the previous tick; 0 after the first step of a tick")
 
     clock: Clock = Bound()
     last_wall_time: float = State(default=math.nan)
@@ -45,7 +43,7 @@ class IsaacSimulationGate(Node, type="isaacsim.core.nodes.IsaacSimulationGate", 
     """Fires at every n-th execution since play; never if n is 0."""
 
     exec_in = ExecIn()
-    step: UInt = In(default=1, doc="n; the first to fire is execution n")
+    step: UInt = In(default=1, doc="n: every n-th execution fires, first execution n")
     exec_out = ExecOut()
 
     executions: int = State(default=0)

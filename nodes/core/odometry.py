@@ -14,14 +14,14 @@ from graphengine.nodes.touched import reading_poses
 class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"):
     """Computes ground truth odometry of a body: its pose relative to the start of play, and its velocities.
 
-    The pose is relative to the body's pose at the first compute after play. Linear velocity is in
-    the body's frame, angular velocity in the world's; accelerations are differences of the velocities over simulation time.
+    The pose is relative to the body's pose at the first compute after play. Linear velocity is in the body's frame, angular
+    velocity in the world's; accelerations are velocity differences divided by the elapsed simulation time.
     """
 
     exec_in = ExecIn()
     chassis_prim: Target = In(required=True, setup=True, doc="rigid body, or a prim that is fixed to one")
     exec_out = ExecOut()
-    position: Vector3d = Out(unit="m", doc="in the start frame")
+    position: Vector3d = Out(unit="m", doc="in the frame of the pose at the start")
     orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w), relative to the start")
     linear_velocity: Vector3d = Out(unit="m/s", doc="in the body's frame")
     angular_velocity: Vector3d = Out(unit="rad/s", doc="in the world frame")

@@ -14,7 +14,7 @@ class IsaacReadEnvVar(Node, type="isaacsim.core.nodes.IsaacReadEnvVar"):
     """Reads an environment variable that the user allowed with `--env NAME`."""
 
     env_var: String = In(default="", setup=True, required=True, doc="name of the variable")
-    value: String = Out(doc="empty if the variable is not set")
+    value: String = Out(doc="value of the variable; empty if it is not set")
 
     found: str = Bound()
 
@@ -27,14 +27,14 @@ class IsaacReadEnvVar(Node, type="isaacsim.core.nodes.IsaacReadEnvVar"):
         self.found = context.environment(self.env_var)
 
     def compute(self) -> None:
-        """Fire; `setup` has set the output."""
+        """Output the value that `setup` has read."""
         self.value = self.found
 
 
 class IsaacReadFilePath(Node, type="isaacsim.core.nodes.IsaacReadFilePath"):
     """Reads a text file in the graph file's folder, among the included files, or in a folder given by `--allow`."""
 
-    path: Any = In(type="path", default="", setup=True, required=True, doc="relative to the folder of the graph file")
+    path: Any = In(type="path", default="", setup=True, required=True, doc="path relative to the graph file's folder")
     file_contents: Any = Out(type="string|token")
 
     found: str = Bound()
@@ -48,5 +48,5 @@ class IsaacReadFilePath(Node, type="isaacsim.core.nodes.IsaacReadFilePath"):
         self.found = context.read_file(self.path)[1]
 
     def compute(self) -> None:
-        """Fire; `setup` has set the output."""
+        """Output the value that `setup` has read."""
         self.file_contents = self.found

@@ -56,7 +56,7 @@ class IsaacSetCameraOnRenderProduct(Node, type="isaacsim.core.nodes.IsaacSetCame
     exchange: Callable[[], None] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind both cameras."""
+        """Find the render product and the new camera."""
         self.exchange = context.exchange_camera(self.render_product_path, self.camera_prim[0])
 
     def writes(self) -> Iterable[str]:
@@ -64,12 +64,12 @@ class IsaacSetCameraOnRenderProduct(Node, type="isaacsim.core.nodes.IsaacSetCame
         return (_CAMERA,)
 
     def compute(self) -> None:
-        """Exchange the camera for all nodes that use the render product."""
+        """Switch all nodes that use the render product to the new camera."""
         self.exchange()
 
 
 HORIZONTAL_APERTURE = 20.955
-"""USD's default. Only the ratio of focal length and aperture counts: it is the field of view."""
+"""USD's default, mm. Only the ratio of focal length to aperture matters: it sets the field of view."""
 
 
 class IsaacReadCameraInfo(Node, type="isaacsim.core.nodes.IsaacReadCameraInfo", volatile=True):
@@ -80,7 +80,7 @@ class IsaacReadCameraInfo(Node, type="isaacsim.core.nodes.IsaacReadCameraInfo", 
     height: UInt = Out(unit="pixel")
     focal_length: Float = Out(unit="mm", doc="fx is width * focalLength / horizontalAperture")
     horizontal_aperture: Float = Out(unit="mm")
-    vertical_aperture: Float = Out(unit="mm", doc="pixels are square")
+    vertical_aperture: Float = Out(unit="mm", doc="horizontalAperture * height / width: pixels are square")
     horizontal_offset: Float = Out(unit="mm", doc="always 0: offset of the aperture's centre from the optical axis")
     vertical_offset: Float = Out(unit="mm", doc="always 0: offset of the aperture's centre from the optical axis")
     projection_type: Token = Out(doc="always pinhole")

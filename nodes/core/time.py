@@ -16,7 +16,9 @@ class TimeNode(ClockNode):
     """Base of nodes that output a time of the clock, or a reference time."""
 
     reference_time_numerator: int = In(default=0, doc="numerator of the reference time")
-    reference_time_denominator: UInt64 = In(default=0, doc="above 0: the reference time replaces the clock")
+    reference_time_denominator: UInt64 = In(
+        default=0, doc="denominator; if above 0, the reference time replaces the clock"
+    )
 
     def or_reference(self, time: float) -> float:
         """The reference time if it is set, else the given time."""
@@ -46,7 +48,7 @@ class IsaacReadSimulationTimeAnnotator(
 
 
 class IsaacReadSystemTime(TimeNode, type="isaacsim.core.nodes.IsaacReadSystemTime", volatile=True):
-    """Reads the wall clock of the tick's start, which is constant within a tick."""
+    """Reads the wall time at the start of the tick, which is constant within a tick."""
 
     system_time: float = Out(unit="s", doc="time since 1970-01-01 UTC")
 
@@ -56,7 +58,7 @@ class IsaacReadSystemTime(TimeNode, type="isaacsim.core.nodes.IsaacReadSystemTim
 
 
 class IsaacReadSystemTimeAnnotator(IsaacReadSystemTime, type="isaacsim.core.nodes.IsaacReadSystemTimeAnnotator"):
-    """Reads the wall clock of the tick's start when executed."""
+    """Reads the wall time at the start of the tick when executed."""
 
     exec_in = ExecIn()
     exec_out = ExecOut()
@@ -67,9 +69,9 @@ class IsaacTimeSplitter(Node, type="isaacsim.core.nodes.IsaacTimeSplitter"):
 
     time: Any = In(type="double|float|half|int|int64|uint|uint64", unit="s")
     seconds: Int = Out(unit="s")
-    milliseconds: UInt = Out(unit="ms", doc="rest beyond the whole seconds, truncated")
-    microseconds: UInt = Out(unit="us", doc="rest beyond the whole seconds, truncated")
-    nanoseconds: UInt = Out(unit="ns", doc="rest beyond the whole seconds")
+    milliseconds: UInt = Out(unit="ms", doc="milliseconds beyond the whole seconds, truncated")
+    microseconds: UInt = Out(unit="us", doc="microseconds beyond the whole seconds, truncated")
+    nanoseconds: UInt = Out(unit="ns", doc="nanoseconds beyond the whole seconds")
 
     def compute(self) -> None:
         """Split the time.

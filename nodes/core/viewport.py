@@ -5,14 +5,14 @@ from __future__ import annotations
 from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out, Token, UInt
 
 DEFAULT = "Viewport"
-"""The name of the one that is there from the start."""
+"""Name of the viewport that exists from the start."""
 
 
 class IsaacCreateViewport(Node, type="isaacsim.core.nodes.IsaacCreateViewport"):
-    """Creates a viewport if none has the name. IsaacSetCameraOnRenderProduct sets its camera."""
+    """Creates a viewport, unless one with this name exists. IsaacSetCameraOnRenderProduct sets its camera."""
 
     exec_in = ExecIn()
-    name: Token = In(default="", setup=True, doc="name of the viewport; empty to use its id")
+    name: Token = In(default="", setup=True, doc="name of the viewport; empty to use viewportId")
     viewport_id: UInt = In(default=0, setup=True, doc=f"number of the viewport if `name` is empty; 0 is {DEFAULT!r}")
     viewport: Token = Out(doc="the viewport's name")
     exec_out = ExecOut()

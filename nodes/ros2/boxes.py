@@ -19,7 +19,7 @@ DETECTIONS = "vision_msgs/msg/Detection2DArray"
 DETECTIONS_3D = "vision_msgs/msg/Detection3DArray"
 _EDGES_OF_A_BOX = [(edge, "<i4") for edge in ("x_min", "y_min", "x_max", "y_max")]
 BOX = np.dtype([("semanticId", "<u4"), *_EDGES_OF_A_BOX, ("occlusionRatio", "<f4")])
-"""One box: its edges in pixels from the upper left corner of the picture, and the number of what is in it."""
+"""Record of one box: the number of its object, and its edges in pixels from the upper left corner of the picture."""
 
 
 def tight_boxes(segmentation: NDArray[np.int32]) -> NDArray[Any]:
@@ -50,7 +50,7 @@ _EDGES = np.array(
 def loose_boxes(
     solids: NDArray[Any], intrinsics: tuple[float, float, float, float], size: tuple[int, int], near: float
 ) -> NDArray[Any]:
-    """Picture boxes of 3D boxes, occlusion ignored; boxes outside the picture are left out.
+    """2D boxes around projected 3D boxes, regardless of occlusion; boxes outside the picture are left out.
 
     Args:
         solids: records of BOX_3D in the camera's optical frame.
@@ -143,7 +143,7 @@ def _class(name: str) -> type[Any]:
 
 
 class BoxPublisher(SensorPublisher):
-    """Base of publishers of boxes from bytes; a subclass defines `record` and `detections`."""
+    """Base of publishers of boxes from bytes; a subclass defines `record` and `make`."""
 
     record: ClassVar[np.dtype[Any]]
     make: ClassVar[Callable[[messages.Header, NDArray[Any]], Any]]
@@ -162,7 +162,7 @@ class BoxPublisher(SensorPublisher):
 class ROS2PublishBbox2D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox2D"):
     """Publishes 2D boxes in a picture as vision_msgs/Detection2DArray; the class of a box is the number of its object.
 
-    A box is a little-endian record of 24 bytes: its number (uint32), the edges left, top, right and bottom in pixels
+    A box is a little-endian record of 24 bytes: the object's number (uint32), the edges left, top, right and bottom in pixels
     (int32), and an ignored float32.
     """
 
@@ -176,9 +176,9 @@ class ROS2PublishBbox2D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox
 class ROS2PublishBbox3D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox3D"):
     """Publishes 3D boxes as vision_msgs/Detection3DArray; the class of a box is the number of its object.
 
-    A box is a little-endian record of 96 bytes: its number (uint32), two opposite corners (3 float32 each), the 16 float32 of
-    a matrix whose rows are the axes and the origin of the corners' frame, and an ignored float32. The published centre is the
-    middle between the corners; the reference publishes the origin instead.
+    A box is a little-endian record of 96 bytes: the object's number (uint32), two opposite corners (3 float32 each), the 16
+    float32 of a matrix whose rows are the axes and the origin of the corners' frame, and an ignored float32. The published
+    centre is the middle between the corners; Isaac Sim publishes the origin instead.
     """
 
     message_type: ClassVar[str] = DETECTIONS_3D

@@ -29,26 +29,26 @@ _MESSAGES |= {"bbox_2d_tight": DETECTIONS, "bbox_2d_loose": DETECTIONS, "bbox_3d
 
 
 class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper"):
-    """Publishes a camera as Image, PointCloud2 or vision_msgs boxes, from its first execution until stop.
+    """Publishes pictures as Image, PointCloud2 or vision_msgs boxes, from the node's first execution until stop.
 
-    `rgb` is rgb8; `depth` is the distance along the optical axis in m, 32FC1, inf for no hit; `depth_pcl` has the same depths
-    as points in the optical frame; both segmentations are the number of the visible prim, 32SC1, 0 for none; `bbox_2d_tight`
-    has a box around the visible pixels of each prim, by its number. For each prim with a visible pixel, `bbox_3d` has a box
-    around the whole prim, along the prim's axes, in the optical frame, and `bbox_2d_loose` has the box around that one in the
-    picture; the world itself has neither. A picture is delivered some ticks after its capture and has the stamp of the
-    capture. Pictures without subscribers are not rendered.
+    `rgb` is an rgb8 image. `depth` is the distance along the optical axis in m, 32FC1, inf for no hit. `depth_pcl` has the same
+    depths as points in the optical frame. Both segmentations have the number of the visible prim at each pixel, 32SC1, 0 for
+    none. `bbox_2d_tight` has a 2D box around the visible pixels of each prim. For each prim with a visible pixel, `bbox_3d` has
+    a 3D box around the whole prim, along the prim's axes, in the optical frame; `bbox_2d_loose` has the 2D box around the
+    projection of this 3D box. The world itself has neither. A picture is delivered some ticks after its capture and has the
+    stamp of the capture. Pictures without subscribers are not rendered.
     """
 
     frame_id: String = In(default="sim_camera", setup=True, doc="the camera's optical frame")
     topic_name: String = In(default="rgb", setup=True)
     type_in: Token = In(
-        default="rgb", name="type", setup=True, tokens=_TYPES, doc=f"available are {', '.join(_MESSAGES)}"
+        default="rgb", name="type", setup=True, tokens=_TYPES, doc=f"available types: {', '.join(_MESSAGES)}"
     )
     enable_semantic_labels: bool = In(
-        default=False, setup=True, doc="publish the prim of each number in a segmentation"
+        default=False, setup=True, doc="publish the prim path of each number in a segmentation"
     )
     semantic_labels_topic_name: String = In(default="semantic_labels", setup=True)
-    stereo_offset: Float2 = In(default=(0.0, 0.0), doc="no effect: ROS2CameraInfoHelper reads both cameras")
+    stereo_offset: Float2 = In(default=(0.0, 0.0), doc="no effect: ROS2CameraInfoHelper gets it from both cameras")
     srtx_compression_type: String = In(default="hevc", doc="no effect: pictures are not compressed")
 
     camera: Camera = Bound()
@@ -90,7 +90,7 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
             labels.publish(labels_message(self.classes(), header.stamp))
 
     def message(self, header: messages.Header, picture: Picture) -> Any:
-        """Build the message of the node's type; None if the picture lacks a needed segmentation."""
+        """Build the message for the input `type`; None if it needs a segmentation and the picture has none."""
         height, width = picture.depth.shape
         if self.type_in == "rgb":
             return image(header, "rgb8", (width, height), np.ascontiguousarray(picture.rgb))

@@ -34,10 +34,10 @@ class ROS2PublishCameraInfo(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     topic_name: String = In(default="camera_info", setup=True)
     width: UInt = In(default=0, unit="pixel")
     height: UInt = In(default=0, unit="pixel")
-    projection_type: Token = In(default="", doc="used if physicalDistortionModel is empty, without coefficients")
-    k: Doubles = In(doc="9 numbers row by row: focal lengths and optical axis, pixels")
-    r: Doubles = In(doc="9 numbers row by row: rectifying rotation of a stereo camera")
-    p: Doubles = In(doc="12 numbers row by row: projection of points in the rectified frame")
+    projection_type: Token = In(default="", doc="model without coefficients if physicalDistortionModel is empty")
+    k: Doubles = In(doc="camera matrix, 9 numbers row by row: focal lengths and principal point, pixels")
+    r: Doubles = In(doc="rectification matrix of a stereo camera, 9 numbers row by row")
+    p: Doubles = In(doc="projection matrix for points in the rectified frame, 12 numbers row by row")
     physical_distortion_model: Token = In(default="", doc="such as plumb_bob or rational_polynomial")
     physical_distortion_coefficients: Floats = In()
 
@@ -93,13 +93,13 @@ class Eye:
 class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraInfoHelper"):
     """Publishes the calibration of a camera or a stereo pair as CameraInfo, once for each picture.
 
-    A message is sent in the tick and with the stamp of its picture, even if the picture itself is not rendered. Cameras are
-    pinholes without distortion and with square pixels, counted from the centre of the first: cx is (width - 1) / 2. The cameras
-    of a pair have parallel axes and stand side by side, so their pictures are already rectified: R is the identity, and P of
-    the right camera has -fx times the baseline.
+    A message has the stamp of its picture and is sent in the same tick, even if the picture itself is not rendered. Cameras are
+    pinholes with square pixels and without distortion. Pixel coordinates begin at the centre of the first pixel: cx is
+    (width - 1) / 2. The cameras of a stereo pair have parallel axes and stand side by side, so their pictures are already
+    rectified: R is the identity, and Tx in P of the right camera is -fx times the baseline.
     """
 
-    frame_id: String = In(default="sim_camera", setup=True, doc="optical frame of the camera, or of a pair's left one")
+    frame_id: String = In(default="sim_camera", setup=True, doc="optical frame of the camera, or of the left camera")
     topic_name: String = In(default="camera_info", setup=True)
     frame_id_right: String = In(default="sim_camera_right", setup=True)
     topic_name_right: String = In(default="camera_info_right", setup=True)
@@ -144,7 +144,7 @@ class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraIn
         return x
 
     def compute(self) -> None:
-        """Start or end publishing, as `enabled` says."""
+        """Start publishing if `enabled` is true, else stop."""
         super().compute()
         if not self.enabled:
             self.captured.clear()

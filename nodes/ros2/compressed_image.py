@@ -10,7 +10,7 @@ from graphengine.nodes.ros2.publisher import SensorPublisher, array_or_buffer, b
 
 
 class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishCompressedImage"):
-    """Publishes the bytes of a compressed picture or video packet as sensor_msgs/CompressedImage; nothing without bytes.
+    """Publishes the bytes of a compressed picture or video packet as sensor_msgs/CompressedImage, if there are any.
 
     The node does not compress: it publishes the bytes unchanged.
     """
@@ -20,11 +20,14 @@ class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS
     frame_id: String = In(default="sim_camera", setup=True)
     topic_name: String = In(default="image_raw/compressed", setup=True)
     data: UChars = In(doc="compressed bytes")
-    data_ptr: Buffer = In(default=0, doc="buffer of the bytes, if the array is empty")
-    buffer_size: UInt64 = In(default=0, doc="no effect: a buffer has its size")
+    data_ptr: Buffer = In(default=0, doc="buffer of compressed bytes, used if `data` is empty")
+    buffer_size: UInt64 = In(default=0, doc="no effect: the size is that of the buffer")
     input_format: Token = In(default="h264", name="input_format", tokens=("h264",))
     format: Token = In(
-        default="", tokens=("", "jpeg", "png"), extension=True, doc="format of pictures; input_format is that of video"
+        default="",
+        tokens=("", "jpeg", "png"),
+        extension=True,
+        doc="picture format; empty to use input_format, for video",
     )
 
     def compute(self) -> None:

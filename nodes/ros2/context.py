@@ -8,10 +8,8 @@ from graphengine.node import Bound, Context, In, Node, Out, UChar, UInt64
 class ROS2Context(Node, type="isaacsim.ros2.bridge.ROS2Context"):
     """Provides the handle of a ROS 2 domain."""
 
-    domain_id: UChar = In(
-        default=0, setup=True, name="domain_id", doc="used without ROS_DOMAIN_ID or useDomainIDEnvVar"
-    )
-    use_domain_id_env_var: bool = In(default=True, setup=True, name="useDomainIDEnvVar", doc="prefer ROS_DOMAIN_ID")
+    domain_id: UChar = In(default=0, setup=True, name="domain_id", doc="domain if ROS_DOMAIN_ID is unset or not used")
+    use_domain_id_env_var: bool = In(default=True, setup=True, name="useDomainIDEnvVar", doc="use ROS_DOMAIN_ID if set")
     context: UInt64 = Out(default=0)
 
     handle: int = Bound()
@@ -21,5 +19,5 @@ class ROS2Context(Node, type="isaacsim.ros2.bridge.ROS2Context"):
         self.handle = context.ros_context(self.domain_id, self.use_domain_id_env_var)
 
     def compute(self) -> None:
-        """Fire; `setup` has set the handle."""
+        """Output the handle of the domain."""
         self.context = self.handle

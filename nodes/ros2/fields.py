@@ -1,8 +1,8 @@
 """Ports for the fields of a message, as on OmniGraph's generic ROS 2 nodes.
 
-The port of a nested field is named by its path, such as `header:frame_id`. Numbers of up to 32 bits are `int` and `uint`, except
-bytes, which are `uchar`; texts are tokens, arrays are arrays of these types. An array of messages is an array of tokens, each
-of which is one message as JSON.
+The port of a nested field is named by its path, such as `header:frame_id`. Integers of up to 32 bits are `int` and `uint`,
+except `byte` and `char`, which are `uchar`; strings are tokens, arrays are arrays of these types. An array of messages is an
+array of tokens, each of which is one message as JSON.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ from graphengine.messages.plain import from_plain
 from graphengine.node import BadValueError, ContextError, Node, PortType
 
 MAX_PORTS = 2000
-"""Of a node; the largest message of ROS 2 Jazzy makes 38."""
+"""Maximum number of ports of a message; the largest message of ROS 2 Jazzy makes 38."""
 
 PORT_TYPES = dict.fromkeys(("byte", "char"), "uchar") | dict.fromkeys(("string", "wstring"), "token")
 PORT_TYPES |= dict.fromkeys(("int8", "int16", "int32"), "int") | dict.fromkeys(("uint8", "uint16", "uint32"), "uint")
 PORT_TYPES |= {"bool": "bool", "int64": "int64", "uint64": "uint64", "float32": "float", "float64": "double"}
-"""OmniGraph's type of a field, by ROS's."""
+"""OmniGraph type of a port, by the ROS type of its field."""
 _NARROW = {
     "int8": (-(2**7), 2**7 - 1),
     "uint8": (0, 2**8 - 1),
@@ -51,10 +51,10 @@ _NARROW = {
 
 
 class Leaf:
-    """A message field with one port: a number, a text or an array.
+    """A message field with one port: a number, a string or an array.
 
     Args:
-        path: ROS names of the fields along its path.
+        path: ROS names of the nested fields that lead to it.
         attributes: Python names of these fields.
         kind: type of the field.
         definitions: message types.
@@ -66,27 +66,27 @@ class Leaf:
     ) -> None:
         inner = element_of(kind)
         self.name = ":".join((part, *path) if part else path)
-        """The port's."""
+        """Name of the port."""
         self.attribute = "__".join((part.lower() or "message", *path))
-        """The node's. ROS's names have no two underscores in a row, and those of nodes do not begin so."""
+        """Attribute of the node, unique: ROS names have no double underscore, and no other attribute begins with this prefix."""
         self.of = operator.attrgetter(".".join(attributes))
-        """Takes the value from a message."""
+        """Gets the value from a message."""
         self.kind = kind
         self.definitions = definitions
         self.is_array = inner is not kind
         self.element: str = "" if message_of(inner) else inner[1][0]
-        """ROS's type of the value, or of each in an array; empty for messages."""
+        """ROS type of the value, or of the elements of an array; empty for messages."""
         is_bounded = self.element in TEXTS and inner[1][1] > 0
         self.plain = not self.is_array and self.element != "byte" and not is_bounded
-        """Whether port and message have the same value, and the encoder alone tells whether it is legal."""
+        """Whether port and message have the same value, which only the encoder checks."""
 
     @functools.cached_property
     def port_dtype(self) -> Any:
-        """The type in numpy of the numbers in the port's array."""
+        """The numpy dtype of the port's array."""
         return PortType(PORT_TYPES[self.element]).dtype
 
     def port(self, make: Callable[..., Any], name: str, initial: Any) -> Any:
-        """The port's field for a node class, with the value of a new message as its default."""
+        """Make the port for a node class; its default is `initial`, the value in a new message."""
         facts: dict[str, Any] = {"name": name, "doc": written(self.kind)}
         facts["type"] = PORT_TYPES.get(self.element, "token") + ("[]" if self.is_array else "")
         if self.element in _NARROW and not self.is_array:
@@ -109,7 +109,7 @@ class Leaf:
         """Convert a port's value to the message's representation.
 
         Raises:
-            MessageError: the message cannot hold the value; the range of single numbers is only checked by the encoder.
+            MessageError: the message cannot hold the value; the range of scalars is only checked by the encoder.
         """
         if self.plain:
             return value
@@ -182,7 +182,7 @@ class Layout:
         return found
 
     def ports(self, make: Callable[..., Any], taken: Container[str] = ()) -> dict[str, Any]:
-        """Fields of a node class.
+        """Ports for a node class, by attribute name.
 
         Args:
             make: `In` or `Out`.
@@ -259,7 +259,7 @@ def find_layout(literals: Mapping[str, Any], definitions: Definitions) -> Layout
     """The layout of the message named by a node's literals.
 
     Args:
-        literals: `messagePackage`, `messageSubfolder` and `messageName` of the file.
+        literals: `messagePackage`, `messageSubfolder` and `messageName` in the graph file.
         definitions: message types.
 
     Raises:
@@ -280,7 +280,7 @@ def find_service(literals: Mapping[str, Any], definitions: Definitions) -> tuple
 
 
 def expect(layout: Layout | None, package: str, subfolder: str, name: str) -> str:
-    """The message or service type that a node's inputs name, which must be the one for which its ports were made.
+    """Return the type named by a node's inputs after checking that the ports were made for it.
 
     Raises:
         ContextError: the inputs name another type.

@@ -13,20 +13,20 @@ from graphengine.nodes.ros2.publisher import TopicNode
 
 
 class GenericNode(TopicNode):
-    """Base of nodes with one topic, whose message type is given by literals, as ports are made before wires are read."""
+    """Base of nodes with one topic. Literals give its message type, because ports are made before wires are read."""
 
     layout: ClassVar[Layout]
 
     topic_name: String = In(default="topic", setup=True)
     message_package: String = In(required=True, setup=True, doc="package of the message, such as geometry_msgs")
     message_subfolder: String = In(default="msg", setup=True, doc="folder of the message in the package")
-    message_name: String = In(required=True, setup=True, doc="such as Twist")
+    message_name: String = In(required=True, setup=True, doc="name of the message type, such as Twist")
 
     def bind(self) -> Layout:
-        """The layout of the class.
+        """The mapping between the ports and the fields of the message.
 
         Raises:
-            ContextError: the inputs name another message.
+            ContextError: the inputs name another message type than that of the ports.
         """
         expect(getattr(self, "layout", None), self.message_package, self.message_subfolder, self.message_name)
         return self.layout
@@ -35,8 +35,8 @@ class GenericNode(TopicNode):
 class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
     """Publishes a message of any type; its fields are inputs, such as `linear:x` of a Twist.
 
-    `graphrun nodes ROS2Publisher --message geometry_msgs/msg/Twist` shows them. An array of messages is an array of texts,
-    each a message as JSON. Fields that are not set have the default of ROS 2: zero, and 1 for the w of a quaternion.
+    `graphrun nodes ROS2Publisher --message geometry_msgs/msg/Twist` lists them. An array of messages is an array of strings,
+    each one message as JSON. Fields that are not set have the default of ROS 2: zero, and 1 for the w of a quaternion.
     """
 
     exec_out = ExecOut()
@@ -68,8 +68,8 @@ class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
 class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
     """Receives messages of any type; their fields are outputs, such as `linear:x` of a Twist.
 
-    `graphrun nodes ROS2Subscriber --message geometry_msgs/msg/Twist` shows them. An array of messages is an array of texts,
-    each a message as JSON. Each message of a tick fires `execOut` once, oldest first.
+    `graphrun nodes ROS2Subscriber --message geometry_msgs/msg/Twist` lists them. An array of messages is an array of strings,
+    each one message as JSON. Each message of a tick fires `execOut` once, oldest first.
     """
 
     delivery: Token = In(

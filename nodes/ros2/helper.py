@@ -16,13 +16,17 @@ class SensorHelper(TopicNode):
     Namespaces of topics are collected from the sensor's prim.
     """
 
-    enabled: bool = In(default=True, doc="false: an execution ends publishing")
+    enabled: bool = In(default=True, doc="an execution starts publishing if true, and stops it if false")
     render_product_path: Token = In(
         required=True, setup=True, doc="path from IsaacCreateRenderProduct, or the sensor's prim path"
     )
-    reset_simulation_time_on_stop: bool = In(default=True, doc="stamps since play, else since the session began")
+    reset_simulation_time_on_stop: bool = In(
+        default=True, doc="true: stamps count from play; false: from the session's start"
+    )
     use_system_time: bool = In(default=False, doc="use wall time for stamps; runs are then not reproducible")
-    frame_skip_count: UInt = In(default=0, setup=True, doc="deprecated: number of samples to skip after each one")
+    frame_skip_count: UInt = In(
+        default=0, setup=True, doc="deprecated: number of samples to skip after each published one"
+    )
 
     clock: Clock = Bound()
 
@@ -36,7 +40,7 @@ class SensorHelper(TopicNode):
         return self.open_topic(context, message_type, topic, namespace_from=sensor.prim_path, rate=rate, **facts)
 
     def compute(self) -> None:
-        """Start or end publishing, as `enabled` says."""
+        """Start publishing if `enabled` is true, else stop."""
         self.active = self.enabled
 
     def update(self) -> None:
@@ -44,7 +48,7 @@ class SensorHelper(TopicNode):
         raise NotImplementedError
 
     def left_out(self, index: int) -> bool:
-        """Whether `frameSkipCount` skips the sample with this number, which then need not be taken."""
+        """Whether `frameSkipCount` skips the sample with this index."""
         return index % (self.frame_skip_count + 1) != 0
 
     def stamp(self, time: float) -> float:

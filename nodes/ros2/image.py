@@ -10,7 +10,7 @@ from graphengine.nodes.checked import one_of
 from graphengine.nodes.ros2.publisher import SensorPublisher, array_or_buffer, bytes_in
 
 PIXEL_BYTES = {"rgb8": 3, "rgba8": 4, "32FC1": 4, "32SC1": 4}
-"""Bytes of a pixel by encoding: colours, a number in single precision, a signed whole number."""
+"""Bytes per pixel of each encoding: 8-bit colour channels, one float32, one int32."""
 
 
 def image(header: messages.Header, encoding: str, size: tuple[int, int], pixels: Buffer) -> messages.Image:
@@ -20,7 +20,7 @@ def image(header: messages.Header, encoding: str, size: tuple[int, int], pixels:
         header: time and frame.
         encoding: one of PIXEL_BYTES.
         size: width and height.
-        pixels: rows from the upper edge, little-endian numbers.
+        pixels: rows of pixels, top row first, little-endian.
 
     Raises:
         BadValueError: the encoding is unknown, or the size of the buffer does not match.
@@ -40,13 +40,13 @@ class ROS2PublishImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishIm
 
     frame_id: String = In(default="sim_camera", setup=True)
     topic_name: String = In(default="rgb", setup=True)
-    data: UChars = In(doc="rows of pixels from the upper edge")
+    data: UChars = In(doc="pixels row by row, top row first")
     width: UInt = In(default=0, unit="pixel")
     height: UInt = In(default=0, unit="pixel")
     encoding: Token = In(default="rgb8", tokens=tuple(PIXEL_BYTES), doc="format of a pixel")
-    data_ptr: Buffer = In(default=0, doc="buffer of pixels, if the array is empty")
+    data_ptr: Buffer = In(default=0, doc="buffer of pixels, used if `data` is empty")
     cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in the host's memory")
-    buffer_size: UInt = In(default=0, doc="no effect: a buffer has its size")
+    buffer_size: UInt = In(default=0, doc="no effect: the size is that of the buffer")
     format: UInt64 = In(default=0, doc="no effect: follows from encoding")
 
     def message(self) -> messages.Image:

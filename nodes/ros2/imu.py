@@ -16,7 +16,7 @@ _KNOWN, _ABSENT = read_only(np.zeros(9)), read_only(np.array([-1.0, *[0.0] * 8])
 
 
 class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"):
-    """Publishes a reading as sensor_msgs/Imu; a disabled quantity is zero, with -1 as the first number of its covariance."""
+    """Publishes sensor_msgs/Imu; a disabled quantity is zero, with -1 as the first number of its covariance."""
 
     message_type: ClassVar[str] = "sensor_msgs/msg/Imu"
 

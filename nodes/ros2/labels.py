@@ -47,7 +47,7 @@ class ROS2PublishSemanticLabels(LabelPublisher, type="isaacsim.ros2.bridge.ROS2P
     """
 
     ids: UInts = In(doc="numbers in the segmentation")
-    labels_in: Tokens = In(name="labels", doc="one label for each of ids")
+    labels_in: Tokens = In(name="labels", doc="one label for each number in ids")
     semantics: Tokens = In(doc="no effect")
     id_to_labels: String = In(doc="JSON object with a label for each number")
 
@@ -71,14 +71,14 @@ def _label(label: str) -> Any:
 
 
 class ROS2PublishObjectIdMap(LabelPublisher, type="isaacsim.ros2.bridge.ROS2PublishObjectIdMap"):
-    """Publishes the prim paths of a point cloud's object numbers, from a buffer.
+    """Publishes the prim path of each object number in a point cloud, from a buffer.
 
     The little-endian buffer begins with one entry per object: its number (16 bytes), then length and offset of its path (4 bytes
     each). The paths follow. The last 4 bytes are the number of entries.
     """
 
-    data_ptr: Buffer = In(default=0, doc="buffer of the map")
-    buffer_size: UInt = In(default=0, doc="no effect: a buffer has its size")
+    data_ptr: Buffer = In(default=0, doc="buffer with the prim path of each object number")
+    buffer_size: UInt = In(default=0, doc="no effect: the size is that of the buffer")
 
     def labels(self) -> dict[str, Any]:
         """The path of each object."""

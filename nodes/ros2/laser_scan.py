@@ -16,22 +16,22 @@ from graphengine.nodes.ros2.publisher import SensorPublisher
 class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishLaserScan"):
     """Publishes a row of ranges as sensor_msgs/LaserScan, with angles and times from the inputs.
 
-    With rotationRate, beams count as fired one after another in a turn of 1 / rotationRate. Without it, scan_time and
-    time_increment are 0, as for simulated lidars, whose beams are cast at one instant.
+    If rotationRate is set, the beams are assumed to be fired one after another in a turn of 1 / rotationRate. If it is 0,
+    scan_time and time_increment are 0: all beams are fired at one instant.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/LaserScan"
 
     frame_id: String = In(default="sim_lidar", setup=True)
     topic_name: String = In(default="scan", setup=True)
-    data_ptr: Buffer = In(default=0, doc="no effect: a buffer of the reference's renderer; wire linearDepthData")
+    data_ptr: Buffer = In(default=0, doc="no effect: a buffer of Isaac Sim's renderer; wire linearDepthData")
     buffer_size: UInt64 = In(default=0)
     horizontal_fov: Float = In(default=0.0, unit="deg", doc="angle from the first beam to the last")
     horizontal_resolution: Float = In(default=0.0, unit="deg", doc="angle between two beams")
     depth_range: Float2 = In(default=(0.0, 0.0), unit="m", doc="smallest and largest valid distance")
     rotation_rate: Float = In(default=0.0, unit="Hz", doc="turns per second; 0 for simultaneous beams")
     linear_depth_data: Floats = In(unit="m", doc="one range per beam; inf is no hit")
-    intensities_data: UChars = In(doc="one per beam; empty: 255 for hits, 0 for others")
+    intensities_data: UChars = In(doc="one intensity per beam; empty: 255 for hits, 0 for others")
     num_rows: Int = In(default=0, doc="number of rows; must be 1")
     num_cols: Int = In(default=0, doc="number of beams")
     azimuth_range: Float2 = In(default=(0.0, 0.0), unit="deg", doc="azimuth of the first and the last beam")

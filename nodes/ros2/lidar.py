@@ -21,10 +21,11 @@ _METADATA = ("Intensity", "Timestamp", "EmitterId", "ChannelId")
 
 
 class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHelper"):
-    """Publishes samples of a lidar as LaserScan or PointCloud2, from its first execution until stop.
+    """Publishes samples of a lidar as LaserScan or PointCloud2, from the first execution until stop.
 
-    A scan is the ring nearest to the sensor's xy plane and covers exactly its field of view, one range per beam; a cloud has
-    the points of all rings. The topic's namespace is collected from the sensor's prim. Samples without subscribers are not cast.
+    A LaserScan has one range per beam of the ring nearest to the sensor's xy plane and covers exactly its field of view. A
+    PointCloud2 has the points of all rings. The topic's namespace is collected from the sensor's prim. No rays are cast without
+    subscribers.
     """
 
     frame_id: String = In(default="sim_lidar", setup=True)

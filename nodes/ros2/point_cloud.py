@@ -27,7 +27,7 @@ METADATA: dict[str, list[Any]] = {
     "TickState": [("tick_state", "u1")],
     "RadialVelocityMS": [("radial_velocity_ms", "<f4")],
 }
-"""Fields of a point after x, y and z, in this order. A timestamp is nanoseconds, the low half first."""
+"""Fields of a point after x, y and z, in this order. A timestamp is in ns, as two uint32, low half first."""
 
 _DATATYPES = {"f4": 7, "u4": 6, "u1": 2}
 """Numbers of sensor_msgs/PointField."""
@@ -35,7 +35,7 @@ _DATATYPES = {"f4": 7, "u4": 6, "u1": 2}
 
 @functools.cache
 def layout(metadata: tuple[str, ...]) -> tuple[np.dtype[Any], list[messages.PointField]]:
-    """Layout of one point with this metadata, as a dtype and as fields that messages share."""
+    """Layout of one point with this metadata, as a dtype and as PointFields, which all messages share."""
     extra = [field for name in metadata for field in METADATA[name]]
     packed = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), *extra])
     fields = []
@@ -48,7 +48,7 @@ def layout(metadata: tuple[str, ...]) -> tuple[np.dtype[Any], list[messages.Poin
 def point_cloud(
     header: messages.Header, positions: NDArray[np.floating[Any]], metadata: Mapping[str, Buffer] | None = None
 ) -> messages.PointCloud2:
-    """A cloud of one row.
+    """Build a cloud of one row of points (height 1).
 
     Args:
         header: time and frame.
@@ -56,7 +56,7 @@ def point_cloud(
         metadata: buffers with one packed record per point, by names of METADATA.
 
     Raises:
-        BadValueError: the number of records in a buffer differs from that of points.
+        BadValueError: a buffer does not have one record per point.
     """
     given = metadata or {}
     names = tuple(name for name in METADATA if name in given)
@@ -118,44 +118,44 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     output_echo_id: bool = In(default=False)
     output_tick_state: bool = In(default=False)
     output_radial_velocity_ms: bool = In(default=False, name="outputRadialVelocityMS")
-    data_ptr: Buffer = In(default=0, doc="buffer of points, if the array is empty")
+    data_ptr: Buffer = In(default=0, doc="buffer of points, used if `data` is empty")
     data: Point3fs = In(unit="m", doc="points in the header's frame")
     cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in the host's memory")
     buffer_size: UInt = In(default=0)
-    intensity_ptr: Buffer = In(default=0, doc="float32, 0 to 255")
+    intensity_ptr: Buffer = In(default=0, doc="one float32 per point, 0 to 255")
     intensity_data_type: Float = In(default=0.0)
     intensity_buffer_size: UInt64 = In(default=0)
-    timestamp_ptr: Buffer = In(default=0, unit="ns", doc="uint64")
+    timestamp_ptr: Buffer = In(default=0, unit="ns", doc="one uint64 per point")
     timestamp_data_type: UInt64 = In(default=8)
     timestamp_buffer_size: UInt64 = In(default=0)
-    emitter_id_ptr: Buffer = In(default=0, doc="uint32")
+    emitter_id_ptr: Buffer = In(default=0, doc="one uint32 per point")
     emitter_id_data_type: UInt = In(default=0)
     emitter_id_buffer_size: UInt64 = In(default=0)
-    channel_id_ptr: Buffer = In(default=0, doc="uint32")
+    channel_id_ptr: Buffer = In(default=0, doc="one uint32 per point")
     channel_id_data_type: UInt = In(default=0)
     channel_id_buffer_size: UInt64 = In(default=0)
-    material_id_ptr: Buffer = In(default=0, doc="uint32")
+    material_id_ptr: Buffer = In(default=0, doc="one uint32 per point")
     material_id_data_type: UInt = In(default=0)
     material_id_buffer_size: UInt64 = In(default=0)
-    tick_id_ptr: Buffer = In(default=0, doc="uint32")
+    tick_id_ptr: Buffer = In(default=0, doc="one uint32 per point")
     tick_id_data_type: UInt = In(default=0)
     tick_id_buffer_size: UInt64 = In(default=0)
-    hit_normal_ptr: Buffer = In(default=0, doc="3 float32")
+    hit_normal_ptr: Buffer = In(default=0, doc="three float32 per point")
     hit_normal_data_type: Float3 = In(default=(0.0, 0.0, 0.0))
     hit_normal_buffer_size: UInt64 = In(default=0)
-    velocity_ptr: Buffer = In(default=0, unit="m/s", doc="3 float32")
+    velocity_ptr: Buffer = In(default=0, unit="m/s", doc="three float32 per point")
     velocity_data_type: Float3 = In(default=(0.0, 0.0, 0.0))
     velocity_buffer_size: UInt64 = In(default=0)
-    object_id_ptr: Buffer = In(default=0, doc="4 uint32")
+    object_id_ptr: Buffer = In(default=0, doc="four uint32 per point")
     object_id_data_type: UInts = In(default=np.zeros(4, np.uint32))
     object_id_buffer_size: UInt64 = In(default=0)
-    echo_id_ptr: Buffer = In(default=0, doc="uint8")
+    echo_id_ptr: Buffer = In(default=0, doc="one uint8 per point")
     echo_id_data_type: UChar = In(default=0)
     echo_id_buffer_size: UInt64 = In(default=0)
-    tick_state_ptr: Buffer = In(default=0, doc="uint8")
+    tick_state_ptr: Buffer = In(default=0, doc="one uint8 per point")
     tick_state_data_type: UChar = In(default=0)
     tick_state_buffer_size: UInt64 = In(default=0)
-    radial_velocity_ms_ptr: Buffer = In(default=0, name="radialVelocityMSPtr", unit="m/s", doc="float32")
+    radial_velocity_ms_ptr: Buffer = In(default=0, name="radialVelocityMSPtr", unit="m/s", doc="one float32 per point")
     radial_velocity_ms_data_type: Float = In(default=0.0, name="radialVelocityMSDataType")
     radial_velocity_ms_buffer_size: UInt64 = In(default=0, name="radialVelocityMSBufferSize")
 

@@ -1,4 +1,4 @@
-"""Bases of nodes with topics: inputs for domain, namespace and QoS, and publishing only to subscribers."""
+"""Bases of nodes with topics: inputs for domain, namespace and QoS; nothing is published without subscribers."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from graphengine.node import BadValueError, Bound, Buffer, Context, ExecIn, In, 
 
 
 class NetworkNode(Node):
-    """Base of gated nodes on the network, with inputs for domain and namespace."""
+    """Base of nodes that open topics or services, with inputs for domain and namespace."""
 
     exec_in = ExecIn()
     context: UInt64 = In(default=0, setup=True, doc="handle from a ROS2Context; 0 is the session's domain")
     node_namespace: String = In(
-        default="", setup=True, doc="used unchanged; empty: `isaac:namespace` of the ancestor prims"
+        default="", setup=True, doc="namespace; if empty, `isaac:namespace` of the ancestor prims"
     )
 
     def endpoint(self) -> dict[str, Any]:
-        """What the ports say of a topic or service besides its type and name."""
+        """Options of a topic or service from the inputs: namespace and domain."""
         return {"namespace": self.node_namespace, "ros_context": self.context}
 
 
 class TopicNode(NetworkNode):
-    """A node that opens topics, whose QoS its ports give."""
+    """Base of nodes that open topics, with inputs for the QoS."""
 
     qos_profile: String = In(
-        default="", setup=True, doc="JSON from a ROS2QoSProfile; empty for reliable, volatile, queueSize"
+        default="", setup=True, doc="JSON from a ROS2QoSProfile; empty: reliable, volatile, depth queueSize"
     )
     queue_size: UInt64 = In(default=10, setup=True, doc="history depth without a QoS profile")
 
@@ -98,7 +98,7 @@ def array_or_buffer(array: NDArray[Any], buffer: Buffer) -> Buffer:
 
 
 def bytes_in(buffer: Buffer) -> NDArray[np.uint8]:
-    """The bytes of a buffer, copied only if they do not lie in one piece."""
+    """The bytes of a buffer, copied only if they are not contiguous."""
     view = memoryview(buffer)
     return np.frombuffer(view if view.c_contiguous else view.tobytes(), np.uint8)
 

@@ -13,10 +13,11 @@ _DEFAULT = "defaultPubSub"
 
 
 class ROS2QoSProfile(Node, type="isaacsim.ros2.bridge.ROS2QoSProfile"):
-    """Builds a QoS profile as JSON: a preset, changed by the policies that are not set to their defaults.
+    """Builds a QoS profile as JSON from a preset; policies that differ from their defaults override the preset.
 
-    "Default for publishers/subscribers" and "Services" are keepLast of 10, reliable, volatile; "Sensor Data" is keepLast of 5,
-    bestEffort, volatile; "System Default" leaves all to the middleware; "Custom" takes the policies as set.
+    "Default for publishers/subscribers" and "Services" are keepLast with depth 10, reliable, volatile; "Sensor Data" is
+    keepLast with depth 5, bestEffort, volatile; "System Default" leaves these policies to the middleware; "Custom" uses the
+    policies of the inputs only.
     """
 
     history: Token = In(default="keepLast", tokens=("systemDefault", "keepLast", "keepAll", "unknown"))
@@ -28,7 +29,7 @@ class ROS2QoSProfile(Node, type="isaacsim.ros2.bridge.ROS2QoSProfile"):
     liveliness: Token = In(default="systemDefault", tokens=("systemDefault", "automatic", "manualByTopic", "unknown"))
     lease_duration: float = In(default=0.0, unit="s", doc="silence after which a writer counts as lost; 0 is never")
     create_profile: Token = In(default=_DEFAULT, tokens=(_DEFAULT, *PRESETS, "Custom"), doc="preset")
-    qos_profile: String = Out(doc="profile for `qosProfile` of publishers and subscribers")
+    qos_profile: String = Out(doc="QoS profile as JSON, for `qosProfile` of other nodes")
 
     def compute(self) -> None:
         """Output the profile."""

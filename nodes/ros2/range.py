@@ -18,7 +18,9 @@ class RangePublisher(TopicNode, type="graphengine.ros2.RangePublisher"):
     As in REP 117, the range is +inf without an object within max_range and -inf for an object closer than min_range.
     """
 
-    range_prim: Target = In(required=True, setup=True, doc="prim of the range sensor; its x axis is that of the cone")
+    range_prim: Target = In(
+        required=True, setup=True, doc="prim of the range sensor; its x axis is the axis of the cone"
+    )
     frame_id: String = In(default="sim_range", setup=True)
     topic_name: String = In(default="range", setup=True)
 

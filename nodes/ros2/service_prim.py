@@ -21,18 +21,28 @@ Ask = Callable[[Prims, Any], Sequence[Any]]
 class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=True):
     """Offers services of isaac_ros2_messages to list prims and attributes, and to read and write attributes.
 
-    Values are JSON; quaternions are [w, x, y, z] and angles degrees, as in USD. Attributes are those of the simulation; a write
-    to an attribute that cannot change during a simulation is refused. Requests of a tick are answered service by service,
-    each in order.
+    Values are JSON; as in USD, quaternions are [w, x, y, z] and angles are in degrees. Only attributes
+    that the simulation has are available; a write to an attribute that cannot change during a simulation is refused. The
+    requests of a tick are answered one service after the other, and those of a service in order of arrival.
     """
 
-    prims_service_name: String = In(default="get_prims", setup=True, doc="GetPrims: a prim and its descendants")
-    get_attributes_service_name: String = In(
-        default="get_prim_attributes", setup=True, doc="GetPrimAttributes: names and types"
+    prims_service_name: String = In(
+        default="get_prims", setup=True, doc="name of the service GetPrims: a prim and its descendants"
     )
-    get_attribute_service_name: String = In(default="get_prim_attribute", setup=True, doc="GetPrimAttribute: a value")
-    set_attribute_service_name: String = In(default="set_prim_attribute", setup=True, doc="SetPrimAttribute: a change")
-    qos_profile: String = In(default="", setup=True, doc="JSON from a ROS2QoSProfile; empty for reliable, volatile, 10")
+    get_attributes_service_name: String = In(
+        default="get_prim_attributes",
+        setup=True,
+        doc="name of the service GetPrimAttributes: names and types of attributes",
+    )
+    get_attribute_service_name: String = In(
+        default="get_prim_attribute", setup=True, doc="name of the service GetPrimAttribute: value of an attribute"
+    )
+    set_attribute_service_name: String = In(
+        default="set_prim_attribute", setup=True, doc="name of the service SetPrimAttribute: sets an attribute"
+    )
+    qos_profile: String = In(
+        default="", setup=True, doc="JSON from a ROS2QoSProfile; empty: reliable, volatile, depth 10"
+    )
     exec_out = ExecOut(doc="fires after requests were answered")
 
     served: tuple[tuple[ServiceServer, Callable[[Any], Any]], ...] = Bound()
@@ -70,13 +80,13 @@ class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", 
 
 
 def respond(kind: str, ask: Ask, prims: Prims, request: Any) -> Any:
-    """Respond to a request; the response to a refused one is empty and gives the reason.
+    """Build the response to a request; the response to a refused request contains only the reason.
 
     Args:
-        kind: of the service.
-        ask: returns the fields of the response before `success`.
-        prims: of the stage.
-        request: of the service.
+        kind: name of the service type, such as GetPrims.
+        ask: handler that returns the fields of the response before `success`.
+        prims: prims of the stage.
+        request: request message.
     """
     response = DEFINITIONS.initial(f"{_PACKAGE}/{kind}_Response")
     try:
@@ -87,25 +97,25 @@ def respond(kind: str, ask: Ask, prims: Prims, request: Any) -> Any:
 
 
 def get_prims(prims: Prims, request: Any) -> Sequence[Any]:
-    """Answer with the paths and types of a prim and its descendants."""
+    """Return the paths and types of a prim and its descendants."""
     found = prims.below(request.path)
     return [path for path, _ in found], [kind for _, kind in found]
 
 
 def get_attributes(prims: Prims, request: Any) -> Sequence[Any]:
-    """Answer with names, display names (equal to the names) and types of a prim's attributes."""
+    """Return names, display names (equal to the names) and types of a prim's attributes."""
     found = prims.attributes(request.path)
     return list(found), list(found), list(found.values())
 
 
 def get_attribute(prims: Prims, request: Any) -> Sequence[Any]:
-    """Answer with the value and the type of an attribute."""
+    """Return the value and the type of an attribute."""
     kind, value = prims.read(request.path, request.attribute)
     return json.dumps(value), kind
 
 
 def set_attribute(prims: Prims, request: Any) -> Sequence[Any]:
-    """Set an attribute and answer with the outcome.
+    """Set an attribute; the response has no fields of its own.
 
     Raises:
         ContextError: the value is not JSON.

@@ -15,22 +15,22 @@ from graphengine.nodes.ros2.fields import Layout, expect, find_service
 
 
 class ServiceNode(Node):
-    """Base of nodes for one service, whose type is given by literals, as ports are made before wires are read."""
+    """Base of nodes for one service. Literals give its type, because ports are made before wires are read."""
 
     request: ClassVar[Layout]
     response: ClassVar[Layout]
 
     context: UInt64 = In(default=0, setup=True, doc="handle from a ROS2Context; 0 is the session's domain")
-    node_namespace: String = In(default="", setup=True, doc="used unchanged; services get no namespace from prims")
+    node_namespace: String = In(default="", setup=True, doc="namespace; the namespaces of prims are not added")
     message_package: String = In(required=True, setup=True, doc="package of the service, such as std_srvs")
     message_subfolder: String = In(default="srv", setup=True, doc="folder of the service in the package")
-    message_name: String = In(required=True, setup=True, doc="such as SetBool")
+    message_name: String = In(required=True, setup=True, doc="name of the service type, such as SetBool")
 
     def bind(self) -> str:
-        """The service type of the class.
+        """The service type, such as std_srvs/srv/SetBool.
 
         Raises:
-            ContextError: the inputs name another service.
+            ContextError: the inputs name another service type than that of the ports.
         """
         layout: Layout | None = getattr(self, "request", None) or getattr(self, "response", None)
         return expect(layout, self.message_package, self.message_subfolder, self.message_name)
@@ -40,8 +40,10 @@ class NamedServiceNode(ServiceNode):
     """Base of nodes that open a service."""
 
     exec_in = ExecIn()
-    service_name: String = In(default="/service_name", setup=True, doc="name below nodeNamespace")
-    qos_profile: String = In(default="", setup=True, doc="JSON from a ROS2QoSProfile; empty for reliable, volatile, 10")
+    service_name: String = In(default="/service_name", setup=True, doc="name of the service")
+    qos_profile: String = In(
+        default="", setup=True, doc="JSON from a ROS2QoSProfile; empty: reliable, volatile, depth 10"
+    )
 
     def endpoint(self) -> dict[str, Any]:
         """Options of the service from the inputs: namespace, QoS and domain."""
@@ -51,15 +53,13 @@ class NamedServiceNode(ServiceNode):
 class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2ServiceServerRequest"):
     """Offers a service; the fields of a request are outputs, such as `Request:data` of a SetBool.
 
-    `graphrun nodes ROS2ServiceServerRequest --message std_srvs/srv/SetBool` shows them. Each request of a tick
-    fires `onReceived` once, oldest first. A ROS2ServiceServerResponse with the same handle answers. A request that is followed
-    by another before its answer is never answered, which is logged.
+    `graphrun nodes ROS2ServiceServerRequest --message std_srvs/srv/SetBool` lists these outputs. Each request of
+    a tick fires `onReceived` once, oldest first. A ROS2ServiceServerResponse with the same handle sends the response. If the
+    next request comes before the response, the earlier request is never answered, and a warning is logged.
     """
 
     on_received = ExecOut(doc="fires for each request")
-    server_handle: UInt64 = Out(
-        default=0, doc="handle of the request, for the ROS2ServiceServerResponse that sends the response"
-    )
+    server_handle: UInt64 = Out(default=0, doc="handle of this server, for the ROS2ServiceServerResponse")
 
     server: ServiceServer = Bound()
     logger: Context = Bound()
@@ -90,15 +90,15 @@ class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.O
 
 
 class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnROS2ServiceServerResponse", gated=True):
-    """Answers the request that a ROS2ServiceServerRequest delivered last; the fields of the response are inputs.
+    """Responds to the latest request of a ROS2ServiceServerRequest; the fields of the response are inputs.
 
-    `graphrun nodes ROS2ServiceServerResponse --message std_srvs/srv/SetBool` shows them. The answer leaves when the tick ends.
-    Each request is answered once; without a request, nothing is sent and nothing fires.
+    `graphrun nodes ROS2ServiceServerResponse --message std_srvs/srv/SetBool` lists these inputs. The response is sent when the
+    tick ends. Each request gets one response; without a request, nothing is sent and nothing fires.
     """
 
     on_received = ExecIn()
-    server_handle: UInt64 = In(required=True, doc="from the ROS2ServiceServerRequest")
-    exec_out = ExecOut(doc="fires when an answer was sent")
+    server_handle: UInt64 = In(required=True, doc="handle from the ROS2ServiceServerRequest")
+    exec_out = ExecOut(doc="fires after a response")
 
     door: Context = Bound()
 
@@ -117,7 +117,7 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
             self.find()
 
     def find(self) -> ServiceServer:
-        """The server with the handle.
+        """The service server with the handle of the input.
 
         Raises:
             ContextError: no server has the handle, or its type differs.
@@ -151,12 +151,12 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
 class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2ServiceClient"):
     """Calls a service; the fields of the request are inputs, those of the response outputs, such as `Response:success`.
 
-    `graphrun nodes ROS2ServiceClient --message std_srvs/srv/SetBool` shows them. Every execution is a call, also while other
-    calls wait for answers. A call is sent at the end of the tick, or when a server appears; until then the last ten are kept.
-    Each tick outputs at most one answer, in order of arrival.
+    `graphrun nodes ROS2ServiceClient --message std_srvs/srv/SetBool` lists these ports. Every execution calls the service, even
+    while other calls wait for responses. A call is sent at the end of the tick, or when a server appears; until then the last
+    ten are kept. Each tick outputs at most one response, in order of arrival.
     """
 
-    exec_out = ExecOut(doc="fires for each answer, in a later tick")
+    exec_out = ExecOut(doc="fires for each response, in a later tick")
 
     client: ServiceClient = Bound()
     waiting: int = State(default=0)
@@ -186,7 +186,7 @@ class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2S
         self.active = True
 
     def update(self) -> Fire:
-        """Output the next answer and fire."""
+        """Output the next response and fire."""
         self.answers.extend(response for _, response in self.client.take())
         if not self.answers:
             return None

@@ -35,10 +35,10 @@ _PRISMATIC = 1
 
 
 class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishJointState"):
-    """Publishes joint states as sensor_msgs/JointState: from arrays if jointNames is given, else of a robot.
+    """Publishes joint states as sensor_msgs/JointState: from arrays if jointNames is given, else of targetPrim.
 
-    Lengths are scaled by k = 1 / stageMetersPerUnit and torques by k^2, as in the reference; k is 1 for metres. Efforts of a
-    robot are those of its drives after the last physics step.
+    In arrays, lengths and forces are scaled by k = 1 / stageMetersPerUnit and torques by k^2, as in Isaac Sim; k is 1 for
+    metres. The efforts of a robot are those after the last physics step.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"
@@ -52,8 +52,10 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
     joint_efforts: Doubles = In(unit="N m, N")
     joint_dof_types: UChars = In(doc="0 for a revolute joint, 1 for a prismatic one")
     stage_meters_per_unit: Float = In(default=0.0, unit="m", doc="length of a stage unit")
-    sensor_time: Float = In(default=0.0, unit="s", doc="above 0: stamp instead of timeStamp")
-    resolution: float = In(default=1e-4, ge=0.0, extension=True, doc="step to which numbers are rounded; 0 is exact")
+    sensor_time: Float = In(default=0.0, unit="s", doc="stamp of the arrays if above 0, else timeStamp")
+    resolution: float = In(
+        default=1e-4, ge=0.0, extension=True, doc="numbers are rounded to multiples of it; 0: not rounded"
+    )
 
     articulation: Articulation | None = Bound()
     names: Sequence[str] = Bound()
@@ -127,8 +129,8 @@ def _rounded(values: NDArray[np.float64], steps: float) -> NDArray[np.float64]:
 class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishOdometry"):
     """Publishes pose and twist as nav_msgs/Odometry; covariances are zero.
 
-    Unless publishRawVelocities is set, velocities are projected onto the fixed axes front (robotFront in the plane), side =
-    up x front, and up. The axes do not turn with the robot, so the inputs must be in the body's frame.
+    Unless publishRawVelocities is set, velocities are projected onto three fixed axes: front (robotFront in the xy plane),
+    side (up x front) and up. The axes do not turn with the robot, so the input velocities must be in the body's frame.
     """
 
     message_type: ClassVar[str] = "nav_msgs/msg/Odometry"
@@ -142,7 +144,7 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
     orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w)")
     linear_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s")
     angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s")
-    robot_front: Vector3d = In(default=(1.0, 0.0, 0.0), doc="direction of the x axis")
+    robot_front: Vector3d = In(default=(1.0, 0.0, 0.0), doc="forward direction of the robot, in the body's frame")
 
     def setup(self, context: Context) -> None:
         """Open the topic."""

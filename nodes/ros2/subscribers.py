@@ -1,4 +1,4 @@
-"""Subscribers for single message types, which deliver the newest message of a tick once."""
+"""Subscribers for one message type each; they output only the newest message of a tick."""
 
 from __future__ import annotations
 
@@ -54,9 +54,9 @@ class SubscriberNode(TopicNode):
 class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeTwist", gated=True):
     """Receives geometry_msgs/Twist or TwistStamped; fires for a message. A message that is not finite is dropped and logged.
 
-    `auto` takes the type of the present publishers, and Twist without any: Nav2 sends Twist in ROS 2 Jazzy and TwistStamped in
-    later releases. The header of a TwistStamped, its frame and its age, is ignored. With a timeout, silence of that length
-    after a message sets both velocities to zero and fires once.
+    `auto` subscribes with the type that is published, or Twist without publishers: Nav2 sends Twist in ROS 2 Jazzy and
+    TwistStamped in later releases. The header of a TwistStamped is ignored. If no message follows for `timeout`, both
+    velocities are set to zero and execOut fires once.
     """
 
     topic_name: String = In(default="cmd_vel", setup=True)
@@ -64,7 +64,11 @@ class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
         default="auto", name="type", setup=True, tokens=("auto", *_TWISTS), extension=True, doc="message type"
     )
     timeout: float = In(
-        default=0.0, ge=0.0, unit="s", extension=True, doc="simulated silence until zero velocities; 0 is never"
+        default=0.0,
+        ge=0.0,
+        unit="s",
+        extension=True,
+        doc="simulation time without messages until zero velocities; 0 is never",
     )
     linear_velocity: Vector3d = Out(default=_STILL, unit="m/s")
     angular_velocity: Vector3d = Out(default=_STILL, unit="rad/s")
@@ -117,8 +121,8 @@ class ROS2SubscribeClock(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
 class ROS2SubscribeJointState(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeJointState", gated=True):
     """Receives joint commands as sensor_msgs/JointState; fires for a message.
 
-    An array without one number per joint is output as NaN, which IsaacArticulationController ignores. A message without joints,
-    without a complete array, or with an infinite number is dropped and logged.
+    An array without one number per joint is output as NaN, which IsaacArticulationController ignores. A message is
+    dropped and logged if it has no joints, no array with one number per joint, or an infinite number.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"

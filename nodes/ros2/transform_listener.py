@@ -22,18 +22,18 @@ _UNIT = 0.01
 class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2SubscribeTransformTree", gated=True):
     """Moves prims to the poses of tf2_msgs/TFMessage; fires for a message.
 
-    Transforms are used if `frameNamesMap` has both frames; of several in a tick, only the newest per child. The child's prim
-    moves to its pose relative to the present pose of the parent's prim. From then on until stop, physics does not move it:
-    it is an immovable obstacle. A prim that stands for a robot moves the whole robot; a link below a joint moves only within
-    the joint's range. A prim fixed to another one, such as a sensor, cannot move, which is logged. Transforms that tf2 would
-    drop are dropped and logged.
+    A transform is used if `frameNamesMap` has both of its frames; of several transforms of a child in one tick, only the
+    newest. The prim of the child frame moves to this pose relative to the present pose of the parent frame's prim. From then on
+    until stop, physics does not move it: it is an immovable obstacle. A prim that stands for a robot moves the whole robot; a
+    link below a joint moves only within the joint's range. A prim fixed to another one, such as a sensor, cannot move, which is
+    logged. Transforms that tf2 would drop are dropped and logged.
     """
 
     topic_name: String = In(default="tf", setup=True)
     frame_names_map: Tokens = In(
-        required=True, setup=True, doc="pairs of a prim path and its frame name; each prim and frame once"
+        required=True, setup=True, doc="prim paths and frame names in turn; each prim and frame once"
     )
-    articulation_roots: Tokens = In(setup=True, doc="robots that are moved; only checked for existence")
+    articulation_roots: Tokens = In(setup=True, doc="no effect, but each must be an existing robot")
     exec_out = ExecOut(doc="fires for a message")
 
     subscription: Subscription = Bound()
@@ -62,7 +62,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
         self.subscription = self.listen(context, "tf2_msgs/msg/TFMessage", topic, outermost_namespace=True)
 
     def writes(self) -> Iterable[str]:
-        """The poses of its prims."""
+        """The poses of the prims in `frameNamesMap`."""
         return writing_poses(self.frame_names_map[::2])
 
     def compute(self) -> Fire:

@@ -26,12 +26,12 @@ def transform(
 
 
 class TransformPublisher(PublisherNode):
-    """Base of publishers of tf2_msgs/TFMessage; only the outermost of the collected namespaces is used."""
+    """Base of publishers of tf2_msgs/TFMessage; of the ancestor prims' namespaces, only the outermost is used."""
 
     message_type: ClassVar[str] = "tf2_msgs/msg/TFMessage"
 
     static_publisher: bool = In(
-        default=False, setup=True, doc="publish once after play, latched for late subscribers, even without any"
+        default=False, setup=True, doc="publish once after play, even without subscribers; latched for late ones"
     )
 
     sent: bool = State(default=False)
@@ -119,12 +119,12 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
 
 
 def linked(time: float, links: Iterable[FrameLink]) -> list[messages.TransformStamped]:
-    """Messages for edges with their present poses."""
+    """TransformStamped messages of links at their present poses."""
     return [transform(time, link.parent_name, link.child_name, *pose_of(link)) for link in links]
 
 
 class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublisher"):
-    """Publishes the topics of robot_state_publisher: the description and fixed joints latched, movable links at a rate."""
+    """Publishes the topics of robot_state_publisher: robot_description and tf_static latched, tf at a rate."""
 
     target_prim: Target = In(required=True, setup=True, doc="prim that stands for the robot")
     time_stamp: float = In(default=0.0, unit="s")
@@ -141,7 +141,7 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
         """Open the three topics.
 
         Raises:
-            BadValueError: the frequency is not above 0, or higher than stamps can tell apart.
+            BadValueError: the frequency is not above 0, or above 1e9 Hz.
         """
         if not 0.0 < self.publish_frequency <= 1e9:
             raise BadValueError("publishFrequency", self.publish_frequency, "above 0 and 1e9 Hz or less")
