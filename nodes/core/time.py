@@ -13,7 +13,7 @@ from graphengine.nodes.clocked import ClockNode
 
 
 class TimeNode(ClockNode):
-    """Base of nodes that output a time of the clock, or a reference time."""
+    """Base of nodes that output a simulation or system time, or the reference time if one is given."""
 
     reference_time_numerator: int = In(default=0, doc="numerator of the reference time")
     reference_time_denominator: UInt64 = In(

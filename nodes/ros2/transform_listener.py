@@ -22,11 +22,11 @@ _UNIT = 0.01
 class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2SubscribeTransformTree", gated=True):
     """Moves prims to the poses of tf2_msgs/TFMessage; fires for a message.
 
-    A transform is used if `frameNamesMap` has both of its frames; of several transforms of a child in one tick, only the
-    newest. The prim of the child frame moves to this pose relative to the present pose of the parent frame's prim. From then on
-    until stop, physics does not move it: it is an immovable obstacle. A prim that stands for a robot moves the whole robot; a
-    link below a joint moves only within the joint's range. A prim fixed to another one, such as a sensor, cannot move, which is
-    logged. Transforms that tf2 would drop are dropped and logged.
+    A transform is used if `frameNamesMap` has both of its frames. If several transforms of a child frame arrive in one tick, the
+    newest is used. The child frame's prim moves to the transform's pose, relative to the present pose of the parent frame's
+    prim. From then on until stop, physics does not move the child prim: it is an immovable obstacle. The prim of a robot moves
+    the whole robot. A link below a joint moves only within the joint's range. A prim fixed to another one, such as a sensor,
+    cannot move, which is logged. Transforms that tf2 would drop are dropped and logged.
     """
 
     topic_name: String = In(default="tf", setup=True)

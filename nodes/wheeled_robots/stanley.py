@@ -155,9 +155,10 @@ def _is_behind(path: Path, nearest: int, base: Heading) -> bool:
 
 
 def path_of(arrays: Doubles) -> Path:
-    """Make a path from one array of speeds, x, y and yaws.
+    """Make a path from four arrays in one: all speeds, then all x, all y and all yaws.
 
-    At constant deceleration to a stop, the square of the speed is proportional to the remaining distance.
+    The speeds are scaled down towards the end, as at a constant deceleration to a stop: their squares are proportional to the
+    remaining distance.
 
     Raises:
         BadValueError: the arrays differ in length, are not finite, or have points too far apart.

@@ -40,7 +40,7 @@ class ServiceOptions(EndpointOptions, total=False):
 
 
 class OwnedEndpoints:
-    """Topics and services of a node. `check` and `graphrun topics` read their claims."""
+    """The publishers, subscriptions and services of a node; `graphrun topics` lists their declarations."""
 
     def __init__(self, services: Services, graph: str, prim_path: str, rate: float | None) -> None:
         self._services = services
