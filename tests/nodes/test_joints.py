@@ -254,8 +254,9 @@ def test_numbers_are_rounded_to_four_decimals(numbers: list[Decimal]) -> None:
         assert abs(Decimal(repr(rounded)) - number) <= Decimal("0.00005")
 
 
-@given(st.lists(st.floats(), min_size=4, max_size=4), st.floats(1e-4, 1e300))
+@given(st.lists(st.floats(), min_size=4, max_size=4), st.floats(1e-12, 1e300))
 @example([0.12345, math.nan, -math.inf, 1e308], 1e-4)
+@example([1e299, 0.0, 0.0, 0.0], 1e-10)
 def test_how_a_number_is_rounded_does_not_depend_on_the_others(numbers: list[float], resolution: float) -> None:
     context = RecordingContext()
     robot = arm(context)
