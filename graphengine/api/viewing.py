@@ -30,12 +30,19 @@ class TwistPublisher:
         """Velocity topic of each robot, by the robot's name; robots without one are left out."""
         found: dict[str, str] = {}
         stage = self._runner.session.services.stage
-        twists = [end.topic for end in self._runner.network.subscriptions if end.claim.message_type in TWISTS]
         for prim in stage.prims("robot"):
             namespace = join_namespaces(stage.namespaces(prim.facts["base_link"]))
-            own = [topic for topic in twists if topic.startswith(f"/{namespace}/" if namespace else "/")]
+            own = [topic for topic in self._twists() if topic.startswith(f"/{namespace}/" if namespace else "/")]
             if own:
                 found[prim.entity_name] = own[0]
+        return found
+
+    def _twists(self) -> dict[str, str]:
+        """Message type of each topic on which a graph takes velocities."""
+        found: dict[str, str] = {}
+        for end in self._runner.network.subscriptions:
+            if end.claim.message_type in TWISTS:
+                found.setdefault(end.topic, end.claim.message_type)
         return found
 
     def drive(self, topic: str, twist: tuple[float, float, float] | None) -> None:
@@ -44,9 +51,7 @@ class TwistPublisher:
             self._driven.pop(topic).close()
         x, y, turn = twist or (0.0, 0.0, 0.0)
         plain = {"linear": {"x": x, "y": y}, "angular": {"z": turn}}
-        (kind,) = {end.claim.message_type for end in self._runner.network.subscriptions if end.topic == topic} or {
-            TWISTS[0]
-        }
+        kind = self._twists().get(topic, TWISTS[0])
         message = {"twist": plain} if kind == TWISTS[1] else plain
         made = Publication(self._runner, topic, message, EVERY if twist is not None else None, kind)
         if twist is not None:

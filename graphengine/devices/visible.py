@@ -23,7 +23,7 @@ class VisibleShape:
     Attributes:
         kind: form.
         size: half lengths along its axes, m; of a capsule radius and half length of its cylinder; of an infinite plane 0.
-        body: row of its body in `Bodies.poses`.
+        body: row of its body in `World.poses`.
         pose: pose in the body's frame.
         colour: red, green, blue and opacity, 0 to 1.
         mesh: name of its surface; empty for other kinds.

@@ -64,7 +64,7 @@ class SessionCore:
         self.desk: Desk | None = None
         """Where others ask for what can be done; with one, a run goes on while it is paused or stopped."""
         self.open_page: Callable[[], str] | None = None
-        """Tells the address of the page on which the session is seen, and starts the page if there is none; None without one."""
+        """Returns the address of the session's web page, and starts the page again if its process was lost; None: no page."""
         self._until = 0
         self._pace: float | None = None
         self._pacer: Pacer | None = None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -17,7 +19,7 @@ from graphengine.devices.rotation import Pose
 from graphengine.drawing import svg
 from graphengine.drawing.view_model import make_graph_view
 from graphengine.format.diagnostics import Findings
-from graphengine.format.errors import UsageError
+from graphengine.format.errors import GraphError, UsageError
 from graphengine.format.files import near
 from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.profile import Profile
@@ -32,6 +34,8 @@ PERIOD = 0.05
 """Seconds of wall time between two frames."""
 MAX_ASKED = 1000
 """Messages of viewers that wait for the end of a tick; older ones are lost."""
+MOST_ELEMENTS, LONGEST_TEXT = 8, 200
+"""Of an array and of a text that are written out."""
 DEAD_MAN = 0.5
 """Seconds of wall time after which a robot stops that no viewer drives any more."""
 
@@ -109,8 +113,9 @@ class Feed:
                 self._stop(topic)
         if self._viewers and now >= self._next and not self.page.busy:
             self._next = now + PERIOD
-            self._tell_stage()
-            self.page.show(self._frame(now))
+            poses = self._session.services.world.poses()
+            self._tell_scene(len(poses))
+            self.page.show(self._state(now, poses))
 
     def _tell_loss(self) -> None:
         """Tell once that the page's process has ended, and stop what viewers drove."""
@@ -127,9 +132,9 @@ class Feed:
     # What viewers ask
 
     def _obey(self, asked: Mapping[str, Any], now: float) -> None:
-        viewer, what = int(asked["viewer"]), asked.get("ask")
+        viewer, what = asked["viewer"], asked.get("ask")
         if what == "show":
-            self._viewers, self._layers = int(asked["viewers"]), frozenset(asked["layers"])
+            self._viewers, self._layers = asked["viewers"], frozenset(asked["layers"])
             if not self._viewers:
                 self._profile.end()
         elif what == "gone":
@@ -165,21 +170,26 @@ class Feed:
         if not isinstance(topic, str) or topic not in self._driver.topics().values():
             return
         if isinstance(twist, list) and len(twist) == 3 and all(type(x) in (int, float) and abs(x) < 1e3 for x in twist):
-            self._driven[topic] = now
-            self._driver.drive(topic, (float(twist[0]), float(twist[1]), float(twist[2])))
+            try:
+                self._driver.drive(topic, (float(twist[0]), float(twist[1]), float(twist[2])))
+            except GraphError as error:
+                self.page.tell(Answer(asked["viewer"], {"error": str(error)}))
+            else:
+                self._driven[topic] = now
         elif topic in self._driven:
             self._stop(topic)
 
     def _stop(self, topic: str) -> None:
         del self._driven[topic]
-        self._driver.drive(topic, None)
+        with contextlib.suppress(GraphError):  # the topic may have gone with its robot
+            self._driver.drive(topic, None)
 
-    # What the page is told
+    # What the page shows
 
-    def _tell_stage(self) -> None:
-        """Tell what there is, if that is not what it was."""
+    def _tell_scene(self, bodies: int) -> None:
+        """Send the scene if it is another one than before: other graphs, or another number of bodies."""
         graphs, world = self._session.graphs, self._session.services.world
-        present = (*map(id, graphs), len(world.poses()))
+        present = (*map(id, graphs), bodies)
         if present == self._shown:
             return
         self._shown = present
@@ -194,7 +204,7 @@ class Feed:
             )
         )
 
-    def _frame(self, now: float) -> LiveState:
+    def _state(self, now: float, poses: NDArray[np.float64]) -> LiveState:
         session = self._session
         clock = session.clock
         facts = {
@@ -209,7 +219,7 @@ class Feed:
         wanted = set(self._looked_at.values())
         runs = [run for run in session.graphs if run.name in wanted]
         values = {run.name: _values(run) for run in runs}
-        return LiveState(facts, session.services.world.poses(), self._scans(), values, self._nodes(runs))
+        return LiveState(facts, poses, self._scans(), values, self._nodes(runs))
 
     def _scans(self) -> Mapping[str, tuple[Pose, NDArray[np.float32]]]:
         if "lidar" not in self._layers:
@@ -296,20 +306,19 @@ def _values(run: GraphRun) -> dict[str, Any]:
 
 
 def _shown(value: Any) -> Any:
-    """A number as it is, anything else as a short text; of an array its shape and range."""
+    """A number as it is, anything else as a short text: of a large array shape and range, of an object its class."""
     if isinstance(value, bool) or value is None:
         return str(value).lower()
-    if isinstance(value, int | float):
-        return value if np.isfinite(value) else str(value)
-    if isinstance(value, np.ndarray) and value.size > 8 and np.issubdtype(value.dtype, np.number):
-        with np.errstate(all="ignore"):
-            return f"{value.shape} {np.nanmin(value):.4g} to {np.nanmax(value):.4g}"
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
-    if isinstance(value, tuple | list):
-        return (
-            "("
-            + ", ".join(f"{x:.4g}" if isinstance(x, float) else str(x) for x in value[:8])
-            + (", …)" if len(value) > 8 else ")")
-        )
-    return str(value)[:200]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if isinstance(value, int):
+        return value
+    if isinstance(value, str):
+        return value[:LONGEST_TEXT]
+    if isinstance(value, np.ndarray) and value.size > MOST_ELEMENTS and np.issubdtype(value.dtype, np.number):
+        finite = value[np.isfinite(value)]
+        return f"{value.shape} " + (f"{finite.min():.4g} to {finite.max():.4g}" if finite.size else "not finite")
+    if isinstance(value, tuple | list | np.ndarray):
+        parts = [f"{part:.4g}" if isinstance(part, float) else str(_shown(part)) for part in value[:MOST_ELEMENTS]]
+        return "(" + ", ".join(parts) + (", …)" if len(value) > MOST_ELEMENTS else ")")
+    return type(value).__name__

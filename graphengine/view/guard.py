@@ -27,7 +27,7 @@ class Welcome:
     cookie: str
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class PageGuard:
     """Checks each HTTP request and each WebSocket handshake.
 

@@ -1,4 +1,4 @@
-"""The page of a run, seen from the run: its process, and what it is told after ticks, without waiting for it."""
+"""The run's end of its page: it starts the process, and sends the state after ticks without waiting for it."""
 
 from __future__ import annotations
 
@@ -36,8 +36,12 @@ class Page:
     def __init__(self, host: str, port: int, asked: Callable[[Mapping[str, Any]], None]) -> None:
         ours, theirs = socket.socketpair()
         try:
-            command = [sys.executable, "-m", f"{__package__}.page_process", str(theirs.fileno()), host, str(port)]
-            self._process = subprocess.Popen(command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL)
+            # Without the working directory among its modules: a file there may be a stranger's.
+            command = [sys.executable, "-P", "-m", f"{__package__}.page_process", str(theirs.fileno()), host, str(port)]
+            environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+            self._process = subprocess.Popen(
+                command, env=environment, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL
+            )
         finally:
             theirs.close()
         self._socket, self._connection = ours, Connection(os.dup(ours.fileno()))
@@ -48,6 +52,7 @@ class Page:
         self._news = threading.Condition()
         self._waiting: list[object] = []
         self._frame: object = None
+        self._threads: list[threading.Thread] = []
         try:
             self.url = self._wait()
         except BaseException:
@@ -125,6 +130,9 @@ class Page:
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)  # which wakes both threads
         self._socket.close()
+        for thread in self._threads:
+            thread.join()
+        self._connection.close()
         try:
             self._process.wait(5.0)
         except subprocess.TimeoutExpired:

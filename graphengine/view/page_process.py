@@ -6,9 +6,11 @@ when the socket does.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import signal
 import sys
+import threading
 from collections.abc import Mapping
 from multiprocessing.connection import Connection
 from typing import Any
@@ -20,7 +22,7 @@ from graphengine.view.page_server import PageServer, Viewer
 from graphengine.view.scene3d import Scene3D
 from graphengine.view.wire import Answer, LiveScene, LiveState
 
-WHAT = ("come", "command", "look", "drive", "gone")
+WHAT = ("command", "look", "drive", "gone")
 """What viewers may ask."""
 
 
@@ -35,6 +37,7 @@ class PageProcess:
 
     def __init__(self, run: Connection, host: str, port: int) -> None:
         self._run = run
+        self._sending = threading.Lock()
         self._greeting: dict[str, str] = {}
         self.server = PageServer(host, port, self._ask, lambda: self._greeting)
         self._scene = Scene3D(self.server.viser.scene)
@@ -49,11 +52,12 @@ class PageProcess:
         what = message.get("ask")
         if what in ("come", "gone"):
             self._tell_shown()
-        if isinstance(what, str) and what in WHAT:
-            self._tell({"viewer": viewer.number, **message})
+        if what in WHAT:
+            self._tell({**message, "viewer": viewer.number})
 
     def _tell(self, what: Mapping[str, Any]) -> None:
-        self._run.send_bytes(json.dumps(what).encode())
+        with self._sending, contextlib.suppress(OSError):  # which the thread that reads finds too
+            self._run.send_bytes(json.dumps(what).encode())
 
     def serve(self) -> None:
         """Serve until the run ends."""

@@ -14,6 +14,7 @@ import itertools
 import json
 import mimetypes
 import socket
+from collections import Counter
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from importlib import resources
 from typing import Any
@@ -97,16 +98,15 @@ class PageServer:
         self._greet = greet
         self._numbers = itertools.count()
         self.viewers: dict[int, Viewer] = {}
-        self._sockets = 0
-        self._guard = PageGuard(())
+        self._sockets: Counter[bool] = Counter()
+        """Number of sockets of the feed, and of viser."""
         self._socket = _listen(host, port)
+        self.port = self._socket.getsockname()[1]
+        hosts = [f"[{name}]:{self.port}" if ":" in name else f"{name}:{self.port}" for name in _names(host)]
+        self._guard = PageGuard(tuple(hosts), host in EVERY_ADDRESS)
+        self.url = f"http://{hosts[0]}/?token={self._guard.token}"
         with _served_by(self._serve), contextlib.redirect_stdout(None):
             self.viser = viser.ViserServer(host, port, verbose=False)
-        self.port = self.viser.get_port()
-        self._guard.every_address = host in EVERY_ADDRESS
-        names = _names(host)
-        self._guard.hosts = tuple(f"[{name}]:{self.port}" if ":" in name else f"{name}:{self.port}" for name in names)
-        self.url = f"http://{self._guard.hosts[0]}/?token={self._guard.token}"
         for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
             self.viser._websock_server.unregister_handler(message)
         self.viser.gui.configure_theme(show_logo=False, show_share_button=False)
@@ -140,14 +140,15 @@ class PageServer:
 
         async def handle(connection: ServerConnection) -> None:
             assert connection.request is not None
-            if self._sockets >= 2 * MAX_VIEWERS:  # each page has two
+            feed = _path(connection.request) == FEED
+            if self._sockets[feed] >= MAX_VIEWERS:
                 await connection.close(1013, f"{MAX_VIEWERS} viewers are there already")
                 return
-            self._sockets += 1
+            self._sockets[feed] += 1
             try:
-                await (self._feed(connection) if _path(connection.request) == FEED else handler(connection))
+                await (self._feed(connection) if feed else handler(connection))
             finally:
-                self._sockets -= 1
+                self._sockets[feed] -= 1
 
         def answer(connection: ServerConnection, request: Request) -> Response | None:
             return self._answer(request) or show(connection, request)
@@ -209,7 +210,7 @@ async def _send(connection: ServerConnection, viewer: Viewer) -> None:
 def _read(text: str | bytes) -> Mapping[str, Any] | None:
     try:
         found = json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
     return found if isinstance(found, dict) else None
 

@@ -97,7 +97,7 @@ def test_names_that_no_file_can_have(reference: str, home: Path) -> None:
 
 
 def help_for(reference: str, home: Path) -> tuple[str, ...]:
-    """What is told to do where there is no such file."""
+    """The advice of the error for a missing file."""
     with pytest.raises(NotFoundError) as missing:
         Files.of(home / "given.yaml").find(reference, home)
     return missing.value.help

@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("viser", reason="the extra view is not installed")
@@ -20,6 +21,7 @@ from websockets.sync.client import ClientConnection, connect
 import graphengine as ge
 from graphengine.cli import main as graphrun
 from graphengine.testing import session
+from graphengine.view.feed import _shown
 
 pytestmark = pytest.mark.xdist_group("view")
 
@@ -173,6 +175,60 @@ def test_only_robots_are_driven(sim: ge.Session, topic: object) -> None:
 
     viewed(sim, play)
     assert abs(sim.robots["dd100"].pose.position[0]) < 0.01
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"ask": "look", "graph": [], "viewer": "x"},
+        {"ask": "look", "viewer": None},
+        {"ask": "show", "viewers": "many"},
+        {"ask": "command", "command": 7, "viewer": {}},
+        {"ask": "command", "command": "push", "arguments": {"entity": "dd100", "force": [float("nan")] * 3}},
+        {"ask": "drive", "viewer": []},
+        {"ask": {}},
+        {"ask": ["gone"]},
+        {},
+    ],
+)
+def test_a_hostile_viewer_ends_nothing(sim: ge.Session, asked: dict[str, Any]) -> None:
+    def play(viewer: Viewer) -> Any:
+        viewer.ask(**asked)
+        return viewer.command("state")
+
+    assert viewed(sim, play)["result"]["state"] == "playing"
+
+
+def test_values_are_shown_short_and_what_is_no_value_by_its_class() -> None:
+    class Odd:
+        def __str__(self) -> str:
+            raise ValueError
+
+    nan = float("nan")
+    for value, text in (
+        (True, "true"),
+        (None, "none"),
+        (0.5, 0.5),
+        (2**70, 2**70),
+        (nan, "nan"),
+        ("x" * 500, "x" * 200),
+        ((0.5, 1, "a", Odd()), "(0.5, 1, a, Odd)"),
+        (np.arange(3.0), "(0, 1, 2)"),
+        (np.array([*range(9), nan]), "(10,) 0 to 8"),
+        (np.full(9, nan), "(9,) not finite"),
+        ((0,) * 9, "(0, 0, 0, 0, 0, 0, 0, 0, …)"),
+        (Odd(), "Odd"),
+    ):
+        assert _shown(value) == text
+
+
+def test_files_of_the_working_directory_are_no_modules_of_the_page(
+    sim: ge.Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("json", "viser", "graphengine"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit(1)")
+    monkeypatch.chdir(tmp_path)
+    assert sim.view().startswith("http://127.0.0.1:")
 
 
 def test_a_page_for_looking_takes_no_commands(sim: ge.Session) -> None:

@@ -114,7 +114,7 @@ def test_a_viewer_is_greeted_and_heard_and_its_leaving_is_told(served: Served) -
     assert eventually(lambda: served.asked[-1] == {"ask": "gone"})
 
 
-@pytest.mark.parametrize("text", ["no JSON", "[1]", "7", "x" * (MAX_MESSAGE + 1)])
+@pytest.mark.parametrize("text", ["no JSON", "[1]", "7", "[" * 900_000, "x" * (MAX_MESSAGE + 1)])
 def test_who_sends_anything_else_is_disconnected(served: Served, text: str) -> None:
     with served.connect() as viewer:
         viewer.send(text)

@@ -234,7 +234,7 @@ class Controller(metaclass=Open):
         self.recorder.draw()
 
     def _leave_attribute(self, spec: Any) -> StubObject:
-        """Tell of an attribute of a graph that Omniverse makes itself, as its renderer does; once, where it is told already."""
+        """Report an attribute of a graph that Omniverse makes itself, such as its renderer's, unless it was reported before."""
         if str(spec) not in map(unknown, (ELSEWHERE, OWN)):
             self.recorder.leave_out(f"what is set at {str(spec)[:200]}: only Omniverse knows that node")
         return StubObject(OWN, self.recorder)

@@ -71,6 +71,6 @@ def servos(joint: str, drive: Drive) -> tuple[tuple[str, float], tuple[str, floa
 
 
 def servo_ids(model: mujoco.MjModel, drives: Iterable[tuple[str, Drive]]) -> Indices:
-    """Ids of the position and of the velocity servos of joints, shape (2, joints); -1 where a gain is zero: there is none."""
+    """Ids of the joints' position servos and velocity servos, shape (2, joints); -1 for a gain of zero, which has no servo."""
     found = [[model.actuator(servo).id if gain > 0 else -1 for servo, gain in servos(*drive)] for drive in drives]
     return np.array(found, np.intp).reshape(-1, 2).T.copy()

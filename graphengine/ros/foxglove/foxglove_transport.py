@@ -94,7 +94,7 @@ class FoxgloveTransport:
 
     @property
     def source(self) -> bytes:
-        """GID of the writer of the message that is being delivered; that of clients cannot be told."""
+        """GID of the writer of the message that is being delivered; Foxglove does not give those of its clients."""
         return self._inner.source
 
     @property

@@ -19,6 +19,7 @@ BUILD = "og.Controller.edit('/World/g', {'create_nodes': ('T', 'omni.graph.actio
 
 
 Told = Callable[..., str]
+"""Imports a script and returns what the command printed."""
 
 
 @pytest.fixture
