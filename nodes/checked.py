@@ -1,4 +1,4 @@
-"""Checks of input values from wires, for nodes that cannot use every value of a port's type."""
+"""Checks of input values, for nodes that cannot use every value of a port's type."""
 
 from __future__ import annotations
 
@@ -14,7 +14,11 @@ from graphengine.node import BadValueError, Node, PortType
 
 
 def check_finite(node: Node, *fields: str) -> None:
-    """Check that inputs of a node, given by their Python names, are finite numbers, tuples or arrays.
+    """Check that numeric inputs of a node are finite.
+
+    Args:
+        node: node with the inputs.
+        fields: Python names of the inputs, whose values are numbers, tuples or arrays.
 
     Raises:
         BadValueError: a number is infinite or NaN.
@@ -30,7 +34,12 @@ def check_finite(node: Node, *fields: str) -> None:
 
 
 def one_of(port: str, value: str, legal: Collection[str]) -> str:
-    """Return the value of a port after checking that it is legal.
+    """Return the value of an input after checking that it is one of the legal values.
+
+    Args:
+        port: OmniGraph's name of the input, for the error.
+        value: value of the input.
+        legal: all legal values.
 
     Raises:
         BadValueError: the value is not legal.
@@ -41,7 +50,7 @@ def one_of(port: str, value: str, legal: Collection[str]) -> str:
 
 
 def same_length(**arrays: Any) -> None:
-    """Check that arrays, given by port name, have the same length.
+    """Check that arrays have the same length; each keyword is the name of the array's port, for the error.
 
     Raises:
         BadValueError: the lengths differ.
@@ -52,10 +61,10 @@ def same_length(**arrays: Any) -> None:
 
 
 def check_outcome(node: Node, *outcome: float) -> None:
-    """Check that no input of a node is NaN and no output is infinite or NaN.
+    """Check the result of a computation: no scalar input of the node is NaN, and all computed numbers are finite.
 
     Raises:
-        BadValueError: the check fails; names the inputs that are NaN or infinite, or else all numeric inputs.
+        BadValueError: the check fails. The error names all inputs that are not finite, or if all are, all real inputs.
     """
     inputs, numbers = _numbers(type(node))
     given_numbers = numbers(node)
@@ -70,7 +79,7 @@ def check_outcome(node: Node, *outcome: float) -> None:
 
 @functools.cache
 def _numbers(cls: type[Node]) -> tuple[list[tuple[str, str]], Callable[[Node], tuple[float, ...]]]:
-    """(Port name, Python name) of all real inputs of a node class, and a getter of the two or more scalar ones."""
+    """Return (port name, Python name) of all real inputs of a node class, and a getter of its scalar ones (two or more)."""
     inputs = [port for port in cls.fields.values() if port.side == "inputs"]
     real = [port for port in inputs if isinstance(port.type, PortType) and port.type.base in ("double", "float")]
     single = [port.field for port in real if isinstance(port.default, float)]

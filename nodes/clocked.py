@@ -1,4 +1,4 @@
-"""The base of nodes that read the clock of their graph."""
+"""The base class of nodes that read their graph's clock."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from graphengine.node import Bound, Clock, Context, Node
 
 
 class ClockNode(Node):
-    """Base of nodes that read the clock."""
+    """Base of nodes that read their graph's clock, bound as `clock`."""
 
     clock: Clock = Bound()
 

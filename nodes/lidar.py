@@ -13,24 +13,30 @@ from graphengine.node.types import Buffer, Float, Float2, Floats, Int, Point3fs,
 
 
 def beams_of_a_ring(lidar: Lidar) -> int:
-    """Number of beams in each ring of a lidar."""
+    """Return the number of beams in each ring of a lidar."""
     return len(lidar.directions) // len(lidar.elevations)
 
 
 def level_ring(lidar: Lidar) -> slice:
-    """The indices, in a sample, of the ring nearest to the sensor's xy plane."""
+    """Return the slice of a sample's arrays that holds the ring nearest to the sensor's xy plane."""
     ring, beams = int(np.argmin(np.abs(lidar.elevations))), beams_of_a_ring(lidar)
     return slice(ring * beams, (ring + 1) * beams)
 
 
 def points_of(lidar: Lidar, scan: Scan, beams: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Points hit by the given beams of a sample, in the sensor's frame, m, shape (n, 3)."""
+    """Return the points (n, 3) that beams of a sample hit, in the sensor's frame, m.
+
+    Args:
+        lidar: lidar of the sample.
+        scan: the sample.
+        beams: indices of the beams, all of which have a hit.
+    """
     points: NDArray[np.float64] = lidar.directions[beams] * scan.ranges[beams, None]
     return points
 
 
 class LidarNode(Node):
-    """Base of nodes that fire once for each sample of a lidar; a subclass binds `lidar` and defines `exec_out` and `put_out`."""
+    """Base of nodes that fire once per lidar sample; subclasses bind `lidar` and define `exec_out` and `put_out`."""
 
     exec_out: ClassVar[ExecOut]
 
@@ -38,7 +44,7 @@ class LidarNode(Node):
     last: int = State(default=-1)
 
     def compute(self) -> Fire:
-        """Output the sample of this tick and fire, if there is a new one."""
+        """Output this tick's sample and fire, if the lidar has a new sample."""
         if not self.lidar.due or self.lidar.index == self.last:
             return None
         scan = self.lidar.scan()
@@ -52,16 +58,18 @@ class LidarNode(Node):
 
 
 class BeamsNode(LidarNode):
-    """Base of nodes that output ranges and the angles of their beams."""
+    """Base of nodes that output the ranges, intensities and angles of lidar beams."""
 
-    horizontal_fov: Float = Out(default=0.0, unit="deg", doc="angle from the first beam to the last")
-    horizontal_resolution: Float = Out(default=0.0, unit="deg", doc="angle between two beams")
-    depth_range: Float2 = Out(default=(0.0, 0.0), unit="m", doc="smallest and largest range")
-    rotation_rate: Float = Out(default=0.0, unit="Hz", doc="samples per second; all beams are cast at one instant")
-    linear_depth_data: Floats = Out(unit="m", doc="range of each beam, row by row; infinite without a hit")
-    intensities_data: UChars = Out(doc="intensity of each beam, row by row")
-    num_cols: Int = Out(default=0, doc="number of beams in a row")
-    azimuth_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="azimuth of the first and the last beam")
+    horizontal_fov: Float = Out(default=0.0, unit="deg", doc="angle from the first beam of a ring to the last")
+    horizontal_resolution: Float = Out(default=0.0, unit="deg", doc="angle between neighbouring beams of a ring")
+    depth_range: Float2 = Out(default=(0.0, 0.0), unit="m", doc="shortest and longest range the lidar can measure")
+    rotation_rate: Float = Out(
+        default=0.0, unit="Hz", doc="samples per second; all beams of a sample are cast at the same time"
+    )
+    linear_depth_data: Floats = Out(unit="m", doc="range of each beam, ring by ring; infinite if the beam hits nothing")
+    intensities_data: UChars = Out(doc="intensity of each beam, ring by ring, 0 to 255")
+    num_cols: Int = Out(default=0, doc="number of beams in a ring")
+    azimuth_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="azimuths of the first and the last beam of a ring")
 
     def put_out_beams(self, scan: Scan, beams: slice) -> None:
         """Set the outputs from the given beams of a sample."""
@@ -73,30 +81,34 @@ class BeamsNode(LidarNode):
         self.intensities_data = np.rint(scan.intensities[beams]).astype(np.uint8)
 
 
-class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacComputeRTXLidarFlatScan", gated=True):
-    """Reads the ring nearest to a lidar's xy plane; fires once for each sample.
+_NO_EFFECT = "no effect; in Isaac Sim it describes a buffer of the RTX renderer"
 
-    The render product determines the lidar. Inputs for buffers of the reference's renderer have no effect.
+
+class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacComputeRTXLidarFlatScan", gated=True):
+    """Outputs ranges and intensities of the ring nearest to the lidar's xy plane; fires once per sample.
+
+    `renderProductPath` selects the lidar. The pointer, size and data type inputs (`dataPtr`, `bufferSize`, …) have no effect:
+    in Isaac Sim they carry the RTX renderer's buffers.
     """
 
     exec_in = ExecIn(name="exec")
     render_product_path: Token = In(
         required=True, setup=True, doc="path from IsaacCreateRenderProduct, or a lidar's prim path"
     )
-    data_ptr: Buffer = In(default=0)
-    cuda_device_index: Int = In(default=-1)
-    buffer_size: UInt64 = In(default=0)
-    azimuth_ptr: Buffer = In(default=0)
-    azimuth_data_type: Float = In(default=4.0)
-    azimuth_buffer_size: UInt64 = In(default=0)
-    distance_ptr: Buffer = In(default=0)
-    distance_data_type: Float = In(default=4.0)
-    distance_buffer_size: UInt64 = In(default=0)
-    intensity_ptr: Buffer = In(default=0)
-    intensity_data_type: Float = In(default=0.0)
-    intensity_buffer_size: UInt64 = In(default=0)
-    num_rows: Int = Out(default=1)
-    exec_out = ExecOut(name="exec", doc="fires for each sample")
+    data_ptr: Buffer = In(default=0, doc=_NO_EFFECT)
+    cuda_device_index: Int = In(default=-1, doc=_NO_EFFECT)
+    buffer_size: UInt64 = In(default=0, doc=_NO_EFFECT)
+    azimuth_ptr: Buffer = In(default=0, doc=_NO_EFFECT)
+    azimuth_data_type: Float = In(default=4.0, doc=_NO_EFFECT)
+    azimuth_buffer_size: UInt64 = In(default=0, doc=_NO_EFFECT)
+    distance_ptr: Buffer = In(default=0, doc=_NO_EFFECT)
+    distance_data_type: Float = In(default=4.0, doc=_NO_EFFECT)
+    distance_buffer_size: UInt64 = In(default=0, doc=_NO_EFFECT)
+    intensity_ptr: Buffer = In(default=0, doc=_NO_EFFECT)
+    intensity_data_type: Float = In(default=0.0, doc=_NO_EFFECT)
+    intensity_buffer_size: UInt64 = In(default=0, doc=_NO_EFFECT)
+    num_rows: Int = Out(default=1, doc="number of rings; always 1")
+    exec_out = ExecOut(name="exec", doc="fires once per sample")
 
     level: slice = Bound()
 
@@ -106,21 +118,23 @@ class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacCo
         self.level = level_ring(self.lidar)
 
     def put_out(self, scan: Scan) -> None:
-        """Set the outputs from the ring."""
+        """Set the outputs from the ring nearest to the xy plane."""
         self.put_out_beams(scan, self.level)
 
 
 class IsaacReadLidarBeams(BeamsNode, type="isaacsim.sensors.physx.IsaacReadLidarBeams", gated=True):
-    """Reads the ranges of all rings of a lidar, one ring per row; fires once for each sample."""
+    """Outputs ranges and intensities of all rings of a lidar, one ring per row; fires once per sample."""
 
     exec_in = ExecIn()
-    lidar_prim: Target = In(required=True, setup=True)
+    lidar_prim: Target = In(required=True, setup=True, doc="prim of the lidar")
     vertical_fov: Float = Out(default=0.0, unit="deg", doc="angle from the lowest ring to the highest")
-    vertical_resolution: Float = Out(default=0.0, unit="deg", doc="mean angle between two rings")
-    beam_time_data: Floats = Out(unit="s", doc="time of each beam after the sample's time; always 0")
+    vertical_resolution: Float = Out(default=0.0, unit="deg", doc="mean angle between neighbouring rings")
+    beam_time_data: Floats = Out(unit="s", doc="time of each beam relative to the sample; always 0")
     num_rows: Int = Out(default=0, doc="number of rings")
-    zenith_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="elevation of the lowest and the highest ring")
-    exec_out = ExecOut(doc="fires for each sample")
+    zenith_range: Float2 = Out(
+        default=(0.0, 0.0), unit="deg", doc="angles of the lowest and the highest ring above the lidar's xy plane"
+    )
+    exec_out = ExecOut(doc="fires once per sample")
 
     def setup(self, context: Context) -> None:
         """Bind the lidar."""
@@ -137,12 +151,12 @@ class IsaacReadLidarBeams(BeamsNode, type="isaacsim.sensors.physx.IsaacReadLidar
 
 
 class IsaacReadLidarPointCloud(LidarNode, type="isaacsim.sensors.physx.IsaacReadLidarPointCloud", gated=True):
-    """Reads the points hit by a lidar, in the sensor's frame; fires once for each sample."""
+    """Outputs the points that a lidar hits, in the lidar's frame; fires once per sample."""
 
     exec_in = ExecIn()
-    lidar_prim: Target = In(required=True, setup=True)
-    exec_out = ExecOut(doc="fires for each sample")
-    data: Point3fs = Out(unit="m", doc="hit points of all rings")
+    lidar_prim: Target = In(required=True, setup=True, doc="prim of the lidar")
+    exec_out = ExecOut(doc="fires once per sample")
+    data: Point3fs = Out(unit="m", doc="points that the beams of all rings hit, in the lidar's frame")
 
     def setup(self, context: Context) -> None:
         """Bind the lidar."""

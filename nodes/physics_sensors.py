@@ -12,21 +12,26 @@ from graphengine.node.types import Doubles, Float, Quaterniond, Target, Tokens, 
 
 
 class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=True):
-    """Reads an IMU; fires once for each of its samples.
+    """Outputs the newest sample of an IMU; fires only if it is new.
 
-    Acceleration and angular velocity are means since the previous sample, in the sensor's frame; orientation is that at the
-    sample's time. A graph that runs at every physics step can read an IMU that is faster than ticks.
+    `linAcc` and `angVel` are means over the time since the previous sample; `orientation` is the orientation at the time of the
+    sample. To get every sample of an IMU whose rate is above the tick rate, use a graph with `runs: physics_step`.
     """
 
     exec_in = ExecIn()
     imu_prim: Target = In(required=True, setup=True, doc="prim of the IMU")
     use_latest_data: bool = In(default=False, doc="no effect, as in Isaac Sim")
-    read_gravity: bool = In(default=True, doc="whether linAcc includes gravity, as an accelerometer does")
+    read_gravity: bool = In(default=True, doc="true: `linAcc` includes gravity, as an accelerometer measures it")
     exec_out = ExecOut()
     sensor_time: Float = Out(unit="s", doc="simulation time of the sample")
-    lin_acc: Vector3d = Out(unit="m/s2", doc="acceleration; at rest and upright (0, 0, 9.81), or 0 without gravity")
-    ang_vel: Vector3d = Out(unit="rad/s")
-    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w), sensor in the world frame")
+    lin_acc: Vector3d = Out(
+        unit="m/s2",
+        doc="acceleration in the sensor's frame; at rest and upright (0, 0, 9.81), or 0 without `readGravity`",
+    )
+    ang_vel: Vector3d = Out(unit="rad/s", doc="angular velocity in the sensor's frame")
+    orientation: Quaterniond = Out(
+        default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) of the sensor in the world frame"
+    )
 
     imu: Imu = Bound()
     last: int = State(default=-1)
@@ -49,15 +54,17 @@ class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=Tru
 
 
 class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadContactSensor"):
-    """Reads a contact sensor: the mean force over the tick, or over the physics step in a graph that runs every step."""
+    """Reads the mean contact force over the tick, or over the physics step in a graph with `runs: physics_step`."""
 
     exec_in = ExecIn()
     cs_prim: Target = In(required=True, setup=True, doc="prim of the contact sensor")
     use_latest_data: bool = In(default=False, doc="no effect, as in Isaac Sim")
     exec_out = ExecOut()
     sensor_time: Float = Out(default=0.0, unit="s", doc="simulation time of the reading")
-    in_contact: bool = Out(default=False, doc="whether the force reaches the sensor's threshold")
-    value: Float = Out(default=0.0, unit="N", doc="magnitude of the sum of all forces")
+    in_contact: bool = Out(default=False, doc="whether the contact force reaches the sensor's threshold")
+    value: Float = Out(
+        default=0.0, unit="N", doc="magnitude of the sum of all contact forces; 0 below the sensor's threshold"
+    )
 
     sensor: ContactSensor = Bound()
 
@@ -72,18 +79,18 @@ class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadConta
 
 
 class IsaacReadJointState(Node, type="isaacsim.sensors.physics.IsaacReadJointState"):
-    """Reads the state of all joints of a robot for ROS2PublishJointState; joint names ignore `isaac:nameOverride`."""
+    """Reads the state of all joints of a robot for ROS2PublishJointState; `isaac:nameOverride` has no effect."""
 
     exec_in = ExecIn()
     prim: Target = In(required=True, setup=True, doc="prim of the robot")
     exec_out = ExecOut()
     sensor_time: Float = Out(unit="s", doc="simulation time of the reading")
-    joint_names: Tokens = Out(doc="joint names, in the articulation's order")
+    joint_names: Tokens = Out(doc="names of the joints in the robot description, in the order of the other arrays")
     joint_positions: Doubles = Out(unit="rad, m")
     joint_velocities: Doubles = Out(unit="rad/s, m/s")
-    joint_efforts: Doubles = Out(unit="N m, N", doc="sum of drive forces and commanded efforts")
+    joint_efforts: Doubles = Out(unit="N m, N", doc="effort of the drive plus commanded effort, per joint")
     joint_dof_types: UChars = Out(doc="0 for a revolute joint, 1 for a prismatic one")
-    stage_meters_per_unit: Float = Out(default=0.0, unit="m", doc="length of a stage unit; always 1 after a compute")
+    stage_meters_per_unit: Float = Out(default=0.0, unit="m", doc="length of a stage unit; 1 after the first execution")
 
     articulation: Articulation = Bound()
     clock: Clock = Bound()

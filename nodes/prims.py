@@ -7,13 +7,13 @@ Prims have these attributes, with USD's names and units:
 - cameras: `clippingRange`;
 - revolute joints, in degrees: `state:angular:physics:position` and `:velocity`, and `drive:angular:physics:targetPosition` and
   `targetVelocity` if the drive has them;
-- prismatic joints, in m: the same with `linear`;
+- prismatic joints, in m: the same attributes with `linear` instead of `angular`;
 - /physicsScene: `physics:gravityDirection` and `physics:gravityMagnitude` (m/s2);
 - materials of a robot: `physics:staticFriction` and `physics:dynamicFriction`;
 - lights of the world: `inputs:intensity`, 1 at the start, and `inputs:color`.
 
-Graphs can write poses of robots and free bodies, drive targets, gravity, friction and lights. MuJoCo has one coefficient of
-friction, the dynamic one; static friction has no effect.
+Graphs can write poses of robots and free bodies, drive targets, gravity, friction and lights. MuJoCo has a single friction
+coefficient, which is the dynamic one; `physics:staticFriction` has no effect.
 """
 
 from __future__ import annotations
@@ -29,23 +29,24 @@ from graphengine.node.types import Double3, PortType, Target, Token
 from graphengine.node.usd_types import type_of_attribute
 from graphengine.nodes.touched import ANY, WIRED, attribute_of, drives_of, reading_poses
 
-_UNUSED = "no effect: attributes have no time samples or layers"
+_UNUSED = "no effect: attributes have neither time samples nor layers"
+_USE_PATH = "true: `primPath` gives the prim; false: `prim` does"
 
 
 class PrimNode(Node):
-    """Base of nodes for a prim that is given as a target or by its path."""
+    """Base of nodes that need a prim, given as a target or by its path."""
 
-    prim: Target = In(default=(), setup=True, required="prim", doc="the prim, if usePath is false")
-    prim_path: Token = In(default="", setup=True, required="prim", doc="path of the prim, if usePath is true")
+    prim: Target = In(default=(), setup=True, required="prim", doc="the prim; used if `usePath` is false")
+    prim_path: Token = In(default="", setup=True, required="prim", doc="path of the prim; used if `usePath` is true")
 
     use_path: bool
 
     def given(self) -> str:
-        """Path of the prim, or empty if it comes from a wire."""
+        """Return the path of the prim, or an empty string if a wire will set it."""
         return self.prim_path if self.use_path else next(iter(self.prim), "")
 
     def path(self) -> str:
-        """Path of the prim.
+        """Return the path of the prim.
 
         Raises:
             ContextError: no prim is given.
@@ -62,10 +63,12 @@ class PrimNode(Node):
 
 
 class AttributeNode(PrimNode):
-    """Base of nodes for an attribute of a prim."""
+    """Base of nodes that read or write an attribute of a prim."""
 
-    name: Token = In(default="", setup=True, required=True, doc="USD name of the attribute, such as xformOp:translate")
-    use_path: bool = In(default=False, setup=True)
+    name: Token = In(
+        default="", setup=True, required=True, doc="USD name of the attribute, such as `xformOp:translate`"
+    )
+    use_path: bool = In(default=False, setup=True, doc=_USE_PATH)
 
     attribute: PrimAttribute = Bound()
 
@@ -77,7 +80,7 @@ class ReadPrimAttribute(AttributeNode, type="omni.graph.nodes.ReadPrimAttribute"
     value: Any = Out(type="any", doc="value of the attribute; quaternions are (x, y, z, w)")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """The attribute's type, which follows from its name.
+        """Return the attribute's type for `value`; it follows from the attribute's name.
 
         Raises:
             ContextError: no prim has an attribute of this name.
@@ -97,7 +100,7 @@ class ReadPrimAttribute(AttributeNode, type="omni.graph.nodes.ReadPrimAttribute"
         self.value = self.attribute.read()
 
     def reads(self) -> Iterable[str]:
-        """The attribute, and for a drive target the drives of the robot."""
+        """The attribute, and if it is a drive target, the drive targets of the robot."""
         path = self.given()
         if not path or not self.name:
             return ANY, WIRED
@@ -156,7 +159,7 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
 class PosedNode(PrimNode, volatile=True):
     """Base of nodes that read the world pose of a prim."""
 
-    use_path: bool = In(default=True, setup=True)
+    use_path: bool = In(default=True, setup=True, doc=_USE_PATH)
 
     frame: Frame = Bound()
 
@@ -176,7 +179,9 @@ class PosedNode(PrimNode, volatile=True):
 class GetPrimLocalToWorldTransform(PosedNode, type="omni.graph.nodes.GetPrimLocalToWorldTransform"):
     """Reads the world pose of a prim as a matrix for row vectors, with the position (m) in its last row."""
 
-    local_to_world_transform: Any = Out(type="matrixd[4]")
+    local_to_world_transform: Any = Out(
+        type="matrixd[4]", doc="4 x 4 matrix, row by row; the position (m) is the last row"
+    )
 
     def compute(self) -> None:
         """Read the pose."""
@@ -184,14 +189,14 @@ class GetPrimLocalToWorldTransform(PosedNode, type="omni.graph.nodes.GetPrimLoca
 
 
 class GetPrimDirectionVector(PosedNode, type="omni.graph.nodes.GetPrimDirectionVector"):
-    """Reads the directions of a prim's axes in the world frame; as for cameras, x is right, y is up and -z is forward."""
+    """Reads the axes of a prim as directions in the world frame: x is right, y up and -z forward, as for USD cameras."""
 
-    backward_vector: Double3 = Out(doc="z axis")
-    down_vector: Double3 = Out(doc="negative y axis")
-    forward_vector: Double3 = Out(doc="negative z axis")
-    left_vector: Double3 = Out(doc="negative x axis")
-    right_vector: Double3 = Out(doc="x axis")
-    up_vector: Double3 = Out(doc="y axis")
+    backward_vector: Double3 = Out(doc="direction of the prim's z axis in the world frame")
+    down_vector: Double3 = Out(doc="direction of the prim's -y axis in the world frame")
+    forward_vector: Double3 = Out(doc="direction of the prim's -z axis in the world frame")
+    left_vector: Double3 = Out(doc="direction of the prim's -x axis in the world frame")
+    right_vector: Double3 = Out(doc="direction of the prim's x axis in the world frame")
+    up_vector: Double3 = Out(doc="direction of the prim's y axis in the world frame")
 
     def compute(self) -> None:
         """Rotate the axes into the world frame."""
@@ -205,7 +210,7 @@ class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform
     """Reads the pose of a prim relative to its parent as a matrix for row vectors, with the position (m) in its last row."""
 
     prim: Target = In(required=True, setup=True, doc="prim whose pose is read")
-    value: Any = Out(type="matrixd[4]", doc="4 x 4 matrix, row by row")
+    value: Any = Out(type="matrixd[4]", doc="4 x 4 matrix, row by row; the position (m) is the last row")
 
     translate: PrimAttribute = Bound()
     orient: PrimAttribute = Bound()
@@ -229,7 +234,10 @@ class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform
 
 
 def matrix_of(pose: Pose) -> tuple[float, ...]:
-    """A pose as a matrix M that transforms a row vector p to p M: three rows with the axes, one with the position."""
+    """Return a pose as a 4 x 4 matrix M, row by row: three rows with the axes, one with the position.
+
+    M transforms the row vector of a point p = (x, y, z, 1) to p M.
+    """
     position, orientation = pose
     axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     rows = [(*rotate(orientation, axis), 0.0) for axis in axes]

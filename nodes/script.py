@@ -45,7 +45,7 @@ class Database:
 
     Attributes:
         inputs: values of the declared inputs, by name; arrays are read-only.
-        outputs: values of the declared outputs, by name; read after `compute`.
+        outputs: values of the declared outputs, by name; the node takes them over after `compute`.
         per_instance_state: namespace for the state of the script, cleared when the simulation stops.
         internal_state: the same object as `per_instance_state`.
     """
@@ -72,21 +72,23 @@ class Database:
 
 
 class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
-    """Runs a Python script: `compute(db)` at each execution, `setup(db)` before the first, `cleanup(db)` at a stop.
+    """Runs a Python script: `compute(db)` at each execution, `setup(db)` before the first, `cleanup(db)` at stop.
 
-    Fires execOut unless `compute` returns False. `attributes` declares the inputs and outputs of the script.
+    Fires `execOut` unless `compute` returns False. `attributes` declares the script's inputs and outputs.
     """
 
     exec_in = ExecIn()
-    script: String = In(default="", setup=True, doc="Python code, used if usePath is false")
-    use_path: bool = In(default=False, setup=True)
+    script: String = In(default="", setup=True, doc="Python code; used if `usePath` is false")
+    use_path: bool = In(default=False, setup=True, doc="true: run the file `scriptPath`; false: run `script`")
     script_path: Token = In(
-        default="", setup=True, doc="file with the code, if usePath is true; relative to the graph file's folder"
+        default="",
+        setup=True,
+        doc="path of a file with Python code, relative to the graph file's folder; used if `usePath` is true",
     )
     attributes: Tokens = In(
         default=(),
         extension=True,
-        doc='ports of the script, such as "inputs:speed double" or "outputs:command double[]"',
+        doc='inputs and outputs to declare, such as "inputs:speed double" or "outputs:command double[]"',
     )
     exec_out = ExecOut()
 
@@ -96,7 +98,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """The declared inputs and outputs.
+        """Return the inputs and outputs that `attributes` declares, by Python name.
 
         Raises:
             ValueError: a declaration is invalid, or the node already has a port of that name.
@@ -172,7 +174,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
                 raise type(error)(f"db.outputs.{name} is {port_type}: {error}, got {value!r}") from None
 
     def save(self) -> Any:
-        """The node's values, and copies of the script's variables and of the state in `db`.
+        """Return the node's port values, and copies of the script's variables and of the state in `db`.
 
         Raises:
             TypeError: a variable of the script cannot be copied, such as an open file.
@@ -245,7 +247,7 @@ def _copied(running: _Running, kept: Sequence[dict[str, Any]] | None = None) -> 
 
 
 def declared(node: ScriptNode, side: Literal["inputs", "outputs"]) -> list[Port]:
-    """The ports on one side that a graph declared for its script."""
+    """Return the inputs or the outputs that a graph declares for the script of a node."""
     own = ScriptNode.fields
     return [port for field, port in type(node).fields.items() if port.side == side and field not in own]
 

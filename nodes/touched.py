@@ -1,7 +1,8 @@
-"""Keys of world resources that nodes read and change; a pass orders the readers and writers of each key.
+"""Keys of world resources that nodes read and change; the compiler relates the readers and writers of each key.
 
-Poses depend on each other along the tree, so all poses of a robot, or below `/World`, share one key. If the prim comes from a
-wire, the key is unknown before the run: such a reader is ordered after all writers, and such a writer before all readers.
+The pose of a prim depends on those above it, so all poses of a robot share one key, as do all poses below `/World`. If a wire
+gives the prim, its key is unknown before the run: such a reader counts as a reader of all prims, such a writer as a writer of
+all prims.
 """
 
 from __future__ import annotations
@@ -11,34 +12,34 @@ from collections.abc import Iterable
 from graphengine.node.node_class import UNKNOWN_PRIM
 
 ANY = "prim:any"
-"""Key that every writer of a prim changes; a reader whose prim is unknown reads it."""
+"""Key that every writer of a prim declares; a reader whose prim is unknown declares that it reads this key."""
 WIRED = UNKNOWN_PRIM
-"""Key that every reader of a prim reads; a writer whose prim is unknown changes it."""
+"""Key that every reader of a prim declares; a writer whose prim is unknown declares that it changes this key."""
 
 
 def pose_of(path: str) -> str:
-    """Key of the pose of a prim."""
+    """Return the key for the pose of the prim at this path."""
     return f"pose:{_root(path)}"
 
 
 def drives_of(path: str) -> str:
-    """Key of the drive targets of a robot."""
+    """Return the key for the drive targets of the robot to which the prim at this path belongs."""
     _, first, *below = path.split("/") if path.startswith("/") else ("", path)
     return f"drives:/{first}/{below[0]}" if first == "World" and below else f"drives:/{first}"
 
 
 def attribute_of(path: str, name: str) -> str:
-    """Key of one attribute of a prim."""
+    """Return the key for one attribute of the prim at this path."""
     return pose_of(path) if name.startswith("xformOp:") else f"prim:{path.replace('/Geometry/', '/')}.{name}"
 
 
 def reading_poses(paths: Iterable[str]) -> tuple[str, ...]:
-    """Keys for a node that reads poses of prims; no paths mean that the prims are unknown."""
+    """Return the keys to declare for a node that reads the poses of these prims; without paths, of unknown prims."""
     return (*(dict.fromkeys(map(pose_of, paths)) or (ANY,)), WIRED)
 
 
 def writing_poses(paths: Iterable[str]) -> tuple[str, ...]:
-    """Keys for a node that moves prims; no paths mean that the prims are unknown."""
+    """Return the keys to declare for a node that moves these prims; without paths, unknown prims."""
     return (*(dict.fromkeys(map(pose_of, paths)) or (WIRED,)), ANY)
 
 

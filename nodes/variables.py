@@ -12,9 +12,11 @@ _IGNORED = "no effect, as in Isaac Sim"
 
 
 class VariableNode(Node):
-    """Base of nodes for a graph variable; `value` has the variable's type."""
+    """Base of nodes that read or write a graph variable; `value` has the variable's type."""
 
-    variable_name: Token = In(default="", setup=True, required=True, doc="name of one of the graph's `variables:`")
+    variable_name: Token = In(
+        default="", setup=True, required=True, doc="name of a variable below `variables:` in the graph file"
+    )
     graph: Target = In(default=(), doc=_IGNORED)
     target_path: Token = In(default="", doc=_IGNORED)
 
@@ -29,7 +31,7 @@ class VariableNode(Node):
         self.variable = context.variable(self.variable_name)
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """The variable's type.
+        """Return the variable's type for `value`.
 
         Raises:
             ContextError: the graph has no variable of this name.
@@ -43,7 +45,7 @@ class VariableNode(Node):
 class ReadVariable(VariableNode, type="omni.graph.core.ReadVariable", volatile=True):
     """Reads a variable of the graph."""
 
-    value: Any = Out(type="any", doc="last written value, or the default")
+    value: Any = Out(type="any", doc="last written value, or the variable's default if none was written")
 
     def compute(self) -> None:
         """Read the value."""

@@ -21,21 +21,21 @@ if TYPE_CHECKING:
 
 
 class RobotNode(Node):
-    """Base of nodes for the joints of a robot."""
+    """Base of nodes that need a robot, given as a target or by its path."""
 
     exec_in = ExecIn()
-    target_prim: Target = In(required="robot", setup=True, doc="prim that stands for the robot")
+    target_prim: Target = In(required="robot", setup=True, doc="the robot's prim, base link or articulation root")
     robot_path: String = In(
-        default="", required="robot", setup=True, doc="path of the robot's prim; overrides targetPrim"
+        default="", required="robot", setup=True, doc="path of the robot's prim; overrides `targetPrim`"
     )
 
     articulation: Articulation = Bound()
 
     def prim(self) -> str:
-        """The path of the robot's prim.
+        """Return the path of the prim that the inputs give for the robot.
 
         Raises:
-            BadValueError: targetPrim and robotPath are empty.
+            BadValueError: `targetPrim` and `robotPath` are empty.
         """
         if not (self.robot_path or self.target_prim):
             raise BadValueError("targetPrim, robotPath", self.target_prim, "a prim that stands for a robot")
@@ -43,30 +43,30 @@ class RobotNode(Node):
 
 
 class SelectedJointsNode(RobotNode):
-    """Base of nodes for selected joints of a robot."""
+    """Base of nodes that read or command selected joints of a robot."""
 
-    joint_names: Tokens = In(doc="joints of the arrays; empty for jointIndices or all joints")
-    joint_indices: Ints = In(doc="indices of the joints, used if jointNames is empty")
+    joint_names: Tokens = In(doc="names of the joints to use, in order; if empty, `jointIndices` selects them")
+    joint_indices: Ints = In(doc="indices of the joints to use if `jointNames` is empty; if both are empty, all joints")
 
     selection: JointSelection | None = State(default=None)
     selected: tuple[object, object] = State(default=((), ()))
 
     def setup(self, context: Context) -> None:
-        """Bind the robot, and the joints if their names are known."""
+        """Bind the robot and the joints that the inputs select now."""
         self.articulation = context.articulation(self.prim())
         self.select()
 
     def select(self) -> JointSelection:
-        """Bind the joints."""
+        """Look up the joints that the inputs select, and keep the result for `joints`."""
         self.selection = self.articulation.select(self.joint_names, self.joint_indices.tolist())
         self.selected = (self.joint_names, self.joint_indices)
         return self.selection
 
     def joints(self) -> JointSelection:
-        """The joints selected by the inputs, bound again after a change.
+        """Return the joints that the inputs select; they are looked up again after a change of an input.
 
         Raises:
-            BadValueError: the robot has no joint with a name or number.
+            BadValueError: a name or index is that of no joint of the robot.
         """
         names, indices = self.selected
         if self.selection is not None and names is self.joint_names and indices is self.joint_indices:
@@ -79,17 +79,23 @@ class SelectedJointsNode(RobotNode):
 
 
 class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.IsaacArticulationController"):
-    """Sets joint targets from arrays; they act from the next physics step on until the next command."""
+    """Sets targets of joints, which act from the next physics step until the next command."""
 
-    position_command: Doubles = In(unit="rad, m", doc="one per joint; NaN keeps a joint's target")
-    velocity_command: Doubles = In(unit="rad/s, m/s", doc="one per joint; NaN keeps a joint's target")
-    effort_command: Doubles = In(unit="N m, N", doc="one per joint; NaN keeps a joint's target")
+    position_command: Doubles = In(
+        unit="rad, m", doc="target of each joint; NaN keeps a joint's target, an empty array all targets"
+    )
+    velocity_command: Doubles = In(
+        unit="rad/s, m/s", doc="target of each joint; NaN keeps a joint's target, an empty array all targets"
+    )
+    effort_command: Doubles = In(
+        unit="N m, N", doc="target of each joint; NaN keeps a joint's target, an empty array all targets"
+    )
 
     def compute(self) -> None:
         """Apply all commands, or none on an error.
 
         Raises:
-            BadValueError: a joint is unknown, a command has another length than the joints, or a number is too large.
+            BadValueError: a joint is unknown, the lengths of a command and of the joints differ, or a number is too large.
         """
         selection = self.joints()
         commands = self.position_command.tolist(), self.velocity_command.tolist(), self.effort_command.tolist()
@@ -105,26 +111,28 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
         selection.command(position or None, velocity or None, effort or None)
 
     def writes(self) -> Iterable[str]:
-        """The targets of the robot's drives."""
+        """The drive targets of the robot."""
         return (drives_of(self.prim()),) if self.robot_path or self.target_prim else ()
 
 
 class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.IsaacArticulationState"):
-    """Reads positions, velocities and forces of joints, in the order of the selection.
+    """Reads positions, velocities and efforts of selected joints; all outputs have the same order.
 
-    measuredJointForces and measuredJointTorques cost more than a physics step; they are computed only if wired.
+    `measuredJointForces` and `measuredJointTorques` take longer than a physics step, so they are computed only if one of them
+    is wired.
     """
 
     joint_positions: Doubles = Out(unit="rad, m")
     joint_velocities: Doubles = Out(unit="rad/s, m/s")
-    measured_joint_efforts: Doubles = Out(unit="N m, N", doc="sum of drive forces and commanded efforts")
+    measured_joint_efforts: Doubles = Out(unit="N m, N", doc="effort of the drive plus commanded effort, per joint")
     measured_joint_forces: Double3s = Out(
-        unit="N", doc="force of the parent link on the child link, in the child's frame"
+        unit="N", doc="force of each joint's parent link on its child link, in the child link's frame"
     )
     measured_joint_torques: Double3s = Out(
-        unit="N m", doc="torque of the parent link about the child's origin, in the child's frame"
+        unit="N m",
+        doc="torque of each joint's parent link on its child link, about the child link's origin and in its frame",
     )
-    joint_names_out: Tokens = Out(name="jointNames", doc="names of the joints, in the order of the arrays")
+    joint_names_out: Tokens = Out(name="jointNames", doc="names of the joints, in the order of the other outputs")
 
     has_wrenches: bool = Bound()
 
@@ -150,14 +158,16 @@ class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.Isaac
 
 
 class IsaacJointNameResolver(RobotNode, type="isaacsim.core.nodes.IsaacJointNameResolver"):
-    """Translates published joint names to the joints' own names.
+    """Translates joint names given by `isaac:nameOverride`, as in ROS messages, to those of the robot description.
 
-    A published name is the value of `isaac:nameOverride`. Other names are passed on unchanged.
+    Names that are no override are output unchanged.
     """
 
-    joint_names: Tokens = In(doc="published names")
+    joint_names: Tokens = In(doc="names to translate, such as `jointNames` of ROS2SubscribeJointState")
     exec_out = ExecOut()
-    joint_names_out: Tokens = Out(name="jointNames", doc="the joints' own names, for IsaacArticulationController")
+    joint_names_out: Tokens = Out(
+        name="jointNames", doc="names in the robot description, for IsaacArticulationController"
+    )
     robot_path_out: String = Out(name="robotPath", doc="path of the robot's prim")
 
     own_names: dict[str, str] = Bound()
@@ -192,7 +202,7 @@ class _Command:
 
 @lint("W207")
 def lint_joints_commanded_twice(context: LintContext) -> None:
-    """Warn of joints whose targets are set by two graphs; the graph that runs last wins."""
+    """Warn of joints that two graphs command; the graph that runs last wins."""
     first: dict[tuple[str, str, str], _Command] = {}
     for command in _commands(context):
         others: dict[int, tuple[_Command, dict[str, None]]] = {}
@@ -214,7 +224,7 @@ def lint_joints_commanded_twice(context: LintContext) -> None:
 
 @lint("W209")
 def lint_commands_without_drive(context: LintContext) -> None:
-    """Warn of targets for joints without a drive."""
+    """Warn of commands that have no effect because the drives of their joints have no stiffness or damping."""
     for command in _commands(context):
         drives = {p.facts["joint"]: p.facts["drive"] for p in command.robot.descendants() if p.kind == "joint"}
         gains = [_KINDS[kind] for kind in command.kinds]

@@ -12,7 +12,9 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
 
     step = ExecOut(doc="fires after every physics step")
     delta_simulation_time: float = Out(unit="s", doc="duration of a physics step")
-    delta_system_time: float = Out(unit="s", doc="wall time since the previous tick; 0 after the first step of a tick")
+    delta_system_time: float = Out(
+        unit="s", doc="wall time since the previous tick; 0 from the second step of a tick on"
+    )
 
     clock: Clock = Bound()
     last_wall_time: float = State(default=math.nan)
@@ -21,7 +23,7 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
         """Bind the clock, which counts physics steps.
 
         Raises:
-            ContextError: the graph runs once a tick.
+            ContextError: the graph runs once per tick.
         """
         if context.runs != "physics_step":
             raise ContextError(
@@ -40,16 +42,16 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
 
 
 class IsaacSimulationGate(Node, type="isaacsim.core.nodes.IsaacSimulationGate", gated=True, counts=True):
-    """Fires at every n-th execution since play; never if n is 0."""
+    """Fires once per `step` executions since play."""
 
     exec_in = ExecIn()
-    step: UInt = In(default=1, doc="n: every n-th execution fires, first execution n")
+    step: UInt = In(default=1, doc="number of executions per firing: 3 fires at the third, sixth, …; 0 never fires")
     exec_out = ExecOut()
 
     executions: int = State(default=0)
 
     def compute(self) -> Fire:
-        """Count the execution, and fire at every n-th."""
+        """Count the execution, and fire if the count is a multiple of `step`."""
         self.executions += 1
         return self.exec_out if self.step and self.executions % self.step == 0 else None
 
@@ -58,7 +60,7 @@ class OgnIsaacRunOneSimulationFrame(Node, type="isaacsim.core.nodes.OgnIsaacRunO
     """Fires once, at its first execution since play."""
 
     exec_in = ExecIn()
-    step = ExecOut(doc="fires once after play")
+    step = ExecOut(doc="fires at the first execution after play")
 
     done: bool = State(default=False)
 

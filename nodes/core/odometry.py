@@ -12,23 +12,28 @@ from graphengine.nodes.touched import reading_poses
 
 
 class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"):
-    """Computes ground truth odometry of a body: its pose relative to the start of play, and its velocities.
+    """Computes ground truth odometry of a body: its pose relative to its start pose, its velocities and accelerations.
 
-    The pose is relative to the body's pose at the first compute after play. Linear velocity is in the body's frame, angular
-    velocity in the world's; accelerations are velocity differences divided by the elapsed simulation time.
+    The start pose is the body's pose at the first execution after play. An acceleration is the difference between the velocities
+    of two executions, divided by the simulation time between them.
     """
 
     exec_in = ExecIn()
     chassis_prim: Target = In(required=True, setup=True, doc="rigid body, or a prim that is fixed to one")
     exec_out = ExecOut()
-    position: Vector3d = Out(unit="m", doc="in the frame of the pose at the start")
-    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w), relative to the start")
-    linear_velocity: Vector3d = Out(unit="m/s", doc="in the body's frame")
-    angular_velocity: Vector3d = Out(unit="rad/s", doc="in the world frame")
-    linear_acceleration: Vector3d = Out(unit="m/s2", doc="rate of change of the linear velocity in the body's frame")
-    angular_acceleration: Vector3d = Out(unit="rad/s2", doc="rate of change of the angular velocity in the world frame")
-    global_linear_velocity: Vector3d = Out(unit="m/s", doc="in the world frame")
-    global_linear_acceleration: Vector3d = Out(unit="m/s2", doc="in the world frame")
+    position: Vector3d = Out(unit="m", doc="position relative to the body's pose at the first execution after play")
+    orientation: Quaterniond = Out(
+        default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) relative to that at the first execution after play"
+    )
+    linear_velocity: Vector3d = Out(unit="m/s", doc="velocity in the body's frame")
+    angular_velocity: Vector3d = Out(unit="rad/s", doc="angular velocity in the world frame")
+    linear_acceleration: Vector3d = Out(
+        unit="m/s2",
+        doc="time derivative of the components of `linearVelocity`, without ω x v (0 on a circle at constant speed)",
+    )
+    angular_acceleration: Vector3d = Out(unit="rad/s2", doc="time derivative of `angularVelocity`, in the world frame")
+    global_linear_velocity: Vector3d = Out(unit="m/s", doc="velocity in the world frame")
+    global_linear_acceleration: Vector3d = Out(unit="m/s2", doc="acceleration in the world frame")
 
     body: Body = Bound()
     clock: Clock = Bound()
@@ -36,7 +41,7 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
     last_time: float = State(default=math.nan)
 
     def setup(self, context: Context) -> None:
-        """Bind the body, whose next pose is the origin."""
+        """Bind the body; its pose at the next execution is the start pose."""
         self.body, self.clock = context.body(self.chassis_prim[0]), context.clock
         self.start, self.last_time = None, math.nan
 

@@ -19,10 +19,10 @@ class IsaacReadEnvVar(Node, type="isaacsim.core.nodes.IsaacReadEnvVar"):
     found: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Read the value once.
+        """Read the variable once.
 
         Raises:
-            ContextError: the variable may not be read.
+            ContextError: the user did not allow the variable.
         """
         self.found = context.environment(self.env_var)
 
@@ -32,7 +32,7 @@ class IsaacReadEnvVar(Node, type="isaacsim.core.nodes.IsaacReadEnvVar"):
 
 
 class IsaacReadFilePath(Node, type="isaacsim.core.nodes.IsaacReadFilePath"):
-    """Reads a text file in the graph file's folder, among the included files, or in a folder given by `--allow`."""
+    """Reads a text file from the graph file's folder, from the included files, or from a folder given by `--allow`."""
 
     path: Any = In(type="path", default="", setup=True, required=True, doc="path relative to the graph file's folder")
     file_contents: Any = Out(type="string|token")
@@ -40,7 +40,7 @@ class IsaacReadFilePath(Node, type="isaacsim.core.nodes.IsaacReadFilePath"):
     found: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Read the value once.
+        """Read the file once.
 
         Raises:
             ContextError: the file does not exist, may not be read, is too large, or is not text.
@@ -48,5 +48,5 @@ class IsaacReadFilePath(Node, type="isaacsim.core.nodes.IsaacReadFilePath"):
         self.found = context.read_file(self.path)[1]
 
     def compute(self) -> None:
-        """Output the value that `setup` has read."""
+        """Output the text that `setup` has read."""
         self.file_contents = self.found

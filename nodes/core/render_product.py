@@ -12,15 +12,15 @@ from graphengine.node.types import Float, Floats, Target, Token, UInt, read_only
 
 
 class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRenderProduct", gated=True):
-    """Creates a render product of a camera or lidar; helper nodes take its path."""
+    """Creates a render product of a camera or lidar; helper nodes find the sensor by its path."""
 
     exec_in = ExecIn()
     width: UInt = In(default=1280, setup=True, unit="pixel")
     height: UInt = In(default=720, setup=True, unit="pixel")
     camera_prim: Target = In(required=True, setup=True, doc="prim of the camera or lidar")
-    enabled: bool = In(default=True, doc="false: execOut does not fire")
-    render_product_prim: Target = In(setup=True, doc="path of an existing render product to output instead")
-    render_product_path: Token = Out(doc="path for helper nodes")
+    enabled: bool = In(default=True, doc="false: `execOut` does not fire")
+    render_product_prim: Target = In(setup=True, doc="existing render product to use instead of a new one")
+    render_product_path: Token = Out(doc="path of the render product, for helper nodes")
     exec_out = ExecOut()
 
     path: str = Bound()
@@ -42,15 +42,17 @@ class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRender
 
 
 _CAMERA = "camera:of a render product"
-"""What is read and written here, in the words of the lint that asks for an order."""
+"""Resource key of the cameras of all render products, worded for the message of the lint that asks for an order."""
 
 
 class IsaacSetCameraOnRenderProduct(Node, type="isaacsim.core.nodes.IsaacSetCameraOnRenderProduct"):
-    """Switches a render product to another camera and keeps the render product's size."""
+    """Switches a render product to another camera; its width and height stay the same."""
 
     exec_in = ExecIn()
-    render_product_path: Token = In(required=True, setup=True, doc="from IsaacCreateRenderProduct")
-    camera_prim: Target = In(required=True, setup=True, doc="prim of the camera")
+    render_product_path: Token = In(
+        required=True, setup=True, doc="path of the render product, from IsaacCreateRenderProduct"
+    )
+    camera_prim: Target = In(required=True, setup=True, doc="prim of the camera to switch to")
     exec_out = ExecOut()
 
     exchange: Callable[[], None] = Bound()
@@ -69,20 +71,22 @@ class IsaacSetCameraOnRenderProduct(Node, type="isaacsim.core.nodes.IsaacSetCame
 
 
 HORIZONTAL_APERTURE = 20.955
-"""USD's default, mm. Only the ratio of focal length to aperture matters: it sets the field of view."""
+"""Horizontal aperture, mm: USD's default. Only the ratio of focal length to aperture sets the field of view."""
 
 
 class IsaacReadCameraInfo(Node, type="isaacsim.core.nodes.IsaacReadCameraInfo", volatile=True):
-    """Reads size and lens of a render product's camera, in USD's terms: a pinhole with a centred optical axis."""
+    """Reads image size, focal length and aperture of a render product's camera, which is a pinhole camera as in USD."""
 
-    render_product_path: Token = In(required=True, setup=True, doc="from IsaacCreateRenderProduct")
+    render_product_path: Token = In(
+        required=True, setup=True, doc="path of the render product, from IsaacCreateRenderProduct"
+    )
     width: UInt = Out(unit="pixel")
     height: UInt = Out(unit="pixel")
-    focal_length: Float = Out(unit="mm", doc="fx is width * focalLength / horizontalAperture")
-    horizontal_aperture: Float = Out(unit="mm")
-    vertical_aperture: Float = Out(unit="mm", doc="horizontalAperture * height / width: pixels are square")
-    horizontal_offset: Float = Out(unit="mm", doc="always 0: offset of the aperture's centre from the optical axis")
-    vertical_offset: Float = Out(unit="mm", doc="always 0: offset of the aperture's centre from the optical axis")
+    focal_length: Float = Out(unit="mm", doc="focal length; fx is `width` * `focalLength` / `horizontalAperture`")
+    horizontal_aperture: Float = Out(unit="mm", doc=f"always {HORIZONTAL_APERTURE}, USD's default")
+    vertical_aperture: Float = Out(unit="mm", doc="`horizontalAperture` * `height` / `width`: pixels are square")
+    horizontal_offset: Float = Out(unit="mm", doc="offset of the aperture's centre from the optical axis; always 0")
+    vertical_offset: Float = Out(unit="mm", doc="offset of the aperture's centre from the optical axis; always 0")
     projection_type: Token = Out(doc="always pinhole")
     camera_fisheye_params: Floats = Out(doc="always empty")
     physical_distortion_model: Token = Out(doc="always plumb_bob")
@@ -99,7 +103,7 @@ class IsaacReadCameraInfo(Node, type="isaacsim.core.nodes.IsaacReadCameraInfo", 
         return (_CAMERA,)
 
     def compute(self) -> None:
-        """Read size and lens of the camera."""
+        """Read image size and focal length of the camera, and derive the apertures."""
         self.width, self.height = self.camera.size
         self.horizontal_aperture = HORIZONTAL_APERTURE
         self.vertical_aperture = HORIZONTAL_APERTURE * self.height / self.width

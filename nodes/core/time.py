@@ -13,15 +13,18 @@ from graphengine.nodes.clocked import ClockNode
 
 
 class TimeNode(ClockNode):
-    """Base of nodes that output a simulation or system time, or the reference time if one is given."""
+    """Base of nodes that output the time of a clock, or a reference time (numerator / denominator) if one is given."""
 
-    reference_time_numerator: int = In(default=0, doc="numerator of the reference time")
+    reference_time_numerator: int = In(
+        default=0, doc="numerator of the reference time (s); used if `referenceTimeDenominator` is above 0"
+    )
     reference_time_denominator: UInt64 = In(
-        default=0, doc="denominator; if above 0, the reference time replaces the clock"
+        default=0,
+        doc="denominator of a reference time (s) to output; 0: output the clock's time instead",
     )
 
     def or_reference(self, time: float) -> float:
-        """The reference time if it is set, else the given time."""
+        """Return the reference time (s) if its denominator is above 0, else the given time."""
         denominator = self.reference_time_denominator
         return self.reference_time_numerator / denominator if denominator > 0 else time
 
@@ -29,7 +32,7 @@ class TimeNode(ClockNode):
 class IsaacReadSimulationTime(TimeNode, type="isaacsim.core.nodes.IsaacReadSimulationTime", volatile=True):
     """Reads the simulation time, which is constant within a tick."""
 
-    reset_on_stop: bool = In(default=True, doc="true: time since play; false: time since the session began")
+    reset_on_stop: bool = In(default=True, doc="true: output the time since play; false: since the session began")
     simulation_time: float = Out(unit="s")
 
     def compute(self) -> None:
@@ -48,7 +51,7 @@ class IsaacReadSimulationTimeAnnotator(
 
 
 class IsaacReadSystemTime(TimeNode, type="isaacsim.core.nodes.IsaacReadSystemTime", volatile=True):
-    """Reads the wall time at the start of the tick, which is constant within a tick."""
+    """Reads the wall time at the start of the tick; it is the same for all nodes of a tick."""
 
     system_time: float = Out(unit="s", doc="time since 1970-01-01 UTC")
 
@@ -58,20 +61,23 @@ class IsaacReadSystemTime(TimeNode, type="isaacsim.core.nodes.IsaacReadSystemTim
 
 
 class IsaacReadSystemTimeAnnotator(IsaacReadSystemTime, type="isaacsim.core.nodes.IsaacReadSystemTimeAnnotator"):
-    """Reads the wall time at the start of the tick when executed."""
+    """Reads the wall time at the start of the tick, when executed."""
 
     exec_in = ExecIn()
     exec_out = ExecOut()
 
 
 class IsaacTimeSplitter(Node, type="isaacsim.core.nodes.IsaacTimeSplitter"):
-    """Splits a time into whole seconds and the rest in smaller units, truncated to nanoseconds as in message stamps."""
+    """Splits a time into whole seconds and the remainder, given in milliseconds, microseconds and nanoseconds.
+
+    The time is truncated to nanoseconds, as in message stamps.
+    """
 
     time: Any = In(type="double|float|half|int|int64|uint|uint64", unit="s")
-    seconds: Int = Out(unit="s")
-    milliseconds: UInt = Out(unit="ms", doc="milliseconds beyond the whole seconds, truncated")
-    microseconds: UInt = Out(unit="us", doc="microseconds beyond the whole seconds, truncated")
-    nanoseconds: UInt = Out(unit="ns", doc="nanoseconds beyond the whole seconds")
+    seconds: Int = Out(unit="s", doc="time rounded down to whole seconds")
+    milliseconds: UInt = Out(unit="ms", doc="remainder beyond the whole seconds, rounded down")
+    microseconds: UInt = Out(unit="us", doc="remainder beyond the whole seconds, rounded down")
+    nanoseconds: UInt = Out(unit="ns", doc="remainder beyond the whole seconds, below 10^9")
 
     def compute(self) -> None:
         """Split the time.
@@ -88,12 +94,12 @@ class IsaacTimeSplitter(Node, type="isaacsim.core.nodes.IsaacTimeSplitter"):
 class IsaacRealTimeFactor(ClockNode, type="isaacsim.core.nodes.IsaacRealTimeFactor", volatile=True):
     """Computes the real-time factor, simulation time per wall time, between the last two ticks in which it was read."""
 
-    rtf: Float = Out(doc="1 is real time, above 1 is faster; 0 before the second tick")
+    rtf: Float = Out(doc="real-time factor: 1 is real time, above 1 is faster; 0 before the second tick")
 
     last: tuple[float, float] = State(default=(math.nan, math.nan))
 
     def compute(self) -> None:
-        """Divide the differences of both times since the last reading."""
+        """Divide the elapsed simulation time by the elapsed wall time."""
         now = self.clock.monotonic_time, self.clock.wall_time
         simulated, elapsed = now[0] - self.last[0], now[1] - self.last[1]
         if elapsed == 0.0:

@@ -21,7 +21,7 @@ class IsaacReadWorldPose(Node, type="isaacsim.core.nodes.IsaacReadWorldPose", vo
     prim: Target = In(required=True, setup=True, doc="any prim")
     translation: Vector3d = Out(unit="m")
     orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w)")
-    scale: Vector3d = Out(doc="always 1 after a compute: poses are rigid")
+    scale: Vector3d = Out(doc="always (1, 1, 1), since poses are rigid")
 
     frame: Frame = Bound()
 
@@ -40,16 +40,18 @@ class IsaacReadWorldPose(Node, type="isaacsim.core.nodes.IsaacReadWorldPose", vo
 
 
 class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTransformTree"):
-    """Computes poses of prims relative to a parent prim; a robot gives the poses of all its links."""
+    """Computes poses of prims relative to a parent prim; for a robot, the transform tree of its links."""
 
     exec_in = ExecIn()
     parent_prim: Target = In(setup=True, doc="prim of the parent frame; empty for the world")
-    target_prims: Target = In(required=True, setup=True, doc="robots, links, sensors, frames")
+    target_prims: Target = In(
+        required=True, setup=True, doc="prims whose poses are computed: robots, links, sensors, frames"
+    )
     exec_out = ExecOut()
-    parent_frames: Tokens = Out(doc="names of the parent frames")
-    child_frames: Tokens = Out(doc="names of the child frames")
-    translations: Double3s = Out(unit="m")
-    orientations: Double4s = Out(doc="(x, y, z, w)")
+    parent_frames: Tokens = Out(doc="name of the parent frame of each pose")
+    child_frames: Tokens = Out(doc="name of the child frame of each pose")
+    translations: Double3s = Out(unit="m", doc="position of each child frame in its parent frame")
+    orientations: Double4s = Out(doc="orientation (x, y, z, w) of each child frame in its parent frame")
 
     links: Sequence[FrameLink] = Bound()
     names: tuple[tuple[str, ...], tuple[str, ...]] = Bound()
@@ -72,14 +74,14 @@ class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTran
         return reading_poses((*self.target_prims, *self.parent_prim))
 
     def read_poses(self) -> tuple[Double3s, Double4s]:
-        """Present translations and orientations of all edges."""
+        """Return the current positions (n, 3) and orientations (n, 4) of all child frames in their parent frames."""
         poses = [pose_of(link) for link in self.links]
         translations = np.array([position for position, _ in poses]).reshape(-1, 3)
         return translations, np.array([orientation for _, orientation in poses]).reshape(-1, 4)
 
 
 def pose_of(link: FrameLink) -> rotation.Pose:
-    """Present pose of an edge's child frame in its parent frame."""
+    """Return the current pose of the link's child frame in its parent frame."""
     if link.fixed is not None:
         position, orientation = link.fixed
     else:

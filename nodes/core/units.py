@@ -1,4 +1,4 @@
-"""Units of the stage (`isaacsim.core.nodes`), which are metres."""
+"""The unit of length on the stage (`isaacsim.core.nodes`), which is the metre."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from graphengine.nodes.data.unions import NUMERICS
 
 
 class OgnIsaacScaleToFromStageUnit(Node, type="isaacsim.core.nodes.OgnIsaacScaleToFromStageUnit"):
-    """Converts lengths from metres to stage units or back; here both are equal."""
+    """Converts lengths from metres to stage units or back; a stage unit is always one metre here."""
 
     conversion: Token = In(
         default="Convert to stage units",
         tokens=("Convert to stage units", "Convert to meters"),
-        doc="direction; both leave the value unchanged",
+        doc="direction of the conversion; both leave the value unchanged",
     )
-    value: Any = In(type=NUMERICS, couple="length", required=True, unit="m", doc="number, tuple or array")
+    value: Any = In(
+        type=NUMERICS, couple="length", required=True, unit="m", doc="length to convert: number, tuple or array"
+    )
     result: Any = Out(type=NUMERICS, couple="length", unit="m")
 
     def compute(self) -> None:

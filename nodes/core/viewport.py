@@ -1,4 +1,4 @@
-"""Viewports of Isaac Sim, which consist only of a render product here (`isaacsim.core.nodes`)."""
+"""Viewports, which consist only of a render product here (`isaacsim.core.nodes`)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ DEFAULT = "Viewport"
 
 
 class IsaacCreateViewport(Node, type="isaacsim.core.nodes.IsaacCreateViewport"):
-    """Creates a viewport, unless one with this name exists. IsaacSetCameraOnRenderProduct sets its camera."""
+    """Creates a viewport, or uses the one that has this name. IsaacSetCameraOnRenderProduct sets its camera."""
 
     exec_in = ExecIn()
-    name: Token = In(default="", setup=True, doc="name of the viewport; empty to use viewportId")
+    name: Token = In(default="", setup=True, doc="name of the viewport; empty to use `viewportId`")
     viewport_id: UInt = In(default=0, setup=True, doc=f"number of the viewport if `name` is empty; 0 is {DEFAULT!r}")
-    viewport: Token = Out(doc="the viewport's name")
+    viewport: Token = Out(doc="name of the viewport")
     exec_out = ExecOut()
 
     title: str = Bound()
@@ -48,7 +48,7 @@ class IsaacSetViewportResolution(Node, type="isaacsim.core.nodes.IsaacSetViewpor
 
 
 class IsaacGetViewportRenderProduct(Node, type="isaacsim.core.nodes.IsaacGetViewportRenderProduct"):
-    """Finds the render product of a viewport, for helper nodes of cameras."""
+    """Outputs the render product of a viewport, for camera helper nodes."""
 
     exec_in = ExecIn()
     viewport: Token = In(default="", setup=True, doc="name of the viewport, from IsaacCreateViewport")

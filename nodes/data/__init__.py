@@ -1,1 +1,1 @@
-"""Data nodes that compute values (`omni.graph.nodes`)."""
+"""Nodes that compute values from their inputs (`omni.graph.nodes`)."""

@@ -1,7 +1,7 @@
 """Array operations (`omni.graph.nodes`).
 
-Every node makes a new array. A string counts as the array of its UTF-8 bytes. Isaac's menu calls ArrayGetSize Get Array Size;
-its ArrayLength is a node for bundles, which are not modelled.
+Every node makes a new array. A string counts as the array of its UTF-8 bytes. ArrayGetSize is "Get Array Size" in Isaac Sim's
+menu. Isaac Sim's ArrayLength is missing here: it is a node for bundles.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ SEQUENCES = f"{ARRAYS}|string"
 
 
 class ArrayNode(Node):
-    """Base of nodes whose arrays all have one type, and whose other values are elements of that type."""
+    """Base of nodes whose arrays all have the same type, and whose other values are elements of such an array."""
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Types of all arrays and elements, once the type of one array is known."""
+        """Return the types of all arrays and elements, once the type of one array is known."""
         fields = type(self).fields.items()
         unions = {name: port.type for name, port in fields if isinstance(port.type, UnionType)}
         arrays = [name for name, union in unions.items() if PortType("bool", array=True) in union.alternatives]
@@ -46,7 +46,7 @@ class ArrayNode(Node):
 
 
 class ArrayEdit(ArrayNode):
-    """Base of nodes that derive an array from another."""
+    """Base of nodes that output a changed copy of an array."""
 
     array_in: Any = In(type=SEQUENCES, name="array", required=True)
     array_out: Any = Out(type=SEQUENCES, name="array")
@@ -65,7 +65,7 @@ class ArrayEdit(ArrayNode):
 
 
 class ArrayGetSize(Node, type="omni.graph.nodes.ArrayGetSize"):
-    """Number of elements of an array, or of bytes of a string."""
+    """Number of elements in an array, or of UTF-8 bytes in a string."""
 
     array: Any = In(type=SEQUENCES, required=True)
     size: Int = Out()
@@ -80,7 +80,7 @@ class ArrayIndex(ArrayNode, type="omni.graph.nodes.ArrayIndex"):
 
     array: Any = In(type=SEQUENCES, required=True)
     index: Int = In(default=0, doc=INDEX)
-    value: Any = Out(type=ELEMENTS, doc="element at the index")
+    value: Any = Out(type=ELEMENTS, doc="element at `index`")
 
     def compute(self) -> None:
         """Look up the element.
@@ -96,8 +96,8 @@ class ArraySetIndex(ArrayEdit, type="omni.graph.nodes.ArraySetIndex"):
     """An array with the element at an index replaced."""
 
     index: Int = In(default=0, doc=INDEX)
-    resize_to_fit: bool = In(default=False, doc="an index beyond the end extends the array with zeros")
-    value: Any = In(type=ELEMENTS, required=True, doc="new element")
+    resize_to_fit: bool = In(default=False, doc="true: an `index` beyond the end extends the array with zeros")
+    value: Any = In(type=ELEMENTS, required=True, doc="new element at `index`")
 
     def _parts(self, array: Any) -> Iterable[Any]:
         if self.resize_to_fit and self.index >= len(array):
@@ -118,7 +118,7 @@ class ArrayAppendValue(ArrayEdit, type="omni.graph.nodes.ArrayAppendValue"):
 class ArrayInsertValue(ArrayEdit, type="omni.graph.nodes.ArrayInsertValue"):
     """An array with a value inserted before an index."""
 
-    index: Int = In(default=0, doc="0 or less inserts at the start, the array's length or more at the end")
+    index: Int = In(default=0, doc="index of the new element; below 0 inserts at the start, beyond the end appends")
     value: Any = In(type=ELEMENTS, required=True, doc="element to insert")
 
     def _parts(self, array: Any) -> Iterable[Any]:
@@ -140,9 +140,9 @@ class ArrayRemoveValue(ArrayEdit, type="omni.graph.nodes.ArrayRemoveValue"):
     """An array without the first element equal to a value, or without all such elements."""
 
     value: Any = In(type=ELEMENTS, required=True, doc="value to remove")
-    remove_all: bool = In(default=False, doc="older name of removeAllFound; setting either removes all")
-    remove_all_found: bool = In(default=False, doc="remove all equal elements, not only the first")
-    found: bool = Out(doc="whether an element was equal to the value")
+    remove_all: bool = In(default=False, doc="older name of `removeAllFound`; if either is true, all are removed")
+    remove_all_found: bool = In(default=False, doc="true: remove all elements equal to `value`; false: only the first")
+    found: bool = Out(doc="whether the array contained `value`")
 
     def _parts(self, array: Any) -> Iterable[Any]:
         gone = places(array, self.value)
@@ -157,9 +157,11 @@ class ArrayReplaceValue(ArrayEdit, type="omni.graph.nodes.ArrayReplaceValue"):
     """An array in which the first element equal to a value is replaced, or all such elements."""
 
     value: Any = In(type=ELEMENTS, required=True, doc="value to search for")
-    new_value: Any = In(type=ELEMENTS, required=True, doc="new element")
-    replace_all_found: bool = In(default=False, doc="replace all equal elements, not only the first")
-    found: bool = Out(doc="whether an element was equal to the value")
+    new_value: Any = In(type=ELEMENTS, required=True, doc="element to put in place of `value`")
+    replace_all_found: bool = In(
+        default=False, doc="true: replace all elements equal to `value`; false: only the first"
+    )
+    found: bool = Out(doc="whether the array contained `value`")
 
     def _parts(self, array: Any) -> Iterable[Any]:
         there = places(array, self.value)[: None if self.replace_all_found else 1]
@@ -174,7 +176,7 @@ class ArrayFindValue(ArrayNode, type="omni.graph.nodes.ArrayFindValue"):
 
     array: Any = In(type=SEQUENCES, required=True)
     value: Any = In(type=ELEMENTS, required=True, doc="value to search for")
-    index: Int = Out(doc="from 0; -1 if no element is equal to the value")
+    index: Int = Out(doc="index of the first element equal to `value`, from 0; -1 if there is none")
 
     def compute(self) -> None:
         """Search for the value."""
@@ -182,10 +184,10 @@ class ArrayFindValue(ArrayNode, type="omni.graph.nodes.ArrayFindValue"):
 
 
 class ArrayFill(ArrayNode, type="omni.graph.nodes.ArrayFill"):
-    """An array of another's length, filled with one value."""
+    """An array of the same length as the input array, filled with one value."""
 
-    array_in: Any = In(type=SEQUENCES, name="array", required=True, doc="array whose length and type are used")
-    fill_value: Any = In(type=ELEMENTS, required=True)
+    array_in: Any = In(type=SEQUENCES, name="array", required=True, doc="array whose length and type the output gets")
+    fill_value: Any = In(type=ELEMENTS, required=True, doc="value of every element")
     array_out: Any = Out(type=SEQUENCES, name="array")
 
     def compute(self) -> None:
@@ -204,7 +206,7 @@ class ArrayResize(ArrayEdit, type="omni.graph.nodes.ArrayResize"):
 
 
 class ArrayRotate(ArrayEdit, type="omni.graph.nodes.ArrayRotate"):
-    """An array rotated to the right; elements shifted out at the end come back at the start."""
+    """An array rotated to the right; elements shifted out at the end are shifted in at the start."""
 
     steps: Int = In(default=0, doc="positions to shift; negative values shift to the left")
 
@@ -221,11 +223,19 @@ class ArrayReverse(ArrayEdit, type="omni.graph.nodes.ArrayReverse"):
 
 
 class ArraySlice(ArrayEdit, type="omni.graph.nodes.ArraySlice"):
-    """The part of an array from index start to index end, end not included."""
+    """The elements of an array from index `start` to the end of the array, or up to but not including index `end`."""
 
-    start: Int = In(default=0, doc="first index; negative values count from the end, values out of range are clamped")
-    end: Int = In(default=0, doc="index after the last element, negative as for start; ignored if useLength is true")
-    use_length: bool = In(default=True, doc="whether the part extends to the end of the array")
+    start: Int = In(
+        default=0,
+        doc="index of the first element; negative values count from the end, values out of range are clamped",
+    )
+    end: Int = In(
+        default=0,
+        doc="index after the last element; negative values count from the end; ignored if `useLength` is true",
+    )
+    use_length: bool = In(
+        default=True, doc="true: slice to the end of the array and ignore `end`; false: slice up to `end`"
+    )
 
     def _parts(self, array: Any) -> Iterable[Any]:
         return (array[self.start : None if self.use_length else self.end],)
@@ -237,7 +247,9 @@ class AppendArray(ArrayNode, type="omni.graph.nodes.AppendArray"):
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=SEQUENCES)}
 
     input0: Any = In(type=SEQUENCES, required=True, doc="first array")
-    input1: Any = In(type=SEQUENCES, required=True, doc="next array; the graph file may add input2, input3, …")
+    input1: Any = In(
+        type=SEQUENCES, required=True, doc="second array; a graph file can name further inputs `input2`, `input3`, …"
+    )
     array: Any = Out(type=SEQUENCES)
 
     def compute(self) -> None:

@@ -1,11 +1,12 @@
-"""Operations on numbers of several types and sizes: the type of the result, and numpy functions lifted to port values.
+"""Operations on numbers of different types and sizes: their result types, and numpy functions applied to port values.
 
-Sizes: a scalar combines with everything, a tuple with tuples of its length, an array with single values and with arrays
-of its length. Bases widen as in C++: uchar, int, uint, int64, uint64, half, float, double, in this order, so an int and a
-float make a float. Only timecodes make a timecode. Tuples of integers are always of int.
+Sizes: a scalar combines with everything, a tuple with tuples of its length, an array with arrays of its length or of one
+element, and with scalars or tuples, which apply to each element. The base type of the result is the widest one, in the order
+uchar, int, uint, int64, uint64, half, float, double: an int and a float give a float. Only timecodes give a timecode. Tuples
+of integers are tuples of int.
 
-Real numbers are computed as doubles, and rounded to the base of the result if that is an array; a single float stays a Python
-float, with the precision of a double. Integers that exceed the range of their base wrap around.
+Real numbers are computed as doubles. A result array is rounded to its base type, but a scalar float stays a Python float,
+with the precision of a double. Integers that exceed the range of their base type wrap around.
 """
 
 from __future__ import annotations
@@ -35,17 +36,20 @@ class Operand(PortType):
 
     @staticmethod
     def of(port_type: PortType, port: str) -> Operand:
-        """The operand of a type at the input with this name."""
+        """Return the operand with this type at the input with this name."""
         return Operand(port_type.base, port_type.count, port_type.array, port_type.role, port)
 
 
 def is_real(port_type: PortType) -> bool:
-    """Whether a type has real numbers, which can have a fraction."""
+    """Whether a type consists of real numbers: half, float, double or timecode."""
     return port_type.base in _REALS
 
 
 def common(operands: Mapping[str, PortType]) -> PortType:
-    """The result type of an operation on the given operands, which are given by port name.
+    """Return the result type of an operation on the operands.
+
+    Args:
+        operands: types of the operands, by port name.
 
     Raises:
         ValueError: two operands are tuples of different lengths.
@@ -70,7 +74,7 @@ def _widest(bases: Iterable[str], count: int) -> str:
 
 
 def type_of(value: Any) -> PortType:
-    """The type assumed for a value of a node outside a graph."""
+    """Return the type to assume for a port value of a node outside a graph, where no types are resolved."""
     if isinstance(value, np.ndarray):
         base = next(base for base in _WIDENING if PortType(base).dtype == value.dtype)
         return PortType(base, value.shape[1] if value.ndim == 2 else 1, True)
@@ -87,13 +91,13 @@ def lift(
     """Turn a function of numpy arrays into a function of port values.
 
     Args:
-        function: function of arrays that broadcast; their last axis is that of tuples, if there are any.
-        inputs: types of its arguments; errors name an Operand by its input.
+        function: function of arrays that broadcast; if there are tuples, the last axis holds their components.
+        inputs: types of the arguments; errors name the port of an `Operand`.
         output: type of the result.
-        on_numbers: the same function for single Python numbers and short tuples, where numpy takes ten times as long.
+        on_numbers: the same function of Python numbers, used for scalars and tuples, where numpy takes ten times as long.
 
     Raises:
-        BadValueError: raised by the returned function: two arrays differ in length.
+        BadValueError: the returned function raises it if two arrays differ in length.
     """
     one_by_one = output.count == max(given.count for given in inputs) and not any(
         one.array for one in (*inputs, output)
@@ -162,10 +166,10 @@ def _whole(number: float, output: PortType) -> int:
 
 
 def represented(result: Any, output: PortType) -> Any:
-    """A numpy result in the representation of a port type.
+    """Return a numpy result as a value of a port type.
 
     Raises:
-        BadValueError: a real number is too large or NaN and cannot become an integer.
+        BadValueError: the type has integers, and a real number is NaN or out of their range.
     """
     array = np.asarray(result)
     if array.dtype.kind == "f" and not is_real(output) and output.base != "bool":

@@ -26,25 +26,25 @@ _COMPARED = f"bool|{NUMERICS}|bool[]|token|string|path|token[]"
 
 
 class Compare(TypedNode, type="omni.graph.nodes.Compare"):
-    """Compares two values by an operation such as <: arrays element by element, tuples and strings lexicographically."""
+    """Compares two values by an operator such as `<`: arrays by element, tuples and strings lexicographically."""
 
     a: Any = In(type=_COMPARED, required=True, doc="left operand")
     b: Any = In(type=_COMPARED, required=True, doc="right operand")
     operation: Token = In(default=">", tokens=tuple(_OPERATIONS))
-    result: Any = Out(type=BOOLEANS, doc="bool, or array if a or b is an array")
+    result: Any = Out(type=BOOLEANS, doc="bool, or array of bools if `a` or `b` is an array")
 
     operands: Any = Bound()
 
     def setup(self, context: Context) -> None:
-        """Choose how to compare operands of these types."""
+        """Choose the implementation for the resolved types."""
         known = self.port_types()
         self.operands = _as_they_are if not known["result"].array else _pairs(known["a"], known["b"])
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """A bool, or an array of bools.
+        """Return a bool, or an array of bools if an operand is an array.
 
         Raises:
-            ValueError: the operands differ in kind or tuple length.
+            ValueError: one operand is a number and the other a string, or their tuple lengths differ.
         """
         a, b = given["a"], given["b"]
         if a.is_number != b.is_number or a.count != b.count:
@@ -93,7 +93,7 @@ class _Zero(Elementwise):
     """Base of nodes that compare numbers with 0 within a tolerance."""
 
     tolerance: float = In(default=0.0, doc="largest absolute value that counts as 0")
-    value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
+    value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array to compare with 0")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
         """A bool."""
@@ -101,9 +101,9 @@ class _Zero(Elementwise):
 
 
 class IsZero(_Zero, type="omni.graph.nodes.IsZero"):
-    """Whether all numbers of a value are zero."""
+    """Whether all numbers of a value are 0."""
 
-    result: bool = Out(doc="whether all numbers are 0")
+    result: bool = Out(doc="whether all numbers of `value` are 0")
 
     @staticmethod
     def operation(tolerance: Any, value: Any) -> Any:
@@ -117,27 +117,27 @@ class IsZero(_Zero, type="omni.graph.nodes.IsZero"):
 
 
 class AnyZero(_Zero, type="omni.graph.nodes.AnyZero"):
-    """Whether any number of a value is 0; for an array of tuples, whether any tuple is all 0."""
+    """Whether any number of a value is 0; for an array of tuples, whether any tuple consists of zeros."""
 
-    result: bool = Out(doc="whether a number or tuple is 0")
+    result: bool = Out(doc="whether any number is 0; for an array of tuples, whether any tuple consists of zeros")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Compare numbers, or each tuple of an array as a whole."""
+        """Return the comparison of numbers, or of each tuple of an array as a whole."""
         zeros = _zeros(inputs[1])
         return lift(lambda tolerance, value: np.any(zeros(tolerance, value)), inputs, output)
 
 
 class EachZero(_Zero, type="omni.graph.nodes.EachZero"):
-    """Which numbers of a value are 0; for an array of tuples, which tuples are all 0."""
+    """Compares each number of a value with 0; for an array of tuples, each tuple as a whole."""
 
-    result: Any = Out(type=BOOLEANS, doc="bool for a number, array of bools for a tuple or an array")
+    result: Any = Out(type=BOOLEANS, doc="bool for a number; array of bools for the elements of a tuple or an array")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Compare numbers, or each tuple of an array as a whole."""
+        """Return the comparison of numbers, or of each tuple of an array as a whole."""
         return lift(_zeros(inputs[1]), inputs, output)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """A bool for a number, else an array of bools."""
+        """Return a bool for a number, else an array of bools."""
         value = given["value"]
         return PortType("bool", 1, value.array or value.count > 1)
 

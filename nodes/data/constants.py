@@ -1,4 +1,4 @@
-"""Constants (`omni.graph.nodes`): wires start at the input `value` of a constant."""
+"""Constants (`omni.graph.nodes`). A constant has no output: wires start at its input `value`."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ globals().update({f"Constant{suffix}": _constant(suffix, port_type) for suffix, 
 class ConstantPi(Node, type="omni.graph.nodes.ConstantPi"):
     """A multiple of pi."""
 
-    factor: float = In(default=1.0, doc="multiple of pi")
-    value: float = Out(doc="factor * pi")
+    factor: float = In(default=1.0, doc="factor by which to multiply pi")
+    value: float = Out(doc="`factor` * pi")
 
     def compute(self) -> None:
         """Multiply the factor by pi."""
@@ -60,7 +60,7 @@ class ConstantE(Node, type="omni.graph.nodes.ConstantE"):
     """A power of Euler's number."""
 
     exponent: float = In(default=1.0, doc="exponent of the power")
-    value: float = Out(doc="e to the exponent")
+    value: float = Out(doc="e to the power of `exponent`")
 
     def compute(self) -> None:
         """Raise e to the exponent."""

@@ -1,4 +1,4 @@
-"""Nodes that build arrays from elements (`omni.graph.nodes`). Isaac's menu calls ConstructArray Make Array."""
+"""Nodes that build arrays from elements (`omni.graph.nodes`). ConstructArray is "Make Array" in Isaac Sim's menu."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ _FIVE = "|".join(element for element in ELEMENTS.split("|") if element not in ("
 
 
 class ConstructedNode(Node):
-    """Base of nodes that build an array from elements; the last element fills the rest."""
+    """Base of nodes that build an array of `arraySize` elements; the last one is repeated if too few are given."""
 
     array_size: Int
     array: Any
 
     def element_type(self, known: Mapping[str, PortType]) -> PortType | None:
-        """The type of the first element to which all others convert; None until all types are known.
+        """Return the first type among the elements to which all other elements convert; None until all types are known.
 
         Raises:
-            ValueError: no element has a type to which all others convert.
+            ValueError: no element has such a type.
         """
         elements = self.elements()
         given = [known[name] for name in elements if name in known]
@@ -45,11 +45,11 @@ class ConstructedNode(Node):
         )
 
     def elements(self) -> Sequence[str]:
-        """Python names of the element inputs, in order."""
+        """Return the Python names of the element inputs, in order."""
         raise NotImplementedError
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Types of the array and of elements given by literals.
+        """Return the type of the array, and its element type for inputs whose own type does not convert to it.
 
         Raises:
             ValueError: the elements have incompatible types.
@@ -74,21 +74,29 @@ class ConstructedNode(Node):
 
 
 class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
-    """An array of arraySize elements: input0, input1 and so on; the last input fills the rest."""
+    """An array of the elements `input0`, `input1`, …; the last one is repeated up to `arraySize` elements."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=ELEMENTS)}
 
-    array_size: Int = In(default=1, ge=0)
-    array_type: Token = In(default="auto", tokens=ARRAY_TYPES)
-    input0: Any = In(type=ELEMENTS, required=True, doc="first element; the graph file may add input1, input2, …")
-    array: Any = Out(type=ARRAYS, doc="of arrayType; auto: of the first element type to which all others convert")
+    array_size: Int = In(
+        default=1, ge=0, doc="number of elements; the last input is repeated if there are too few inputs"
+    )
+    array_type: Token = In(
+        default="auto",
+        tokens=ARRAY_TYPES,
+        doc="type of the array; auto: that of the first input to which all others convert",
+    )
+    input0: Any = In(
+        type=ELEMENTS, required=True, doc="first element; a graph file can name further inputs `input1`, `input2`, …"
+    )
+    array: Any = Out(type=ARRAYS, doc="array of type `arrayType`")
 
     def elements(self) -> Sequence[str]:
-        """The numbered inputs."""
+        """Return the Python names of the numbered inputs."""
         return self.series["input"]
 
     def element_type(self, known: Mapping[str, PortType]) -> PortType | None:
-        """The type that arrayType names, else one derived from the elements."""
+        """Return the element type of `arrayType`; for auto, the first to which all other elements convert."""
         if self.array_type == "auto":
             return super().element_type(known)
         asked = types.parse(self.array_type)
@@ -96,7 +104,7 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
         return element_of(asked)
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Types of the array and of elements given by literals.
+        """Return the type of the array, and its element type for inputs whose own type does not convert to it.
 
         Raises:
             ValueError: the elements have incompatible types, or one of them is missing.
@@ -108,16 +116,16 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
 
 
 class MakeArray(ConstructedNode, type="omni.graph.nodes.MakeArray"):
-    """An array of arraySize elements: a, b, c, d and e; e fills the rest. An older type than ConstructArray."""
+    """An array of the first `arraySize` elements of `a` to `e`; `e` is repeated after the fifth. Older than ConstructArray."""
 
-    array_size: Int = In(default=0, ge=0)
-    a: Any = In(type=_FIVE, required=True, doc="element 1")
-    b: Any = In(type=_FIVE, required=True, doc="element 2")
-    c: Any = In(type=_FIVE, required=True, doc="element 3")
-    d: Any = In(type=_FIVE, required=True, doc="element 4")
-    e: Any = In(type=_FIVE, required=True, doc="element 5 and all further ones")
+    array_size: Int = In(default=0, ge=0, doc="number of elements; input `e` is repeated after the fifth")
+    a: Any = In(type=_FIVE, required=True, doc="first element")
+    b: Any = In(type=_FIVE, required=True, doc="second element")
+    c: Any = In(type=_FIVE, required=True, doc="third element")
+    d: Any = In(type=_FIVE, required=True, doc="fourth element")
+    e: Any = In(type=_FIVE, required=True, doc="fifth element and all further ones")
     array: Any = Out(type=arrays_of(_FIVE))
 
     def elements(self) -> Sequence[str]:
-        """The five inputs a to e."""
+        """Return the names of the five inputs `a` to `e`."""
         return ("a", "b", "c", "d", "e")

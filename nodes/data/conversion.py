@@ -1,4 +1,4 @@
-"""Type conversions (`omni.graph.nodes`). Unlike the conversions of wires, they can lose information."""
+"""Type conversions (`omni.graph.nodes`). Unlike the conversion that a wire does, they can lose information."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ class Conversion(Node):
     converted: Any
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """The shape of the value with the node's number type."""
+        """Return the type of the output: the node's number type in the shape of the value."""
         return {"converted": self.result_type(known["value"])} if "value" in known else {}
 
     def result_type(self, given: PortType) -> PortType:
-        """The output type for an input type."""
+        """Return the output type for an input type."""
         return PortType(self.base, given.count, given.array or given.base == "string")
 
     def compute(self) -> None:
@@ -57,10 +57,12 @@ class Conversion(Node):
 
 
 def numbers(array: np.ndarray[Any, Any], base: str) -> np.ndarray[Any, Any]:
-    """Numbers converted to another type: real numbers are truncated toward 0, integers wrap around as in C.
+    """Convert numbers to another base type.
+
+    For integer types, real numbers are truncated toward 0; numbers out of range wrap around as in C.
 
     Raises:
-        BadValueError: a real number is too large or NaN.
+        BadValueError: a real number that is to become an integer of n bits is NaN, or its magnitude is 2^n or more.
     """
     dtype = PortType(base).dtype
     if array.dtype.kind == "f" and np.dtype(dtype).kind in "iu":
@@ -74,13 +76,16 @@ def numbers(array: np.ndarray[Any, Any], base: str) -> np.ndarray[Any, Any]:
         return array.astype(dtype)
 
 
+_ROLE = "role of the output; ignored if it has no tuples of the value's length"
+
+
 class RoledConversion(Conversion):
-    """Base of conversions to real numbers, with an optional role; a role without tuples of the value's length is ignored."""
+    """Base of conversions to real numbers with an optional role, which is ignored if it has no tuples of that length."""
 
     role: Token
 
     def result_type(self, given: PortType) -> PortType:
-        """The shape of the value with the chosen role."""
+        """Return the output type for an input type, with the chosen role if it has tuples of that length."""
         bare, role = super().result_type(given), _ROLES[self.role]
         wanted, legal = replace(bare, role=role), type(self).fields["converted"].type
         assert isinstance(legal, UnionType)
@@ -88,13 +93,13 @@ class RoledConversion(Conversion):
 
 
 class ScalarConversion(Conversion):
-    """Base of conversions of numbers and arrays of numbers, without tuples."""
+    """Base of conversions that accept numbers and arrays of numbers, but no tuples."""
 
     value: Any = In(type=_SCALARS, required=True, doc="number, or array of numbers")
 
 
 class ToBool(ScalarConversion, type="omni.graph.nodes.ToBool"):
-    """False for 0 and true for every other number."""
+    """Numbers as booleans: false for 0, true for every other number."""
 
     base = "bool"
 
@@ -111,7 +116,7 @@ class ToInt(Conversion, type="omni.graph.nodes.ToInt"):
 
 
 class ToInt64(ScalarConversion, type="omni.graph.nodes.ToInt64"):
-    """Numbers as 64 bit integers, truncated toward 0."""
+    """Numbers as 64 bit integers; real numbers are truncated toward 0."""
 
     base = "int64"
 
@@ -119,7 +124,7 @@ class ToInt64(ScalarConversion, type="omni.graph.nodes.ToInt64"):
 
 
 class ToUint(ScalarConversion, type="omni.graph.nodes.ToUint"):
-    """Numbers as unsigned 32 bit integers, truncated toward 0; -1 becomes 2^32 - 1."""
+    """Numbers as unsigned 32 bit integers; real numbers are truncated toward 0, -1 becomes 2^32 - 1."""
 
     base = "uint"
 
@@ -127,7 +132,7 @@ class ToUint(ScalarConversion, type="omni.graph.nodes.ToUint"):
 
 
 class ToUint64(ScalarConversion, type="omni.graph.nodes.ToUint64"):
-    """Numbers as unsigned 64 bit integers, truncated toward 0; -1 becomes 2^64 - 1."""
+    """Numbers as unsigned 64 bit integers; real numbers are truncated toward 0, -1 becomes 2^64 - 1."""
 
     base = "uint64"
 
@@ -148,7 +153,7 @@ class ToHalf(RoledConversion, type="omni.graph.nodes.ToHalf"):
 
     base = "half"
 
-    role: Token = In(default="None", tokens=_HALF_ROLES)
+    role: Token = In(default="None", tokens=_HALF_ROLES, doc=_ROLE)
     value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
     converted: Any = Out(type=_with_roles("half"), doc="converted value, of the same shape")
 
@@ -158,7 +163,9 @@ class ToFloat(RoledConversion, type="omni.graph.nodes.ToFloat"):
 
     base = "float"
 
-    role: Token = In(default="None", tokens=("None", "Color", "Normal", "Point", "Quaternion", "TexCoord", "Vector"))
+    role: Token = In(
+        default="None", tokens=("None", "Color", "Normal", "Point", "Quaternion", "TexCoord", "Vector"), doc=_ROLE
+    )
     value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
     converted: Any = Out(type=_with_roles("float"), doc="converted value, of the same shape")
 
@@ -193,21 +200,21 @@ class TextConversion(Node):
 class ToString(TextConversion, type="omni.graph.nodes.ToString"):
     """A value as text.
 
-    Real numbers have six digits, as in C++; tuples and arrays are written as Python lists, strings in arrays with quotation
-    marks. A uchar[] is decoded as text.
+    Real numbers have six significant digits, as in C++. Tuples and arrays are written as Python lists, with quotation marks
+    around strings. A uchar[] is decoded as UTF-8 text.
     """
 
-    converted: String = Out(doc="formatted value")
+    converted: String = Out(doc="`value` as text")
 
 
 class ToToken(TextConversion, type="omni.graph.nodes.ToToken"):
     """A value as a token, formatted as by ToString."""
 
-    converted: Token = Out(doc="formatted value")
+    converted: Token = Out(doc="`value` as text")
 
 
 def text_of(value: Any) -> str:
-    """A port's value as text."""
+    """Return a port's value as text, in the format of ToString."""
     if isinstance(value, str):
         return value
     if isinstance(value, np.ndarray):
@@ -219,10 +226,10 @@ def text_of(value: Any) -> str:
 
 
 class ToTarget(Node, type="omni.graph.nodes.ToTarget"):
-    """Prim paths as a target."""
+    """Prim paths as a target, which is a list of prims."""
 
     value: Any = In(type="path|string|token|token[]", required=True, doc="prim path or paths; empty for no prim")
-    converted: Target = Out(doc="the prims")
+    converted: Target = Out(doc="the prims at these paths")
 
     def compute(self) -> None:
         """Convert the paths.

@@ -17,10 +17,13 @@ class TypedNode(Node):
     """Base of nodes whose output types follow from their input types."""
 
     like: ClassVar[str] = ""
-    """Input whose type the outputs get, as arrays if any input is an array; empty if all inputs determine the type."""
+    """Name of the input whose type the outputs get; empty if all inputs together determine the type.
+
+    The outputs are arrays if any input is an array.
+    """
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Types of the outputs, once all input types are known.
+        """Return the types of the outputs, once all input types are known.
 
         Raises:
             ValueError: the input types are incompatible.
@@ -34,10 +37,10 @@ class TypedNode(Node):
         return {port.field: result for port in ports if port.side == "outputs"}
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """The type of the outputs.
+        """Return the type of the outputs.
 
         Args:
-            given: types of the inputs of union type, by name.
+            given: types of the inputs that accept several types, by name.
 
         Raises:
             ValueError: the types are incompatible.
@@ -47,7 +50,7 @@ class TypedNode(Node):
         return common(given)
 
     def port_types(self) -> Mapping[str, PortType]:
-        """Types of all ports by Python name: those resolved by the graph, or for a node outside a graph those of its values."""
+        """Return all port types by Python name: as the graph resolved them, or outside a graph those of the values."""
         fields = type(self).fields.values()
         known = {port.field: port.type for port in fields if isinstance(port.type, PortType)} | dict(self.settled)
         for port in fields:
@@ -57,10 +60,10 @@ class TypedNode(Node):
 
 
 class Elementwise(TypedNode):
-    """Base of nodes that apply one operation to all numbers and have one output.
+    """Base of nodes with one output that apply the same operation to all numbers of their operands.
 
-    `operation` gets the operands as arrays that broadcast, in the order of the ports. `on_numbers` for scalars and
-    `on_tuples` for whole tuples replace it where numpy would be slow.
+    `operation` takes the operands as arrays that broadcast, in the order of the ports. Where numpy would be slow, `on_numbers`
+    replaces it for scalars, and `on_tuples` for whole tuples.
     """
 
     operation: ClassVar[Operation]
@@ -81,11 +84,11 @@ class Elementwise(TypedNode):
         self.operand_values = operator.attrgetter(*fields) if len(fields) > 1 else lambda node: (one(node),)
 
     def compute(self) -> None:
-        """Set the output to the operation on the operands."""
+        """Apply the operation to the operands, and set the output to the result."""
         setattr(self, self.output_field, self.operate(*self.operand_values(self)))
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """The operation for values of the given types."""
+        """Return the operation on port values of the given types."""
         cls = type(self)
         if cls.on_tuples is not None and not any(one.array for one in inputs):
             return cls.on_tuples
@@ -93,18 +96,18 @@ class Elementwise(TypedNode):
 
     @classmethod
     def operands(cls) -> list[str]:
-        """Python names of the operands among the inputs."""
+        """Return the Python names of the operands, which are the inputs that are numbers or accept several types."""
         inputs = [port for port in cls.fields.values() if port.side == "inputs"]
         return [port.field for port in inputs if isinstance(port.type, UnionType) or port.type.is_number]
 
 
 class Folded(Elementwise):
-    """Base of nodes that combine `a`, `b` and any further `input2`, `input3`, … of the graph file from left to right."""
+    """Base of nodes that combine `a`, `b` and any inputs `input2`, `input3`, … of the graph file, from left to right."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=NUMERICS, required=True)}
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """The operation applied to two or more values."""
+        """Return the operation on two or more port values, applied from left to right."""
         if len(inputs) == 2:
             return super().lifted(inputs, output)
         cls = type(self)

@@ -26,19 +26,19 @@ class Absolute(Elementwise, type="omni.graph.nodes.Absolute"):
 
 
 class Clamp(Elementwise, type="omni.graph.nodes.Clamp"):
-    """A value limited to the range from lower to upper."""
+    """A value limited to the range from `lower` to `upper`."""
 
     input_in: Any = In(type=NUMERICS, name="input", required=True, doc="number, tuple or array")
-    lower: Any = In(type=NUMERICS, required=True, doc="lower bound; must not be above upper")
+    lower: Any = In(type=NUMERICS, required=True, doc="lower bound; must not be above `upper`")
     upper: Any = In(type=NUMERICS, required=True, doc="upper bound")
-    result: Any = Out(type=NUMERICS, doc="input limited to the range")
+    result: Any = Out(type=NUMERICS, doc="`input` limited to the range from `lower` to `upper`")
 
     @staticmethod
     def operation(value: Any, lower: Any, upper: Any) -> Any:
         """Clamp arrays.
 
         Raises:
-            BadValueError: lower is above upper.
+            BadValueError: `lower` is above `upper`.
         """
         if np.any(lower > upper):
             raise BadValueError("lower, upper", (lower, upper), "in this order")
@@ -49,7 +49,7 @@ class Clamp(Elementwise, type="omni.graph.nodes.Clamp"):
         """Clamp one number; NaN stays NaN.
 
         Raises:
-            BadValueError: lower is above upper.
+            BadValueError: `lower` is above `upper`.
         """
         if lower > upper:
             raise BadValueError("lower, upper", (lower, upper), "in this order")
@@ -60,10 +60,10 @@ class _ToWhole(Elementwise):
     """Base of functions that round a real number to an integer."""
 
     a: Any = In(type=DECIMALS, required=True, doc="number, tuple or array")
-    result: Any = Out(type=_INTS, doc="of type int; a number out of int's range is an error")
+    result: Any = Out(type=_INTS, doc="rounded number, of type int; a number out of the range of int is an error")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Integers, in the shape of the input."""
+        """Return integers in the shape of the input."""
         return PortType("int", given["a"].count, given["a"].array)
 
 
@@ -106,10 +106,10 @@ class Round(Elementwise, type="omni.graph.nodes.Round"):
 
 
 class _Power(Elementwise):
-    """Base of functions whose result is a double for integer inputs."""
+    """Base of functions of one number whose result is a double if the number is an integer."""
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """The type of the input, or doubles of the same shape for integers."""
+        """Return the type of the input, or doubles of the same shape for integers."""
         (base,) = given.values()
         return base if is_real(base) else PortType("double", base.count, base.array)
 
@@ -121,15 +121,15 @@ class Exponent(_Power, type="omni.graph.nodes.Exponent"):
 
     base: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
     exponent: Int = In(default=2)
-    result: Any = Out(type=NUMERICS, doc="the power; double if the base is an integer")
+    result: Any = Out(type=NUMERICS, doc="`base` to the power of `exponent`; a double if `base` is an integer")
 
 
 class NthRoot(_Power, type="omni.graph.nodes.NthRoot"):
-    """The n-th root of a value; NaN for a negative value if n is even, infinite if n is 0."""
+    """The n-th root of a value, where n is `nthRoot`; NaN for a negative value if n is even, infinite if n is 0."""
 
-    nth_root: Int = In(default=2, doc="n; 2 is the square root")
+    nth_root: Int = In(default=2, doc="degree of the root: 2 is the square root, 3 the cube root")
     value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    result: Any = Out(type=NUMERICS, doc="the root; double if the value is an integer")
+    result: Any = Out(type=NUMERICS, doc="root of `value`; a double if `value` is an integer")
 
     @staticmethod
     def operation(degree: Any, value: Any) -> Any:
@@ -145,16 +145,16 @@ class NthRoot(_Power, type="omni.graph.nodes.NthRoot"):
 class Logarithm(_Power, type="omni.graph.nodes.Logarithm"):
     """Logarithm of a value to a base."""
 
-    base: float = In(default=10.0, gt=0.0, doc="above 0, and not 1")
+    base: float = In(default=10.0, gt=0.0, doc="base of the logarithm; must be above 0 and not 1")
     value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array; must be above 0")
-    result: Any = Out(type=NUMERICS, doc="the logarithm; double if the value is an integer")
+    result: Any = Out(type=NUMERICS, doc="logarithm of `value`; a double if `value` is an integer")
 
     @staticmethod
     def operation(base: Any, value: Any) -> Any:
         """Compute the logarithms of arrays, exactly for powers of 10 and 2.
 
         Raises:
-            BadValueError: the base or a number has no logarithm.
+            BadValueError: the base is not above 0 or is 1, or a number is not above 0.
         """
         if not base > 0.0 or base == 1.0:
             raise BadValueError("base", float(base), "above 0 and not 1")

@@ -19,21 +19,21 @@ from graphengine.nodes.data.unions import DECIMALS
 
 
 class InterpolateTo(Elementwise, type="omni.graph.nodes.InterpolateTo"):
-    """One step from a value toward another, by the fraction 1 - (1 - speed * deltaSeconds)^exponent of the way.
+    """One step from a value toward a target, by a fraction of the way: 1 - (1 - `speed` * `deltaSeconds`)^`exponent`.
 
-    The reference's documentation prints the formula without the leading `1 -`, with which no step would reach the target.
-    Quaternions are interpolated along the shorter arc, other values along a line.
+    OmniGraph's documentation lacks the leading `1 -`, without which no step would reach the target. Quaternions are interpolated
+    along the shorter arc, other values along a line.
     """
 
     current: Any = In(type=DECIMALS, required=True, doc="number, tuple or array")
-    target: Any = In(type=DECIMALS, required=True, doc="value to approach, of the size of current")
-    speed: float = In(default=1.0, unit="1/s")
+    target: Any = In(type=DECIMALS, required=True, doc="value to approach, of the same size as `current`")
+    speed: float = In(default=1.0, unit="1/s", doc="fraction of the way per second, if `exponent` is 1")
     delta_seconds: float = In(default=0.0, unit="s", doc="duration of the step")
-    exponent: Float = In(default=2.0, ge=0.0, doc="1 is linear in time, higher values start faster")
-    result: Any = Out(type=DECIMALS, doc="new value, of the common type of current and target")
+    exponent: Float = In(default=2.0, ge=0.0, doc="1 is linear in `deltaSeconds`, higher values start faster")
+    result: Any = Out(type=DECIMALS, doc="value after the step, of the common type of `current` and `target`")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Interpolate quaternions along an arc, other values along a line."""
+        """Return the interpolation: along an arc for quaternions, along a line for other values."""
         ends_and_share = [*inputs[:2], PortType("double")]
         between = (
             lift(slerp, ends_and_share, output) if output.role == "quat" else lift(_lerp, ends_and_share, output, _lerp)
@@ -56,7 +56,11 @@ EASINGS = ("EaseIn", "EaseOut", "EaseInOut", "Linear", "SinIn", "SinOut", "SinIn
 
 
 def curve(name: str, exponent: int) -> Callable[[Any], Any]:
-    """The easing function with this name, which maps 0 to 1 onto 0 to 1.
+    """Return the easing function with this name, which maps the range from 0 to 1 onto itself.
+
+    Args:
+        name: one of `EASINGS`.
+        exponent: exponent of the functions whose name starts with Ease.
 
     Raises:
         BadValueError: the name is unknown.
@@ -77,20 +81,24 @@ class Ease(Elementwise, type="omni.graph.nodes.Ease"):
     """Interpolates between two values with an easing function, for a gentle start or end."""
 
     alpha: Any = In(type="float|float[]", required=True, doc="elapsed fraction of the time, 0 to 1")
-    blend_exponent: Int = In(default=2, doc="exponent of the Ease functions: 1 is linear, 2 quadratic and so on")
-    ease_func: Token = In(default="EaseInOut", tokens=EASINGS)
-    end: Any = In(type=DECIMALS, required=True, doc="value at alpha 1")
-    start: Any = In(type=DECIMALS, required=True, doc="value at alpha 0")
-    result: Any = Out(type=DECIMALS, doc="value at alpha, of the common type of start and end")
+    blend_exponent: Int = In(default=2, doc="exponent of EaseIn, EaseOut and EaseInOut: 1 is linear, 2 quadratic, …")
+    ease_func: Token = In(
+        default="EaseInOut",
+        tokens=EASINGS,
+        doc="easing function; names with In start gently, names with Out end gently",
+    )
+    end: Any = In(type=DECIMALS, required=True, doc="value for `alpha` = 1")
+    start: Any = In(type=DECIMALS, required=True, doc="value for `alpha` = 0")
+    result: Any = Out(type=DECIMALS, doc="value for `alpha`, of the common type of `start` and `end`")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Interpolate along a line."""
+        """Return the interpolation along a line."""
         known = self.port_types()
         share = Operand("double", 1, known["alpha"].array, port="alpha")
         return lift(_lerp, [Operand.of(known["start"], "start"), Operand.of(known["end"], "end"), share], output)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """The common type of both ends, as an array if alpha is an array."""
+        """Return the common type of both ends, as an array if `alpha` is an array."""
         ends = common({"start": given["start"], "end": given["end"]})
         return replace(ends, array=ends.array or given["alpha"].array)
 
@@ -102,7 +110,7 @@ class Ease(Elementwise, type="omni.graph.nodes.Ease"):
 
 
 class Interpolator(Node, type="omni.graph.nodes.Interpolator"):
-    """Interpolates linearly between samples; constant before the first and after the last."""
+    """Interpolates linearly between samples; the value is constant before the first and after the last sample."""
 
     knots: Floats = In(default=np.zeros(0, np.float32), doc="positions of the samples, ascending")
     param: Float = In(default=0.0, doc="position to interpolate at")

@@ -1,4 +1,4 @@
-"""Boolean operations (`omni.graph.nodes`) on single values and on arrays element by element."""
+"""Boolean operations (`omni.graph.nodes`) on scalars, and on arrays element by element."""
 
 from __future__ import annotations
 
@@ -19,15 +19,19 @@ class _Gate(Folded):
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=BOOLEANS, required=True)}
 
     a: Any = In(type=BOOLEANS, required=True, doc="bool, or array of bools")
-    b: Any = In(type=BOOLEANS, required=True, doc="bool, or array of a's length; the graph file may add input2, …")
-    result: Any = Out(type=BOOLEANS, doc="bool, or array if an input is an array")
+    b: Any = In(
+        type=BOOLEANS,
+        required=True,
+        doc="bool, or array as long as `a`; a graph file can name further inputs `input2`, `input3`, …",
+    )
+    result: Any = Out(type=BOOLEANS, doc="bool, or array of bools if an input is an array")
 
 
 class _InvertedGate(_Gate):
     """Base of operations on two or more booleans with a negated result."""
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """The negated operation."""
+        """Return the negated operation."""
         joined = super().lifted(inputs, output)
         return lambda *values: True ^ joined(*values)
 
@@ -64,14 +68,14 @@ class BooleanNot(Elementwise, type="omni.graph.nodes.BooleanNot"):
 
     @staticmethod
     def operation(value: Any) -> Any:
-        """Negate arrays and single values."""
+        """Negate arrays and scalars."""
         return True ^ value
 
     on_numbers = operation
 
 
 class BooleanExpr(Node, type="omni.graph.nodes.BooleanExpr"):
-    """Combines two booleans by an operator given as text."""
+    """Combines two booleans by the operator that an input names."""
 
     a: bool = In(default=False, doc="first operand")
     b: bool = In(default=False, doc="second operand")

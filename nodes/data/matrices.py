@@ -1,6 +1,6 @@
 """Construction, decomposition and multiplication of matrices (`omni.graph.nodes`).
 
-Matrices multiply row vectors from the right, so the fourth row of a 4 x 4 matrix is its translation.
+Points are row vectors to the left of the matrix, so the fourth row of a 4 x 4 matrix is its translation.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class _MakeMatrix(Elementwise):
 
     @staticmethod
     def operation(*rows: Any) -> Any:
-        """Join arrays of rows; rows of three in a 4 x 4 matrix get the column 0, 0, 0, 1."""
+        """Join arrays of rows; rows of three numbers in a 4 x 4 matrix get the fourth column 0, 0, 0, 1."""
         size = len(rows)
         ends = [0.0] * (size - 1) + [1.0]
         whole = [
@@ -57,12 +57,12 @@ class _MakeMatrix(Elementwise):
         return flat(np.stack(np.broadcast_arrays(*whole), axis=-2))
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """A matrix, or an array of matrices if a row is an array."""
+        """Return a matrix, or an array of matrices if a row is an array."""
         return PortType("double", len(given) ** 2, any(row.array for row in given.values()), "matrixd")
 
 
 class MakeMatrix2(_MakeMatrix, type="omni.graph.nodes.MakeMatrix2"):
-    """A matrix of two rows."""
+    """A 2 x 2 matrix from its rows."""
 
     x: Any = In(type=with_arrays("double[2]"), required=True, doc="first row")
     y: Any = In(type=with_arrays("double[2]"), required=True, doc="second row")
@@ -70,7 +70,7 @@ class MakeMatrix2(_MakeMatrix, type="omni.graph.nodes.MakeMatrix2"):
 
 
 class MakeMatrix3(_MakeMatrix, type="omni.graph.nodes.MakeMatrix3"):
-    """A matrix of three rows."""
+    """A 3 x 3 matrix from its rows."""
 
     x: Any = In(type=with_arrays("double[3]"), required=True, doc="first row")
     y: Any = In(type=with_arrays("double[3]"), required=True, doc="second row")
@@ -79,7 +79,7 @@ class MakeMatrix3(_MakeMatrix, type="omni.graph.nodes.MakeMatrix3"):
 
 
 class MakeMatrix4(_MakeMatrix, type="omni.graph.nodes.MakeMatrix4"):
-    """A matrix of four rows; rows of three numbers are completed with the column 0, 0, 0, 1."""
+    """A 4 x 4 matrix from its rows; rows of three numbers get the fourth column 0, 0, 0, 1."""
 
     x: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="first row")
     y: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="second row")
@@ -95,11 +95,11 @@ class _BreakMatrix(TypedNode):
     matrix: Any
 
     def width(self) -> int:
-        """Number of columns to output."""
+        """Return the number of columns to output."""
         return self.size
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """The type of a row, or of an array of rows."""
+        """Return the type of a row, or of an array of rows if the input is an array."""
         return PortType("double", self.width(), given["matrix"].array)
 
     def compute(self) -> None:
@@ -111,7 +111,7 @@ class _BreakMatrix(TypedNode):
 
 
 class BreakMatrix2(_BreakMatrix, type="omni.graph.nodes.BreakMatrix2"):
-    """The two rows of a matrix."""
+    """The two rows of a 2 x 2 matrix."""
 
     size = 2
 
@@ -121,7 +121,7 @@ class BreakMatrix2(_BreakMatrix, type="omni.graph.nodes.BreakMatrix2"):
 
 
 class BreakMatrix3(_BreakMatrix, type="omni.graph.nodes.BreakMatrix3"):
-    """The three rows of a matrix."""
+    """The three rows of a 3 x 3 matrix."""
 
     size = 3
 
@@ -132,19 +132,24 @@ class BreakMatrix3(_BreakMatrix, type="omni.graph.nodes.BreakMatrix3"):
 
 
 class BreakMatrix4(_BreakMatrix, type="omni.graph.nodes.BreakMatrix4"):
-    """The four rows of a matrix, with four numbers each or only the first three."""
+    """The four rows of a 4 x 4 matrix: all four numbers of each row, or only the first three."""
 
     size = 4
 
     matrix: Any = In(type=matrices(4), required=True)
-    output_type: Token = In(default="double[4]", tokens=("double[3]", "double[4]"), setup=True)
+    output_type: Token = In(
+        default="double[4]",
+        tokens=("double[3]", "double[4]"),
+        setup=True,
+        doc="type of each row; double[3] leaves out the fourth column",
+    )
     x: Any = Out(type=with_arrays("double[4]|double[3]"), doc="first row")
     y: Any = Out(type=with_arrays("double[4]|double[3]"), doc="second row")
     z: Any = Out(type=with_arrays("double[4]|double[3]"), doc="third row")
     w: Any = Out(type=with_arrays("double[4]|double[3]"), doc="fourth row")
 
     def width(self) -> int:
-        """3 or 4, the row length given by outputType."""
+        """Return the row length that `outputType` gives, 3 or 4."""
         return int(self.output_type[-2])
 
 
@@ -152,14 +157,14 @@ _FACTORS = "|".join((with_arrays(f"{REAL_TUPLES}|{MATRICES}"), DECIMAL_TUPLES.re
 
 
 class MatrixMultiply(Elementwise, type="omni.graph.nodes.MatrixMultiply"):
-    """The matrix product of two matrices, of a row vector and a matrix, a matrix and a column vector, or two vectors."""
+    """The matrix product of two factors: each is a matrix or a vector, a row on the left or a column on the right."""
 
-    a: Any = In(type=_FACTORS, required=True, doc="matrix, row vector, or array of these")
-    b: Any = In(type=_FACTORS, required=True, doc="matrix, column vector, or array of these")
-    output: Any = Out(type=f"{_FACTORS}|{with_arrays(REALS)}", doc="the product")
+    a: Any = In(type=_FACTORS, required=True, doc="left factor: matrix, row vector, or array of these")
+    b: Any = In(type=_FACTORS, required=True, doc="right factor: matrix, column vector, or array of these")
+    output: Any = Out(type=f"{_FACTORS}|{with_arrays(REALS)}", doc="matrix, vector or number, or array of these")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """The matrix product of the operands."""
+        """Return the matrix product for operands of these types."""
         a_is_matrix, b_is_matrix = map(_is_matrix, inputs)
 
         def multiply(a: Any, b: Any) -> Any:
@@ -171,10 +176,10 @@ class MatrixMultiply(Elementwise, type="omni.graph.nodes.MatrixMultiply"):
         return lift(multiply, inputs, output)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """A matrix, a vector or a number.
+        """Return the type of the product: a matrix, a vector or a number.
 
         Raises:
-            ValueError: a has another number of columns than b has rows.
+            ValueError: the number of columns of `a` is not the number of rows of `b`.
         """
         a, b = given["a"], given["b"]
         sizes = [math.isqrt(one.count) if _is_matrix(one) else one.count for one in (a, b)]
@@ -207,7 +212,7 @@ class Transpose(Elementwise, type="omni.graph.nodes.Transpose"):
 
 
 class InvertMatrix(Elementwise, type="omni.graph.nodes.OgnInvertMatrix"):
-    """The inverse of a matrix; for a singular matrix, the identity times the largest float."""
+    """The inverse of a matrix; for a singular matrix, the identity times the largest 32 bit float."""
 
     matrix: Any = In(type=matrices(2, 3, 4), required=True, doc="matrix, or array of matrices")
     inverted_matrix: Any = Out(type=matrices(2, 3, 4))
@@ -224,7 +229,7 @@ class InvertMatrix(Elementwise, type="omni.graph.nodes.OgnInvertMatrix"):
 
 
 class TransformVector(Elementwise, type="omni.graph.nodes.TransformVector"):
-    """A row vector times a matrix. A 4 x 4 matrix treats a vector of three numbers as a point and translates it too."""
+    """A row vector times a matrix; a 4 x 4 matrix treats the vector as a point, so it also translates."""
 
     like = "vector"
 

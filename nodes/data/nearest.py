@@ -1,4 +1,4 @@
-"""The nearest range of a scan."""
+"""Search for the nearest range of a lidar scan."""
 
 from __future__ import annotations
 
@@ -10,18 +10,20 @@ from graphengine.node import Float, Float2, Floats, In, Node, Out
 
 
 class NearestRange(Node, type="graphengine.data.NearestRange"):
-    """The nearest range of a scan within a sector, and its azimuth.
+    """Searches a sector of a lidar scan for the nearest range.
 
-    The ranges are spread evenly from the first azimuth to the last, as IsaacReadLidarBeams outputs them for one ring.
+    The beams are evenly spaced from the first to the last azimuth, as those of one ring from IsaacReadLidarBeams.
     """
 
-    ranges: Floats = In(unit="m", doc="ranges from the first azimuth to the last; infinity and NaN are ignored")
-    azimuth_range: Float2 = In(default=(-180.0, 180.0), unit="deg", doc="azimuth of the first and the last range")
+    ranges: Floats = In(unit="m", doc="range of each beam, in order of azimuth; infinity and NaN are ignored")
+    azimuth_range: Float2 = In(default=(-180.0, 180.0), unit="deg", doc="azimuths of the first and the last beam")
     sector: Float2 = In(
-        default=(-180.0, 180.0), unit="deg", doc="lowest and highest azimuth; 0 is ahead, positive is left"
+        default=(-180.0, 180.0),
+        unit="deg",
+        doc="lowest and highest azimuth to search; 0 is ahead, positive is left",
     )
-    distance: Float = Out(default=math.inf, unit="m", doc="nearest range; infinite if the sector has none")
-    azimuth: Float = Out(default=0.0, unit="deg", doc="azimuth of the nearest range; 0 if the sector has none")
+    distance: Float = Out(default=math.inf, unit="m", doc="nearest range in the sector; infinite if there is none")
+    azimuth: Float = Out(default=0.0, unit="deg", doc="azimuth of the nearest range; 0 if there is none in the sector")
 
     def compute(self) -> None:
         """Find the smallest range of the sector."""

@@ -1,7 +1,7 @@
 """Conversions between quaternions, rotation matrices and angles, in arrays whose last axes hold one rotation.
 
-Quaternions are (x, y, z, w). Matrices multiply row vectors from the right, as everywhere in OmniGraph, so they are transposes of
-the textbook's. Angles are in degrees about the fixed axes x, y and z, applied in the given order.
+Quaternions are (x, y, z, w). Matrices are for row vectors, as everywhere in OmniGraph, so they are the transposes of the usual
+ones. Angles are in degrees about the fixed axes x, y and z; an order such as XYZ says which is applied first.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 
 
 def matrix_of_quaternions(quaternions: Array) -> Array:
-    """Rotation matrices (..., 3, 3) from quaternions (..., 4) of any norm above 0."""
+    """Return rotation matrices (..., 3, 3) of quaternions (..., 4) of any norm above 0."""
     x, y, z, w = np.moveaxis(unit(quaternions), -1, 0)
     rows = [
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)],
@@ -30,7 +30,7 @@ def matrix_of_quaternions(quaternions: Array) -> Array:
 
 
 def quaternions_of(matrices: Array) -> Array:
-    """Unit quaternions (..., 4), w >= 0, from rotation matrices (..., 3, 3).
+    """Return unit quaternions (..., 4) with w >= 0 of rotation matrices (..., 3, 3).
 
     A rotation matrix gives all products q_i q_j. The row of the largest q_i^2 is the quaternion times q_i, and is normalized.
     """
@@ -50,7 +50,7 @@ def quaternions_of(matrices: Array) -> Array:
 
 
 def axes_of(order: str) -> list[int]:
-    """Indices of the axes in an order such as XYZ.
+    """Return the indices (0 to 2) of the axes in an order such as XYZ.
 
     Raises:
         BadValueError: the order is unknown.
@@ -59,7 +59,7 @@ def axes_of(order: str) -> list[int]:
 
 
 def matrix_of_angles(degrees: Array, order: str) -> Array:
-    """Rotation matrices (..., 3, 3) from angles (..., 3) about x, y and z."""
+    """Return rotation matrices (..., 3, 3) of angles (..., 3) in degrees about x, y and z, applied in that order."""
     total: Array = np.broadcast_to(np.eye(3), (*degrees.shape[:-1], 3, 3))
     for axis in axes_of(order):
         total = total @ _about_own_axis(axis, degrees[..., axis])
@@ -78,9 +78,9 @@ def _about_own_axis(axis: int, degrees: Array) -> Array:
 
 
 def angles_of(matrices: Array, order: str) -> Array:
-    """Angles (..., 3) about x, y and z, degrees, from rotation matrices (..., 3, 3).
+    """Return angles (..., 3) in degrees about x, y and z of rotation matrices (..., 3, 3), for the given order.
 
-    If the second angle is 90 degrees (gimbal lock), the last angle is set to 0.
+    If the angle applied second is 90 or -90 degrees (gimbal lock), the angle applied last is 0.
     """
     first, second, third = axes_of(order)
     sign = 1.0 if order in ("XYZ", "YZX", "ZXY") else -1.0
@@ -99,7 +99,7 @@ def angles_of(matrices: Array, order: str) -> Array:
 
 
 def matrix_about(axis: Array, degrees: Array) -> Array:
-    """Rotation matrices (..., 3, 3) about axes (..., 3) of any length above 0."""
+    """Return matrices (..., 3, 3) of rotations by angles in degrees about axes (..., 3) of any length above 0."""
     half = np.radians(degrees)[..., None] / 2.0
     vector = unit(axis) * np.sin(half)
     return matrix_of_quaternions(
@@ -108,7 +108,10 @@ def matrix_about(axis: Array, degrees: Array) -> Array:
 
 
 def without_scale(matrices: Array) -> Array:
-    """The rotation in linear maps (..., 3, 3) that scale, then rotate; a mirroring map counts as one that mirrors all axes."""
+    """Return the rotations in linear maps (..., 3, 3) that scale, then rotate.
+
+    A map that mirrors is taken to mirror all three axes.
+    """
     rows = unit(matrices)
     mirrored = np.linalg.det(rows)[..., None, None] < 0.0
     turned: Array = np.where(mirrored, -rows, rows)
@@ -116,11 +119,11 @@ def without_scale(matrices: Array) -> Array:
 
 
 def rotation_matrix(values: Array, order: str = "XYZ") -> Array:
-    """Rotation matrices (..., 3, 3) from port values; the number of components determines the kind of rotation.
+    """Return rotation matrices (..., 3, 3) of port values; the number of components selects the representation.
 
     Args:
-        values: 16 or 9 numbers of a matrix, 4 of a quaternion, or 3 angles in degrees.
-        order: order in which the angles are applied.
+        values: in the last axis, 16 or 9 numbers of a matrix, 4 of a quaternion, or 3 angles in degrees.
+        order: order in which angles are applied.
     """
     match values.shape[-1]:
         case 16:
@@ -133,14 +136,14 @@ def rotation_matrix(values: Array, order: str = "XYZ") -> Array:
 
 
 def unit(vectors: Any) -> Array:
-    """Unit vectors (..., n) in the same direction; zero vectors stay zero."""
+    """Return unit vectors (..., n) in the directions of the given ones; zero vectors stay zero."""
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
     units: Array = np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)
     return units
 
 
 def slerp(start: Array, end: Array, alpha: Array) -> Array:
-    """Quaternions (..., 4) at the fraction alpha of the shorter arc from start to end."""
+    """Return the quaternions (..., 4) at the fraction `alpha` (0 to 1) of the shorter arc from `start` to `end`."""
     one, other = unit(start), unit(end)
     cosine = np.sum(one * other, axis=-1, keepdims=True)
     other, cosine = np.where(cosine < 0.0, -other, other), np.minimum(np.abs(cosine), 1.0)

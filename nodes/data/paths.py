@@ -10,9 +10,9 @@ from graphengine.node import BadValueError, Bound, Context, In, Node, Out, Targe
 class GetPrimPath(Node, type="omni.graph.nodes.GetPrimPath"):
     """Path of a prim."""
 
-    prim: Target = In(default=(), doc="prim; of several, the first is used; the path is empty without a prim")
-    path: Any = Out(type="path", doc="the prim's path")
-    prim_path: Token = Out()
+    prim: Target = In(default=(), doc="prim whose path is output; only the first of several counts")
+    path: Any = Out(type="path", doc="path of the prim; empty if there is none")
+    prim_path: Token = Out(doc="path of the prim as a token; empty if there is none")
 
     def compute(self) -> None:
         """Output the path of the first prim."""
@@ -31,7 +31,7 @@ class GetPrimPaths(Node, type="omni.graph.nodes.GetPrimPaths"):
 
 
 def parent_of(path: str) -> str:
-    """The path without its last name, which may be a property; other strings are returned unchanged."""
+    """Return the path without its last name, which may be a property; a string without `/` and `.` stays the same."""
     if "." in path.rpartition("/")[2]:
         return path.rpartition(".")[0]
     above, slash, _ = path.rpartition("/")
@@ -39,18 +39,20 @@ def parent_of(path: str) -> str:
 
 
 def below(path: str, suffix: str) -> str:
-    """The path with names appended; other strings are returned unchanged."""
+    """Return the path with the names of the suffix appended; an empty path stays empty."""
     between = "" if suffix.startswith(".") else "/"
     return f"{path.rstrip('/')}{between}{suffix}" if path and suffix else path
 
 
 class AppendPath(Node, type="omni.graph.nodes.AppendPath"):
-    """A path with names appended, such as /World/box from /World and box."""
+    """A path with names appended: `/World` and `box` give `/World/box`."""
 
     path_in: Any = In(
-        type="token|token[]", name="path", couple="path", required=True, doc="prim path, or array of paths"
+        type="token|token[]", name="path", couple="path", required=True, doc="prim path to extend, or array of paths"
     )
-    suffix: Token = In(default="", doc="names of descendant prims and of a property, such as box/lid or box.mass")
+    suffix: Token = In(
+        default="", doc="names of descendant prims, a property, or both, such as `box/lid` or `box.mass`"
+    )
     path_out: Any = Out(type="token|token[]", name="path", couple="path", doc="extended path, of the input's type")
 
     def compute(self) -> None:
@@ -66,7 +68,7 @@ class AppendPath(Node, type="omni.graph.nodes.AppendPath"):
 
 
 class GetParentPath(Node, type="omni.graph.nodes.GetParentPath"):
-    """The path of the parent, such as /World for /World/box."""
+    """The path of the parent of a prim or property, such as `/World` for `/World/box`."""
 
     path: Any = In(
         type="token|token[]", couple="path", required=True, doc="path of a prim or property, or array of paths"
@@ -80,7 +82,7 @@ class GetParentPath(Node, type="omni.graph.nodes.GetParentPath"):
 
 
 class GraphPathNode(Node):
-    """Base of nodes that output the prim of their graph."""
+    """Base of nodes that output the prim of the graph that contains them."""
 
     path: str = Bound()
 
@@ -90,10 +92,10 @@ class GraphPathNode(Node):
 
 
 class GraphTarget(GraphPathNode, type="omni.graph.nodes.GraphTarget"):
-    """Path of the prim of the node's graph."""
+    """Path of the prim of the graph that contains the node."""
 
-    target_path: Token = In(default="", doc="no effect, as in the reference")
-    prim_path: Token = Out()
+    target_path: Token = In(default="", doc="no effect, as in OmniGraph")
+    prim_path: Token = Out(doc="path of the graph's prim")
 
     def compute(self) -> None:
         """Output the path."""
@@ -101,7 +103,7 @@ class GraphTarget(GraphPathNode, type="omni.graph.nodes.GraphTarget"):
 
 
 class GetGraphTargetPrim(GraphPathNode, type="omni.graph.nodes.GetGraphTargetPrim"):
-    """The prim of the node's graph."""
+    """The prim of the graph that contains the node."""
 
     prim: Target = Out(doc="prim of the graph")
 

@@ -1,7 +1,8 @@
 """Random numbers (`omni.graph.nodes`).
 
-Without `useSeed` they depend on the session's seed and the node's prim path, so a run can be repeated. With `useSeed` they depend
-on the node's `seed` only: two nodes with the same seed give the same numbers. `isNoise` gives one fixed number for each seed.
+Without `useSeed`, they depend on the session's seed and the node's prim path, so a run can be repeated. With `useSeed`, they
+depend on the node's `seed` only: two nodes with the same `seed` give the same numbers. With `isNoise`, the same `seed` gives the
+same number at every execution.
 """
 
 from __future__ import annotations
@@ -20,22 +21,22 @@ class RandomNode(Node):
     """Base of nodes that output the next random value at each execution."""
 
     exec_in = ExecIn()
-    seed: UInt64 = In(default=0, doc="seed, used if useSeed or isNoise is true")
+    seed: UInt64 = In(default=0, doc="seed of the random numbers; used if `useSeed` or `isNoise` is true")
     use_seed: bool = In(
-        default=False, doc="true: numbers depend on the seed only; false: on the session's seed and the node's path"
+        default=False, doc="true: numbers depend on `seed` only; false: on the session's seed and the node's path"
     )
-    is_noise: bool = In(default=False, doc="same number at every execution with the same seed")
+    is_noise: bool = In(default=False, doc="true: every execution with the same `seed` gives the same number")
     exec_out = ExecOut()
 
     common_numbers: np.random.Generator = Bound()
     own: tuple[int, np.random.Generator] | None = State(default=None)
 
     def setup(self, context: Context) -> None:
-        """Bind the session's random numbers."""
+        """Bind the random numbers that the session gives this node."""
         self.common_numbers = context.random()
 
     def generator(self) -> np.random.Generator:
-        """The generator for the next value."""
+        """Return the generator that draws the next value."""
         if self.is_noise:
             return np.random.Generator(np.random.Philox(key=self.seed))
         if not self.use_seed:
@@ -48,7 +49,7 @@ class RandomNode(Node):
 class RandomBoolean(RandomNode, type="omni.graph.nodes.RandomBoolean"):
     """Random boolean, true with probability 1/2."""
 
-    random: bool = Out()
+    random: bool = Out(doc="drawn boolean")
 
     def compute(self) -> None:
         """Draw a boolean."""
@@ -76,30 +77,30 @@ class RandomUnitQuaternion(RandomNode, type="omni.graph.nodes.RandomUnitQuaterni
 
 
 def unit(generator: np.random.Generator, size: Literal[3, 4]) -> tuple[float, ...]:
-    """A uniformly distributed point of the unit sphere: a normalized sample of a normal distribution."""
+    """Draw a uniformly distributed point of the unit sphere, by normalizing a normally distributed vector."""
     vector = generator.normal(size=size)
     return tuple((vector / np.linalg.norm(vector)).tolist())
 
 
 class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"):
-    """Random number between min and max, or a tuple or array of such numbers."""
+    """Uniformly distributed random number between `min` and `max`, or a tuple or array of such numbers."""
 
-    minimum: Any = In(type=NUMERICS, name="min", default=0, doc="lowest number")
+    minimum: Any = In(type=NUMERICS, name="min", default=0, doc="lower bound, included")
     maximum: Any = In(
         type=NUMERICS, name="max", default=1.0, doc="upper bound; included for integers, excluded for real numbers"
     )
-    random: Any = Out(type=NUMERICS, doc="drawn number; a scalar bound is broadcast to tuples and arrays")
+    random: Any = Out(type=NUMERICS, doc="drawn numbers, as many as in `min` or `max`; a scalar bound applies to all")
 
     def compute(self) -> None:
         """Draw from a uniform distribution.
 
         Raises:
-            BadValueError: min is above max.
+            BadValueError: `min` is above `max`.
         """
         self.random = drawn(self, ("minimum", "maximum"), self.between)
 
     def between(self, low: Any, high: Any) -> Any:
-        """Draw numbers from a uniform distribution."""
+        """Draw uniformly distributed numbers between arrays of bounds."""
         if np.any(low > high):
             raise BadValueError("min, max", (self.minimum, self.maximum), "in this order")
         shape = np.broadcast_shapes(np.shape(low), np.shape(high))
@@ -111,21 +112,27 @@ class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"
 class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussian"):
     """Normally distributed random number, or a tuple or array of such numbers."""
 
-    mean: Any = In(type=DECIMALS, default=0.0, doc="mean of the distribution, or of its logarithm")
-    stdev: Any = In(type=DECIMALS, default=1.0, doc="standard deviation of the distribution, or of its logarithm")
-    use_log: bool = In(default=False, doc="draws from a log-normal distribution")
-    random: Any = Out(type=DECIMALS, doc="drawn number; a scalar input is broadcast to tuples and arrays")
+    mean: Any = In(type=DECIMALS, default=0.0, doc="mean of the number, or of its logarithm if `useLog` is true")
+    stdev: Any = In(
+        type=DECIMALS,
+        default=1.0,
+        doc="standard deviation of the number, or of its logarithm if `useLog` is true",
+    )
+    use_log: bool = In(default=False, doc="true: draw from a log-normal distribution; false: from a normal one")
+    random: Any = Out(
+        type=DECIMALS, doc="drawn numbers, as many as in `mean` or `stdev`; a scalar input applies to all"
+    )
 
     def compute(self) -> None:
         """Draw from a normal or log-normal distribution.
 
         Raises:
-            BadValueError: the deviation is negative.
+            BadValueError: `stdev` is negative.
         """
         self.random = drawn(self, ("mean", "stdev"), self.around)
 
     def around(self, mean: Any, deviation: Any) -> Any:
-        """Draw numbers from a normal distribution."""
+        """Draw normally or log-normally distributed numbers, for arrays of means and standard deviations."""
         if np.any(deviation < 0.0):
             raise BadValueError("stdev", self.stdev, "0 or more")
         shape = np.broadcast_shapes(np.shape(mean), np.shape(deviation))
@@ -134,7 +141,13 @@ class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussia
 
 
 def drawn(node: TypedNode, inputs: tuple[str, str], draw: Operation) -> Any:
-    """The result of a draw with two inputs, in the representation of the output `random`."""
+    """Draw numbers for the values of two inputs, and return them as a value of the output `random`.
+
+    Args:
+        node: node with the inputs and the output.
+        inputs: Python names of the inputs.
+        draw: function of two arrays that draws the numbers.
+    """
     known = node.port_types()
     operands = [Operand.of(known[name], type(node).fields[name].name) for name in inputs]
     return lift(draw, operands, known["random"])(*(getattr(node, name) for name in inputs))

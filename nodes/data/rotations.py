@@ -1,7 +1,7 @@
 """Translation, rotation and scale in transformation matrices (`omni.graph.nodes`).
 
-Matrices multiply row vectors, so the translation is the fourth row. Angles are in degrees about x, y and z, applied in the order
-of `rotationOrder`. Quaternions are (x, y, z, w).
+Matrices are for row vectors, so the translation is the fourth row. Angles are in degrees about the fixed axes x, y and z, applied
+in the order of `rotationOrder`. Quaternions are (x, y, z, w).
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ from graphengine.nodes.data.unions import QUATERNIONS, VECTORS, matrices, with_a
 _MATRIX4 = matrices(4)
 _VECTOR3 = with_arrays("vectord[3]")
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+_ANGLES = "angles about x, y and z (deg)"
+_ORDER = "order in which angles about the fixed axes x, y and z are applied"
 
 
 class _FromMatrix(Elementwise):
@@ -32,7 +34,7 @@ class _FromMatrix(Elementwise):
     part = PortType("double", 3, False, "vector")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """The output type with the base of the input, an array if the input is an array."""
+        """Return the output type with the base type of the input, as an array if the input is an array."""
         (source,) = given.values()
         return replace(self.part, base=source.base, array=source.array)
 
@@ -44,7 +46,7 @@ class GetMatrix4Translation(_FromMatrix, type="omni.graph.nodes.GetMatrix4Transl
     translation: Any = Out(type=_VECTOR3, unit="m")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Read the translation of one matrix, or of each in an array."""
+        """Return the function that reads the translation of one matrix, or of each in an array."""
         if output.array:
             return lambda matrices: np.ascontiguousarray(matrices[:, 12:15])
         return operator.itemgetter(slice(12, 15))
@@ -54,7 +56,7 @@ class GetMatrix4Scale(_FromMatrix, type="omni.graph.nodes.GetMatrix4Scale"):
     """Scale of a transformation matrix along x, y and z."""
 
     matrix: Any = In(type=matrices(3, 4), required=True, doc="matrix, or array of matrices")
-    scale: Any = Out(type=_VECTOR3)
+    scale: Any = Out(type=_VECTOR3, doc="scale factors along x, y and z")
 
     @staticmethod
     def operation(matrix: Any) -> Any:
@@ -63,28 +65,28 @@ class GetMatrix4Scale(_FromMatrix, type="omni.graph.nodes.GetMatrix4Scale"):
 
 
 class GetMatrix4Quaternion(_FromMatrix, type="omni.graph.nodes.GetMatrix4Quaternion"):
-    """Rotation of a transformation matrix or of angles, as a quaternion."""
+    """Rotation of a transformation matrix, or of angles about x, y and z, as a quaternion."""
 
     part = PortType("double", 4, False, "quat")
 
-    matrix: Any = In(type=f"{matrices(3, 4)}|{VECTORS}", required=True, doc="matrix, angles, or array of these")
-    rotation_order: Token = In(default="XYZ", tokens=ORDERS)
-    quaternion: Any = Out(type=QUATERNIONS, doc="unit quaternion with w >= 0")
+    matrix: Any = In(type=f"{matrices(3, 4)}|{VECTORS}", required=True, doc=f"matrix, {_ANGLES}, or array of these")
+    rotation_order: Token = In(default="XYZ", tokens=ORDERS, doc=_ORDER)
+    quaternion: Any = Out(type=QUATERNIONS, doc="unit quaternion (x, y, z, w) with w >= 0")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Convert with the present rotationOrder."""
+        """Return the conversion, which uses the current `rotationOrder`."""
         return lift(lambda one: quaternions_of(rotation_matrix(one, self.rotation_order)), inputs, output)
 
 
 class GetMatrix4Rotation(_FromMatrix, type="omni.graph.nodes.GetMatrix4Rotation"):
-    """Rotation of a transformation matrix or of a quaternion, as angles."""
+    """Rotation of a transformation matrix or of a quaternion, as angles about x, y and z."""
 
     matrix: Any = In(type=f"{matrices(3, 4)}|{QUATERNIONS}", required=True, doc="matrix, quaternion, or array of these")
-    rotation_order: Token = In(default="XYZ", tokens=ORDERS)
-    rotation: Any = Out(type=VECTORS, unit="deg")
+    rotation_order: Token = In(default="XYZ", tokens=ORDERS, doc=_ORDER)
+    rotation: Any = Out(type=VECTORS, unit="deg", doc="angles about x, y and z")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Convert with the present rotationOrder."""
+        """Return the conversion, which uses the current `rotationOrder`."""
         return lift(lambda one: angles_of(rotation_matrix(one), self.rotation_order), inputs, output)
 
 
@@ -94,13 +96,13 @@ class GetMatrix4RotationMatrix(_FromMatrix, type="omni.graph.nodes.GetMatrix4Rot
     part = PortType("double", 9, False, "matrixd")
 
     matrix: Any = In(
-        type=f"{_MATRIX4}|{with_arrays('quatd[4]|vectord[3]')}", required=True, doc="matrix, angles or quaternion"
+        type=f"{_MATRIX4}|{with_arrays('quatd[4]|vectord[3]')}", required=True, doc=f"matrix, {_ANGLES}, or quaternion"
     )
-    rotation_order: Token = In(default="XYZ", tokens=ORDERS)
-    rotation: Any = Out(type=matrices(3), doc="rotation without scale")
+    rotation_order: Token = In(default="XYZ", tokens=ORDERS, doc=_ORDER)
+    rotation: Any = Out(type=matrices(3), doc="rotation matrix, without scale")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Convert with the present rotationOrder."""
+        """Return the conversion, which uses the current `rotationOrder`."""
         return lift(lambda one: flat(rotation_matrix(one, self.rotation_order)), inputs, output)
 
 
@@ -124,7 +126,7 @@ class SetMatrix4Translation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Translat
 
     matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="matrix, or array of matrices")
     translation: Any = In(type=_VECTOR3, required=True, unit="m")
-    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new fourth row")
+    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new translation as its fourth row")
 
     @staticmethod
     def operation(matrix: Any, translation: Any) -> Any:
@@ -140,7 +142,9 @@ class SetMatrix4Scale(_OnMatrix, type="omni.graph.nodes.SetMatrix4Scale"):
 
     matrix_in: Any = In(type=matrices(3, 4), name="matrix", required=True, doc="matrix, or array of matrices")
     scale: Any = In(type=_VECTOR3, required=True, doc="scale factors along x, y and z")
-    matrix_out: Any = Out(type=matrices(3, 4), name="matrix", doc="matrix whose first three rows have these lengths")
+    matrix_out: Any = Out(
+        type=matrices(3, 4), name="matrix", doc="matrix whose first three rows have the lengths in `scale`"
+    )
 
     @staticmethod
     def operation(matrix: Any, scale: Any) -> Any:
@@ -152,11 +156,16 @@ class SetMatrix4Scale(_OnMatrix, type="omni.graph.nodes.SetMatrix4Scale"):
 
 
 class SetMatrix4Quaternion(_OnMatrix, type="omni.graph.nodes.SetMatrix4Quaternion"):
-    """A transformation matrix with a quaternion's rotation and without scale. Superseded by SetMatrix4Rotation."""
+    """A transformation matrix with its rotation replaced by a quaternion's, and without scale.
+
+    An older type than SetMatrix4Rotation.
+    """
 
     matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="matrix, or array of matrices")
-    quaternion: Any = In(type=with_arrays("quatd[4]"), required=True, doc="quaternion of any norm above 0")
-    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new rotation")
+    quaternion: Any = In(
+        type=with_arrays("quatd[4]"), required=True, doc="new rotation, a quaternion of any norm above 0"
+    )
+    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new rotation and without scale")
 
     @staticmethod
     def operation(matrix: Any, quaternion: Any) -> Any:
@@ -168,21 +177,21 @@ class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
     """A transformation matrix with its rotation replaced and without scale."""
 
     fixed_rotation_axis: Token = In(
-        default="Y", tokens=("X", "Y", "Z", "Custom"), doc="axis if rotationAngle is one angle"
+        default="Y", tokens=("X", "Y", "Z", "Custom"), doc="axis of rotation; used if `rotationAngle` is a scalar"
     )
     matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="matrix, or array of matrices")
     rotation_angle: Any = In(
         type=with_arrays("double|vectord[3]|quatd[4]|matrixd[3]"),
         required=True,
         unit="deg",
-        doc="angle about the axis, angles about x, y and z, quaternion or matrix",
+        doc="new rotation: one angle about an axis, angles about x, y and z, a quaternion, or a 3 x 3 matrix",
     )
-    rotation_axis: Vector3d = In(default=(0.0, 1.0, 0.0), doc="axis if fixedRotationAxis is Custom")
-    rotation_order: Token = In(default="XYZ", tokens=ORDERS)
-    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new rotation")
+    rotation_axis: Vector3d = In(default=(0.0, 1.0, 0.0), doc="axis of rotation; used if `fixedRotationAxis` is Custom")
+    rotation_order: Token = In(default="XYZ", tokens=ORDERS, doc=_ORDER)
+    matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new rotation and without scale")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Set a rotation about an axis, or one of the kind given by the number of components."""
+        """Return the function that sets the rotation, about an axis if `rotationAngle` is a scalar."""
         angles = inputs[1]
 
         def turned(matrix: Any, rotation: Any, axis: Any) -> Any:
@@ -196,7 +205,7 @@ class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
         """Set the rotation.
 
         Raises:
-            BadValueError: the axis is unknown.
+            BadValueError: `fixedRotationAxis` is unknown.
         """
         axis = self.rotation_axis
         if self.fixed_rotation_axis != "Custom":
@@ -207,11 +216,11 @@ class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
 class MakeTransform(Node, type="omni.graph.nodes.MakeTransform"):
     """A transformation matrix that scales, then rotates, then translates."""
 
-    rotation_order: Token = In(default="XYZ", tokens=ORDERS)
-    rotation_xyz: Vector3d = In(default=(0.0, 0.0, 0.0), name="rotationXYZ", unit="deg")
+    rotation_order: Token = In(default="XYZ", tokens=ORDERS, doc=_ORDER)
+    rotation_xyz: Vector3d = In(default=(0.0, 0.0, 0.0), name="rotationXYZ", unit="deg", doc="angles about x, y and z")
     scale: Vector3d = In(default=(1.0, 1.0, 1.0), doc="scale factors along x, y and z")
     translation: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m")
-    transform: Matrix4d = Out()
+    transform: Matrix4d = Out(doc="4 x 4 matrix, row by row, with the translation as its fourth row")
 
     def compute(self) -> None:
         """Build the matrix.
@@ -228,12 +237,16 @@ class MakeTransform(Node, type="omni.graph.nodes.MakeTransform"):
 
 
 class MakeTransformLookAt(Node, type="omni.graph.nodes.MakeTransformLookAt"):
-    """The pose of a camera that looks at a point along its -z axis, with y as close to up as possible and x to the right."""
+    """The pose of a camera whose -z axis points at `center`, with y as close to `up` as possible and x to the right."""
 
     center: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m", doc="point to look at")
     eye: Vector3d = In(default=(1.0, 0.0, 0.0), unit="m", doc="position of the camera")
-    up: Vector3d = In(default=(0.0, 1.0, 0.0), doc="up direction")
-    transform: Matrix4d = Out()
+    up: Vector3d = In(
+        default=(0.0, 1.0, 0.0), doc="up direction; the y axis of the camera is as close to it as possible"
+    )
+    transform: Matrix4d = Out(
+        doc="pose of the camera as a 4 x 4 matrix, row by row, with the position as its fourth row"
+    )
 
     def compute(self) -> None:
         """Build the matrix."""
@@ -247,19 +260,19 @@ class MakeTransformLookAt(Node, type="omni.graph.nodes.MakeTransformLookAt"):
 
 
 class RotateVector(Elementwise, type="omni.graph.nodes.RotateVector"):
-    """A vector rotated by angles, a quaternion or a matrix, without the matrix's translation."""
+    """A vector rotated by angles, a quaternion or a matrix; the translation of a 4 x 4 matrix is ignored."""
 
     like = "vector"
 
     rotation: Any = In(
-        type=f"{matrices(3, 4)}|{QUATERNIONS}|{VECTORS}", required=True, doc="angles, quaternion or matrix"
+        type=f"{matrices(3, 4)}|{QUATERNIONS}|{VECTORS}", required=True, doc=f"{_ANGLES}, quaternion or matrix"
     )
-    rotation_order: Token = In(default="XYZ", tokens=ORDERS)
+    rotation_order: Token = In(default="XYZ", tokens=ORDERS, doc=_ORDER)
     vector: Any = In(type=VECTORS, required=True, doc="vector, or array of vectors")
     result: Any = Out(type=VECTORS, doc="rotated vector, of the same type")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Apply the linear part of a matrix, or a rotation."""
+        """Return the function that applies the linear part of a matrix, or the rotation of angles or a quaternion."""
         linear = inputs[0].count > 4
 
         def turned(rotation: Any, vector: Any) -> Any:

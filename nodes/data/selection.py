@@ -20,17 +20,19 @@ _CHOICE = ("condition", "ifTrue", "ifFalse")
 
 
 class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
-    """Selects one of two values by a condition; with an array of conditions, element by element."""
+    """Selects one of two values by a condition; with arrays, element by element."""
 
-    condition: Any = In(type=BOOLEANS, required=True, doc="true selects ifTrue, false ifFalse")
+    condition: Any = In(type=BOOLEANS, required=True, doc="true selects `ifTrue`, false `ifFalse`")
     if_true: Any = In(type=ANYTHING, required=True)
     if_false: Any = In(type=ANYTHING, required=True)
-    result: Any = Out(type=ANYTHING, doc="selected value; array if an input is one, with the other inputs repeated")
+    result: Any = Out(
+        type=ANYTHING, doc="selected value; an array if any input is an array: the other inputs are then repeated"
+    )
 
     choose: Operation = Bound()
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """The type that both values convert to.
+        """Return the type to which both values convert.
 
         Raises:
             ValueError: the values have no common type.
@@ -89,7 +91,7 @@ def _each_of(arrays: tuple[bool, ...], result: PortType) -> Operation:
 class SelectTargetIf(Node, type="omni.graph.nodes.SelectTargetIf"):
     """Selects one of two targets by a condition; with an array of conditions, prim by prim."""
 
-    condition: Any = In(type=BOOLEANS, required=True, doc="true selects ifTrue, false ifFalse")
+    condition: Any = In(type=BOOLEANS, required=True, doc="true selects `ifTrue`, false `ifFalse`")
     if_true: Target = In(default=())
     if_false: Target = In(default=())
     result: Target = Out(doc="selected prims")

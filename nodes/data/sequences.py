@@ -1,4 +1,4 @@
-"""Operations on arrays of ports: numpy arrays, tuples of strings, and strings as arrays of their UTF-8 bytes."""
+"""Operations on array values of ports: numpy arrays, tuples of strings, and strings as arrays of UTF-8 bytes."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from graphengine.node import BadValueError, PortType, types
 MAX_LENGTH = 10_000_000
 """Maximum length of an array or string that a node makes."""
 INDEX = "index from 0; negative values count from the end, -1 is the last; out of range is an error"
-"""Documentation of `index` ports."""
+"""Port documentation of an index."""
 _BYTE = PortType("uchar")
 
 
 def element_of(array: PortType) -> PortType:
-    """The element type of an array type."""
+    """Return the element type of an array type; uchar for a string."""
     return _BYTE if not array.array else PortType(array.base, array.count, False, array.role)
 
 
 def fits(given: PortType, element: PortType) -> bool:
-    """Whether an array with this element type accepts a value of the given type."""
+    """Whether a value of type `given` converts to the type `element`."""
     return types.conversion(given, element) is not None
 
 
 def as_array(value: Any) -> Any:
-    """A port value as a sequence that can be sliced and joined: an array or a tuple of strings."""
+    """Return a port value as a sequence that can be sliced and joined: a numpy array or a tuple of strings."""
     if isinstance(value, str):
         return np.frombuffer(value.encode(), np.uint8)
     if isinstance(value, np.ndarray) or (isinstance(value, tuple) and all(isinstance(text, str) for text in value)):
@@ -37,7 +37,7 @@ def as_array(value: Any) -> Any:
 
 
 def joined(like: Any, *parts: Any) -> Any:
-    """The parts joined into an array of the same type as `like`; a part is an array or a list of elements.
+    """Join parts, which are arrays or lists of elements, into an array of the same type as `like`.
 
     Raises:
         BadValueError: the result has too many elements.
@@ -53,7 +53,7 @@ def joined(like: Any, *parts: Any) -> Any:
 
 
 def made(elements: Sequence[Any], element_type: PortType) -> Any:
-    """An array of the given elements."""
+    """Return an array of the given elements, which all have the element type."""
     if not element_type.is_number:
         return tuple(elements)
     shape = (-1,) if element_type.count == 1 else (-1, element_type.count)
@@ -62,14 +62,14 @@ def made(elements: Sequence[Any], element_type: PortType) -> Any:
 
 
 def checked_length(port: str, length: int) -> int:
-    """The length of a new array, with negative values replaced by 0.
+    """Check the length of a new array, and return it with negative values replaced by 0.
 
     Args:
-        port: OmniGraph's name of the input with the length.
-        length: number of elements; negative values count as 0.
+        port: OmniGraph's name of the input that determines the length, for the error.
+        length: number of elements.
 
     Raises:
-        BadValueError: the length is above the maximum.
+        BadValueError: the length is above `MAX_LENGTH`.
     """
     if length > MAX_LENGTH:
         raise BadValueError(port, length, f"of {MAX_LENGTH} elements or fewer")
@@ -77,7 +77,7 @@ def checked_length(port: str, length: int) -> int:
 
 
 def position(index: int, length: int) -> int:
-    """The position from 0 of `index` in a sequence of `length` elements; negative indices count from the end.
+    """Return `index` as a position from 0 in a sequence of `length` elements; a negative index counts from the end.
 
     Raises:
         BadValueError: the index is out of range.
@@ -88,14 +88,14 @@ def position(index: int, length: int) -> int:
 
 
 def zeros(array: Any, count: int) -> Any:
-    """The given number of zeros or empty strings as elements for an array; none if it is negative."""
+    """Return `count` zeros or empty strings with which to extend an array; none if `count` is negative."""
     if isinstance(array, tuple):
         return ("",) * count
     return np.zeros((max(count, 0), *array.shape[1:]), array.dtype)
 
 
 def places(array: Any, value: Any) -> list[int]:
-    """Positions of the elements equal to a value."""
+    """Return the positions of all elements equal to a value."""
     if isinstance(array, tuple):
         return [index for index, text in enumerate(array) if text == value]
     with np.errstate(over="ignore"):

@@ -13,22 +13,26 @@ TEXTS = "string|token|token[]"
 
 
 def check_text_length(port: str, letters: int) -> None:
-    """Check the total length of strings that the value of `port` extends.
+    """Check the length of the string or strings that a node makes.
+
+    Args:
+        port: OmniGraph's name of the input that makes them long, for the error.
+        letters: total number of characters.
 
     Raises:
-        BadValueError: the length is above the maximum.
+        BadValueError: the number is above `MAX_LENGTH`.
     """
     if letters > MAX_LENGTH:
         raise BadValueError(port, letters, f"so long that the result has {MAX_LENGTH} letters or fewer")
 
 
 def appended(port: str, texts: str | tuple[str, ...], suffix: str | tuple[str, ...]) -> str | tuple[str, ...]:
-    """A string with a suffix, or several strings with a common suffix or one each.
+    """Append a suffix to a string, or to each of several strings.
 
     Args:
-        port: OmniGraph's name of the suffix input.
+        port: OmniGraph's name of the suffix input, for the error.
         texts: string or strings to extend.
-        suffix: suffix, or one for each string.
+        suffix: suffix for all strings, or one for each string.
 
     Raises:
         BadValueError: the number of suffixes is neither 1 nor that of the strings, or the result is too long.
@@ -46,16 +50,20 @@ def appended(port: str, texts: str | tuple[str, ...], suffix: str | tuple[str, .
 
 
 class BuildString(Node, type="omni.graph.nodes.BuildString"):
-    """Concatenation of strings. Isaac's menu calls it Append String."""
+    """Concatenation of strings; "Append String" in Isaac Sim's menu."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=TEXTS)}
 
-    a: Any = In(type=TEXTS, required=True, doc="first string; the others are appended to each element of a token[]")
-    b: Any = In(type=TEXTS, required=True, doc="second string; the graph file may add input2, input3, …")
-    value: Any = Out(type=TEXTS, doc="concatenation, of a's type")
+    a: Any = In(
+        type=TEXTS, required=True, doc="first string, or token[] to each element of which the other inputs are appended"
+    )
+    b: Any = In(
+        type=TEXTS, required=True, doc="second string; a graph file can name further inputs `input2`, `input3`, …"
+    )
+    value: Any = Out(type=TEXTS, doc="concatenation, of the type of `a`")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """The type of a."""
+        """Return the type of `a` for the output."""
         return {"value": known["a"]} if "a" in known else {}
 
     def compute(self) -> None:
@@ -71,16 +79,16 @@ class BuildString(Node, type="omni.graph.nodes.BuildString"):
 
 
 class AppendString(Node, type="omni.graph.nodes.AppendString"):
-    """A string with a suffix. An older type than BuildString."""
+    """A string with a suffix appended. An older type than BuildString."""
 
     value_in: Any = In(
-        type=TEXTS, name="value", required=True, doc="string to extend, or token[] whose elements are extended"
+        type=TEXTS, name="value", required=True, doc="string to which to append, or token[] for each of its elements"
     )
-    suffix: Any = In(type=TEXTS, required=True, doc="suffix to append")
+    suffix: Any = In(type=TEXTS, required=True, doc="string to append, or token[] with one for each element of `value`")
     value_out: Any = Out(type=TEXTS, name="value", doc="result, of the input's type")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """The type of the input."""
+        """Return the type of the input for the output."""
         return {"value_out": known["value_in"]} if "value_in" in known else {}
 
     def compute(self) -> None:
@@ -101,9 +109,13 @@ _CASES: dict[str, Callable[[str], str]] = {
 
 
 class CapitalizeString(Node, type="omni.graph.nodes.CapitalizeString"):
-    """Changes a string to upper case, to lower case, or to capital first letters of the string or of its words."""
+    """Changes a string to upper or lower case, or capitalizes the string or each of its words."""
 
-    operation: Token = In(default="UpperCase", tokens=tuple(_CASES))
+    operation: Token = In(
+        default="UpperCase",
+        tokens=tuple(_CASES),
+        doc="change of case; Capitalize: first letter of the string, Title: first letter of each word",
+    )
     string_in: Any = In(type=TEXTS, name="string", couple="text", required=True, doc="string, or array of tokens")
     string_out: Any = Out(type=TEXTS, name="string", couple="text", doc="result, of the input's type")
 
@@ -123,7 +135,7 @@ class SplitString(Node, type="omni.graph.nodes.SplitString"):
 
     delimiter: String = In(default=" ", doc="string to split at")
     string: String = In(default="", doc="string to split")
-    elements: Tokens = Out(doc="parts, which may be empty; none if the string or the delimiter is empty")
+    elements: Tokens = Out(doc="parts, which may be empty; none if `string` or `delimiter` is empty")
 
     def compute(self) -> None:
         """Split the string.
@@ -139,9 +151,9 @@ class SplitString(Node, type="omni.graph.nodes.SplitString"):
 class StartsWith(Node, type="omni.graph.nodes.StartsWith"):
     """Whether a string starts with a prefix."""
 
-    prefix: String = In(default="", doc="prefix; every string starts with an empty one")
+    prefix: String = In(default="", doc="start to look for; every string starts with the empty string")
     value: String = In(default="", doc="string to check")
-    is_prefix: bool = Out()
+    is_prefix: bool = Out(doc="whether `value` starts with `prefix`")
 
     def compute(self) -> None:
         """Compare the start of the string with the prefix."""
@@ -151,9 +163,9 @@ class StartsWith(Node, type="omni.graph.nodes.StartsWith"):
 class EndsWith(Node, type="omni.graph.nodes.EndsWith"):
     """Whether a string ends with a suffix."""
 
-    suffix: String = In(default="", doc="suffix; every string ends with an empty one")
+    suffix: String = In(default="", doc="end to look for; every string ends with the empty string")
     value: String = In(default="", doc="string to check")
-    is_suffix: bool = Out()
+    is_suffix: bool = Out(doc="whether `value` ends with `suffix`")
 
     def compute(self) -> None:
         """Compare the end of the string with the suffix."""

@@ -14,10 +14,10 @@ _TEXT = "string|token"
 class FindString(Node, type="omni.graph.nodes.FindString"):
     """Position of the first occurrence of a string in another."""
 
-    pos: Int = In(default=0, doc="position at which the search starts; a start beyond the end finds nothing")
+    pos: Int = In(default=0, doc="position at which the search starts, from 0; beyond the end, nothing is found")
     string: Any = In(type=_TEXT, required=True, doc="string to search in")
-    value: Any = In(type=_TEXT, required=True, doc="string to search for; an empty one is not found")
-    index: Int = Out(doc="position of the first character, from 0; -1 if not found")
+    value: Any = In(type=_TEXT, required=True, doc="string to search for; an empty string is never found")
+    index: Int = Out(doc="position at which `value` was found, from 0; -1 if it was not")
 
     def compute(self) -> None:
         """Search for the string."""
@@ -27,15 +27,15 @@ class FindString(Node, type="omni.graph.nodes.FindString"):
 class _Part(Node):
     """Base of nodes for a part of a string, given by position and length."""
 
-    count: Int = In(default=-1, doc="number of characters; -1 or too many extend to the end")
-    index: Int = In(default=0, doc=INDEX)
+    count: Int = In(default=-1, doc="number of characters; a negative or too large number extends to the end")
+    index: Int = In(default=0, doc=f"position of the first character: {INDEX}")
     string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="input string")
     string_out: Any = Out(
         type=_TEXT, name="string", couple="text", doc="result, of the input's type; empty for an empty input"
     )
 
     def ends(self) -> tuple[int, int]:
-        """Position of the first character of the part, and of the first one after it.
+        """Return the positions of the part's first character, and of the character after its last.
 
         Raises:
             BadValueError: the position is out of range.
@@ -76,7 +76,9 @@ class RemoveString(_Part, type="omni.graph.nodes.RemoveString"):
 class InsertString(Node, type="omni.graph.nodes.InsertString"):
     """Inserts a string into another."""
 
-    index: Int = In(default=0, doc="0 or less inserts at the start, the string's length or more at the end")
+    index: Int = In(
+        default=0, doc="position of the inserted string; below 0 inserts at the start, beyond the end appends"
+    )
     string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="string to insert into")
     value: Any = In(type=_TEXT, required=True, doc="string to insert")
     string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="result, of the input's type")
@@ -93,10 +95,10 @@ class InsertString(Node, type="omni.graph.nodes.InsertString"):
 
 
 class ReplaceString(Node, type="omni.graph.nodes.ReplaceString"):
-    """Replaces the first occurrence of a part in a string, or all occurrences."""
+    """Replaces the first occurrence of one string in another, or all occurrences."""
 
-    replace: Any = In(type=_TEXT, required=True, doc="part to search for; an empty one is not found")
-    replace_all: bool = In(default=False, doc="replace all occurrences, not only the first")
+    replace: Any = In(type=_TEXT, required=True, doc="string to search for; an empty string is never found")
+    replace_all: bool = In(default=False, doc="true: replace all occurrences; false: only the first")
     string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="input string")
     value: Any = In(type=_TEXT, required=True, doc="replacement, which may be empty")
     string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="result, of the input's type")

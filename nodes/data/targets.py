@@ -19,10 +19,10 @@ class AppendTargets(Node, type="omni.graph.nodes.AppendTargets"):
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type="target")}
 
-    allow_duplicates: bool = In(default=False, doc="whether to keep duplicates of a prim")
-    input0: Target = In(default=(), doc="first prims")
-    input1: Target = In(default=(), doc="next prims; input2 and so on exist when the file names them")
-    targets: Target = Out(doc="all prims")
+    allow_duplicates: bool = In(default=False, doc="true: keep all occurrences of a prim; false: only the first")
+    input0: Target = In(default=(), doc="first target")
+    input1: Target = In(default=(), doc="second target; a graph file can name further inputs `input2`, `input3`, …")
+    targets: Target = Out(doc="prims of all inputs, in order")
 
     def compute(self) -> None:
         """Concatenate the targets."""
@@ -31,14 +31,14 @@ class AppendTargets(Node, type="omni.graph.nodes.AppendTargets"):
 
 
 class GetTargets(Node, type="omni.graph.nodes.GetTargets"):
-    """A range of the prims of a target."""
+    """Selects consecutive prims of a target, by index."""
 
-    count: Int = In(default=1, doc="number of prims; -1 or too many extend to the end")
+    count: Int = In(default=1, doc="number of prims; a negative or too large number extends to the end")
     index: Int = In(
         default=0, doc="index of the first prim, from 0; negative values count from the end; out of range is an error"
     )
     targets_in: Target = In(default=(), name="targets", doc="prims to select from")
-    targets_out: Target = Out(name="targets", doc="selected prims; empty for an empty target")
+    targets_out: Target = Out(name="targets", doc="selected prims; empty if the input is empty")
 
     def compute(self) -> None:
         """Select the prims.
@@ -54,9 +54,9 @@ class GetTargets(Node, type="omni.graph.nodes.GetTargets"):
 class FindTarget(Node, type="omni.graph.nodes.FindTarget"):
     """Index of a prim in a target."""
 
-    search_target: Target = In(default=(), doc="prim to search for; of several, the first is used")
+    search_target: Target = In(default=(), doc="prim to search for; only the first of several counts")
     targets: Target = In(default=(), doc="prims to search in")
-    index: Int = Out(doc="index of the first equal prim, from 0; -1 if not found")
+    index: Int = Out(doc="index of the prim in `targets`, from 0; -1 if it is not there")
 
     def compute(self) -> None:
         """Search for the prim."""
@@ -65,7 +65,7 @@ class FindTarget(Node, type="omni.graph.nodes.FindTarget"):
 
 
 class GetParentPrims(Node, type="omni.graph.nodes.GetParentPrims"):
-    """The parents of prims, such as /World for /World/box."""
+    """The parents of prims, such as `/World` for `/World/box`."""
 
     prims: Target = In(default=(), doc="prims whose parents are output")
     parent_prims: Target = Out(doc="one parent for each prim")
@@ -76,16 +76,16 @@ class GetParentPrims(Node, type="omni.graph.nodes.GetParentPrims"):
 
 
 class CompareTargets(Node, type="omni.graph.nodes.CompareTargets"):
-    """Compares two targets as a whole, prims and order, or prim by prim."""
+    """Compares two targets: as a whole, including the order of their prims, or prim by prim."""
 
     a: Target = In(default=(), doc="first target")
     b: Target = In(default=(), doc="second target")
-    compare_each: bool = In(default=False, setup=True, doc="whether to compare prim by prim")
+    compare_each: bool = In(default=False, setup=True, doc="true: compare prim by prim; false: as a whole")
     operation: Token = In(default="==", tokens=("==", "!="))
-    result: Any = Out(type=BOOLEANS, doc="bool, or array of bools if compared prim by prim")
+    result: Any = Out(type=BOOLEANS, doc="bool, or array of bools if `compareEach` is true")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """A bool, or an array of bools."""
+        """Return a bool, or an array of bools to compare prim by prim."""
         return {"result": PortType("bool", array=self.compare_each)}
 
     def compute(self) -> None:

@@ -7,14 +7,14 @@ from graphengine.nodes.clocked import ClockNode
 
 
 class ReadTime(ClockNode, type="omni.graph.nodes.ReadTime", volatile=True):
-    """Reads the simulation time in several forms; the first tick is at one tick period, and a stop resets time to 0."""
+    """Reads the clock of the simulation; a stop resets `time` to 0, and in the first tick it is one tick period."""
 
-    absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began, not reset on stop")
+    absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began; a stop does not reset it")
     delta_seconds: float = Out(unit="s", doc="time between two passes of the graph")
     frame: float = Out(doc="number of the tick since play; the first is 1")
-    is_playing: bool = Out(doc="always true when a graph runs")
-    time: float = Out(unit="s", doc="simulation time")
-    time_since_start: float = Out(unit="s", doc="equal to absoluteSimTime")
+    is_playing: bool = Out(doc="always true: graphs run only while the simulation plays")
+    time: float = Out(unit="s", doc="simulation time since play")
+    time_since_start: float = Out(unit="s", doc="equal to `absoluteSimTime`")
 
     def compute(self) -> None:
         """Read the clock."""

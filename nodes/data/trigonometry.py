@@ -39,8 +39,8 @@ def _in_degrees(many: Operation, one: Operation) -> tuple[Operation, Operation]:
 class _OfAngle(Elementwise):
     """Base of functions of angles in degrees."""
 
-    value_in: Any = In(type=DECIMALS, name="value", required=True, unit="deg")
-    value_out: Any = Out(type=DECIMALS, name="value", doc="value of the function, of the angle's type")
+    value_in: Any = In(type=DECIMALS, name="value", required=True, unit="deg", doc="angle: number, tuple or array")
+    value_out: Any = Out(type=DECIMALS, name="value", doc="result, of the type of the angle")
 
 
 class Sin(_OfAngle, type="omni.graph.nodes.Sin"):
@@ -65,7 +65,7 @@ class _ToAngle(Elementwise):
     """Base of functions whose results are angles in degrees."""
 
     value_in: Any = In(type=DECIMALS, name="value", required=True, doc="number, tuple or array")
-    value_out: Any = Out(type=DECIMALS, name="value", unit="deg")
+    value_out: Any = Out(type=DECIMALS, name="value", unit="deg", doc="angle, of the type of the input")
 
 
 class Asin(_ToAngle, type="omni.graph.nodes.Asin"):
@@ -87,20 +87,20 @@ class Atan(_ToAngle, type="omni.graph.nodes.Atan"):
 
 
 class ATan2(Elementwise, type="omni.graph.nodes.ATan2"):
-    """Angle of the point (x, y) from the x axis, -180 to 180 degrees."""
+    """Angle from the x axis to the point (x, y), -180 to 180 degrees."""
 
-    a: Any = In(type=DECIMALS, required=True, doc="y of the point")
-    b: Any = In(type=DECIMALS, required=True, doc="x of the point")
+    a: Any = In(type=DECIMALS, required=True, doc="y coordinate of the point")
+    b: Any = In(type=DECIMALS, required=True, doc="x coordinate of the point")
     result: Any = Out(type=DECIMALS, unit="deg")
 
     @staticmethod
     def operation(y: Any, x: Any) -> Any:
-        """Angles of arrays of points, degrees."""
+        """Compute the angles of arrays of points, degrees."""
         return np.degrees(np.arctan2(y, x))
 
     @staticmethod
     def on_numbers(y: float, x: float) -> float:
-        """Angle of one point, degrees."""
+        """Compute the angle of one point, degrees."""
         return math.degrees(math.atan2(y, x))
 
 

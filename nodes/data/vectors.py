@@ -40,13 +40,13 @@ class _BreakVector(Node):
     y: Any = Out(type=_COMPONENTS, couple="number", component=True)
 
     def components(self) -> Any:
-        """Return the components."""
+        """Return the components, in order, as numbers or arrays."""
         vectors = self.tuple_in
         return vectors if type(vectors) is tuple else np.ascontiguousarray(vectors.T)
 
 
 class BreakVector2(_BreakVector, type="omni.graph.nodes.BreakVector2"):
-    """The two components of a vector, whatever its role."""
+    """The two components of a vector of any role."""
 
     tuple_in: Any = In(type=_vectors(2), name="tuple", couple="number", required=True, doc=_VECTOR)
 
@@ -56,7 +56,7 @@ class BreakVector2(_BreakVector, type="omni.graph.nodes.BreakVector2"):
 
 
 class BreakVector3(_BreakVector, type="omni.graph.nodes.BreakVector3"):
-    """The three components of a vector, whatever its role."""
+    """The three components of a vector of any role."""
 
     tuple_in: Any = In(type=_vectors(3), name="tuple", couple="number", required=True, doc=_VECTOR)
     z: Any = Out(type=_COMPONENTS, couple="number", component=True)
@@ -67,7 +67,7 @@ class BreakVector3(_BreakVector, type="omni.graph.nodes.BreakVector3"):
 
 
 class BreakVector4(_BreakVector, type="omni.graph.nodes.BreakVector4"):
-    """The four components of a vector, whatever its role."""
+    """The four components of a vector of any role."""
 
     tuple_in: Any = In(type=_vectors(4), name="tuple", couple="number", required=True, doc=_VECTOR)
     z: Any = Out(type=_COMPONENTS, couple="number", component=True)
@@ -90,14 +90,14 @@ class _MakeVector(Elementwise):
         return np.stack(np.broadcast_arrays(*components), axis=-1)
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """A tuple of numbers, or an array of tuples."""
+        """Return the function that makes a tuple of numbers, or an array of tuples."""
         if output.array:
             return super().lifted(inputs, output)
         number = float if is_real(output) else int
         return lambda *components: tuple(map(number, components))
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """A tuple with the common base of all components."""
+        """Return a tuple type with the widest base type of all components."""
         return common({**given, "": PortType("int", len(given))})
 
 
@@ -129,7 +129,7 @@ class Magnitude(Elementwise, type="omni.graph.nodes.Magnitude"):
     magnitude: Any = Out(type=PLAIN_NUMERICS)
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Compute lengths of tuples, or absolute values of numbers."""
+        """Return the length for tuples, the absolute value for numbers."""
         if inputs[0].count == 1:
             return lift(np.abs, inputs, output, abs)
         if not output.array:
@@ -137,7 +137,7 @@ class Magnitude(Elementwise, type="omni.graph.nodes.Magnitude"):
         return lift(functools.partial(np.linalg.norm, axis=-1), inputs, output)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """A number of the base of the input; the length of a tuple of whole numbers is a double."""
+        """Return a number of the base type of the input, but a double for tuples of integers."""
         vector = given["input"]
         base = vector.base if vector.count == 1 or is_real(vector) else "double"
         return PortType(base, 1, vector.array)
@@ -163,12 +163,12 @@ def _dot(a: tuple[float, ...], b: tuple[float, ...]) -> float:
 
 
 class DotProduct(Elementwise, type="omni.graph.nodes.DotProduct"):
-    """Dot product of two vectors, or of the pairs of two arrays of vectors. An array of numbers counts as one vector."""
+    """Dot product of two vectors, or of pairs from two arrays of vectors; an array of numbers counts as one vector."""
 
     on_tuples = _dot
 
     a: Any = In(type=_DOT, required=True, doc="vector, or array of vectors")
-    b: Any = In(type=_DOT, required=True, doc="vector or array of the size of a")
+    b: Any = In(type=_DOT, required=True, doc="vector or array of the same size as `a`")
     product: Any = Out(type=with_arrays(f"{REALS}|timecode"), doc="number, or array of numbers")
 
     @staticmethod
@@ -183,10 +183,10 @@ class DotProduct(Elementwise, type="omni.graph.nodes.DotProduct"):
         return np.sum(a * b, axis=-1)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """A number for each pair of vectors.
+        """Return a number for each pair of vectors.
 
         Raises:
-            ValueError: a and b are vectors of different sizes.
+            ValueError: `a` and `b` are vectors of different sizes.
         """
         both = common(given)
         if len({operand.count > 1 for operand in given.values()}) > 1:
@@ -199,13 +199,13 @@ def _cross(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:
 
 
 class CrossProduct(Elementwise, type="omni.graph.nodes.CrossProduct"):
-    """Cross product of two vectors, or of the pairs of two arrays of vectors."""
+    """Cross product of two vectors, or of pairs from two arrays of vectors."""
 
     operation, on_tuples = np.cross, _cross
 
     a: Any = In(type=VECTORS, required=True, doc="vector, or array of vectors")
-    b: Any = In(type=VECTORS, required=True, doc="vector, or array of the length of a")
-    product: Any = Out(type=VECTORS, doc="a x b, perpendicular to both")
+    b: Any = In(type=VECTORS, required=True, doc="vector, or array as long as `a`")
+    product: Any = Out(type=VECTORS, doc="`a` x `b`, perpendicular to both")
 
 
 _POINTS = with_arrays("pointd[3]|pointf[3]|pointh[3]")
@@ -226,5 +226,5 @@ class Distance3D(Elementwise, type="omni.graph.nodes.Distance3D"):
         return np.linalg.norm(a - b, axis=-1)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """A number for each pair of points."""
+        """Return a number for each pair of points."""
         return replace(common(given), count=1, role="")

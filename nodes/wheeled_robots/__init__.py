@@ -1,1 +1,1 @@
-"""Controllers of wheeled bases (`isaacsim.robot.wheeled_robots`), one a file."""
+"""Controllers of wheeled bases (`isaacsim.robot.wheeled_robots`), one node type per file."""

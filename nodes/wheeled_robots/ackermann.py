@@ -14,32 +14,47 @@ from graphengine.nodes.wheeled_robots.limits import limited, ramped
 class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannController"):
     """Computes steering angles and speeds with which four wheels roll about one turning centre.
 
-    The steering angle d is that of a bicycle with the same wheel base b. With the track width t, the turning radius of a wheel
-    is the base's times k = 1 - (t / 2b) tan d on the side of the turning centre, and k = 1 + (t / 2b) tan d on the other side.
-    A wheel rolls at k times `speed` and steers by atan(tan d / k). A limit of 0 is no limit. Inputs take effect whenever they
-    change.
+    `steeringAngle` d is the angle of a bicycle with the same wheel base. With `wheelBase` b and `trackWidth` t, let
+    k = 1 - (t / 2b) tan d for left wheels and k = 1 + (t / 2b) tan d for right wheels. Wheels that are not steered roll at
+    k times `speed`. Steered wheels steer by atan(tan d / k) and roll at sqrt(k^2 + (tan d)^2) times `speed`.
+
+    A limit of 0 is no limit. Changed inputs take effect at the next execution.
     """
 
     exec_in = ExecIn()
     acceleration: float = In(default=0.0, unit="m/s2", doc="acceleration towards `speed`; 0 applies `speed` at once")
-    max_acceleration: float = In(default=0.0, unit="m/s2", doc="limit of `acceleration`")
+    max_acceleration: float = In(default=0.0, unit="m/s2", doc="largest value used for `acceleration`; 0 is no limit")
     speed: float = In(default=0.0, unit="m/s", doc="forward speed at the middle of the unsteered axle")
-    steering_angle: float = In(default=0.0, unit="rad", doc="steering angle d of the bicycle; left is positive")
-    max_wheel_rotation: float = In(default=6.28, unit="rad", doc="limit of every steering angle")
-    steering_angle_velocity: float = In(
-        default=0.0, unit="rad/s", doc="rate towards `steeringAngle`; 0 applies it at once"
+    steering_angle: float = In(
+        default=0.0, unit="rad", doc="angle of a bicycle with the same wheel base; left is positive"
     )
-    max_steering_angle_velocity: float = In(default=0.0, unit="rad/s", doc="limit of `steeringAngleVelocity`")
-    wheel_base: float = In(default=0.0, required=True, unit="m", doc="b, distance between the axles")
-    track_width: float = In(default=0.0, required=True, unit="m", doc="t, distance between left and right wheels")
-    front_wheel_radius: float = In(default=0.0, required="radius", unit="m", doc="0 means equal to backWheelRadius")
-    back_wheel_radius: float = In(default=0.0, required="radius", unit="m", doc="0 means equal to frontWheelRadius")
-    max_wheel_velocity: float = In(default=0.0, unit="rad/s")
-    invert_steering: bool = In(default=False, doc="steer with the back wheels, in the opposite direction")
-    dt: float = In(default=0.0, unit="s", doc="time between two executions; needed for ramps")
+    max_wheel_rotation: float = In(default=6.28, unit="rad", doc="largest steering angle of a wheel; 0 is no limit")
+    steering_angle_velocity: float = In(
+        default=0.0, unit="rad/s", doc="rate of change towards `steeringAngle`; 0 applies it at once"
+    )
+    max_steering_angle_velocity: float = In(
+        default=0.0, unit="rad/s", doc="largest value used for `steeringAngleVelocity`; 0 is no limit"
+    )
+    wheel_base: float = In(default=0.0, required=True, unit="m", doc="distance between the axles")
+    track_width: float = In(default=0.0, required=True, unit="m", doc="distance between left and right wheels")
+    front_wheel_radius: float = In(
+        default=0.0, required="radius", unit="m", doc="radius of the front wheels; 0 uses `backWheelRadius`"
+    )
+    back_wheel_radius: float = In(
+        default=0.0, required="radius", unit="m", doc="radius of the back wheels; 0 uses `frontWheelRadius`"
+    )
+    max_wheel_velocity: float = In(default=0.0, unit="rad/s", doc="largest speed of a wheel; 0 is no limit")
+    invert_steering: bool = In(default=False, doc="true: steer with the back wheels, in the opposite direction")
+    dt: float = In(
+        default=0.0,
+        unit="s",
+        doc="time between two executions; needed if `acceleration` or `steeringAngleVelocity` is not 0",
+    )
     exec_out = ExecOut()
     wheel_angles: Doubles = Out(unit="rad", doc="angles of the steered wheels: [left, right]")
-    wheel_rotation_velocity: Doubles = Out(unit="rad/s", doc="[front left, front right, back left, back right]")
+    wheel_rotation_velocity: Doubles = Out(
+        unit="rad/s", doc="speeds of all wheels: [front left, front right, back left, back right]"
+    )
 
     previous_speed: float = State(default=0.0)
     previous_angle: float = State(default=0.0)
@@ -48,7 +63,7 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         """Limit and ramp the command, and compute the wheels' angles and speeds.
 
         Raises:
-            BadValueError: a length of the geometry is 0, a ramp has no dt, or a number is not finite.
+            BadValueError: the wheel base or both radii are 0, a ramp needs `dt` but it is 0, or a number is not finite.
         """
         base, half_track, front, back = self.geometry()
         fastest, widest = abs(self.max_wheel_velocity), abs(self.max_wheel_rotation)
@@ -71,7 +86,11 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         self.wheel_angles, self.wheel_rotation_velocity = np.array(angles), np.array(speeds)
 
     def geometry(self) -> tuple[float, float, float, float]:
-        """Wheel base, half the track width, radius of the front and of the back wheels."""
+        """Return the wheel base, half the track width, the front and the back wheel radius, none negative.
+
+        Raises:
+            BadValueError: the wheel base or both radii are 0.
+        """
         front, back = abs(self.front_wheel_radius), abs(self.back_wheel_radius)
         if self.wheel_base == 0.0:
             raise BadValueError("wheelBase", self.wheel_base, "other than 0")
@@ -82,7 +101,15 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         return abs(self.wheel_base), abs(self.track_width) / 2.0, front or back, back or front
 
     def commanded(self, fastest: float, widest: float) -> tuple[float, float]:
-        """Limited and ramped speed and steering angle of this compute."""
+        """Return the speed and the steering angle of this execution, after limits and ramps.
+
+        Args:
+            fastest: limit of the speed, m/s; 0 is no limit.
+            widest: limit of the steering angle, rad; 0 is no limit.
+
+        Raises:
+            BadValueError: a ramp needs `dt`, but it is 0.
+        """
         acceleration = limited(abs(self.acceleration), abs(self.max_acceleration))
         turning = limited(abs(self.steering_angle_velocity), abs(self.max_steering_angle_velocity))
         if self.dt == 0.0 and (acceleration or turning):

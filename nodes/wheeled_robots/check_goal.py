@@ -1,4 +1,4 @@
-"""Comparison of a base's pose with its target."""
+"""Comparison of the pose of a base with its target."""
 
 from __future__ import annotations
 
@@ -11,18 +11,20 @@ from graphengine.nodes.wheeled_robots.planar import PlanarNode, wrapped
 
 
 class CheckGoal2D(PlanarNode, type="isaacsim.robot.wheeled_robots.CheckGoal2D"):
-    """Checks whether a base is within a distance of a target, and within an angle of the target's yaw."""
+    """Checks whether a base has reached a target: its position and its yaw, each within a tolerance."""
 
-    target: Double3 = In(default=(0.0, 0.0, 0.0), unit="m, m, rad", doc="x, y and yaw in the world frame")
-    target_changed: bool = In(default=False, doc="no effect: the target is always read")
-    thresholds: Double2 = In(default=(0.1, 0.1), unit="m, rad", doc="tolerances of position and yaw")
+    target: Double3 = In(default=(0.0, 0.0, 0.0), unit="m, m, rad", doc="x, y and yaw to reach, in the world frame")
+    target_changed: bool = In(default=False, doc="no effect: every execution reads `target`")
+    thresholds: Double2 = In(
+        default=(0.1, 0.1), unit="m, rad", doc="largest distance and largest yaw difference that count as reached"
+    )
     reached_goal: Bools = Out(doc="[position reached, yaw reached]")
 
     def compute(self) -> None:
         """Compare pose and target.
 
         Raises:
-            BadValueError: the base's pose, or the target's yaw, is not finite.
+            BadValueError: the pose of the base is not finite, or the yaw of the target is infinite.
         """
         x, y, yaw = self.heading()
         if math.isinf(self.target[2]):

@@ -1,4 +1,4 @@
-"""Controller of bases with two driven wheels on one axle, and lints that compare it with the robot it drives."""
+"""Controller of bases with two driven wheels on one axle, and a lint that compares its geometry with the robot's."""
 
 from __future__ import annotations
 
@@ -23,25 +23,35 @@ if TYPE_CHECKING:
 class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.DifferentialController"):
     """Computes wheel speeds of a two-wheeled base from a body twist.
 
-    With v and w limited and ramped: left = (2v - w d) / 2r, right = (2v + w d) / 2r. A limit of 0 is no limit. The linear ramp
-    acts when maxAcceleration and maxDeceleration are both set. Inputs take effect whenever they change.
+    The wheel speeds are (2v - w d) / 2r on the left and (2v + w d) / 2r on the right, where r is `wheelRadius`, d is
+    `wheelDistance`, and v and w are `linearVelocity` and `angularVelocity` after limits and ramps. v has a ramp if both
+    `maxAcceleration` and `maxDeceleration` are set. A limit of 0 is no limit. Changed inputs take effect at the next execution.
     """
 
     exec_in = ExecIn()
-    wheel_radius: float = In(default=0.0, required=True, unit="m", doc="r; the absolute value is used")
+    wheel_radius: float = In(default=0.0, required=True, unit="m", doc="radius r of the wheels; the sign is ignored")
     wheel_distance: float = In(
-        default=0.0, required=True, unit="m", doc="d, distance between the wheels' contact points"
+        default=0.0,
+        required=True,
+        unit="m",
+        doc="distance d between the contact points of the wheels; the sign is ignored",
     )
-    dt: float = In(default=0.0, unit="s", doc="time between two executions; needed for ramps")
-    max_acceleration: float = In(default=0.0, unit="m/s2")
-    max_deceleration: float = In(default=0.0, unit="m/s2")
-    max_angular_acceleration: float = In(default=0.0, unit="rad/s2")
-    max_linear_speed: float = In(default=0.0, unit="m/s")
-    max_angular_speed: float = In(default=0.0, unit="rad/s")
-    max_wheel_speed: float = In(default=0.0, unit="rad/s")
-    linear_velocity: float = In(default=0.0, unit="m/s", doc="v, forward")
-    angular_velocity: float = In(default=0.0, unit="rad/s", doc="w, counter-clockwise")
-    velocity_command: Doubles = Out(default=[0.0, 0.0], unit="rad/s", doc="[left, right]")
+    dt: float = In(default=0.0, unit="s", doc="time between two executions; needed for acceleration limits")
+    max_acceleration: float = In(
+        default=0.0, unit="m/s2", doc="limit while the base speeds up; acts only if `maxDeceleration` is set too"
+    )
+    max_deceleration: float = In(
+        default=0.0, unit="m/s2", doc="limit while the base slows down; acts only if `maxAcceleration` is set too"
+    )
+    max_angular_acceleration: float = In(
+        default=0.0, unit="rad/s2", doc="limit of the change of the turn rate; 0 is no limit"
+    )
+    max_linear_speed: float = In(default=0.0, unit="m/s", doc="largest speed of the base; 0 is no limit")
+    max_angular_speed: float = In(default=0.0, unit="rad/s", doc="largest turn rate of the base; 0 is no limit")
+    max_wheel_speed: float = In(default=0.0, unit="rad/s", doc="largest speed of a wheel; 0 is no limit")
+    linear_velocity: float = In(default=0.0, unit="m/s", doc="forward velocity of the base")
+    angular_velocity: float = In(default=0.0, unit="rad/s", doc="turn rate of the base, counter-clockwise")
+    velocity_command: Doubles = Out(default=[0.0, 0.0], unit="rad/s", doc="wheel speeds: [left, right]")
 
     previous_linear: float = State(default=0.0)
     previous_angular: float = State(default=0.0)
@@ -50,7 +60,7 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
         """Limit and ramp the twist, and compute the wheels' speeds.
 
         Raises:
-            BadValueError: a length of the geometry is 0, a ramp has no dt, or a number is not finite.
+            BadValueError: the radius or distance is 0, a ramp needs `dt` but it is 0, or a number is not finite.
         """
         radius, distance = abs(self.wheel_radius), abs(self.wheel_distance)
         if not (radius and distance):
@@ -76,7 +86,7 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
 
 _RAMPS = "dt, maxAcceleration, maxDeceleration, maxAngularAcceleration"
 TOLERANCE = 0.01
-"""Largest relative difference between a controller's and the robot's geometry that the lints accept."""
+"""Largest relative difference between the geometry of a controller and of its robot that the lint accepts."""
 
 
 @lint("W201")

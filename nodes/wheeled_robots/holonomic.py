@@ -18,35 +18,50 @@ Floats = NDArray[np.float64]
 
 
 class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicController"):
-    """Computes wheel speeds whose contributions add up to a body twist (vx, vy, wz).
+    """Computes wheel speeds of a base with omnidirectional or mecanum wheels from a body twist.
 
-    A wheel of radius r at p with speed x contributes the velocity x r g and the turn rate x r (g x p); g is its axle, rotated by
-    the roller angle about the up axis. The solution with the least sum of r x^2 is used. This is the model of
-    the reference, which ignores how wheels roll. With `rolling`, no wheel slips along its rollers' axis: x r (a x up) g =
-    (v + w up x p) g, where a is the axle about which x is positive.
+    In Isaac Sim's model, a wheel with speed x, radius r and position p contributes the velocity x r g and the turn rate
+    x r (g x p) to the twist; the roller axis g is the axle, rotated by the wheel's `mecanumAngles` about `upAxis`. Of all
+    speeds whose contributions add up to the twist, the node uses those with the least sum of r x^2. This model ignores how
+    wheels roll. If `rolling` is true, the speeds are those of wheels that do not slip along their roller axes:
+    x r (a x up) . g = (v + w up x p) . g for the axle a and a twist of velocity v and turn rate w.
 
-    A limit of 0 is no limit. Inputs take effect whenever they change.
+    A limit of 0 is no limit. Changed inputs take effect at the next execution.
     """
 
     exec_in = ExecIn()
-    wheel_radius: Doubles = In(required=True, unit="m", doc="r of each wheel, or one for all wheels")
-    wheel_positions: Double3s = In(required=True, unit="m", doc="p of each wheel, from the centre of the base")
-    wheel_orientations: Double4s = In(required=True, doc="quaternion (w, x, y, z) of each wheel, relative to the base")
+    wheel_radius: Doubles = In(required=True, unit="m", doc="radius of each wheel, or one for all wheels")
+    wheel_positions: Double3s = In(
+        required=True, unit="m", doc="position of each wheel relative to the centre of the base"
+    )
+    wheel_orientations: Double4s = In(required=True, doc="orientation (w, x, y, z) of each wheel relative to the base")
     mecanum_angles: Doubles = In(
-        required=True, unit="deg", doc="angle from axle to roller axis, one per wheel or one for all"
+        required=True,
+        unit="deg",
+        doc="angle from the axle to the roller axis about `upAxis`, one per wheel or one for all",
     )
-    wheel_axis: Double3 = In(default=(1.0, 0.0, 0.0), doc="axle in a wheel's frame")
-    up_axis: Double3 = In(default=(0.0, 0.0, 1.0), doc="up axis of the base")
+    wheel_axis: Double3 = In(default=(1.0, 0.0, 0.0), doc="direction of the axle in the frame of each wheel")
+    up_axis: Double3 = In(default=(0.0, 0.0, 1.0), doc="up direction of the base, in its frame")
     input_velocity: Double3 = In(
-        default=(0.0, 0.0, 0.0), unit="m/s, m/s, rad/s", doc="vx forward, vy left, wz counter-clockwise"
+        default=(0.0, 0.0, 0.0),
+        unit="m/s, m/s, rad/s",
+        doc="twist of the base: speed forward, speed to the left, counter-clockwise turn rate",
     )
-    max_linear_speed: float = In(default=100000.0, unit="m/s")
-    max_angular_speed: float = In(default=100000.0, unit="rad/s")
-    max_wheel_speed: float = In(default=100000.0, unit="rad/s", doc="limit; if one wheel exceeds it, all are scaled")
-    linear_gain: float = In(default=1.0, doc="factor for vx and vy")
-    angular_gain: float = In(default=1.0, doc="factor for wz")
-    rolling: bool = In(default=False, extension=True, doc="compute speeds of wheels that roll without slip")
-    joint_velocity_command: Doubles = Out(unit="rad/s", doc="wheel speeds, one per wheel")
+    max_linear_speed: float = In(default=100000.0, unit="m/s", doc="largest speed of the base; 0 is no limit")
+    max_angular_speed: float = In(default=100000.0, unit="rad/s", doc="largest turn rate of the base; 0 is no limit")
+    max_wheel_speed: float = In(
+        default=100000.0,
+        unit="rad/s",
+        doc="largest speed of a wheel; if one exceeds it, all are scaled down; 0 is no limit",
+    )
+    linear_gain: float = In(default=1.0, doc="factor for both speeds in `inputVelocity`")
+    angular_gain: float = In(default=1.0, doc="factor for the turn rate in `inputVelocity`")
+    rolling: bool = In(
+        default=False,
+        extension=True,
+        doc="true: wheels roll without slip along their roller axes; false: Isaac Sim's model",
+    )
+    joint_velocity_command: Doubles = Out(unit="rad/s", doc="speed of each wheel, in the order of `wheelPositions`")
 
     matrix: Floats | None = State(default=None)
     matrix_of: tuple[object, ...] = State(default=())
@@ -55,7 +70,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         """Limit the twist and compute the wheels' speeds.
 
         Raises:
-            BadValueError: the geometry is not that of a holonomic base, or a number is not finite.
+            BadValueError: the wheels cannot drive the base in every direction, or a number is not finite.
         """
         matrix, geometry = self.matrix, self.geometry()
         if matrix is None or any(one is not other for one, other in zip(geometry, self.matrix_of, strict=True)):
@@ -75,12 +90,16 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         self.matrix, self.matrix_of, self.joint_velocity_command = matrix, geometry, command
 
     def geometry(self) -> tuple[object, ...]:
-        """The inputs that determine the matrix."""
+        """Return the inputs that determine the matrix from twists to wheel speeds."""
         arrays = (self.wheel_radius, self.wheel_positions, self.wheel_orientations, self.mecanum_angles)
         return (*arrays, self.wheel_axis, self.up_axis, self.rolling)
 
     def wheel_speeds_of_a_twist(self) -> Floats:
-        """The matrix that maps (vx, vy, wz) to the wheels' speeds, shape (wheels, 3)."""
+        """Return the matrix (wheels, 3) that maps a twist (forward, left, turn rate) to wheel speeds.
+
+        Raises:
+            BadValueError: the wheels cannot drive the base in every direction, or a number is not finite.
+        """
         # Before LAPACK prints an error of its own.
         check_finite(
             self, "wheel_radius", "wheel_positions", "wheel_orientations", "mecanum_angles", "wheel_axis", "up_axis"
@@ -106,7 +125,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         return least
 
     def axes(self) -> Iterator[tuple[Vector3, Vector3]]:
-        """Axle and roller axis of each wheel, unit vectors in the base's frame."""
+        """Yield the axle and the roller axis of each wheel, as unit vectors in the frame of the base."""
         angles = self.one_a_wheel("mecanumAngles", self.mecanum_angles).tolist()
         orientations = self.wheel_orientations.tolist()
         if len(orientations) != len(angles):
@@ -121,7 +140,11 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
             yield axle, rotation.rotate((i, j, k, math.cos(half)), axle)
 
     def one_a_wheel(self, name: str, values: Floats) -> Floats:
-        """The values of an input, one per wheel; a single value is repeated."""
+        """Return the values of the input `name`, one per wheel; one value is repeated for all wheels.
+
+        Raises:
+            BadValueError: the number of values is neither 1 nor that of the wheels.
+        """
         wheels = len(self.wheel_positions)
         if len(values) not in (1, wheels):
             raise BadValueError(f"{name}, wheelPositions", [len(values), wheels], "one per wheel, or one for all")

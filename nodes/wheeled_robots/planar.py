@@ -1,4 +1,4 @@
-"""Poses of bases in the plane, for nodes that follow a path."""
+"""Poses of mobile bases in the plane, for nodes that plan, follow or check a path."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Heading = tuple[float, float, float]
 
 
 def yaw_of(q: Quaternion) -> float:
-    """Yaw (rad): the angle in the xy plane from x to x rotated by q; 0 for the quaternion 0.
+    """Return the yaw (rad) of a quaternion: the angle from the x axis to the rotated x axis in the xy plane; 0 for q = 0.
 
     For q = (x, y, z, w) of any norm, the rotated axis lies along (w^2 + x^2 - y^2 - z^2, 2 (x y + z w)).
     """
@@ -21,10 +21,14 @@ def yaw_of(q: Quaternion) -> float:
 
 
 def heading_of(position: tuple[str, Vector3], orientation: tuple[str, Quaternion]) -> Heading:
-    """Position (x, y) and yaw of a pose, given as pairs of port name and value.
+    """Return x, y and yaw of a pose.
+
+    Args:
+        position: name of the port that holds the position, and its value.
+        orientation: name of the port that holds the orientation, and its value.
 
     Raises:
-        BadValueError: the pose is not finite.
+        BadValueError: x, y or the yaw is not finite.
     """
     x, y, _ = position[1]
     yaw = yaw_of(orientation[1])
@@ -35,26 +39,26 @@ def heading_of(position: tuple[str, Vector3], orientation: tuple[str, Quaternion
 
 
 def wrapped(angle: float) -> float:
-    """The equivalent angle in [-pi, pi]."""
+    """Return the equivalent angle in [-pi, pi]."""
     return math.remainder(angle, math.tau)
 
 
 class PlanarNode(Node):
-    """Base of nodes that read the pose of the base."""
+    """Superclass of nodes that need the pose of a mobile base."""
 
     exec_in = ExecIn()
     current_position: Vector3d = In(
         required=True, unit="m", doc="position of the base in the world frame; z is ignored"
     )
     current_orientation: Quaterniond = In(
-        required=True, doc="(x, y, z, w) of the base in the world frame; only its yaw is used"
+        required=True, doc="orientation (x, y, z, w) of the base in the world frame; only its yaw is used"
     )
     exec_out = ExecOut()
 
     def heading(self) -> Heading:
-        """Position (x, y) and yaw of the base.
+        """Return x, y and yaw of the base.
 
         Raises:
-            BadValueError: the pose is not finite.
+            BadValueError: x, y or the yaw is not finite.
         """
         return heading_of(("currentPosition", self.current_position), ("currentOrientation", self.current_orientation))

@@ -1,6 +1,6 @@
-"""Paths of quintic polynomials (A. Takahashi et al., Local path planning and motion control for AGV in positioning, 1989).
+"""Paths from quintic polynomials (A. Takahashi et al., Local path planning and motion control for AGV in positioning, 1989).
 
-The six coefficients match position, velocity and acceleration at both ends.
+Position, velocity and acceleration at both ends determine the six coefficients of each polynomial.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ DURATIONS = range(5, 100, 5)
 """Durations (s) to try for a path; the planner uses the first that respects the limits."""
 SHORTEST_STEP = 0.001
 MOVED, TURNED = 0.1, 0.05
-"""Motion of the target, m in x or y, and rad, from which a new path is planned."""
+"""Smallest motion of the target, in x or y (m) or in yaw (rad), after which a new path is planned."""
 
 _ENDS = np.array(
     [
@@ -41,28 +41,35 @@ _ENDS = np.array(
 
 
 class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.QuinticPathPlanner"):
-    """Plans a path from the base to a target that matches position, velocity and acceleration at both ends.
+    """Plans a path from a base to a target, with given poses, speeds and accelerations at both ends.
 
-    x and y are quintic polynomials of time; at both ends velocity and acceleration are along the yaw. The path takes the first
-    of the durations 5, 10, ... 95 s that respects the limits. A new path is planned when the target has moved by 0.1 m in x or
-    y, or turned by 0.05 rad, since the last plan.
+    x and y are quintic polynomials of time; at each end, velocity and acceleration point along the yaw. The duration is the
+    first of 5, 10, … 95 s for which the path respects `maxAccel` and `maxJerk`. The node plans a new path when the target has
+    moved by 0.1 m in x or y, or turned by 0.05 rad, since the last plan.
     """
 
-    target_prim: Target = In(default=(), setup=True, doc="target prim; replaces targetPosition and targetOrientation")
-    target_position: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m", doc="target in the world frame; z is ignored")
-    target_orientation: Quaterniond = In(
-        default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w) of the target in the world frame; only its yaw is used"
+    target_prim: Target = In(
+        default=(), setup=True, doc="prim whose pose replaces `targetPosition` and `targetOrientation`"
     )
-    initial_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="speed at the start, along the base's yaw")
-    initial_accel: float = In(default=0.02, unit="m/s2", doc="acceleration at the start, along the base's yaw")
-    goal_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="speed at the target, along its yaw")
-    goal_accel: float = In(default=0.02, unit="m/s2", doc="acceleration at the target, along its yaw")
-    max_accel: float = In(default=1.5, unit="m/s2")
-    max_jerk: float = In(default=0.3, unit="m/s3")
-    step: float = In(default=0.16666666667, ge=SHORTEST_STEP, unit="s", doc="longest time between two points")
-    path_arrays: Doubles = Out(unit="m/s, m, m, rad", doc="speeds of all points, then x, then y, then yaws")
+    target_position: Vector3d = In(
+        default=(0.0, 0.0, 0.0), unit="m", doc="position of the target in the world frame; z is ignored"
+    )
+    target_orientation: Quaterniond = In(
+        default=(0.0, 0.0, 0.0, 1.0),
+        doc="orientation (x, y, z, w) of the target in the world frame; only its yaw is used",
+    )
+    initial_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="speed at the start, along the yaw of the base")
+    initial_accel: float = In(default=0.02, unit="m/s2", doc="acceleration at the start, along the yaw of the base")
+    goal_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="speed at the target, along the target's yaw")
+    goal_accel: float = In(default=0.02, unit="m/s2", doc="acceleration at the target, along the target's yaw")
+    max_accel: float = In(default=1.5, unit="m/s2", doc="largest acceleration on the path")
+    max_jerk: float = In(default=0.3, unit="m/s3", doc="largest jerk on the path")
+    step: float = In(
+        default=0.16666666667, ge=SHORTEST_STEP, unit="s", doc="longest time between two points of the path"
+    )
+    path_arrays: Doubles = Out(unit="m/s, m, m, rad", doc="the path's points: all speeds, then all x, all y, all yaws")
     target: Double3 = Out(unit="m, m, rad", doc="x, y and yaw at the end of the path")
-    target_changed: bool = Out(doc="whether the path changed")
+    target_changed: bool = Out(doc="true if this execution planned a new path")
 
     goal: Frame | None = Bound()
     planned: Heading | None = State(default=None)
@@ -79,7 +86,7 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
         """Plan a path if the target has moved.
 
         Raises:
-            BadValueError: a number is not finite, points are too close in time, or no duration keeps to the limits.
+            BadValueError: a number is not finite, `step` is too short, or no duration respects the limits.
         """
         target = self.target_now()
         changed = self.planned is None or _differs(target, self.planned)
@@ -93,20 +100,20 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
         return reading_poses(self.target_prim) if self.target_prim else ()
 
     def target_now(self) -> Heading:
-        """Position (x, y) and yaw of the target.
+        """Return x, y and yaw of the target, from the prim or the inputs.
 
         Raises:
-            BadValueError: the target is not finite.
+            BadValueError: x, y or the yaw is not finite.
         """
         goal = self.goal
         position, orientation = goal.pose() if goal else (self.target_position, self.target_orientation)
         return heading_of(("targetPosition", position), ("targetOrientation", orientation))
 
     def plan(self, start: Heading, target: Heading) -> Floats:
-        """Plan the path, as one array of speeds, x, y and yaws.
+        """Plan a path; return all speeds, all x, all y and all yaws of its points in one array.
 
         Raises:
-            BadValueError: no duration keeps to the limits, points are too close in time, or a number is not finite.
+            BadValueError: no duration respects the limits, `step` is too short, or a number is not finite.
         """
         if not self.step >= SHORTEST_STEP:
             raise BadValueError("step", self.step, f"{SHORTEST_STEP} s or more")
@@ -129,7 +136,7 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
 
 
 def quintic(ends: Floats, duration: float) -> Floats:
-    """Coefficients (6, n) for powers 0 to 5 of the elapsed fraction of the duration.
+    """Return the coefficients (6, n) for powers 0 to 5 of the elapsed fraction of the duration.
 
     Args:
         ends: (6, n), position (m), velocity (m/s) and acceleration (m/s2) at the start, then at the end.
@@ -140,7 +147,17 @@ def quintic(ends: Floats, duration: float) -> Floats:
 
 
 def derivative(coefficients: Floats, order: int, duration: float, intervals: int = 100) -> Floats:
-    """Position (order 0, m), velocity, acceleration or jerk (order 3) at equidistant times, shape (n, intervals + 1)."""
+    """Evaluate a derivative of polynomials by time at equidistant times from start to end.
+
+    Args:
+        coefficients: coefficients (6, n) from `quintic`.
+        order: 0 for the position (m), 1 for the velocity, 2 for the acceleration, 3 for the jerk.
+        duration: time from start to end, s.
+        intervals: number of intervals between the times.
+
+    Returns:
+        Array of shape (n, intervals + 1).
+    """
     shares = np.linspace(0.0, 1.0, intervals + 1)
     found = polynomial.polyval(shares, polynomial.polyder(coefficients, order)) / duration**order
     return np.asarray(found, np.float64)

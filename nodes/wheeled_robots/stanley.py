@@ -36,40 +36,48 @@ class Path(NamedTuple):
 
 
 class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyControlPID"):
-    """Computes speeds with which a base follows a path and then turns on the spot to the target's yaw.
+    """Computes the speed and turn rate with which a base follows a path and then turns on the spot to the target's yaw.
 
-    The base is steered as a bicycle whose front axle is b = gains[1] x wheelBase ahead. The steering angle d is the yaw of the
-    nearest point of the path minus the base's, plus atan(gains[0] e / v), limited to gains[2]; e is the distance from the front
-    axle to the path and v the measured speed. A small e decays as exp(-gains[0] t). The base turns at v tan(d) / b.
+    The base steers like a bicycle whose front axle is b = `gains[1]` x `wheelBase` ahead of it. The steering angle d is the yaw
+    of the nearest path point, minus the yaw of the base, plus atan(`gains[0]` e / v), limited to `gains[2]`; e is the distance
+    from the front axle to the path, v the measured speed. A small e decays as exp(-`gains[0]` t). The turn rate is
+    tan(d) / b times `linearVelocity`.
 
-    The path's speeds are scaled to a maximum of maxVelocity, and decrease at a constant rate over the last third of its length.
-    Each compute reduces the difference to the path's speed by the fraction gains[1]. If the base misses the target, it turns
-    towards it at the end of the path and drives there straight.
+    The speeds on the path are scaled to a maximum of `maxVelocity`; over the last third of the path they decrease at a constant
+    deceleration. Each execution reduces the difference between measured speed and path speed by the fraction `gains[1]`. If the
+    base passes the end of the path without reaching the target, it turns towards the target and drives straight to it.
     """
 
-    current_speed: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s", doc="velocity of the base; hypot(x, y) is used")
-    max_velocity: float = In(default=1.5, ge=0.0, unit="m/s")
-    reached_goal: Bools = In(default=(False, False), doc="reachedGoal of CheckGoal2D; the base stops if both are true")
-    path_arrays: Doubles = In(required=True, unit="m/s, m, m, rad", doc="pathArrays of QuinticPathPlanner")
+    current_speed: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s", doc="velocity of the base; z is ignored")
+    max_velocity: float = In(default=1.5, ge=0.0, unit="m/s", doc="largest speed on the path")
+    reached_goal: Bools = In(
+        default=(False, False), doc="`reachedGoal` of CheckGoal2D; the base stops if both values are true"
+    )
+    path_arrays: Doubles = In(required=True, unit="m/s, m, m, rad", doc="`pathArrays` of QuinticPathPlanner")
     target: Double3 = In(default=(0.0, 0.0, 0.0), unit="m, m, rad", doc="x, y and yaw at the end of the path")
-    target_changed: bool = In(default=False, doc="restarts the path; a change of pathArrays does so too")
+    target_changed: bool = In(default=False, doc="true: start the path anew; a new `pathArrays` does so too")
     wheel_base: float = In(
-        default=0.4132, gt=0.0, unit="m", doc="distance between the axles, before scaling by gains[1]"
+        default=0.4132, gt=0.0, unit="m", doc="distance between the axles; the steering law uses it times `gains[1]`"
     )
     thresholds: Double2 = In(
-        default=(0.1, 0.1), unit="m, rad", doc="as in CheckGoal2D; closer than [0], the base turns on the spot"
+        default=(0.1, 0.1),
+        unit="m, rad",
+        doc="[0]: distance from the target within which the base turns on the spot; [1]: no effect",
     )
     draw_path: bool = In(default=False, doc="no effect: there is no window")
     step: float = In(
-        default=0.16666666667, gt=0.0, unit="s", doc="the turn rate on the spot is gains[1] / step times the angle"
+        default=0.16666666667,
+        gt=0.0,
+        unit="s",
+        doc="on the spot, the base turns at `gains[1]` / `step` times the remaining angle",
     )
     gains: Double3 = In(
         default=(0.5, 0.1, 0.0872665),
         unit="1/s, 1, rad",
         doc="[gain of the path error, gain of the speed, steering limit]",
     )
-    linear_velocity: float = Out(unit="m/s", doc="forward")
-    angular_velocity: float = Out(unit="rad/s", doc="counter-clockwise")
+    linear_velocity: float = Out(unit="m/s", doc="forward speed of the base")
+    angular_velocity: float = Out(unit="rad/s", doc="turn rate of the base, counter-clockwise")
 
     path: Path | None = State(default=None)
     taken: Doubles | None = State(default=None)
@@ -80,7 +88,7 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         """Follow the path, turn on the spot, or stop.
 
         Raises:
-            BadValueError: a number is not finite or not legal, or the path is missing.
+            BadValueError: a number is not finite or out of range, or the path is missing.
         """
         if len(self.reached_goal) >= 2 and all(self.reached_goal[:2]):
             self.linear_velocity = self.angular_velocity = 0.0
@@ -120,20 +128,26 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         check_finite(self, "current_speed", "target", "max_velocity")
 
     def is_another(self, arrays: Doubles) -> bool:
-        """Whether a path differs from the present one; a converting wire gives a new array in every tick."""
+        """Whether a path differs from the current one; a wire that converts types makes a new array in every tick."""
         return arrays is not self.taken and (self.taken is None or not np.array_equal(arrays, self.taken))
 
     def turn(self, angle: float) -> Speeds:
-        """Speeds to turn on the spot by an angle, the shorter way."""
+        """Return the speeds for turning on the spot by an angle (rad), the shorter way round."""
         return 0.0, limited(self.gains[1] / self.step * wrapped(angle), FASTEST_TURN)
 
     def approach(self, base: Heading) -> Speeds:
-        """Speeds to face the target and then drive straight to it."""
+        """Return the speeds for facing the target and then driving straight to it."""
         angle = wrapped(math.atan2(self.target[1] - base[1], self.target[0] - base[0]) - base[2])
         return min(SLOWEST, self.max_velocity) if abs(angle) <= FACING else 0.0, self.turn(angle)[1]
 
     def follow(self, path: Path, nearest: int, base: Heading) -> tuple[int, Speeds]:
-        """The index of the path's point nearest to the front axle, and the speeds to follow the path."""
+        """Return the index of the path point nearest to the front axle, and the speeds for following the path.
+
+        Args:
+            path: path to follow.
+            nearest: index of the point from which the search starts.
+            base: pose of the base.
+        """
         control, gain, steering = self.gains
         ahead = gain * self.wheel_base
         front = base[0] + ahead * math.cos(base[2]), base[1] + ahead * math.sin(base[2])
@@ -155,13 +169,13 @@ def _is_behind(path: Path, nearest: int, base: Heading) -> bool:
 
 
 def path_of(arrays: Doubles) -> Path:
-    """Make a path from four arrays in one: all speeds, then all x, all y and all yaws.
+    """Make a path from one array that holds all speeds, then all x, all y and all yaws.
 
-    The speeds are scaled down towards the end, as at a constant deceleration to a stop: their squares are proportional to the
-    remaining distance.
+    Over the last third of the path, the speeds decrease as at a constant deceleration to a stop: their squares are proportional
+    to the remaining distance.
 
     Raises:
-        BadValueError: the arrays differ in length, are not finite, or have points too far apart.
+        BadValueError: the length is no multiple of 4, a number is not finite, or points are too far apart.
     """
     legal = f"four arrays of one length, all finite, not {len(arrays)} numbers"
     if len(arrays) % 4:
