@@ -35,7 +35,7 @@ _DATATYPES = {"f4": 7, "u4": 6, "u1": 2}
 
 @functools.cache
 def layout(metadata: tuple[str, ...]) -> tuple[np.dtype[Any], list[messages.PointField]]:
-    """Layout of one point with this metadata, as a dtype and as PointFields, which all messages share."""
+    """Return the layout of one point with this metadata, as a dtype and as PointFields that all messages share."""
     extra = [field for name in metadata for field in METADATA[name]]
     packed = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), *extra])
     fields = []
@@ -52,8 +52,8 @@ def point_cloud(
 
     Args:
         header: time and frame.
-        positions: in that frame, m, shape (n, 3).
-        metadata: buffers with one packed record per point, by names of METADATA.
+        positions: points in the header's frame, m, shape (n, 3).
+        metadata: buffers with one packed record per point, by name as in METADATA.
 
     Raises:
         BadValueError: a buffer does not have one record per point.
@@ -99,7 +99,7 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     """Publishes points as sensor_msgs/PointCloud2.
 
     Points are an array or a buffer of x, y, z in single precision. Each kind of metadata is a buffer with one record per point.
-    Data types and sizes are fixed: the inputs for them have no effect.
+    Inputs for data types and buffer sizes have no effect: the types are fixed, and buffers have a size.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/PointCloud2"
@@ -118,9 +118,9 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     output_echo_id: bool = In(default=False)
     output_tick_state: bool = In(default=False)
     output_radial_velocity_ms: bool = In(default=False, name="outputRadialVelocityMS")
-    data_ptr: Buffer = In(default=0, doc="buffer of points, used if `data` is empty")
+    data_ptr: Buffer = In(default=0, doc="buffer of points, three float32 each, used if `data` is empty")
     data: Point3fs = In(unit="m", doc="points in the header's frame")
-    cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in the host's memory")
+    cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in host memory")
     buffer_size: UInt = In(default=0)
     intensity_ptr: Buffer = In(default=0, doc="one float32 per point, 0 to 255")
     intensity_data_type: Float = In(default=0.0)
@@ -167,10 +167,10 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
         return point_cloud(self.header(), points, self.metadata())
 
     def metadata(self) -> dict[str, Buffer]:
-        """Buffers of the published metadata, by name.
+        """Return the buffers of the metadata to publish, by name.
 
         Raises:
-            BadValueError: a buffer is missing.
+            BadValueError: the buffer of a selected kind is missing.
         """
         ports, chosen = type(self).ports, dict[str, Buffer]()
         for name in METADATA:
