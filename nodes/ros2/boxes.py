@@ -44,7 +44,7 @@ _CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
 _EDGES = np.array(
     [pair for pair in itertools.combinations(range(8), 2) if abs(_CORNERS[pair[0]] - _CORNERS[pair[1]]).sum() == 1]
 )
-"""Corners of a box as its low (0) or high (1) coordinates, and the twelve pairs of them that an edge joins."""
+"""Corners of a box as low (0) or high (1) coordinates, and the pairs of corners that its twelve edges join."""
 
 
 def loose_boxes(

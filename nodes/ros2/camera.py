@@ -19,13 +19,13 @@ from graphengine.nodes.ros2.labels import labels_message
 from graphengine.nodes.ros2.point_cloud import point_cloud
 
 _SEGMENTED = ("instance_segmentation", "semantic_segmentation", "bbox_2d_tight", "bbox_2d_loose", "bbox_3d")
-"""The types that are made from a segmentation."""
+"""Values of the input `type` that need a segmentation."""
 _TYPES = ("rgb", "rgb_h264", "depth", "depth_pcl", *_SEGMENTED)
 _IMAGE = "sensor_msgs/msg/Image"
 _MESSAGES = {"rgb": _IMAGE, "depth": _IMAGE, "depth_pcl": "sensor_msgs/msg/PointCloud2"}
 _MESSAGES |= {"instance_segmentation": _IMAGE, "semantic_segmentation": _IMAGE}
 _MESSAGES |= {"bbox_2d_tight": DETECTIONS, "bbox_2d_loose": DETECTIONS, "bbox_3d": DETECTIONS_3D}
-"""The message of each type that is available."""
+"""Message type for each available value of the input `type`."""
 
 
 class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper"):
@@ -39,7 +39,7 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
     delivered some ticks after its capture and has the stamp of the capture. Pictures without subscribers are not rendered.
     """
 
-    frame_id: String = In(default="sim_camera", setup=True, doc="the camera's optical frame")
+    frame_id: String = In(default="sim_camera", setup=True, doc="name of the camera's optical frame")
     topic_name: String = In(default="rgb", setup=True)
     type_in: Token = In(
         default="rgb", name="type", setup=True, tokens=_TYPES, doc=f"available types: {', '.join(_MESSAGES)}"

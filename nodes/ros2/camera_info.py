@@ -101,7 +101,9 @@ class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraIn
     rectified: R is the identity, and Tx in P of the right camera is -fx times the baseline.
     """
 
-    frame_id: String = In(default="sim_camera", setup=True, doc="optical frame of the camera, or of the left camera")
+    frame_id: String = In(
+        default="sim_camera", setup=True, doc="name of the optical frame of the camera, or of the left camera"
+    )
     topic_name: String = In(default="camera_info", setup=True)
     frame_id_right: String = In(default="sim_camera_right", setup=True)
     topic_name_right: String = In(default="camera_info_right", setup=True)

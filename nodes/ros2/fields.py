@@ -47,7 +47,7 @@ _NARROW = {
     "int16": (-(2**15), 2**15 - 1),
     "uint16": (0, 2**16 - 1),
 }
-"""Smallest and largest of the numbers that have fewer bits in a message than on a port."""
+"""Range of each integer type that has fewer bits in a message than on a port."""
 
 
 class Leaf:
@@ -68,7 +68,7 @@ class Leaf:
         self.name = ":".join((part, *path) if part else path)
         """Name of the port."""
         self.attribute = "__".join((part.lower() or "message", *path))
-        """Attribute of the node, unique: ROS names have no double underscore, and no other attribute begins with this prefix."""
+        """Python name of the port; unique, as ROS names have no double underscore and no other attribute has this prefix."""
         self.of = operator.attrgetter(".".join(attributes))
         """Gets the value from a message."""
         self.kind = kind
@@ -125,7 +125,7 @@ class Leaf:
         return value
 
     def takes(self, value: Any) -> bool:
-        """Whether a message can hold the port's value."""
+        """Return whether a message can hold the port's value."""
         try:
             return not find_fault(self.from_port(value), self.kind, self.name, self.definitions.fields)
         except MessageError:

@@ -18,8 +18,8 @@ class GenericNode(TopicNode):
     layout: ClassVar[Layout]
 
     topic_name: String = In(default="topic", setup=True)
-    message_package: String = In(required=True, setup=True, doc="package of the message, such as geometry_msgs")
-    message_subfolder: String = In(default="msg", setup=True, doc="folder of the message in the package")
+    message_package: String = In(required=True, setup=True, doc="package of the message type, such as geometry_msgs")
+    message_subfolder: String = In(default="msg", setup=True, doc="folder of the message type in the package")
     message_name: String = In(required=True, setup=True, doc="name of the message type, such as Twist")
 
     def bind(self) -> Layout:

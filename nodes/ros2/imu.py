@@ -12,7 +12,7 @@ from graphengine.node.types import read_only
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
 _KNOWN, _ABSENT = read_only(np.zeros(9)), read_only(np.array([-1.0, *[0.0] * 8]))
-"""Covariances of what was measured, without saying how well, and of what was not, as sensor_msgs/Imu defines it."""
+"""Covariances of a quantity measured with unknown accuracy, and of one not measured, as sensor_msgs/Imu defines them."""
 
 
 class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"):

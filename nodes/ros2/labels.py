@@ -15,7 +15,7 @@ from graphengine.nodes.ros2.publisher import PublisherNode, stamp
 
 _CLASS = "class:"
 _ENTRY = np.dtype([("id", "<u8", 2), ("length", "<u4"), ("offset", "<u4")])
-"""One object of a map: a number of 128 bits, and where in the buffer its path lies."""
+"""Entry of one object: its 128-bit number, and length and offset of its path in the buffer."""
 
 
 def labels_message(labels: Mapping[str, Any], stamp: messages.Time) -> messages.String:

@@ -17,7 +17,7 @@ from graphengine.nodes.ros2.helper import SensorHelper
 from graphengine.nodes.ros2.point_cloud import METADATA, point_cloud
 
 _METADATA = ("Intensity", "Timestamp", "EmitterId", "ChannelId")
-"""What rays can tell of a point."""
+"""Kinds of metadata that ray casting provides."""
 
 
 class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHelper"):

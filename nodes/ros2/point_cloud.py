@@ -30,7 +30,7 @@ METADATA: dict[str, list[Any]] = {
 """Fields of a point after x, y and z, in this order. A timestamp is in ns, as two uint32, low half first."""
 
 _DATATYPES = {"f4": 7, "u4": 6, "u1": 2}
-"""Numbers of sensor_msgs/PointField."""
+"""Values of `datatype` in sensor_msgs/PointField, by numpy type."""
 
 
 @functools.cache
@@ -122,40 +122,42 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     data: Point3fs = In(unit="m", doc="points in the header's frame")
     cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in host memory")
     buffer_size: UInt = In(default=0)
-    intensity_ptr: Buffer = In(default=0, doc="one float32 per point, 0 to 255")
+    intensity_ptr: Buffer = In(default=0, doc="buffer with one float32 per point, 0 to 255")
     intensity_data_type: Float = In(default=0.0)
     intensity_buffer_size: UInt64 = In(default=0)
-    timestamp_ptr: Buffer = In(default=0, unit="ns", doc="one uint64 per point")
+    timestamp_ptr: Buffer = In(default=0, unit="ns", doc="buffer with one uint64 per point")
     timestamp_data_type: UInt64 = In(default=8)
     timestamp_buffer_size: UInt64 = In(default=0)
-    emitter_id_ptr: Buffer = In(default=0, doc="one uint32 per point")
+    emitter_id_ptr: Buffer = In(default=0, doc="buffer with one uint32 per point")
     emitter_id_data_type: UInt = In(default=0)
     emitter_id_buffer_size: UInt64 = In(default=0)
-    channel_id_ptr: Buffer = In(default=0, doc="one uint32 per point")
+    channel_id_ptr: Buffer = In(default=0, doc="buffer with one uint32 per point")
     channel_id_data_type: UInt = In(default=0)
     channel_id_buffer_size: UInt64 = In(default=0)
-    material_id_ptr: Buffer = In(default=0, doc="one uint32 per point")
+    material_id_ptr: Buffer = In(default=0, doc="buffer with one uint32 per point")
     material_id_data_type: UInt = In(default=0)
     material_id_buffer_size: UInt64 = In(default=0)
-    tick_id_ptr: Buffer = In(default=0, doc="one uint32 per point")
+    tick_id_ptr: Buffer = In(default=0, doc="buffer with one uint32 per point")
     tick_id_data_type: UInt = In(default=0)
     tick_id_buffer_size: UInt64 = In(default=0)
-    hit_normal_ptr: Buffer = In(default=0, doc="three float32 per point")
+    hit_normal_ptr: Buffer = In(default=0, doc="buffer with three float32 per point")
     hit_normal_data_type: Float3 = In(default=(0.0, 0.0, 0.0))
     hit_normal_buffer_size: UInt64 = In(default=0)
-    velocity_ptr: Buffer = In(default=0, unit="m/s", doc="three float32 per point")
+    velocity_ptr: Buffer = In(default=0, unit="m/s", doc="buffer with three float32 per point")
     velocity_data_type: Float3 = In(default=(0.0, 0.0, 0.0))
     velocity_buffer_size: UInt64 = In(default=0)
-    object_id_ptr: Buffer = In(default=0, doc="four uint32 per point")
+    object_id_ptr: Buffer = In(default=0, doc="buffer with four uint32 per point")
     object_id_data_type: UInts = In(default=np.zeros(4, np.uint32))
     object_id_buffer_size: UInt64 = In(default=0)
-    echo_id_ptr: Buffer = In(default=0, doc="one uint8 per point")
+    echo_id_ptr: Buffer = In(default=0, doc="buffer with one uint8 per point")
     echo_id_data_type: UChar = In(default=0)
     echo_id_buffer_size: UInt64 = In(default=0)
-    tick_state_ptr: Buffer = In(default=0, doc="one uint8 per point")
+    tick_state_ptr: Buffer = In(default=0, doc="buffer with one uint8 per point")
     tick_state_data_type: UChar = In(default=0)
     tick_state_buffer_size: UInt64 = In(default=0)
-    radial_velocity_ms_ptr: Buffer = In(default=0, name="radialVelocityMSPtr", unit="m/s", doc="one float32 per point")
+    radial_velocity_ms_ptr: Buffer = In(
+        default=0, name="radialVelocityMSPtr", unit="m/s", doc="buffer with one float32 per point"
+    )
     radial_velocity_ms_data_type: Float = In(default=0.0, name="radialVelocityMSDataType")
     radial_velocity_ms_buffer_size: UInt64 = In(default=0, name="radialVelocityMSBufferSize")
 

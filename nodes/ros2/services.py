@@ -22,8 +22,8 @@ class ServiceNode(Node):
 
     context: UInt64 = In(default=0, setup=True, doc="domain handle from a ROS2Context; 0: the session's domain")
     node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
-    message_package: String = In(required=True, setup=True, doc="package of the service, such as std_srvs")
-    message_subfolder: String = In(default="srv", setup=True, doc="folder of the service in the package")
+    message_package: String = In(required=True, setup=True, doc="package of the service type, such as std_srvs")
+    message_subfolder: String = In(default="srv", setup=True, doc="folder of the service type in the package")
     message_name: String = In(required=True, setup=True, doc="name of the service type, such as SetBool")
 
     def bind(self) -> str:

@@ -138,15 +138,15 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
 
     message_type: ClassVar[str] = "nav_msgs/msg/Odometry"
 
-    odom_frame_id: String = In(default="odom", setup=True, doc="frame of the pose")
-    chassis_frame_id: String = In(default="base_link", setup=True, doc="frame of the twist")
+    odom_frame_id: String = In(default="odom", setup=True, doc="frame in which the pose is given")
+    chassis_frame_id: String = In(default="base_link", setup=True, doc="frame in which the twist is given")
     topic_name: String = In(default="odom", setup=True)
     publish_raw_velocities: bool = In(
         default=False, doc="publish the velocities without projecting them onto `robotFront`"
     )
     time_stamp: float = In(default=0.0, unit="s")
     position: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m")
-    orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w)")
+    orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="quaternion (x, y, z, w)")
     linear_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s")
     angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s")
     robot_front: Vector3d = In(default=(1.0, 0.0, 0.0), doc="forward direction of the robot, in the body's frame")

@@ -14,7 +14,7 @@ from graphengine.nodes.ros2.publisher import TopicNode
 from graphengine.nodes.touched import writing_poses
 
 _FARTHEST = 1e9
-"""Coordinates that are taken for a place, m; the physics counts up to 1e10."""
+"""Maximum absolute coordinate of a pose, m; the physics accepts up to 1e10."""
 _UNIT = 0.01
 """How far the square of a quaternion's length may be from 1, as in tf2."""
 
