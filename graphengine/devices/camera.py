@@ -42,7 +42,7 @@ class Picture:
     index: int
     """Number of this sample since play."""
     rgb: NDArray[np.uint8]
-    """Shape (height, width, 3)."""
+    """Colours, 0 to 255, shape (height, width, 3)."""
     depth: NDArray[np.float32]
     """Distance along the optical axis, m, shape (height, width); inf without a surface in the clip range."""
     segmentation: NDArray[np.int32] | None = None

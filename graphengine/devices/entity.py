@@ -36,13 +36,13 @@ class EntityState:
     position: Vector3
     orientation: Quaternion
     linear_velocity: Vector3
-    """m/s."""
+    """Velocity of the prim's origin, m/s."""
     angular_velocity: Vector3
-    """rad/s."""
+    """Angular velocity, rad/s."""
     linear_acceleration: Vector3
-    """m/s2, gravity included: -9.81 along z in free fall, zero at rest."""
+    """Acceleration of the prim's origin, m/s2; gravity is included: -9.81 along z in free fall, zero at rest."""
     angular_acceleration: Vector3
-    """rad/s2."""
+    """Angular acceleration, rad/s2."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ class EventQueue(Stateful):
     def __init__(self, name: str) -> None:
         self.name = name
         self.visible: Sequence[Any] = ()
-        """Items posted during the previous tick; they are discarded at the end of this one."""
+        """Items posted during the previous tick; they are discarded at the end of this tick."""
         self.ticks = 0
         self._posted: list[Any] = []
 

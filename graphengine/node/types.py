@@ -77,12 +77,12 @@ class PortType:
 
     @property
     def is_number(self) -> bool:
-        """Whether its components are numbers or booleans."""
+        """Whether the components are numbers or booleans."""
         return self.base in _DTYPES
 
     @property
     def dtype(self) -> Any:
-        """Element type of its arrays."""
+        """The numpy dtype of arrays with such components."""
         return _DTYPES[self.base]
 
     @property

@@ -90,7 +90,7 @@ class Context(WorldHandles, OwnedEndpoints, Shared):
         """Read a text file.
 
         Args:
-            path: relative to the folder of the graph file.
+            path: path of the file, relative to the folder of the graph file.
 
         Returns:
             The file's path and its text.

@@ -16,9 +16,9 @@ from graphengine.format.errors import ContextError
 from graphengine.format.wording import shown
 
 STRONGEST_GRAVITY = 1000.0
-"""m/s2, some forty times that of Jupiter."""
+"""Maximum magnitude of gravity, m/s2: some forty times that of Jupiter."""
 BRIGHTEST = 1e6
-"""Limit of intensities and colours: far beyond what pictures show, and their product is finite in OpenGL."""
+"""Maximum intensity and maximum colour component: more than pictures can show, and their product is finite in OpenGL."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
     kind, unit = ("linear", 1.0) if articulation.prismatic[index] else ("angular", math.degrees(1.0))
 
     def add(attribute: str, read: Callable[[], Any], command: str = "") -> None:
-        """Add an attribute for the joint's number in an array; `command` is the argument that sets it."""
+        """Add an attribute for the joint's entry in an array; `command` is the argument of `command` that sets the entry."""
 
         def write(value: Any) -> None:
             selection.command(**{command: [numbers([value], 1)[0] / unit]})
