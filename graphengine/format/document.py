@@ -37,7 +37,7 @@ _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\
 _NOT_FINITE = re.compile(r"(?:[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))\Z")
 
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
-"""What the parser takes for the end of a line."""
+"""Characters that end a line for the parser."""
 _ILLEGAL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufeff\ufffe\uffff]")
 
 _ADVICE: tuple[tuple[str, str], ...] = (
@@ -55,9 +55,9 @@ _ADVICE: tuple[tuple[str, str], ...] = (
     ("incompatible YAML document", "remove the line %YAML"),
     ("expected <document start>", "a file is one mapping of `key: value`"),
 )
-"""What to do about the parser's complaints."""
+"""Remedies, by a part of the parser's error message."""
 _FROM_ITS_BEGINNING = ("while scanning a simple key", "while scanning a quoted scalar", "while scanning an a")
-"""What the parser was reading when the mistake lies where that began."""
+"""Parser contexts whose errors are reported at the beginning of the value being read."""
 _OPENED = {
     "while parsing a flow sequence": "the list that begins here",
     "while parsing a flow mapping": "the mapping that begins here",

@@ -154,7 +154,7 @@ class GraphSpec(FileSpec):
     parameters: dict[Name, ParameterSpec] = {}
     """Parameters of the graph, as name: {type: …, default: …}."""
     runs: Literal["tick", "physics_step"] = "tick"
-    """How often the graph runs."""
+    """How often the graph runs: once per tick, or once per physics step."""
     evaluator: Annotated[Literal["execution", "push"], BeforeValidator(_evaluator)] = "execution"
     """`execution` runs the nodes that execution reaches, `push` runs all nodes in each pass."""
     variables: dict[Name, VariableSpec] = {}
@@ -273,9 +273,9 @@ class DriveSpec(FileSpec):
     """A joint's drive in SI units."""
 
     damping: Gain = 0.0
-    """N m s/rad, or N s/m."""
+    """Damping of the drive, N m s/rad, or N s/m."""
     stiffness: Gain = 0.0
-    """N m/rad, or N/m."""
+    """Stiffness of the drive, N m/rad, or N/m."""
     target_velocity: Speed = 0.0
     """Target velocity until the first command to the joint, rad/s or m/s."""
     max_force: Positive | None = None
@@ -288,9 +288,9 @@ class UsdDriveSpec(FileSpec):
     """A joint's drive in USD's units: angles in degrees."""
 
     damping: Gain = 0.0
-    """N m s/deg."""
+    """Damping of the drive, N m s/deg."""
     stiffness: Gain = 0.0
-    """N m/deg."""
+    """Stiffness of the drive, N m/deg."""
     target_velocity: Speed = 0.0
     """Target velocity until the first command to the joint, deg/s or m/s."""
     max_force: Positive | None = None

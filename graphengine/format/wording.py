@@ -17,7 +17,7 @@ def printable(text: str) -> str:
 
 
 _MANY = 1000
-"""Of more names than this, only some are compared."""
+"""Number of names above which only some are compared."""
 _BESIDE = 150
 
 
