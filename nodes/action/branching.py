@@ -29,7 +29,7 @@ class Multisequence(Node, type="omni.graph.action.Multisequence"):
     numbered: ClassVar[Numbered] = {"output": ExecOut}
 
     exec_in = ExecIn()
-    output0 = ExecOut(doc="first output; a wire from `output1`, `output2`, … adds that output")
+    output0 = ExecOut(doc="first output; wires from `output1`, `output2`, … add these outputs")
 
     def compute(self) -> Pushes:
         """Yield the wired outputs in the order of their numbers."""

@@ -48,11 +48,11 @@ class OnTick(TickEvent, type="omni.graph.action.OnTick", gated=True):
     It needs a graph with `runs: tick` (the default).
     """
 
-    frame_period: UInt = In(default=0, doc="number of ticks without firing between two that fire")
+    frame_period: UInt = In(default=0, doc="number of ticks to skip between two firings; 0: fire in every tick")
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     tick = ExecOut()
     time: float = Out(unit="s", doc="simulation time since play")
-    delta_seconds: float = Out(unit="s", doc="simulation time since this node last fired, at first since play")
+    delta_seconds: float = Out(unit="s", doc="simulation time since the last firing, or since play at the first one")
     frame: float = Out(doc="number of the tick since play; the first is 1")
     is_playing: bool = Out()
     absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began, not reset on stop")

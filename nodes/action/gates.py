@@ -37,7 +37,7 @@ class Multigate(Node, type="omni.graph.action.Multigate", gated=True, counts=Tru
 
     exec_in = ExecIn()
     reset_in = ExecIn(name="reset", control=True, doc="makes the next execution fire `output0`")
-    output0 = ExecOut(doc="first output; a wire from `output1`, `output2`, … adds that output")
+    output0 = ExecOut(doc="first output; wires from `output1`, `output2`, … add these outputs")
 
     next: int = State(default=0)
     turns: tuple[int | None, ...] = State(default=())

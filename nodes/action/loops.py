@@ -19,9 +19,9 @@ class ForLoop(Node, type="omni.graph.action.ForLoop"):
     """
 
     exec_in = ExecIn()
-    break_loop = ExecIn(control=True, doc="wire it from the loop body: ends the loop after the current iteration")
+    break_loop = ExecIn(control=True, doc="ends the loop after the current iteration; wire it from the loop body")
     start: Int = In(default=0, doc="first `value`")
-    stop: Int = In(default=0, doc="end of the values, not included")
+    stop: Int = In(default=0, doc="end of the range of `value`, not included")
     step: Int = In(default=1, doc="increment of `value` per iteration, may be negative; 0 is an error")
     loop_body = ExecOut()
     index: Int = Out(doc="number of the iteration, from 0")
@@ -113,7 +113,7 @@ class WhileLoop(Node, type="graphengine.action.WhileLoop"):
     rereads = True
 
     exec_in = ExecIn()
-    break_loop = ExecIn(control=True, doc="wire it from the loop body: ends the loop after the current iteration")
+    break_loop = ExecIn(control=True, doc="ends the loop after the current iteration; wire it from the loop body")
     condition: bool = In(default=False, doc="whether to run another iteration; evaluated before each one")
     loop_body = ExecOut()
     index: Int = Out(doc="number of the iteration, from 0")

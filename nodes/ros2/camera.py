@@ -45,7 +45,7 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
         default="rgb", name="type", setup=True, tokens=_TYPES, doc=f"available types: {', '.join(_MESSAGES)}"
     )
     enable_semantic_labels: bool = In(
-        default=False, setup=True, doc="publish the prim path of each segmentation number as JSON"
+        default=False, setup=True, doc="publish the prim path of each segmentation number on `semanticLabelsTopicName`"
     )
     semantic_labels_topic_name: String = In(default="semantic_labels", setup=True)
     stereo_offset: Float2 = In(

@@ -21,7 +21,7 @@ class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS
     topic_name: String = In(default="image_raw/compressed", setup=True)
     data: UChars = In(doc="compressed bytes")
     data_ptr: Buffer = In(default=0, doc="buffer of compressed bytes, used if `data` is empty")
-    buffer_size: UInt64 = In(default=0, doc="no effect: the buffer in `dataPtr` has a size")
+    buffer_size: UInt64 = In(default=0, doc="no effect: the size is that of the buffer in `dataPtr`")
     input_format: Token = In(default="h264", name="input_format", tokens=("h264",))
     format: Token = In(
         default="",

@@ -73,7 +73,10 @@ class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
     """
 
     delivery: Token = In(
-        default="each", tokens=("each", "newest"), extension=True, doc="fire for all messages of a tick, or the newest"
+        default="each",
+        tokens=("each", "newest"),
+        extension=True,
+        doc="which messages of a tick fire: each, or the newest",
     )
     exec_out = ExecOut(doc="fires once for each message that is output")
 

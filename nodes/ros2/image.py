@@ -46,8 +46,8 @@ class ROS2PublishImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishIm
     encoding: Token = In(default="rgb8", tokens=tuple(PIXEL_BYTES), doc="pixel format")
     data_ptr: Buffer = In(default=0, doc="buffer of pixels, used if `data` is empty")
     cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in host memory")
-    buffer_size: UInt = In(default=0, doc="no effect: the buffer in `dataPtr` has a size")
-    format: UInt64 = In(default=0, doc="no effect: `encoding` is the pixel format")
+    buffer_size: UInt = In(default=0, doc="no effect: the size is that of the buffer in `dataPtr`")
+    format: UInt64 = In(default=0, doc="no effect: `encoding` sets the pixel format")
 
     def message(self) -> messages.Image:
         """Build the message from the pixels."""

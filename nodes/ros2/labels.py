@@ -82,7 +82,7 @@ class ROS2PublishObjectIdMap(LabelPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     """
 
     data_ptr: Buffer = In(default=0, doc="buffer with the prim path of each object number")
-    buffer_size: UInt = In(default=0, doc="no effect: the buffer in `dataPtr` has a size")
+    buffer_size: UInt = In(default=0, doc="no effect: the size is that of the buffer in `dataPtr`")
 
     def labels(self) -> dict[str, Any]:
         """Return the prim path of each object number."""

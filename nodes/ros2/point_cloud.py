@@ -99,7 +99,7 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     """Publishes points as sensor_msgs/PointCloud2.
 
     Points are an array or a buffer of x, y, z in single precision. Each kind of metadata is a buffer with one record per point.
-    Inputs for data types and buffer sizes have no effect: the types are fixed, and buffers have a size.
+    Inputs for data types and buffer sizes have no effect: the types are fixed, and a size is that of its buffer.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/PointCloud2"

@@ -28,7 +28,9 @@ class ROS2QoSProfile(Node, type="isaacsim.ros2.bridge.ROS2QoSProfile"):
     lifespan: float = In(default=0.0, unit="s", doc="age at which a message expires; 0: never")
     liveliness: Token = In(default="systemDefault", tokens=("systemDefault", "automatic", "manualByTopic", "unknown"))
     lease_duration: float = In(default=0.0, unit="s", doc="silence after which a publisher counts as lost; 0: never")
-    create_profile: Token = In(default=_DEFAULT, tokens=(_DEFAULT, *PRESETS, "Custom"), doc="preset of policies")
+    create_profile: Token = In(
+        default=_DEFAULT, tokens=(_DEFAULT, *PRESETS, "Custom"), doc="preset; changed policy inputs override it"
+    )
     qos_profile: String = Out(doc="QoS profile as JSON, for `qosProfile` of other nodes")
 
     def compute(self) -> None:

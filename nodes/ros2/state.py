@@ -43,10 +43,12 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
 
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"
 
-    target_prim: Target = In(required="joints", setup=True, doc="the robot: its prim, base link or articulation root")
+    target_prim: Target = In(
+        required="joints", setup=True, doc="robot if `jointNames` is empty: its prim, base link or articulation root"
+    )
     topic_name: String = In(default="joint_states", setup=True)
     time_stamp: float = In(default=0.0, unit="s")
-    joint_names: Tokens = In(required="joints", doc="names of the joints in the arrays, from IsaacReadJointState")
+    joint_names: Tokens = In(required="joints", doc="names of the joints in the arrays; if empty, `targetPrim` is used")
     joint_positions: Doubles = In(unit="rad, m")
     joint_velocities: Doubles = In(unit="rad/s, m/s")
     joint_efforts: Doubles = In(unit="N m, N")
@@ -142,7 +144,7 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
     chassis_frame_id: String = In(default="base_link", setup=True, doc="frame in which the twist is given")
     topic_name: String = In(default="odom", setup=True)
     publish_raw_velocities: bool = In(
-        default=False, doc="publish the velocities without projecting them onto `robotFront`"
+        default=False, doc="true: publish the velocities unchanged; false: project them onto the axes of `robotFront`"
     )
     time_stamp: float = In(default=0.0, unit="s")
     position: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m")

@@ -62,7 +62,12 @@ class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
 
     topic_name: String = In(default="cmd_vel", setup=True)
     type_in: Token = In(
-        default="auto", name="type", setup=True, tokens=("auto", *_TWISTS), extension=True, doc="type of the messages"
+        default="auto",
+        name="type",
+        setup=True,
+        tokens=("auto", *_TWISTS),
+        extension=True,
+        doc="message type; `auto`: as published",
     )
     timeout: float = In(
         default=0.0,

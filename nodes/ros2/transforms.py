@@ -131,7 +131,7 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
     target_prim: Target = In(required=True, setup=True, doc="the robot: its prim, base link or articulation root")
     time_stamp: float = In(default=0.0, unit="s")
     publish_frequency: float = In(
-        default=20.0, gt=0.0, setup=True, unit="Hz", doc="rate of `tf`, which has the movable links"
+        default=20.0, gt=0.0, setup=True, unit="Hz", doc="publishing rate of `tf`, which has the movable links"
     )
 
     description: RobotDescription = Bound()
