@@ -68,7 +68,7 @@ class GraphLibrary:
         if key not in self._filled:
             before = len(findings.items)
             filled = fill(document, bindings, findings, use, budget)
-            if len(findings.items) > before:  # mistakes are reported at the place of each use
+            if len(findings.items) > before:  # errors are reported at the place of each use
                 return filled
             self._filled[key] = filled
         return self._filled[key]

@@ -22,7 +22,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
     """Resolve ports of several types along the wires until nothing changes, then check every wire."""
     refused = _settle(graph)
     for index, error in refused.items():
-        if not graph.instances[index].refused:  # else what it says may follow from what was told of it
+        if not graph.instances[index].refused:  # else its error may follow from one reported already
             _tell_refusal(graph.instances[index], error, findings)
     unknown = _tell_unsettled(graph, findings, set(refused))
     checked: list[Wire] = []

@@ -78,7 +78,7 @@ def _parameter_values(
             findings.add("G107", message, use.span if use else document.key_span("parameters", name), remedy)
             continue
         given = bindings.get(name, data.get("default"))
-        if given is UNKNOWN:  # a parameter of the graph around this one, of which something was told
+        if given is UNKNOWN:  # a parameter of the graph around this one, with a reported error
             continue
         try:
             coerced = types.coerce(given, port_type) if isinstance(port_type, types.PortType) else given
