@@ -30,7 +30,7 @@ class Gate(Node, type="omni.graph.action.Gate", gated=True, counts=True):
 class Multigate(Node, type="omni.graph.action.Multigate", gated=True, counts=True):
     """Fires one of `output0`, `output1`, … per execution, in turn, and starts again after the last one.
 
-    An unwired output between wired ones has its turn too: that execution fires nothing.
+    An unwired output before the last wired one has its turn too: that execution fires nothing.
     """
 
     numbered: ClassVar[Numbered] = {"output": ExecOut}
