@@ -25,7 +25,7 @@ SIZE = (1280, 720)
 
 
 def simulated(world: World) -> Simulation:
-    """The session's world, checked to be one that can be rendered.
+    """Return the session's world as a simulation that can be rendered.
 
     Raises:
         UsageError: the session runs a graph without a scene.
@@ -38,7 +38,9 @@ def simulated(world: World) -> Simulation:
 
 
 def find_camera(world: Simulation, name: str) -> Prim | None:
-    """The camera prim with this name or path; None if the name is that of a view.
+    """Return the camera prim with this name or path, or None if the name is a view: `top`, `perspective` or a MuJoCo camera.
+
+    A view takes precedence over a prim of the same name.
 
     Raises:
         UsageError: no camera or view has the name, or several cameras have it.
@@ -67,13 +69,13 @@ def find_camera(world: Simulation, name: str) -> Prim | None:
 def look(
     world: Simulation, name: str, size: tuple[int, int] | None = None, *, segmentation: bool = False
 ) -> Picture | Image:
-    """A picture from a camera, as graphs receive it, or from a view.
+    """Return the picture of a camera, as graphs receive it, or of a view.
 
     Args:
-        world: world to draw, in its present state.
-        name: name of a view, or name or path of a camera's prim.
-        size: width and height, pixels; None is the camera's own size, or `SIZE` for a view.
-        segmentation: add the number of the prim at each pixel.
+        world: world to draw, in its current state.
+        name: name of a view, or name or path of a camera prim.
+        size: width and height, pixels; None: the camera's own size, or `SIZE` for a view.
+        segmentation: whether to add the number of the prim at each pixel.
 
     Raises:
         RenderError: OpenGL is missing or failed.

@@ -21,8 +21,8 @@ class Pose:
     """Position and orientation of a body.
 
     Attributes:
-        position: in the world frame, m.
-        orientation: quaternion (x, y, z, w) in the world frame.
+        position: position in the world frame, m.
+        orientation: orientation in the world frame as a quaternion (x, y, z, w).
     """
 
     position: Vector3
@@ -47,9 +47,9 @@ class Joint:
     """The state of a joint.
 
     Attributes:
-        position: rad, or m for a prismatic joint.
-        velocity: rad/s or m/s.
-        effort: torque or force of its drive after the last step, N m or N.
+        position: position, rad, or m for a prismatic joint.
+        velocity: velocity, rad/s or m/s.
+        effort: torque or force of the joint's drive after the last step, N m or N.
     """
 
     position: float
@@ -58,7 +58,7 @@ class Joint:
 
 
 class Robot:
-    """A robot of a session; each property returns its value at the present tick. `Session.robots` lists all.
+    """A robot of a session; each property returns its value in the current tick. `Session.robots` lists all robots.
 
     Attributes:
         name: name in the scene.
@@ -99,7 +99,7 @@ class Robot:
 
     @acting
     def publish(self, topic: str, message: Any, every: float | None = None, type: MessageType = None) -> Publication:
-        """Publish on a topic in the robot's namespace; arguments as for `Session.publish`.
+        """Publish on a topic in the robot's namespace. The arguments are those of `Session.publish`.
 
         >>> drive = sim.robots["dd100"].publish("cmd_vel", {"linear": {"x": 0.2}})
         """
@@ -110,7 +110,7 @@ class Robot:
     @overload
     def subscribe(self, topic: str, type: str | None = None, keep: int = 1000) -> Subscription[Any]: ...
     def subscribe(self, topic: str, type: MessageType = None, keep: int = 1000) -> Subscription[Any]:
-        """Subscribe to a topic in the robot's namespace; arguments as for `Session.subscribe`.
+        """Subscribe to a topic in the robot's namespace. The arguments are those of `Session.subscribe`.
 
         >>> odom = sim.robots["dd100"].subscribe("odom")
         """
@@ -128,12 +128,12 @@ class Robots(dict[str, Robot]):
     """Robots by name; a wrong name raises UnknownEntityError."""
 
     def __missing__(self, name: str) -> Robot:
-        """Raise UnknownEntityError, which lists the nearest names."""
+        """Raise UnknownEntityError with similar names, or with all names."""
         raise UnknownEntityError(unknown("robot", name, self))
 
 
 def find_robot(runner: Runner, name: str) -> Prim:
-    """The prim of the robot with this name.
+    """Return the prim of the robot with this name.
 
     Raises:
         UnknownEntityError: no robot has the name.

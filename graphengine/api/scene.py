@@ -30,7 +30,7 @@ class GraphInfo:
     Attributes:
         prim_path: path of the graph's prim.
         file: file that the graph was read from.
-        nodes: registered type of each node by the node's name; `subgraph/Node` in subgraphs.
+        nodes: registered type of each node, by the node's name; in a subgraph, the name is `subgraph/Node`.
     """
 
     prim_path: str
@@ -44,7 +44,7 @@ class RobotInfo:
 
     Attributes:
         prim_path: path of the robot's prim.
-        namespace: absolute namespace of its topics; empty for none.
+        namespace: absolute namespace of the robot's topics; empty for none.
         joints: names of the movable joints.
     """
 
@@ -60,10 +60,10 @@ class Scene:
     without them; that process imports the modules with node types.
 
     Attributes:
-        name: name of its file, without folder and suffix.
+        name: name of the scene's file, without folder and suffix.
         findings: warnings and notes in file order; `str(finding.span)` is the place, `finding.render()` the text.
-        topics: topics and services that nodes use, by name, as `graphrun topics` prints them.
-        graphs: graphs by name (`robot/graph` for those of robots), in execution order.
+        topics: topics and services that nodes use, sorted by name, as `graphrun topics` prints them.
+        graphs: graphs by name, in execution order; the name of a robot's graph is `robot/graph`.
         robots: robots by name.
     """
 
@@ -115,14 +115,14 @@ class Scene:
         Args:
             transport: `memory` stays within the process; `auto`, `dds` and `rclpy` connect to ROS 2 programs.
             seed: seed of all random generators.
-            keep_going: an exception in a node ends its branch of the graph, not the run.
-            bad_values: `drop` discards and counts a wire's value that a node cannot use; `stop` raises NodeError for it.
-            domain: ROS 2 domain; None takes ROS_DOMAIN_ID, or 0.
+            keep_going: whether an exception in a node ends only the node's branch of the graph, instead of the run.
+            bad_values: `drop` discards and counts values from wires that a node cannot use; `stop` raises NodeError for them.
+            domain: ROS 2 domain; None: `ROS_DOMAIN_ID` if it is set, otherwise 0.
             record: MCAP file of the recording, which begins before the first tick.
             force: overwrite an existing recording.
-            control: name of the session for `graphrun ctl`; None gives it no control channel.
+            control: name of the session for `graphrun ctl`; None: no control channel.
             simulation_interfaces: namespace of the services of simulation_interfaces, such as `/`; None: no services.
-            log: receives severity, prim path and text of each message; None sends them to the logger `graphengine`.
+            log: called with severity, prim path and text of each message; None: use the logger `graphengine`.
 
         Raises:
             ControlError: the socket of `control` cannot be created.
@@ -170,8 +170,8 @@ class Scene:
             heights: height range of obstacles, m.
             cell: side of a cell, m.
             bounds: south-west and north-east corner, m, rounded outwards to cells; None fits the map to `select`.
-            origin: point that is a corner of cells, m; it aligns the grid.
-            free: points, m, from which free space is filled; empty: the position of the first robot.
+            origin: point to align the grid with: a corner of four cells, m.
+            free: points from which free space is filled, m; empty: the position of the first robot.
             select: prims whose extent the map covers if `bounds` is None; empty: all obstacles.
             include: robots and movable bodies to map as obstacles.
             exclude: prims to leave out of the obstacles.
@@ -219,7 +219,7 @@ class Scene:
 
 
 def loaded_of(scene: Scene) -> LoadedScene:
-    """The internal form of a scene, which has details that `Scene` does not offer."""
+    """Return the internal form of a scene, with details that `Scene` does not offer."""
     return scene._loaded
 
 

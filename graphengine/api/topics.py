@@ -22,7 +22,7 @@ from graphengine.ros.transport import Reader, Transport, Writer
 M = TypeVar("M")
 
 MessageType = str | type[Any] | None
-"""`nav_msgs/msg/Odometry`, a class of `graphengine.messages.messages`, or None for the type that graphs use."""
+"""Name such as `nav_msgs/msg/Odometry`, class of `graphengine.messages.messages`, or None for the type that graphs use."""
 
 
 class Subscription(Generic[M]):
@@ -62,7 +62,7 @@ class Subscription(Generic[M]):
 
     @property
     def latest(self) -> M | None:
-        """The newest message, None before the first; its arrays are read-only."""
+        """The newest message, or None before the first; its arrays are read-only."""
         return self._decode(self._kept[-1]) if self._kept else None
 
     @property
@@ -92,7 +92,7 @@ class Subscription(Generic[M]):
 
 @acting
 def open_subscription(user: HasRunner, topic: str, type: MessageType, keep: int) -> Subscription[Any]:
-    """Subscribe to a topic; arguments as for `Session.subscribe`."""
+    """Subscribe to a topic. The arguments are those of `Session.subscribe`."""
     return Subscription(user._runner, topic, type, keep)
 
 
@@ -102,7 +102,7 @@ class Publication(Stateful):
     Attributes:
         topic: full name of the topic.
         type: message type, such as `geometry_msgs/msg/Twist`.
-        every: period, s of simulation; None if the message is sent once.
+        every: period in simulation time, s; None if the message is sent once.
     """
 
     kept = ("_begin", "_last", "_sent")
@@ -126,7 +126,7 @@ class Publication(Stateful):
             runner.publications[self] = None
 
     def after_tick(self, frame: int) -> None:
-        """Send the message if it is due in the next tick; called by the session with its number of ticks since play."""
+        """Send the message if it is due in the next tick. The session calls this with its number of ticks since play."""
         if frame < self._last:  # time was reset
             self._begin, self._sent = frame, -1
         self._last = frame
@@ -145,7 +145,7 @@ class Publication(Stateful):
 
 
 def call_service(runner: Runner, service: str, request: Any, timeout: float, type: str | None) -> Any:
-    """Call a service and run ticks until it answers; arguments as for `Session.call`."""
+    """Call a service and run ticks until the response arrives. The arguments are those of `Session.call`."""
     service, transport, _, service_type = _find(runner, service, type, ("serve", "call"))
     definitions = runner.scene.definitions
     request_type, response_type = definitions.service_parts(service_type)

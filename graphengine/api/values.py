@@ -12,7 +12,7 @@ from graphengine.format.wording import shown
 
 
 def read_only(value: Any) -> Any:
-    """The value, with arrays as read-only views."""
+    """Return the value; for an array, a read-only view."""
     if not isinstance(value, np.ndarray):
         return value
     view = value.view()
@@ -21,7 +21,7 @@ def read_only(value: Any) -> Any:
 
 
 def plain(value: Any) -> Any:
-    """The value as JSON types, with arrays as lists.
+    """Return the value as JSON types; arrays become lists.
 
     Raises:
         UsageError: the value cannot be written as JSON.

@@ -1,1 +1,1 @@
-"""Graph files to generated Python: `subgraph_expansion`, `resolve`, `planning`, `codegen`, in this order."""
+"""Compiles graph files to Python functions: `subgraph_expansion`, `resolve`, `planning` and `codegen`, in this order."""

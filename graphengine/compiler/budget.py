@@ -7,46 +7,46 @@ from graphengine.format.document import MAX_VALUES
 from graphengine.format.spec import GraphSpec
 
 MAX_PARTS = 20_000
-"""Uses of subgraphs, nodes, wires and variables, together."""
+"""Maximum number of uses of subgraphs, nodes, wires and variables in a graph, together."""
 
 Via = tuple[tuple[Span, str], ...]
 
 
 class OverBudgetError(Exception):
-    """A graph contains too much; a finding says so."""
+    """A graph exceeds a size limit, for which a finding was added."""
 
 
 class Budget:
-    """Counts what a graph holds while its subgraphs are expanded."""
+    """Counts the parts of a graph while its subgraphs are expanded."""
 
     def __init__(self, span: Span, findings: Findings) -> None:
         self.findings = findings
         self.parts = dict.fromkeys(("uses of subgraphs", "nodes", "wires", "variables"), 0)
         self.values = 0
-        """In the files, each counted as often as it is used."""
+        """Number of values in the files; a file counts at each use."""
         self.text = 0
-        """Bytes that were filled in for parameters."""
+        """Number of bytes that replaced parameters."""
         self.at(span, ())
 
     def at(self, span: Span, via: Via) -> None:
-        """Set the place that findings name: a use of a subgraph, and the uses around it."""
+        """Set the place for findings: a use of a subgraph, and the uses around it."""
         self.span, self.via = span, via
 
     def take_values(self, count: int) -> None:
         """Count the values of a file.
 
         Raises:
-            OverBudgetError: there are too many.
+            OverBudgetError: the graph has too many values.
         """
         self.values += count
         if self.values > MAX_VALUES:
             self._refuse(f"more than {MAX_VALUES} values in one graph, counting each subgraph at every use")
 
     def take_parts(self, spec: GraphSpec) -> None:
-        """Count what a file adds to the graph.
+        """Count the parts that a file adds to the graph.
 
         Raises:
-            OverBudgetError: there is too much.
+            OverBudgetError: the graph has too many parts.
         """
         uses = sum(1 for node in spec.nodes.values() if node.subgraph)
         more = (uses, len(spec.nodes) - uses, len(spec.connections), len(spec.variables))

@@ -1,8 +1,8 @@
-"""Generates Python from a plan: one function a region, copies as attribute stores, flags as integers.
+"""Generates Python from a plan: one function per region, copies as attribute assignments, flags as integers.
 
-The generated text is registered with `linecache`, so a traceback shows its lines. Each line knows its node, so that an exception
-names it. Each call of a node stands in a `try`, which costs nothing until the node raises. What is `caught` there (BadValueError,
-every Exception, or nothing) ends the node's branch only; any other exception ends the pass.
+The source is registered with `linecache`, so a traceback shows its lines. The node of each line is recorded, so that messages on
+exceptions can name it. Each call of a node is in a `try`, which costs nothing until the node raises. An exception of the types in
+`caught` (BadValueError, every Exception, or none) ends only the node's branch; any other exception ends the pass.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from graphengine.node.node_class import Node
 
 _serial = itertools.count()
 _FUNCTIONS = re.compile(r"\b(pass_|constants|at_stop|at_close|r\d+)\(")
-"""Names of generated functions, where they are defined and called."""
+"""Matches the names of generated functions where they are defined or called."""
 _programs: weakref.WeakKeyDictionary[Plan, GeneratedSource] = weakref.WeakKeyDictionary()
 
 
 @dataclass(eq=False)
 class GeneratedSource:
-    """Generated text, and for each of its lines the node that it runs."""
+    """Generated source, and for each line the node that the line runs."""
 
     name: str
     lines: list[str] = field(default_factory=list)
@@ -43,30 +43,30 @@ class GeneratedSource:
 
     @property
     def text(self) -> str:
-        """The whole text."""
+        """The whole source."""
         return "\n".join(self.lines) + "\n"
 
     @cached_property
     def code(self) -> CodeType:
-        """The compiled text, registered for tracebacks while it is in use."""
+        """The compiled source, registered for tracebacks as long as it is in use."""
         linecache.cache[self.name] = (len(self.text), None, self.text.splitlines(keepends=True), self.name)
         weakref.finalize(self, linecache.cache.pop, self.name, None)
         return compile(self.text, self.name, "exec")
 
     def node_at(self, line: int) -> int | None:
-        """The node that a line runs; lines count from 1."""
+        """Return the node that a line runs, or None; lines count from 1."""
         return self.nodes[line - 1] if 1 <= line <= len(self.nodes) else None
 
 
 def source_of(plan: Plan) -> GeneratedSource:
-    """The source of a plan, shared by all sessions."""
+    """Return the source of a plan, which all sessions share."""
     if plan not in _programs:
         _programs[plan] = _write_source(plan)
     return _programs[plan]
 
 
 def _write_source(plan: Plan) -> GeneratedSource:
-    """Functions: `constants`, `pass_` for ticks, `ENDINGS` for between, and one a pusher's region."""
+    """Write the functions `constants`, `pass_` for ticks, those of `ENDINGS`, and one for each pusher's region."""
     source = GeneratedSource(f"<graph: {plan.path} #{next(_serial)}>")
     source.add([f"s{data} = 1" for data in plan.flagged])
     source.add([f"l{index} = 0" for index, _ in plan.root.pending])
@@ -115,7 +115,7 @@ def _write_region(plan: Plan, region: Region, source: GeneratedSource) -> None:
 
 
 def _write_call(call: Call, source: GeneratedSource, indent: int) -> None:
-    """Bring up to date what the node reads, then compute it: once, or for each of its activations."""
+    """Refresh the data nodes that a node reads, then compute the node: once, or for each of its activations."""
     for refresh in call.refreshes:
         if not refresh.repeated:
             source.add(_refresh(refresh), refresh.node, indent)
@@ -130,7 +130,7 @@ def _write_call(call: Call, source: GeneratedSource, indent: int) -> None:
 
 
 def _nodes_of(call: Call) -> Iterator[int]:
-    """Nodes whose names the text of a call uses."""
+    """Nodes whose names the source of a call uses."""
     yield call.node
     for refresh in (*call.refreshes, *(call.rereads or ())):
         yield refresh.node
@@ -158,7 +158,7 @@ def _copy(copy: Copy) -> list[str]:
 
 
 def _copies(copies: Iterable[Copy]) -> list[str]:
-    """Copies into a node, which is set up again when one of them changed what it reads in setup, or when that failed before."""
+    """Copies into a node, which is set up again if an input that it reads in setup changed, or if its last setup failed."""
     copies = list(copies)
     lines = [line for copy in copies for line in _copy(copy)]
     if not any(copy.setup for copy in copies):
@@ -167,7 +167,7 @@ def _copies(copies: Iterable[Copy]) -> list[str]:
 
 
 def _refresh(refresh: Refresh) -> list[str]:
-    """A data node; one that raises keeps its last output."""
+    """Computation of a data node; a data node that raises keeps its last output."""
     lines = _attempt([*_copies(refresh.copies), f"c{refresh.node}()"], refresh.node)
     if refresh.flagged:
         lines.append(f"s{refresh.node} = 0")
@@ -182,7 +182,7 @@ def _fire(fire: FireEffect) -> list[str]:
 
 
 def _branch(branch: ExecBranch, *, many: bool) -> list[str]:
-    """What follows an execution output of a node that says in `p` what to fire."""
+    """Effects of an execution output, if its bit is set in `p`, the result of `compute`."""
     lines = [line for fire in branch.fires for line in _fire(fire)]
     if branch.region >= 0:
         lines.append(f"r{branch.region}()")
@@ -190,11 +190,11 @@ def _branch(branch: ExecBranch, *, many: bool) -> list[str]:
 
 
 def _compute(call: Call, fired: dict[str, str]) -> list[str]:
-    """The call itself and what its result leads to.
+    """The call of a node and the effects of its result.
 
     Args:
-        call: what to do.
-        fired: how often each execution input fired, as an expression.
+        call: call to write.
+        fired: for each execution input, an expression of how often it fired.
     """
     node = call.node
     before = [*_copies(call.copies), *_tell_pins(call, fired)]
@@ -221,7 +221,7 @@ def _compute(call: Call, fired: dict[str, str]) -> list[str]:
 
 
 def _tell_pins(call: Call, fired: dict[str, str]) -> list[str]:
-    """Which execution inputs fired; a pin that may have waited adds what it is told."""
+    """Set how often each execution input fired; a pending pin adds to the count that it has."""
     lines = []
     for pin in call.pins:
         count = fired.get(pin.field, "")
@@ -231,7 +231,7 @@ def _tell_pins(call: Call, fired: dict[str, str]) -> list[str]:
 
 
 def _attempt(lines: list[str], node: int, follow: Sequence[str] = (), otherwise: Sequence[str] = ()) -> list[str]:
-    """Lines, what follows them, and what follows instead where they raise something that ends the node's branch only."""
+    """Lines in a `try`, lines that follow them, and lines that follow instead if they raise one of the `caught` exceptions."""
     caught = ["except caught as error:", f"    fault({node}, error)", *_indented(otherwise)]
     return ["try:", *_indented(lines), *caught, *(["else:", *_indented(follow)] if follow else [])]
 
@@ -241,7 +241,7 @@ def _indented(lines: Iterable[str]) -> list[str]:
 
 
 def _bounded(node: Node) -> Callable[[], Iterator[int]]:
-    """A pusher's compute that ends with an error after `max_pushes` yields."""
+    """The `compute` of a pusher, which raises an error after `max_pushes` yields."""
     compute, limit = node.compute, type(node).max_pushes
 
     def pushes() -> Iterator[int]:
@@ -258,12 +258,12 @@ def _bounded(node: Node) -> Callable[[], Iterator[int]]:
 def bind_observed(
     plan: Plan, functions: dict[str, Any], computes: Mapping[int, Callable[[], Any]]
 ) -> Callable[[], None]:
-    """The pass of bound functions once more, with other functions in the place of some nodes' computes.
+    """Return a second pass of bound functions, which calls other functions instead of the `compute` of some nodes.
 
     Args:
-        plan: of the functions.
-        functions: from `bind`; both passes share flags and nodes.
-        computes: by index of the node.
+        plan: plan of the bound functions.
+        functions: functions from `bind`; both passes share flags and nodes.
+        computes: functions to call instead, by index of the node.
     """
     source, plain = source_of(plan), dict(functions)
     text = _FUNCTIONS.sub(r"observed_\1(", source.text)
@@ -283,16 +283,16 @@ def bind(
     caught: tuple[type[Exception], ...],
     failed: Container[int],
 ) -> dict[str, Any]:
-    """Bind the functions that a plan is generated to, and their flags, to nodes.
+    """Bind the generated functions of a plan, and their flags, to nodes; return the functions by name.
 
     Args:
-        plan: of the nodes' graph.
-        nodes: by their indices.
-        setup_again: called when an input that a node reads in setup changed.
-        activate: called when a latent node has started.
-        fault: called with a node and the exception of one of the `caught` types that it raised.
-        caught: exceptions that end a node's branch only.
-        failed: nodes whose last setup failed; they are set up again before they compute.
+        plan: plan of the nodes' graph.
+        nodes: nodes in the order of their indices.
+        setup_again: called with a node's index when an input that the node reads in setup changed.
+        activate: called with the index of a latent node that was started.
+        fault: called with a node's index and the exception, one of the `caught` types, that the node raised.
+        caught: types of exceptions that end only the node's branch.
+        failed: indices of nodes whose last setup failed; these nodes are set up again before they are computed.
     """
     source = source_of(plan)
     namespace: dict[str, Any] = {"setup_again": setup_again, "activate": activate, "fault": fault, "equal": types.equal}

@@ -1,4 +1,4 @@
-"""Directed graphs of numbered nodes. Cycles are left to networkx, whose import takes as long as a typical plan."""
+"""Directed graphs of numbered nodes. Only searches for cycles use networkx, whose import takes as long as a typical plan."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Digraph:
-    """Nodes and edges, each once, in the order in which they were added."""
+    """A directed graph without parallel edges; nodes and edges keep the order in which they were added."""
 
     def __init__(self, nodes: Iterable[int], edges: Iterable[tuple[int, int]] = ()) -> None:
         self.successors: dict[int, dict[int, None]] = {node: {} for node in nodes}
@@ -20,11 +20,11 @@ class Digraph:
             self.add_edge(source, target)
 
     def add_edge(self, source: int, target: int) -> None:
-        """Let an edge lead from one known node to another."""
+        """Add an edge between two nodes of the graph."""
         self.successors[source][target] = None
 
     def add_where_acyclic(self, edges: Sequence[tuple[int, int]]) -> set[tuple[int, int]]:
-        """Add edges one by one to a graph without cycles, and return those that would have closed one."""
+        """Add edges one by one to a graph without cycles, except those that would close a cycle; return these."""
         tentative = Digraph(self.successors, [*self.edges(), *edges])
         component = {node: number for number, part in enumerate(tentative.components()) for node in part}
         refused: set[tuple[int, int]] = set()
@@ -38,15 +38,15 @@ class Digraph:
         return refused
 
     def edges(self) -> list[tuple[int, int]]:
-        """All edges, by their first node."""
+        """Return all edges, grouped by their first node."""
         return [(source, target) for source, targets in self.successors.items() for target in targets]
 
     def has_edge(self, source: int, target: int) -> bool:
-        """Whether an edge leads from one node to another."""
+        """Return whether an edge leads from `source` to `target`."""
         return target in self.successors[source]
 
     def descendants(self, start: int) -> set[int]:
-        """All other nodes that are reached from one."""
+        """Return all other nodes that can be reached from a node."""
         found, pending = {start}, [start]
         while pending:
             new = self.successors[pending.pop()].keys() - found
@@ -55,14 +55,14 @@ class Digraph:
         return found - {start}
 
     def has_path(self, source: int, target: int) -> bool:
-        """Whether edges lead from one node to another, or both are the same."""
+        """Return whether `target` can be reached from `source`, or is the same node."""
         return source == target or target in self.descendants(source)
 
     def sort(self, key: Callable[[int], Any] | None = None) -> list[int]:
-        """Nodes after all that lead to them; nodes in a cycle, and those behind it, are left out.
+        """Return the nodes in topological order; nodes in a cycle, and nodes downstream of it, are left out.
 
         Args:
-            key: of several nodes that could be next, the one with the smallest key is; None takes the one that became free first.
+            key: breaks ties: the node with the smallest key comes first. None: the node that first had no predecessors left.
         """
         waiting = Counter(target for _, target in self.edges())
         free = [(key(node) if key else i, node) for i, node in enumerate(self.successors) if not waiting[node]]
@@ -80,7 +80,7 @@ class Digraph:
         return order
 
     def components(self) -> list[set[int]]:
-        """Strongly connected components: single nodes, and sets of nodes that lead to each other."""
+        """Return the strongly connected components; a node outside all cycles is a component of its own."""
         order = self.sort()
         if len(order) == len(self.successors):
             return [{node} for node in order]
@@ -89,7 +89,7 @@ class Digraph:
         return list(nx.strongly_connected_components(self._as_networkx()))
 
     def find_cycle(self, component: set[int], start: int) -> list[tuple[int, int]]:
-        """Edges of a cycle within a component that has one, found from a node on."""
+        """Return the edges of a cycle in a component, found by a search from the node `start`."""
         import networkx as nx
 
         return [(edge[0], edge[1]) for edge in nx.find_cycle(self._as_networkx().subgraph(component), start)]

@@ -1,7 +1,7 @@
 """Gates that implement `every:`, before a node's execution inputs or behind an event's outputs.
 
-A gate is an ordinary node that stands in no file, so order, counts and stop are those of all nodes. Each pin has a gate of its
-own; control pins have none.
+A gate is an ordinary node that is not in the file, so it is ordered, counted and stopped like all nodes. Each pin has its own
+gate; control pins have none.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from graphengine.node.types import UInt
 
 
 class EveryGate(Node):
-    """Base of the gates; passes on some of the executions."""
+    """Base of the gates, which pass on some of the executions."""
 
     exec_in = ExecIn()
     exec_out = ExecOut()
 
     def rate(self, executions: float) -> float | None:
-        """Firings per second, given the executions per second; None for sporadic events."""
+        """Return the firings per second, given the executions per second; None if they have no constant rate."""
         return None
 
     def __str__(self) -> str:
@@ -43,12 +43,12 @@ class EveryTicks(EveryGate, type="graphengine.EveryTicks", gated=True, counts=Tr
     executions: int = State(default=0)
 
     def compute(self) -> Fire:
-        """Count."""
+        """Count the execution, and fire at every n-th."""
         self.executions += 1
         return self.exec_out if self.executions % self.ticks == 0 else None
 
     def rate(self, executions: float) -> float | None:
-        """One in `ticks` executions."""
+        """Return `executions` / `ticks`."""
         return executions / self.ticks
 
     def __str__(self) -> str:
@@ -56,9 +56,9 @@ class EveryTicks(EveryGate, type="graphengine.EveryTicks", gated=True, counts=Tr
 
 
 class EveryHz(EveryGate, type="graphengine.EveryHz", gated=True, counts=True):
-    """Fires at the first execution at or after k / hz seconds of simulation time, for k = 0, 1, 2 and so on.
+    """Fires at the first execution at or after each multiple of 1 / `hz` seconds of simulation time.
 
-    Found in integers, as the samples of sensors are: 10 Hz at 60 ticks a second is ticks 1, 6, 12, 18.
+    These times are computed in integers, like the samples of sensors: 10 Hz at 60 ticks per second is ticks 1, 6, 12, 18, …
     """
 
     hz: float = In(default=1.0, gt=0, le=MAX_HZ, setup=True)
@@ -69,7 +69,7 @@ class EveryHz(EveryGate, type="graphengine.EveryHz", gated=True, counts=True):
     due: int = State(default=0)
 
     def setup(self, context: Context) -> None:
-        """Bind the clock. After a change of the rate, wait no longer than one of the new periods."""
+        """Bind the clock. After a change of `hz`, the next firing is at most one new period away."""
         self.clock = context.clock
         periods = Fraction(*context.clock.period) * Fraction(repr(self.hz))
         self.numerator, self.denominator = periods.numerator, periods.denominator
@@ -88,7 +88,7 @@ class EveryHz(EveryGate, type="graphengine.EveryHz", gated=True, counts=True):
         return self.exec_out
 
     def rate(self, executions: float) -> float | None:
-        """At most its own rate."""
+        """Return `hz`, or `executions` if this is lower."""
         return min(self.hz, executions)
 
     def __str__(self) -> str:
@@ -101,7 +101,7 @@ class EveryOnce(EveryGate, type="graphengine.EveryOnce", gated=True, counts=True
     done: bool = State(default=False)
 
     def compute(self) -> Fire:
-        """Fire once."""
+        """Fire at the first execution only."""
         if self.done:
             return None
         self.done = True
@@ -109,7 +109,7 @@ class EveryOnce(EveryGate, type="graphengine.EveryOnce", gated=True, counts=True
 
 
 def add_gates(graph: Graph, findings: Findings) -> list[Instance]:
-    """Insert the gates that `every:` asks for into a wired graph; wires are renumbered in their order."""
+    """Insert the gates for `every:` into a wired graph, and return them; wires keep their order and get new numbers."""
     pins = {pin: name for instance in graph.instances for pin, name in _gated_pins(graph, instance, findings).items()}
     if not pins:
         return []
@@ -137,7 +137,7 @@ def add_gates(graph: Graph, findings: Findings) -> list[Instance]:
 
 
 def rate(graph: Graph, index: int, passes: float) -> float | None:
-    """Executions of a node per second, given the passes per second; None if unknown before the run."""
+    """Return the executions of a node per second, given the passes per second; None if unknown before the run."""
     gates = graph.plan.gates.get(index)
     often: float | None = passes if gates is not None else None
     for gate in gates or ():
@@ -147,7 +147,7 @@ def rate(graph: Graph, index: int, passes: float) -> float | None:
 
 
 def _gated_pins(graph: Graph, instance: Instance, findings: Findings) -> dict[tuple[int, str], str]:
-    """The gated pins of a node, and the names of their gates; none after an error."""
+    """The pins of a node that get a gate, with the names of the gates; none after an error."""
     entry = instance.entry
     if entry.spec.every is None:
         return {}

@@ -28,24 +28,24 @@ class Instance:
     cls: type[Node]
     entry: NodeEntry
     literals: dict[str, Any] = field(default_factory=dict)
-    """Values of inputs that the file or an override set, by field."""
+    """Values of inputs that the file or an override sets, by field."""
     refused: set[str] = field(default_factory=set)
-    """Fields of inputs whose value was told to be wrong: they are not missing as well."""
+    """Fields of inputs whose value was reported as wrong, so that they are not reported as missing too."""
     settled: dict[str, PortType] = field(default_factory=dict)
     """Types that ports of several types were resolved to, by field."""
     reads: tuple[str, ...] = ()
-    """Keys of what the node reads beside its inputs; a variable's goes by its name in the flat graph."""
+    """Keys of resources that the node reads besides its inputs; a variable has its name in the flat graph."""
     writes: tuple[str, ...] = ()
-    """Keys of what the node changes beside its outputs."""
+    """Keys of resources that the node changes besides its outputs."""
     part_of: str = ""
-    """Of a gate, which stands in no file: the node that it was made for."""
+    """For a gate of `every:`, the id of the node that it belongs to."""
 
     def value(self, field: str) -> Any:
-        """Value of an input before the first tick: the literal, else the default."""
+        """Return the value of an input before the first tick: the literal, or else the default."""
         return self.literals.get(field, self.cls.fields[field].default)
 
     def make_node(self) -> Node:
-        """A new node, with the literals in its inputs."""
+        """Make a node whose inputs have the values of the literals."""
         node = self.cls()
         for name, value in self.literals.items():
             setattr(node, name, value)
@@ -55,21 +55,21 @@ class Instance:
 
     @property
     def span(self) -> Span:
-        """Where its name stands in the file."""
+        """Place of the node's name in the file."""
         return self.entry.key_span()
 
     def refusal(self, error: ContextError) -> Finding:
-        """What the node refuses, at the place of the input that asked for it."""
+        """Return the finding for an error of the node's setup, at the place of the input that caused it."""
         _, place = self.asking(error.value)
         return Finding(error.code, f"{self.id}: {error.message}", place, error.help, self.entry.via)
 
     def literal_key(self, port: Port) -> str:
-        """How the file writes the name of an input, with or without its side."""
+        """Return the key of an input in the file: its name, with the prefix `inputs:` if the file writes it so."""
         sided = f"inputs:{port.name}"
         return sided if sided in self.entry.spec.inputs else port.name
 
     def asking(self, value: object) -> tuple[str, Span]:
-        """Field and place of the input whose value is, or contains, the given one; else no field and the node's place."""
+        """Return field and place of the input that is or contains a value; if there is none, "" and the node's place."""
         given = self.entry.spec.inputs
         for port in self.cls.fields.values():
             key = self.literal_key(port)
@@ -88,7 +88,7 @@ class Instance:
 
 @dataclass(frozen=True, slots=True)
 class Wire:
-    """A wire between two instances; `converter` names how a value changes type on the way."""
+    """A wire between two instances; `converter` is the function that converts its values, as in `types.CONVERTERS`."""
 
     source: int
     source_field: str
@@ -100,12 +100,12 @@ class Wire:
 
     @property
     def ends(self) -> tuple[int, str, int, str]:
-        """Source and target: index and field of each."""
+        """Source index, source field, target index and target field."""
         return self.source, self.source_field, self.target, self.target_field
 
     @property
     def span(self) -> Span:
-        """Where it stands in the file."""
+        """Place of the wire in the file."""
         return self.entry.span
 
     def __str__(self) -> str:
@@ -114,7 +114,7 @@ class Wire:
 
 @dataclass(slots=True, eq=False)
 class Graph:
-    """Typed instances and wires of one graph, put at a prim."""
+    """Typed instances and wires of one graph at a prim."""
 
     name: str
     prim_path: str
@@ -123,30 +123,30 @@ class Graph:
     data_wires: list[Wire] = field(default_factory=list)
     exec_wires: list[Wire] = field(default_factory=list)
     variables: dict[str, Any] = field(default_factory=dict)
-    """Defaults of its variables."""
+    """Defaults of the graph's variables."""
     variable_types: dict[str, PortType] = field(default_factory=dict)
     left_open: dict[str, None] = field(default_factory=dict)
-    """Ports, in order, that need a value and are given none but by a graph around this one."""
+    """Ports, in order, that need a value and get none unless a graph uses this one as a subgraph."""
     plan: Plan = field(init=False)
-    """How it runs; a graph with a circle has none."""
+    """Plan of the execution; missing for a graph with a cycle."""
 
     @property
     def runs(self) -> Literal["tick", "physics_step"]:
-        """`tick` or `physics_step`."""
+        """How often the graph runs: once per `tick` or once per `physics_step`."""
         return self.flat.spec.runs
 
     @property
     def declared_inputs(self) -> set[tuple[str, str]]:
-        """Node and name of the ports that a graph around this one may wire."""
+        """Inputs, as node and port name, that a graph may wire if it uses this one as a subgraph."""
         return {(end.node, end.port) for side, end in self.flat.declared if side == "inputs"}
 
     @property
     def wired_ports(self) -> set[tuple[str, str]]:
-        """Node and name of the ports that the file wires at all, rightly or not."""
+        """Ports, as node and port name, at which a wire in the file ends, including wires with errors."""
         return {(wire.target.node, wire.target.port) for wire in self.flat.wires}
 
     def note_accesses(self) -> None:
-        """Ask each node what it reads and writes beside its ports; literals are set."""
+        """Set `reads` and `writes` of all instances; called after literals are set."""
         names = {name: name for name in self.variables}
         for instance in self.instances:
             if instance.cls.reads is Node.reads and instance.cls.writes is Node.writes:
@@ -156,28 +156,28 @@ class Graph:
             instance.writes = tuple(_key(key, variables) for key in node.writes())
 
     def source(self, wire: Wire) -> tuple[Instance, Port]:
-        """Where a wire begins."""
+        """Return the instance and the port at which a wire begins."""
         instance = self.instances[wire.source]
         return instance, instance.cls.fields[wire.source_field]
 
     def target(self, wire: Wire) -> tuple[Instance, Port]:
-        """Where a wire ends."""
+        """Return the instance and the port at which a wire ends."""
         instance = self.instances[wire.target]
         return instance, instance.cls.fields[wire.target_field]
 
     def by_id(self, node_id: str) -> Instance:
-        """The instance of a node's name."""
+        """Return the instance with this id."""
         return next(instance for instance in self.instances if instance.id == node_id)
 
 
 def _key(key: str, variables: Mapping[str, str]) -> str:
-    """The key of what a node reads or writes, in which a variable has its name in the flat graph."""
+    """A resource key of a node, in which a variable has its name in the flat graph."""
     kind, _, name = key.partition(":")
     return f"variable:{variables.get(name, name)}" if kind == "variable" else key
 
 
 def visible(node_id: str, variables: Mapping[str, T]) -> Mapping[str, T]:
-    """Variables by the names that a node knows them by: those of its subgraph hide those of the graph around it."""
+    """Return the variables that a node can use, by name; variables of its subgraph hide those of the graph around it."""
     parts = node_id.split("/")
     scopes = ["/".join(parts[:depth]) for depth in range(len(parts))]
     split = [(*name.rpartition("/")[::2], it) for name, it in variables.items()]
@@ -185,17 +185,17 @@ def visible(node_id: str, variables: Mapping[str, T]) -> Mapping[str, T]:
 
 
 def find_port(cls: type[Node], name: str, sides: Iterable[str]) -> Port | None:
-    """A node type's port by OmniGraph name, on the first of the sides that has it."""
+    """Return a node type's port by OmniGraph name, on the first of the sides with such a port, or None."""
     return next((cls.ports[f"{side}:{name}"] for side in sides if f"{side}:{name}" in cls.ports), None)
 
 
 def port_names(cls: type[Node], side: str) -> list[str]:
-    """OmniGraph names of a node type's ports on one side."""
+    """Return the OmniGraph names of a node type's ports on one side."""
     return [port.name for port in cls.fields.values() if port.side == side]
 
 
 def known_type(instance: Instance, port: Port) -> PortType | None:
-    """A port's type as far as it is settled."""
+    """Return the type of a port, or None for a union that is not resolved yet."""
     settled = instance.settled.get(port.field)
     if settled is not None:
         return settled
@@ -203,11 +203,11 @@ def known_type(instance: Instance, port: Port) -> PortType | None:
 
 
 def settled_type(instance: Instance, port: Port) -> PortType | UnionType:
-    """A port's type after resolution."""
+    """Return the type of a port after resolution; a union if it could not be resolved."""
     return known_type(instance, port) or port.type
 
 
 def with_article(port_type: PortType | UnionType) -> str:
-    """`a double`, `an int`."""
+    """Return the name of a type with its article, such as `a double` or `an int`."""
     name = brief(port_type)
     return f"{'an' if name[0] in 'aeio' else 'a'} {name}"

@@ -1,4 +1,4 @@
-"""Graph files of one expansion or scene: each is read once, and filled in once for equal parameters."""
+"""A cache of graph files: each file is read once, and its parameters are filled in once for equal values."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ class GraphLibrary:
     _filled: dict[object, Loaded[GraphSpec] | None] = field(default_factory=dict)
 
     def find(self, reference: str, folder: Path) -> tuple[Path, Path]:
-        """The file that a reference means: the path that messages show, and the one with links followed.
+        """Return the file that a reference means: its path for messages, and its path with links resolved.
 
         Raises:
-            NotFoundError: it is nowhere, or outside of what may be read.
+            NotFoundError: the file does not exist, or lies outside the folders that may be read.
         """
         key = (reference, folder)
         if key not in self._found:
@@ -47,7 +47,7 @@ class GraphLibrary:
         return found
 
     def read(self, path: Path, findings: Findings) -> Document | None:
-        """A file's document; None after a mistake, which is reported by the first call."""
+        """Return the document of a file; None after an error, which the first call adds to `findings`."""
         if path not in self._documents:
             self._documents[path] = documents.load(path, findings)
         return self._documents[path]
@@ -55,10 +55,10 @@ class GraphLibrary:
     def load(
         self, path: Path, bindings: Mapping[str, Any], findings: Findings, use: Use | None, budget: Budget
     ) -> Loaded[GraphSpec] | None:
-        """A file with these values for its parameters; None after a mistake.
+        """Return a graph file with its parameters replaced by values; None after an error.
 
         Raises:
-            OverBudgetError: the graph that uses it holds too much.
+            OverBudgetError: the graph that uses the file exceeds its size limits.
         """
         document = self.read(path, findings)
         if document is None:
@@ -68,14 +68,14 @@ class GraphLibrary:
         if key not in self._filled:
             before = len(findings.items)
             filled = fill(document, bindings, findings, use, budget)
-            if len(findings.items) > before:  # mistakes are reported at the place of each use
+            if len(findings.items) > before:  # errors are reported at the place of each use
                 return filled
             self._filled[key] = filled
         return self._filled[key]
 
 
 def _hashable(value: Any) -> object:
-    """A key that differs where values differ, in type too."""
+    """A hashable key that differs if values or their types differ."""
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, value.tobytes()
     if isinstance(value, Mapping):

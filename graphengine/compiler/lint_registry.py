@@ -1,4 +1,4 @@
-"""Lints for node types: registered by code, run on every scene after the dry setup."""
+"""Registry of lints for node types, by code. They run on every scene after its nodes were set up without physics."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ N = TypeVar("N", bound="Node")
 
 @dataclass(slots=True)
 class LintContext:
-    """What a lint may look at, and where it tells."""
+    """The parts of a scene that a lint can inspect, and the findings to which it adds warnings."""
 
     graphs: Sequence[Graph]
     stage: Stage
@@ -26,24 +26,24 @@ class LintContext:
     findings: Findings
 
     def nodes(self, cls: type[N]) -> Iterator[tuple[Graph, Instance, N]]:
-        """The nodes of a type: their graph, their place in it, and a node with the values that its inputs have at the start."""
+        """Yield the nodes of a type: the graph, the instance, and a node whose inputs have their initial values."""
         for graph in self.graphs:
             for instance in graph.instances:
                 if issubclass(instance.cls, cls):
                     yield graph, instance, cast("N", instance.make_node())
 
     def disagree(self, code: str, message: str, claim: EndpointClaim, other: EndpointClaim, remedy: str) -> None:
-        """Tell of a claim that cannot live together with another one."""
+        """Report a claim that is incompatible with another one."""
         span = self.span(other)
         self.findings.add(code, message, self.span(claim), remedy, related=[(span, "the other one")] if span else [])
 
     def span(self, claim: EndpointClaim) -> Span | None:
-        """The node that claims."""
+        """Return the place of the node that made the claim, or None."""
         instance = self.instance(claim.node)
         return instance.span if instance else None
 
     def instance(self, prim_path: str) -> Instance | None:
-        """The node at a prim path."""
+        """Return the instance of the node at a prim path, or None."""
         for graph in self.graphs:
             for instance in graph.instances:
                 if f"{graph.prim_path}/{instance.id}" == prim_path:
@@ -59,7 +59,7 @@ LINTS: dict[str, list[LintFunction]] = {}
 
 
 def lint(code: str) -> Callable[[L], L]:
-    """Register a check that knows node types; it runs on every scene after the dry setup."""
+    """Register a lint under a code; it runs on every scene after its nodes were set up without physics."""
 
     def register(function: L) -> L:
         LINTS.setdefault(code, []).append(function)

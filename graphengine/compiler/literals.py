@@ -1,4 +1,4 @@
-"""Values of inputs: from the file, from the command line, and missing ones."""
+"""Sets the values of inputs that the graph file or the command line gives, and reports missing ones."""
 
 from __future__ import annotations
 
@@ -30,34 +30,34 @@ class Override:
 
     @staticmethod
     def parse(text: str, value: Any) -> Override:
-        """Of `Node.port`, with as many outer names in front as wanted."""
+        """Make the override of a port, given as `Node.port`, `graph/Node.port` or `robot/graph/Node.port`."""
         target, _, port = text.rpartition(".")
         return Override(text, target, port.removeprefix("inputs:"), value)
 
     @staticmethod
     def parse_all(values: Mapping[str, Any]) -> list[Override]:
-        """Of values by what they are for."""
+        """Make the overrides for values by port, such as `Node.port`."""
         return [Override.parse(text, value) for text, value in values.items()]
 
     def matches(self, path: str) -> bool:
-        """Whether it means the node at `robot/graph/Node`."""
+        """Return whether the override is for the node with a path such as `robot/graph/Node`."""
         return ends_with(path, self.target)
 
 
 def ends_with(path: str, pattern: str) -> bool:
-    """Whether the last parts of `robot/graph/Node` match the parts of a pattern, which may have globs."""
+    """Return whether the last parts of a path such as `robot/graph/Node` match the parts of a pattern, which may have globs."""
     wanted = pattern.split("/")
     tail = path.split("/")[-len(wanted) :]
     return len(tail) == len(wanted) and all(map(fnmatch.fnmatchcase, tail, wanted))
 
 
 def no_node(pattern: str, paths: Iterable[str]) -> str:
-    """The message that a pattern matches none of the nodes at some paths."""
+    """Return the message that a pattern matches none of the nodes with these paths."""
     return unknown("node", pattern, (path if "/" in pattern else path.rpartition("/")[2] for path in paths))
 
 
 def no_port(classes: Iterable[type[Node]], name: str, sides: Sequence[Side] = ("inputs",)) -> str:
-    """The message that none of some node types has a port of a name, with names that are near."""
+    """Return the message that none of these node types has a port with this name, and a suggestion or a list of names."""
     types_ = list(dict.fromkeys(classes))
     ports = [port for cls in types_ for port in cls.fields.values() if port.side in sides and not port.is_exec]
     who = f"{types_[0].__name__} has" if len(types_) == 1 else "the nodes that it matches have"
@@ -67,7 +67,7 @@ def no_port(classes: Iterable[type[Node]], name: str, sides: Sequence[Side] = ("
 
 
 def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Findings) -> None:
-    """Put the file's values into inputs."""
+    """Set the inputs to the values in the graph file; wrong names and values are added to `findings`."""
     for instance in graph.instances:
         entry, cls = instance.entry, instance.cls
         for name, value in entry.spec.inputs.items():
@@ -92,15 +92,15 @@ def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Find
 def _set_literal(
     instance: Instance, port: Port, value: Any, at: Callable[..., Span], findings: Findings, given_by: str = ""
 ) -> None:
-    """Put a value from the file, or from what the last argument says, into an input.
+    """Set an input to a value from the graph file or from the command line.
 
     Args:
         instance: the node.
-        port: its input.
-        value: what was given, perhaps with its type.
-        at: the place of the value, or of what stands below a key of it.
-        findings: where mistakes go.
-        given_by: who gave the value, if not the file.
+        port: the input.
+        value: the value, or a mapping of `type` and `value`.
+        at: returns the place of the value, or of a part of it.
+        findings: findings to add errors to.
+        given_by: note on the origin of the value, if it is not the file.
     """
     instance.refused.add(port.field)
     if value is UNKNOWN:
@@ -139,14 +139,14 @@ def _set_literal(
 
 
 def _wrong_element(port_type: PortType | UnionType, value: Any) -> int | None:
-    """Which element of a list is the first that an array does not take; None where it is not about one."""
+    """The index of the first list element that the array type does not accept; None if there is no such element."""
     if not (isinstance(port_type, PortType) and port_type.array and isinstance(value, list)):
         return None
     return next((number for number, element in enumerate(value) if not _takes(port_type, [element])), None)
 
 
 def _got(error: Exception, value: Any) -> str:
-    """What was given, where the mistake does not say it itself."""
+    """The end of a message with the given value, unless the error contains it already."""
     return "" if ", got " in str(error) else f", got {shown(value)}"
 
 
@@ -161,11 +161,11 @@ def _alternatives(port_type: PortType | UnionType) -> Sequence[PortType]:
 _TUPLES = tuple(PortType(base, count) for base in ("int", "double") for count in (2, 3, 4))
 _PLAIN_TYPES = tuple(PortType(name) for name in ("bool", "int", "int64", "double", "token"))
 _PLAIN_TYPES += (*_TUPLES, *(PortType(name, array=True) for name in ("int", "int64", "double", "token", "bool")))
-"""What a value is on a port that takes everything, where the file does not say it."""
+"""Types to try for a value without a type, on a port that accepts every type."""
 
 
 def _typed(value: Any, wanted: PortType | UnionType) -> tuple[PortType, Any]:
-    """The type and value of a literal: the type that the file names, or the first that takes it of those that a port takes."""
+    """The type and value of a literal: the type is that in the file, or else the first of the port's that accepts the value."""
     if isinstance(wanted, PortType) and wanted != types.ANY:
         return wanted, types.coerce(value, wanted)
     alternatives = _alternatives(wanted)
@@ -176,7 +176,7 @@ def _typed(value: Any, wanted: PortType | UnionType) -> tuple[PortType, Any]:
 
 
 def _refusal(value: Any, alternatives: Sequence[PortType]) -> str:
-    """Why none of several types takes a value, and what to write."""
+    """The reason why none of several types accepts a value, and what to write instead."""
     how = "write {type: …, value: …}"
     if not alternatives:
         return f"its type is not clear; {how}"
@@ -201,10 +201,10 @@ def _takes(port_type: PortType, value: Any) -> bool:
 
 
 def _alternative(named: PortType | UnionType, port_type: PortType | UnionType) -> PortType:
-    """What a port takes for a type that the file names; roles do not matter.
+    """The type of a port that corresponds to a type in the file; roles do not matter.
 
     Raises:
-        ValueError: the port takes nothing of the kind.
+        ValueError: the port does not accept the type.
     """
     named = _one_type(named, "value")
     if isinstance(port_type, PortType) or named in port_type.alternatives:
@@ -216,10 +216,10 @@ def _alternative(named: PortType | UnionType, port_type: PortType | UnionType) -
 
 
 def _one_type(named: PortType | UnionType, what: str) -> PortType:
-    """A type that something can be of.
+    """Check that a type is a single type that a value can have, and return it.
 
     Raises:
-        ValueError: it is several, or that of no value.
+        ValueError: it is a union, or no type of values.
     """
     if not isinstance(named, PortType) or named.base in ("any", "bundle", "execution"):
         raise ValueError(f"a {what} has a single type, such as double or token, got {brief(named)}")
@@ -227,7 +227,7 @@ def _one_type(named: PortType | UnionType, what: str) -> PortType:
 
 
 def set_overrides(name: str, instances: Sequence[Instance], overrides: Sequence[Override], findings: Findings) -> None:
-    """Put the command line's values into inputs of a graph's instances; those that match are marked as used."""
+    """Set inputs of a graph's instances to values from the command line; overrides that match a node are marked as used."""
     for override in overrides:
         for instance in instances:
             if not override.matches(f"{name}/{instance.id}"):
@@ -240,12 +240,12 @@ def set_overrides(name: str, instances: Sequence[Instance], overrides: Sequence[
 
 
 def _only(span: Span, *_: str) -> Span:
-    """The one place that there is of a value that stands in no file."""
+    """The place for all parts of a value that is not in a file."""
     return span
 
 
 def check_required(graph: Graph, findings: Findings) -> None:
-    """Tell of inputs that must have a value or a wire and have neither."""
+    """Report required inputs that have neither a value nor a wire."""
     wired, declared = graph.wired_ports, graph.declared_inputs
     for instance in graph.instances:
         groups: dict[str, list[Port]] = {}
@@ -268,7 +268,7 @@ def check_required(graph: Graph, findings: Findings) -> None:
 
 
 def set_variables(graph: Graph, findings: Findings) -> None:
-    """Give the graph's variables their types and defaults; of one with a mistake nothing more is told."""
+    """Set the types and defaults of the graph's variables; a variable with a wrong type or default causes one finding."""
     for name, entry in graph.flat.variables.items():
         spec, at = entry.spec, partial(entry.document.span, "variables", entry.name)
         graph.variable_types[name], graph.variables[name] = types.ANY, None

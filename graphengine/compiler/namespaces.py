@@ -1,4 +1,4 @@
-"""Namespaces that a scene writes on prims of its stage, and on those of graphs and nodes."""
+"""Sets the namespaces of a scene file on prims of the stage, including the prims of graphs and nodes."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from graphengine.format.spec_reader import Loaded
 def write_namespaces(
     scene: Loaded[SceneSpec], stage: Stage, graphs: Sequence[Graph], findings: Findings, within: str = ""
 ) -> None:
-    """Put the scene's namespaces where nodes collect them.
+    """Set the namespaces of a scene file on the prims of the stage, from which nodes collect them.
 
     Args:
-        scene: what is written, and where.
-        stage: takes it; a graph's prim is added.
-        graphs: whose prims may be meant.
-        findings: takes paths at which there is neither a prim nor a graph, unless mistakes may be why there is no graph.
-        within: a prim whose part of the stage alone is written on; everything when empty.
+        scene: scene file with the namespaces by prim path.
+        stage: stage to change; missing prims of graphs and nodes are added.
+        graphs: graphs whose prims, and those of their nodes, can have a namespace.
+        findings: findings to add an error to for a path without a prim; not after other errors, which may have removed a graph.
+        within: path of the prim at and below which namespaces are set; empty for the whole stage.
     """
     complete = not within and not findings.errors
     nodes = [f"{graph.prim_path}/{instance.id}" for graph in graphs for instance in graph.instances]

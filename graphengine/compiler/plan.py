@@ -1,8 +1,8 @@
 """The plan of a graph as plain data: regions, calls in order, guards, copies, refreshes of data nodes.
 
-A **region** is what is reached from the events of a pass, or from one port of a pusher, without crossing another pusher's
-port; or from the events that a play, or the graph, ends with. `planning` makes a plan of a resolved graph, `graphrun show`
-prints it, `codegen` turns it into source.
+A **region** is the set of nodes that execution reaches without crossing a pusher's port. It starts from the events of a pass,
+from the events at the end of a play or of the graph, or from one port of a pusher. `planning` makes a plan of a resolved graph,
+`graphrun show` prints it, `codegen` turns it into source.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from graphengine.node.node_class import Ending
 
 @dataclass(frozen=True, slots=True)
 class Copy:
-    """A value goes from one node's field to another's."""
+    """A copy of a value from a field of one node to a field of another."""
 
     source: int
     source_field: str
@@ -24,19 +24,19 @@ class Copy:
     target_field: str
     converter: str = ""
     setup: bool = False
-    """The target is read in `setup`: when the value changes, the node is set up again."""
+    """Whether the target is read in `setup`, so that the node is set up again when the value changes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Refresh:
-    """A data node is computed before its consumer: always, or when something it depends on changed."""
+    """A computation of a data node before its consumer: always, or only if something it depends on changed."""
 
     node: int
     copies: tuple[Copy, ...]
     if_stale: bool = False
     flagged: bool = False
     repeated: bool = False
-    """It shows what its consumer puts out, and so belongs to each activation of a consumer that counts them."""
+    """Whether it depends on outputs of its consumer, so that it is repeated before each activation of the consumer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +51,12 @@ class FireEffect:
 
 @dataclass(frozen=True, slots=True)
 class ExecBranch:
-    """One execution output: its bit in what `compute` returns, and what it leads to."""
+    """One execution output: its bit in the value that `compute` returns, and the effects of firing it."""
 
     mask: int
     fires: tuple[FireEffect, ...] = ()
     region: int = -1
-    """Of a pusher: the region that runs for each yield of the port."""
+    """For a pusher: the region that runs at each yield of the port; -1: none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,56 +65,56 @@ class Pin:
 
     field: str
     counter: str = ""
-    """Local counter of how often it fired in this run of the region; empty when nothing in the region fires it."""
+    """Local counter of the pin's firings in this run of the region; empty if no node in the region fires the pin."""
     pending: bool = False
-    """A control pin that may have fired for this activation in an earlier one."""
+    """Whether the pin is a control pin that may have been fired in an earlier activation."""
 
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """One node in its place in a region."""
+    """The call of one node, at its place in a region."""
 
     node: int
     kind: str
     guard: str
-    """Local flag that must be set; empty when the node always runs."""
+    """Local flag that must be set for the node to run; empty if the node always runs."""
     refreshes: tuple[Refresh, ...]
     copies: tuple[Copy, ...]
     gated: bool
     branches: tuple[ExecBranch, ...]
     marks: tuple[int, ...]
-    """Data nodes that become stale when this node has computed."""
+    """Data nodes that become stale when this node was computed."""
     pins: tuple[Pin, ...]
-    """Empty for a node with one incoming wire: there is nothing to tell."""
+    """Execution inputs with their counters; empty for a node with one incoming wire."""
     activations: tuple[Pin, ...] = ()
-    """Of a node that counts: one for each wire that starts it, in the order of the computes."""
+    """For a node that counts: one pin for each wire that fires it, in the order of the computes."""
     rereads: tuple[Refresh, ...] | None = None
-    """Of a pusher that reads its inputs again after each yield: the data nodes among what it reads."""
+    """For a pusher whose inputs are updated after each yield: the data nodes to refresh."""
 
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """Calls in order; `flags` are the local integers that start at 0."""
+    """The calls of a region, in order; `flags` are local integers that start at 0."""
 
     index: int
     title: str
     flags: tuple[str, ...]
     entries: tuple[FireEffect, ...]
-    """What the wires set that start the region."""
+    """Effects of the wires that start the region."""
     calls: tuple[Call, ...]
     stale: tuple[int, ...] = ()
-    """Of a root region: data nodes that each pass makes stale."""
+    """For a root region: data nodes that each pass makes stale."""
     pending: tuple[tuple[int, tuple[ExecBranch, ...]], ...] = ()
-    """Of a root region: latent nodes that may have fired since the last pass."""
+    """For a root region: latent nodes that may have fired since the last pass."""
     ending: Ending | None = None
-    """Of a region that starts outside of ticks: the method of its events."""
+    """For a region that starts between ticks: the method of its events."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """All that the generated functions do; graphs of one file that differ only in literals share a plan.
+    """The steps of the generated functions; graphs of one file that differ only in literals share a plan.
 
-    Its nodes are numbered as the instances of each of these graphs are, whose literals are a row each.
+    A node of the plan has the index of its instance in each of these graphs.
     """
 
     path: Path
@@ -123,18 +123,18 @@ class Plan:
     """Names of the nodes in the file."""
     regions: tuple[Region, ...]
     gates: Mapping[int, tuple[int, ...]]
-    """Of nodes that run in every pass while no node raises, except for gates above them: these gates."""
+    """For each node that runs in every pass without exceptions, except for gates upstream of it: these gates."""
     flagged: tuple[int, ...] = ()
     """Data nodes with a run-time flag that says whether they are stale."""
     latent_marks: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
-    """Data nodes that become stale when a latent node was updated."""
+    """For each latent node: data nodes that become stale when it was updated."""
     constants: tuple[Refresh, ...] = ()
     """Data nodes that cannot change while the graph runs, computed once."""
     constant_copies: tuple[Copy, ...] = ()
     order: tuple[int, ...] = ()
-    """Every node that can run, in schedule order, each data node before its first consumer; setup follows it."""
+    """All nodes that can run, in schedule order, each data node before its first consumer; the order of setup."""
     early: frozenset[int] = frozenset()
-    """Data nodes that change while the graph runs, but whose values inputs that are read in `setup` need before."""
+    """Data nodes that are not constant but must be computed before setup, for inputs that are read in `setup`."""
 
     @property
     def root(self) -> Region:

@@ -15,14 +15,14 @@ from graphengine.node.node_class import Node
 from graphengine.node.port import Port
 
 _BETWEEN = {("token", "string"): "ToString", ("string", "token"): "ToToken"}
-"""Nodes that make one type of text of another."""
+"""Node that converts between two string types, by source and target type."""
 
 
 def settle_types(graph: Graph, findings: Findings) -> None:
     """Resolve ports of several types along the wires until nothing changes, then check every wire."""
     refused = _settle(graph)
     for index, error in refused.items():
-        if not graph.instances[index].refused:  # else what it says may follow from what was told of it
+        if not graph.instances[index].refused:  # else its error may follow from one reported already
             _tell_refusal(graph.instances[index], error, findings)
     unknown = _tell_unsettled(graph, findings, set(refused))
     checked: list[Wire] = []
@@ -59,7 +59,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
 
 
 def _tell_untold(graph: Graph, untold: list[Wire], findings: Findings) -> list[Wire]:
-    """Report wires of unknown type. Wires of a circle are returned instead, because the plan reports the circle."""
+    """Report wires of unknown type; return those in a cycle instead, because the plan reports the cycle."""
     circular = _circular(graph) if untold else set()
     for wire in (wire for wire in untold if wire.source not in circular):
         what = f"the type of {wire.entry.source} cannot be resolved from its wires ({wire})"
@@ -68,7 +68,7 @@ def _tell_untold(graph: Graph, untold: list[Wire], findings: Findings) -> list[W
 
 
 def _circular(graph: Graph) -> set[int]:
-    """Data nodes that wait for each other, and those that wait for them: no type comes out of a circle."""
+    """Data nodes in a cycle and data nodes that depend on a cycle; their types cannot be resolved."""
     waiting = Digraph(range(len(graph.instances)))
     for wire in graph.data_wires:
         source, target = graph.instances[wire.source].cls, graph.instances[wire.target].cls
@@ -78,7 +78,7 @@ def _circular(graph: Graph) -> set[int]:
 
 
 def _tell_refusal(instance: Instance, error: ValueError | ContextError, findings: Findings) -> None:
-    """Tell what a node says of types that contradict each other, or of a value that decides them and does not make sense."""
+    """Report a node's error about types that contradict each other, or about a value that decides them and is not valid."""
     if isinstance(error, ValueError):
         findings.add("G206", f"{instance.id}: {error}", instance.span, related=instance.entry.via)
         return
@@ -87,10 +87,10 @@ def _tell_refusal(instance: Instance, error: ValueError | ContextError, findings
 
 
 def _settle(graph: Graph) -> dict[int, ValueError | ContextError]:
-    """Carry types through nodes and along wires; what nodes say to which the types make no sense.
+    """Propagate types through nodes and along wires; return the errors of nodes whose types are incompatible.
 
-    It goes in rounds, of which each looks at nodes that the one before changed. Where nothing else tells what a port gives, it
-    is what the other end of its wire takes: the first such wire of the file, and on it goes.
+    Each round visits the nodes that the previous round changed. When no node changes any more, the first wire in the file whose
+    output has no type gives it the type of the input at its other end, and the rounds continue.
     """
     refused: dict[int, ValueError | ContextError] = {}
     instances, wires = graph.instances, graph.data_wires
@@ -117,7 +117,7 @@ def _settle(graph: Graph) -> dict[int, ValueError | ContextError]:
 
 
 def _settle_defaults(graph: Graph) -> None:
-    """Settle inputs that keep a default of theirs to the first type that takes it."""
+    """Settle unwired inputs that keep their default to the first type that accepts the default."""
     given = graph.wired_ports | graph.declared_inputs
     for instance in graph.instances:
         for port in instance.cls.fields.values():
@@ -127,7 +127,7 @@ def _settle_defaults(graph: Graph) -> None:
 
 
 def _settle_node(graph: Graph, instance: Instance, refused: dict[int, ValueError | ContextError]) -> bool:
-    """Settle what follows within a node; whether that was anything."""
+    """Settle the types that follow from others within a node; return whether a type changed."""
     changed = _settle_couples(instance)
     if instance.index in refused or instance.cls.resolve_types is Node.resolve_types:
         return changed
@@ -151,12 +151,12 @@ def _settle_source(graph: Graph, wire: Wire) -> bool:
 
 
 def _depends_on_inputs(instance: Instance) -> bool:
-    """Whether types of a node's inputs are open too, so that those of its outputs may follow from them."""
+    """Whether a node has inputs of union type, from which the types of its outputs may follow."""
     return any(port.side == "inputs" and isinstance(port.type, UnionType) for port in instance.cls.fields.values())
 
 
 def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set[int]:
-    """Tell of inputs that nothing gives a type; the instances that lack one for a reason told elsewhere, and those behind."""
+    """Report inputs whose type nothing determines; return the instances with unknown types, and those downstream of them."""
     wired, declared, behind = graph.wired_ports, graph.declared_inputs, dict[int, list[int]]()
     wires = {(wire.target, wire.target_field): wire for wire in graph.data_wires}
     unknown = set(refusing)
@@ -190,7 +190,7 @@ def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set
 
 
 def _misses(instance: Instance, port: Port, wired: set[tuple[str, str]]) -> bool:
-    """Whether an input has no value because of a mistake that is told elsewhere."""
+    """Whether an input has no value because of an error that is reported elsewhere."""
     if port.field in instance.refused:
         return True
     return port.required is True and port.field not in instance.literals and (instance.id, port.name) not in wired
@@ -211,10 +211,10 @@ def _choose(instance: Instance, port: Port, other: PortType | None, *, widening:
 
 
 def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) -> bool:
-    """Settle what the node itself concludes from the types that are known.
+    """Settle the types that the node itself derives from known types; return whether a type changed.
 
     Raises:
-        ValueError: they do not go together.
+        ValueError: the types are incompatible.
     """
     fields, changed = instance.cls.fields, False
     known = {
@@ -234,7 +234,7 @@ def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) 
 
 
 def _restate(instance: Instance, port: Port, wanted: PortType) -> bool:
-    """Take a literal whose type was a guess for one of another type; whether that can be."""
+    """Convert a literal whose type was a guess to another type; return whether the literal has this type too."""
     if port.field not in instance.literals:
         return False
     try:
@@ -245,7 +245,7 @@ def _restate(instance: Instance, port: Port, wanted: PortType) -> bool:
 
 
 def _counterpart(settled: PortType, port: Port, other: Port) -> PortType | None:
-    """The alternative of a port that belongs to what another one of its couple was settled to."""
+    """The alternative of port `other` that corresponds to the settled type of `port`, with which it is coupled."""
     assert isinstance(other.type, UnionType)
     if port.component != other.component:
         form = (settled.base, settled.array)
@@ -256,7 +256,7 @@ def _counterpart(settled: PortType, port: Port, other: Port) -> PortType | None:
 
 
 def _settle_couples(instance: Instance) -> bool:
-    """Carry a settled type over to the ports that are coupled with it."""
+    """Settle the types of ports that are coupled with a settled port; return whether a type changed."""
     ports, changed = instance.cls.fields.values(), False
     for port in ports:
         if not port.couple or (settled := instance.settled.get(port.field)) is None:

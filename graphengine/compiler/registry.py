@@ -1,4 +1,4 @@
-"""Node types by registered name, short name or name from before Isaac Sim 4.5; and lints.
+"""Look-up of node types by registered name, short name, or name from before Isaac Sim 4.5.
 
 A YAML file never names Python code: types come from `graphengine.nodes`, from entry points of the group `graphengine.nodes`,
 and from modules that the user imports on the command line.
@@ -23,7 +23,7 @@ from graphengine.node.node_class import Node
 
 GROUP = "graphengine.nodes"
 INDEX = "index.json"
-"""In the library's folder: the node types that each of its modules defines; the test of this file writes it."""
+"""File in the library's folder that lists the node types of each module; its test writes it."""
 
 OLD_PREFIXES: dict[str, tuple[str, ...]] = {
     "omni.isaac.core_nodes.": ("isaacsim.core.nodes.",),
@@ -32,14 +32,14 @@ OLD_PREFIXES: dict[str, tuple[str, ...]] = {
     "omni.isaac.sensor.": ("isaacsim.sensors.physics.", "isaacsim.sensors.rtx."),
     "omni.isaac.range_sensor.": ("isaacsim.sensors.physx.",),
 }
-"""Prefixes of registered names before Isaac Sim 4.5, and where those types went."""
+"""Prefixes of registered names before Isaac Sim 4.5, with the prefixes that replaced them."""
 
 _SHORT_PREFIXES = ("Ogn", "Isaac", "ROS2")
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A node type, and the current name if an old one was used."""
+    """A node type, and whether an old name was used for it."""
 
     cls: type[Node]
     old_name: bool = False
@@ -53,26 +53,26 @@ class Registry:
     """Types whose modules are imported."""
     short_names: dict[str, str] = field(default_factory=dict)
     owners: dict[str, str] = field(default_factory=dict)
-    """Distribution or module that brought each type."""
+    """Distribution or module of each type."""
     broken: dict[str, str] = field(default_factory=dict)
-    """Plugins that could not be imported, and why."""
+    """Reason why a plugin could not be imported, by plugin."""
     definitions: Definitions = DEFINITIONS
-    """Message types, from whose fields some node types grow ports."""
+    """Message types, whose fields become ports of some node types."""
     modules: dict[str, str] = field(default_factory=dict)
-    """Modules of the types that are imported when somebody asks for them."""
+    """Modules of types that are imported only when the type is used."""
 
     @property
     def types(self) -> dict[str, type[Node]]:
-        """Every type by its name and its aliases; imports all modules."""
+        """All types by their names and aliases; imports all modules."""
         return {name: self._import(name) for name in self.owners}
 
     def copy(self, definitions: Definitions | None = None) -> Registry:
-        """The same types, to which others can be added without this one being changed; and other message types."""
+        """Return an independent registry with the same node types, and with other message types if given."""
         mine = dict(self.imported), dict(self.short_names), dict(self.owners), dict(self.broken)
         return Registry(*mine, definitions or self.definitions, self.modules)
 
     def find(self, name: str) -> Found | None:
-        """The type that a name means, or None."""
+        """Return the type with this registered, short or old name, or None."""
         known = self.short_names.get(name, name)
         if known in self.owners:
             return Found(self._import(known))
@@ -86,7 +86,7 @@ class Registry:
         return None
 
     def suggest(self, name: str, findings: Findings | None = None) -> str:
-        """Names near to one that is unknown, or where the legal ones are listed, and which plugins are missing."""
+        """Return a text on an unknown name: similar names or how to list all names, and plugins that are not available."""
         guess = findings.guess if findings else did_you_mean
         near = guess(name, [*self.short_names, *self.owners]) or "`graphrun nodes` lists every type"
         missing = [f"{plugin} could not be imported ({problem})" for plugin, problem in self.broken.items()]
@@ -102,7 +102,7 @@ class Registry:
         """Register every node class of a module, and of its submodules if it is a package.
 
         Raises:
-            GraphError: two classes want one name.
+            GraphError: two classes have the same name.
         """
         names = sorted(
             info.name for info in pkgutil.walk_packages(getattr(module, "__path__", []), module.__name__ + ".")
@@ -127,7 +127,7 @@ class Registry:
             self._shorten(cls.type_name)
 
     def add_library(self, package: ModuleType, owner: str) -> None:
-        """Register the types that the index of a package names, with short names, without importing their modules."""
+        """Register the types in the index of a package under full and short names, without importing their modules."""
         index = json.loads((Path(package.__path__[0]) / INDEX).read_text("utf-8"))
         for module, names in index.items():
             for name in names:
@@ -151,7 +151,7 @@ class Registry:
 
 
 def short_names(type_name: str) -> list[str]:
-    """The last part of a registered name, and the same without `Ogn`, `Isaac` and `ROS2` in front."""
+    """Return the last part of a registered name, also without the prefixes `Ogn`, `Isaac` and `ROS2`."""
     last = type_name.rpartition(".")[2]
     names = [last]
     for prefix in _SHORT_PREFIXES:
@@ -167,7 +167,7 @@ def _classes(module: ModuleType) -> list[type[Node]]:
 
 @functools.cache
 def default_registry() -> Registry:
-    """Built-in types and those of installed plugins; a plugin that cannot be imported is remembered, not fatal."""
+    """Return the registry of built-in types and types of installed plugins; plugins that fail to import go to `broken`."""
     registry = Registry()
     registry.add_library(importlib.import_module("graphengine.nodes"), "graphengine")
     for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: (e.name, e.value)):

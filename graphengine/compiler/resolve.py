@@ -31,14 +31,14 @@ def resolve(
     findings: Findings,
     overrides: Sequence[Override] = (),
 ) -> Graph:
-    """Instances, literals, wires and types of one graph.
+    """Resolve a graph: make its instances, set literals, connect wires and determine types.
 
     Args:
-        flat: the graph file.
-        name: `robot/graph`, or `graph` for one that belongs to no robot.
-        prim_path: the graph's own prim.
+        flat: the graph file, with subgraphs expanded.
+        name: `robot/graph`, or `graph` for a graph that belongs to no robot.
+        prim_path: path of the graph's prim.
         registry: node types.
-        findings: where mistakes go.
+        findings: findings to add errors to.
         overrides: values from the command line; those that match are marked as used.
     """
     graph = Graph(name, prim_path, flat)
@@ -55,7 +55,7 @@ def resolve(
 
 
 def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[str, Instance | None]:
-    """An instance for each entry; None for one of which a mistake was told, so that its wires raise no second finding."""
+    """Make an instance for each entry; None for an entry with a finding, so that its wires cause no further findings."""
     known: dict[str, Instance | None] = dict.fromkeys(graph.flat.unopened)
     wired: dict[str, list[str]] = {}
     ends = [end for wire in graph.flat.wires for end in (wire.source, wire.target)]
@@ -92,7 +92,7 @@ def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[s
 
 
 def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings) -> None:
-    """Wires between ports that exist, in the right direction, of types that match."""
+    """Add the wires whose ports exist, in the right direction, and carry execution or a value at both ends."""
     taken: dict[tuple[int, str], Wire] = {}
     written: dict[tuple[int, str, int, str], Wire] = {}
     repeated: dict[int, tuple[Wire, list[WireEntry]]] = {}
@@ -141,7 +141,7 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
 
 
 def _drop_repeated(graph: Graph, repeated: Sequence[tuple[Wire, Sequence[WireEntry]]], findings: Findings) -> None:
-    """Leave wires out that are written before; as in OmniGraph, two ports are connected or not."""
+    """Drop wires that the file repeats; as in OmniGraph, two ports are connected at most once."""
     for wire, again in repeated:
         times = f"{len(again) + 1} times" if len(again) > 1 else "twice"
         related = [(wire.span, "first here"), *again[0].via]

@@ -1,6 +1,6 @@
 """JSON Schema of graph, scene and robot files, for completion and checks in editors.
 
-Made from the spec models and from the registered node classes, so there is no second description of either.
+The schema is derived from the spec models and from the registered node classes.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from graphengine.node.port import Port
 from graphengine.node.types import PortType, brief
 
 _PARAMETER = {"type": "string", "pattern": r"\$\([A-Za-z_][A-Za-z0-9_]*\)"}
-"""What may stand in place of any value of a graph file, also within a list."""
+"""Schema of a parameter, which can replace any value in a graph file, also within a list."""
 
 
 def make_schema(kind: str, registry: Registry) -> dict[str, Any]:
-    """The schema of one kind of file."""
+    """Return the schema of one kind of file: `graph`, `scene` or `robot`."""
     schema = KINDS[kind].model_json_schema()
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     if kind == "graph":
@@ -41,7 +41,7 @@ def make_schema(kind: str, registry: Registry) -> dict[str, Any]:
 
 
 def _inputs_of(cls: type[Node]) -> dict[str, Any]:
-    """If a node is of a type, its inputs are those of the type."""
+    """The schema of a node's inputs, on condition that the node has this type."""
     names = [cls.type_name, *cls.aliases, *short_names(cls.type_name)]
     ports = [port for port in cls.fields.values() if port.side == "inputs" and not port.is_exec]
     return {

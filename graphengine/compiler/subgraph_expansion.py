@@ -45,17 +45,17 @@ class NodeEntry:
     document: Document
     location: Location
     via: Via = ()
-    """Where the subgraphs it came through were used."""
+    """Places where the subgraphs around the node are used."""
     given: Mapping[str, Given] = field(default_factory=dict)
-    """Values of inputs that were set on a subgraph around it."""
+    """Values of inputs that are set at the use of a subgraph around the node."""
 
     def span(self, *location: str | int) -> Span:
-        """Span of something below the node: in its own file, or where a value is given from outside."""
+        """Return the place of a value below the node: in the node's file, or where a subgraph's use sets it."""
         given = self._given(location)
         return given.span if given else self.document.span(*self.location, *location)
 
     def key_span(self, *location: str | int) -> Span:
-        """Span of a key below the node."""
+        """Return the place of a key below the node."""
         given = self._given(location)
         return given.key_span if given else self.document.key_span(*self.location, *location)
 
@@ -65,14 +65,14 @@ class NodeEntry:
 
 @dataclass(frozen=True, slots=True)
 class WireEnd:
-    """One end of a wire: a node's id and a port, with the side if the file gave it."""
+    """One end of a wire: a node's id and a port, and the port's side if the file contains it."""
 
     node: str
     port: str
     side: str
     span: Span
     via: Via = ()
-    """Where a port that a subgraph declares was wired."""
+    """Places where declared ports of subgraphs that lead to this port are wired."""
 
     def __str__(self) -> str:
         return f"{self.node}.{self.port}"
@@ -90,12 +90,12 @@ class WireEntry:
 
 @dataclass(frozen=True, slots=True)
 class VariableEntry:
-    """A variable of the flat graph; each use of a subgraph has its own, called `Instance/variable`."""
+    """A variable of the flat graph; each use of a subgraph has its own variables, named `Instance/variable`."""
 
     spec: VariableSpec
     document: Document
     name: str
-    """In its own file."""
+    """Name of the variable in its file."""
 
 
 @dataclass(slots=True)
@@ -107,11 +107,11 @@ class FlatGraph:
     wires: list[WireEntry] = field(default_factory=list)
     variables: dict[str, VariableEntry] = field(default_factory=dict)
     unopened: list[str] = field(default_factory=list)
-    """Ids of subgraphs that could not be opened; wires to them are no second mistake."""
+    """Ids of subgraphs that could not be opened; wires to these cause no further findings."""
     unread: int = 0
-    """Connections that could not be read, or that lead to no port of a subgraph."""
+    """Number of connections that could not be read, or that lead to no port of a subgraph."""
     declared: list[tuple[Side, WireEnd]] = field(default_factory=list)
-    """Of a file that is looked at alone: what the ports mean that it declares for a graph around it."""
+    """For a file that the user gave: its declared ports, as side and inner port."""
 
     @property
     def spec(self) -> GraphSpec:
@@ -129,14 +129,14 @@ def load_graph(
     """Read a graph file, fill in its parameters and expand its subgraphs.
 
     Args:
-        path: the file.
-        bindings: values for its parameters.
-        library: the graph files that this one, and others beside it, are read from.
-        findings: where mistakes go.
-        use: what put the graph where it is; mistakes in `bindings` are told there.
+        path: path of the file.
+        bindings: values of the file's parameters, by name.
+        library: cache from which graph files are read.
+        findings: findings to add errors to.
+        use: place where another file uses the graph, for errors in `bindings`; None for a file that the user gave.
 
     Returns:
-        None after a mistake in the file itself, or if the graph holds more than a graph may.
+        The graph; None after an error in the file itself, or if the graph exceeds a size limit.
     """
     document = library.read(path, findings)
     if document is None:
@@ -182,7 +182,7 @@ class _Expansion:
         """Add a file's nodes and wires. Subgraphs are expanded first, then their wires are resolved.
 
         Raises:
-            OverBudgetError: the graph holds too much.
+            OverBudgetError: the graph exceeds a size limit.
         """
         self.budget.take_parts(loaded.spec)
         subgraphs: dict[str, _Subgraph] = {}
@@ -215,7 +215,7 @@ class _Expansion:
     def find_declared(
         self, loaded: Loaded[GraphSpec], subgraphs: Mapping[str, _Subgraph]
     ) -> Iterator[tuple[Side, WireEnd]]:
-        """The inner end of each declared port of a file, with the port's side."""
+        """Yield the side and the inner port of each declared port of a file."""
         sides: tuple[Side, ...] = ("inputs", "outputs")
         for side in sides:
             for port in _declared_ports(loaded, side):
@@ -306,13 +306,13 @@ class _Expansion:
 
 
 def _with_values(spec: NodeSpec, given: Mapping[str, Given]) -> NodeSpec:
-    """A node with values that are given from outside, in the place of its own."""
+    """A node with the values that a subgraph's use sets, which replace its own."""
     own = {port: value for port, value in spec.inputs.items() if port.removeprefix("inputs:") not in given}
     return spec.model_copy(update={"inputs": own | {port: one.value for port, one in given.items()}})
 
 
 def _declared_ports(loaded: Loaded[GraphSpec], side: Side) -> Mapping[str, str]:
-    """The ports that a file declares for a graph around it, and the inner ports that they mean."""
+    """The ports that a file declares for its use as a subgraph, with the inner ports to which they lead."""
     return loaded.spec.outputs if side == "outputs" else loaded.spec.inputs
 
 

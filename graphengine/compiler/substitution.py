@@ -16,7 +16,7 @@ from graphengine.format.wording import listing, shown
 from graphengine.node import types
 
 UNKNOWN: Any = type("Unknown", (), {"__repr__": lambda _: "UNKNOWN"})()
-"""Value of an input that cannot be known because of a mistake which was told already."""
+"""Value of an input that is unknown because of an error that was reported already."""
 
 _PARAMETER = re.compile(r"\$\$|\$\(([^$()]*)\)")
 
@@ -33,7 +33,15 @@ class Use:
 def fill(
     document: Document, bindings: Mapping[str, Any], findings: Findings, use: Use | None, budget: Budget
 ) -> Loaded[GraphSpec] | None:
-    """A graph file with its parameters filled in, None after a mistake; see `template.load_graph` for the arguments."""
+    """Replace the parameters in a graph file by values, and validate the result; return None after an error.
+
+    Args:
+        document: the graph file.
+        bindings: values of the parameters, by name.
+        findings: findings to add errors to.
+        use: place where another file uses the graph; None if the user gave the file.
+        budget: size limits of the graph.
+    """
     data = document.data
     if not isinstance(data, dict) or data.get("format", FORMAT) == FORMAT:  # another may mean other things by the rest
         values = _parameter_values(document, bindings, findings, use)
@@ -70,7 +78,7 @@ def _parameter_values(
             findings.add("G107", message, use.span if use else document.key_span("parameters", name), remedy)
             continue
         given = bindings.get(name, data.get("default"))
-        if given is UNKNOWN:  # a parameter of the graph around this one, of which something was told
+        if given is UNKNOWN:  # a parameter of the graph around this one, with a reported error
             continue
         try:
             coerced = types.coerce(given, port_type) if isinstance(port_type, types.PortType) else given
@@ -94,9 +102,9 @@ class _Filler:
         self.budget = budget
 
     def fill(self, value: Value, location: Location = ()) -> Any:
-        """Plain data with `$(name)` replaced, except in keys, types and the parameters themselves.
+        """Return plain data with `$(name)` replaced, except in keys, types and the parameters themselves.
 
-        What cannot be known is UNKNOWN as an input of a node or a parameter of a subgraph; elsewhere its key is left out.
+        An unknown value is UNKNOWN if it is an input of a node or a parameter of a subgraph; elsewhere its key is left out.
         """
         if isinstance(value.data, dict):
             return self._mapping(value.data, location)
@@ -156,7 +164,7 @@ def _holds_unknown(values: Iterable[Any]) -> bool:
 
 
 def _is_literal(location: Location, value: Value) -> bool:
-    """Whether `$(name)` stands for itself: in keys, wires and types."""
+    """Whether `$(name)` is not replaced at this location: in keys, wires and types."""
     if location[0] in ("parameters", "graph", "format", "connections", "layout"):
         return True
     short_form = len(location) == 2 and isinstance(value.data, str)

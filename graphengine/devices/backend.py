@@ -32,36 +32,39 @@ class Entities(Protocol):
         """All robots in the order they were added, then all other objects."""
 
     def state(self, name: str) -> EntityState:
-        """Pose and velocity of an entity.
+        """Return the pose, velocity and acceleration of an entity.
 
         Raises:
-            UnknownEntityError: no entity has the name; all methods below raise it too.
+            UnknownEntityError: no entity has the name. The other methods with a `name` raise it too.
         """
 
     def bounds(self, name: str, *, own: bool = False) -> Box | None:
-        """The bounding box of an entity in the world frame or its own frame; None without geometry of finite size."""
+        """Return the bounding box of an entity in the world frame, or in its own frame if `own` is true.
+
+        None without geometry of finite size.
+        """
 
     def overlaps(self, name: str) -> Sequence[Overlap]:
-        """Objects that an entity overlaps, deepest first. Light contact does not count."""
+        """Return the overlaps of an entity with other objects, deepest first. Light contact does not count."""
 
     def place(self, name: str, move: Move) -> None:
-        """Move an entity; its joint states stay, and `reset` puts it back.
+        """Move an entity without changing its joint states; `reset_state` moves it back.
 
         Raises:
             UsageError: a number is not finite or too large, or the entity hangs on a joint; nothing has changed.
         """
 
     def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
-        """Apply a force to an entity from the next step on, in addition to other forces; `reset` ends it.
+        """Apply a force to an entity from the next step on, in addition to other forces; `reset_state` ends the force.
 
         Args:
             name: name of the entity.
             force: force in the world frame, N.
-            duration: s; for a part of a step, the force is scaled by that part.
-            point: where the force acts, in the world frame, m; it then moves with the entity. None is the centre of mass.
+            duration: duration of the force, s. In a step that it covers only in part, the force is scaled accordingly.
+            point: point of application in the world frame, m, which then moves with the entity. None: the centre of mass.
 
         Raises:
-            UsageError: as for `place`, or the entity cannot move.
+            UsageError: the errors of `place`, or the entity cannot move.
         """
 
 
@@ -74,25 +77,25 @@ class World(Protocol):
 
     @property
     def tick_period(self) -> tuple[int, int]:
-        """Seconds between two ticks as numerator and denominator, exact."""
+        """Time between two ticks, s, as an exact fraction: numerator and denominator."""
 
     @property
     def substeps(self) -> int:
         """Physics steps in a tick."""
 
     realtime: bool
-    """Whether ticks follow the wall clock. If so, late pictures are dropped, else ticks wait for them."""
+    """Whether ticks follow the wall clock. If so, late pictures are dropped, otherwise ticks wait for them."""
 
     @property
     def dropped_pictures(self) -> Mapping[str, int]:
-        """Numbers of pictures since play that were rendered too late, by the camera's prim path; without zeros."""
+        """Number of pictures since play that were rendered too late, by camera prim path; cameras with none are left out."""
 
     clamps_commands: bool
     """Whether commands beyond a joint's limits are clamped."""
 
     @property
     def clamped_commands(self) -> Mapping[str, int]:
-        """Numbers of commands clamped to a limit, by kind, joint and limit; without zeros."""
+        """Number of clamped commands, by a text with kind, joint and limits; joints with none are left out."""
 
     @property
     def gravity(self) -> Vector3:
@@ -106,7 +109,7 @@ class World(Protocol):
         """
 
     def friction(self, prim: Prim) -> Friction:
-        """Static and dynamic friction of a material prim."""
+        """Return the static and dynamic friction of a material prim."""
 
     def set_friction(self, prim: Prim, friction: Friction) -> None:
         """Set the friction of a material from the next step on; `reset_state` restores the original.
@@ -117,7 +120,7 @@ class World(Protocol):
         """
 
     def light(self, prim: Prim) -> Light:
-        """Intensity and colour of a light prim."""
+        """Return the intensity and colour of a light prim."""
 
     def set_light(self, prim: Prim, light: Light) -> None:
         """Set intensity and colour of a light for later pictures; `reset_state` restores the original.
@@ -128,33 +131,33 @@ class World(Protocol):
         """
 
     def bodies(self) -> Bodies:
-        """All bodies and their visible shapes; others after a robot was added or removed."""
+        """Return all bodies and their visible shapes; the result changes when a robot is added or removed."""
 
     def poses(self) -> NDArray[np.float64]:
-        """Position (m) and quaternion (x, y, z, w) of each body in the world frame, shape (bodies, 7); a fresh array."""
+        """Return position (m) and quaternion (x, y, z, w) of each body in the world frame: a new array, shape (bodies, 7)."""
 
     def body(self, prim: Prim) -> Body:
-        """The rigid body of a prim, or the one that carries it."""
+        """Return the rigid body of a prim, or the rigid body that carries the prim."""
 
     def frame(self, prim: Prim) -> Frame:
-        """The pose of a prim."""
+        """Return a handle to the pose of a prim."""
 
     def mass(self, prim: Prim) -> float:
-        """Mass of the prim's own body, kg."""
+        """Return the mass of the prim's own body, kg."""
 
     def placement(self, prim: Prim) -> Placement | None:
-        """A handle that places the prim's body and holds it there; None if the body cannot be moved on its own."""
+        """Return a handle that places the prim's body and holds it there; None if the body cannot be moved on its own."""
 
     def articulation(self, robot: Prim) -> Articulation:
-        """The joints of a robot prim."""
+        """Return the joints of a robot prim."""
 
     def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
-        """The device at a prim; equal options give the same object.
+        """Return the device at a prim; equal options give the same object.
 
         Args:
             interface: Protocol of the device.
             prim: prim of the device.
-            options: options of the kind: a camera has `size`, width and height of its pictures in pixels.
+            options: for a camera `size`, the width and height of its pictures in pixels; other devices have none.
         """
 
     @property
@@ -162,21 +165,21 @@ class World(Protocol):
         """Name of the ray casting method of lidars; empty before the first lidar is requested."""
 
     def picture_driver(self) -> str:
-        """Name and version of the driver that renders camera pictures."""
+        """Return the name and version of the driver that renders camera pictures."""
 
     @property
     def entities(self) -> Entities:
         """The robots and objects of the world."""
 
     def step(self) -> None:
-        """Apply the joints' targets and integrate one substep; afterwards every handle reads the new state.
+        """Apply the joint targets and integrate one substep; all handles then return the new state.
 
         Raises:
             PhysicsError: the state became infinite or NaN.
         """
 
     def begin_tick(self, tick: int) -> None:
-        """Update the sensors to tick n at time n times the tick period; called after the tick's last substep."""
+        """Update the sensors to the time of a tick, `tick` times the tick period; called after the tick's last substep."""
 
     def zero_commands(self) -> None:
         """Set every joint's target velocity and effort to zero."""
@@ -188,7 +191,7 @@ class World(Protocol):
         """Reset the tick count and the sensors' sample numbers to 0; bodies and joints stay where they are."""
 
     def save(self) -> Any:
-        """A copy of the state, for `restore`."""
+        """Return a copy of the state, for `restore`."""
 
     def restore(self, saved: Any) -> None:
         """Return to a saved state of the same robots; the simulation then repeats bit by bit."""
@@ -198,7 +201,7 @@ class World(Protocol):
 
 
 def select_joints(articulation: Articulation, names: Sequence[str], indices: Sequence[int]) -> list[int]:
-    """Positions of the selected joints in the articulation: by name, else by index, else all.
+    """Return indices of the selected joints in the articulation: those of the names, else the given indices, else all.
 
     Raises:
         JointError: the articulation has no joint with a name or index.

@@ -26,7 +26,8 @@ BOX_3D = np.dtype(
         ("occlusionRatio", "<f4"),
     ]
 )
-"""One 3D box: the number of its object and two opposite corners (m); the matrix rows are the axes and origin of their frame."""
+"""Record of a 3D box: its object's number, two opposite corners (m), and a matrix with the axes and the origin of the corners'
+frame as rows."""
 
 LOOKING_FORWARD: Quaternion = (0.5, -0.5, -0.5, 0.5)
 """Rotates a camera (view along -z, +y up) to look along the x axis of its mount with z up."""
@@ -37,24 +38,24 @@ class Picture:
     """The picture of a camera at one instant; row 0 is the upper edge."""
 
     time: float
-    """Simulation time of the tick that captured it, s."""
+    """Simulation time of the tick in which it was captured, s."""
     index: int
     """Number of this sample since play."""
     rgb: NDArray[np.uint8]
-    """Shape (height, width, 3)."""
+    """Colours, 0 to 255, shape (height, width, 3)."""
     depth: NDArray[np.float32]
     """Distance along the optical axis, m, shape (height, width); inf without a surface in the clip range."""
     segmentation: NDArray[np.int32] | None = None
     """Number of the visible prim at each pixel, as in `Camera.labels`; 0 for none. None unless requested."""
     boxes: NDArray[np.void] | None = None
-    """BOX_3D records in the optical frame of all prims of finite size, visible or not; set together with `segmentation`."""
+    """BOX_3D records of all prims of finite size, visible or not, in the camera's optical frame; None without `segmentation`."""
 
 
 class Camera(TickSensor, Protocol):
     """A pinhole camera. It delivers a picture `latency` ticks after its capture.
 
-    Pixels are square. The optical axis meets the picture at (cx, cy), counted from the centre of the upper left pixel: the
-    middle of a picture of w pixels is at (w - 1) / 2.
+    Pixels are square. The optical axis meets the picture at (cx, cy), in pixels from the centre of the upper left pixel: the
+    middle of a picture that is w pixels wide is at (w - 1) / 2.
     """
 
     @property
@@ -63,7 +64,7 @@ class Camera(TickSensor, Protocol):
 
     @property
     def intrinsics(self) -> tuple[float, float, float, float]:
-        """Focal lengths fx and fy, and the optical axis cx, cy, in pixels."""
+        """Focal lengths fx and fy, and the principal point cx, cy, in pixels."""
 
     @property
     def clip(self) -> tuple[float, float]:
@@ -78,16 +79,19 @@ class Camera(TickSensor, Protocol):
         """Prim path for each number in a segmentation."""
 
     def request(self, *, segmentation: bool = False) -> None:
-        """Capture this tick's picture if one is due; several requests render it once."""
+        """Capture a picture in this tick if one is due; several requests render it once."""
 
     def delivered(self) -> Picture | None:
-        """The picture delivered in this tick, shared by all callers; None in most ticks."""
+        """Return the picture delivered in this tick, shared by all callers; None if this tick delivers none."""
 
 
 def pinhole(size: tuple[int, int], horizontal_fov: float) -> tuple[float, float, float, float]:
-    """fx, fy, cx, cy (pixels) of a centred lens and square pixels, from the horizontal field of view in degrees.
+    """Return fx, fy, cx, cy (pixels) of a camera with a centred lens and square pixels.
 
-    The field of view reaches from edge to edge of the picture; the centre of pixel 0 lies half a pixel inside.
+    Args:
+        size: width and height, pixels.
+        horizontal_fov: field of view from the left to the right edge of the picture, degrees. The centre of pixel 0 lies half a
+            pixel inside the edge.
     """
     width, height = size
     focal = width / 2 / math.tan(math.radians(horizontal_fov) / 2)
@@ -121,7 +125,16 @@ class CameraStub(Stub):
         time: float = 0.0,
         index: int = 0,
     ) -> None:
-        """Set the picture to deliver: rgb of height x width x 3, one value or one per pixel for the others, box records."""
+        """Set the picture to deliver.
+
+        Args:
+            rgb: shape (height, width, 3), 0 to 255.
+            depth: m; one value for all pixels, or one per pixel.
+            segmentation: number of the visible prim; one for all pixels, or one per pixel.
+            boxes: BOX_3D records; None: no boxes.
+            time: simulation time of the capture, s.
+            index: number of the sample since play.
+        """
         colours = np.array(rgb, np.uint8)
         plane = colours.shape[:2]
         self.size = (plane[1], plane[0])
@@ -135,5 +148,5 @@ class CameraStub(Stub):
         self.requests += 1
 
     def delivered(self) -> Picture | None:
-        """The picture set by the test."""
+        """Return the picture set by the test."""
         return self._picture

@@ -24,7 +24,7 @@ class ContactSensor(Sensor, Protocol):
     """A sensor of contact forces on its body, or on the part of the body near the sensor."""
 
     def reading(self) -> ContactReading:
-        """The reading of this tick."""
+        """Return the reading of this tick."""
 
 
 @device("contact", ContactSensor, usd="IsaacContactSensor", title="a contact sensor", rank=4)
@@ -34,5 +34,5 @@ class ContactSensorStub(Stub):
     felt = ContactReading(0.0, False, 0.0)
 
     def reading(self) -> ContactReading:
-        """The reading set by the test."""
+        """Return the reading set by the test."""
         return self.felt

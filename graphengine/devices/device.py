@@ -3,7 +3,7 @@
     @device("contact", ContactSensor, usd="IsaacContactSensor", title="a contact sensor")
     class ContactSensorStub(Stub): ...
 
-`graphengine.physics.sensors` has a module for each kind too: its profile, and the handle that implements the Protocol.
+`graphengine.physics.sensors` has a module for each kind too, with its profile and the handle that implements the Protocol.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ class Sensor(Protocol):
 
     @property
     def prim_path(self) -> str:
-        """Path of the sensor's prim, from which its namespace is collected."""
+        """Path of the sensor's prim; namespaces of topics are collected from this prim and its ancestors."""
 
 
 class SampledSensor(Sensor, Protocol):
     """A sensor with samples: sample n belongs to the first tick at or after n / rate seconds.
 
-    All readers share one sample, which is never modified.
+    All nodes that read a sample get the same object, which is never modified.
     """
 
     @property
@@ -44,7 +44,7 @@ class SampledSensor(Sensor, Protocol):
 
 
 class TickSensor(SampledSensor, Protocol):
-    """A sensor that has at most one sample a tick."""
+    """A sensor with at most one sample per tick."""
 
     @property
     def index(self) -> int:
@@ -55,7 +55,7 @@ class Stub(Shared):
     """A device without physics for checks and tests; tests write its readings.
 
     Args:
-        prim: prim whose facts are those of a profile, or some of them in tests.
+        prim: prim whose `facts` hold the values of a profile; in tests, some of them.
     """
 
     def __init__(self, prim: Prim) -> None:
@@ -71,12 +71,12 @@ class Device:
     Attributes:
         kind: name of the kind: `type` in robot files, kind of the prims, and section of a profile.
         stub: makes a stub from a prim and options.
-        usd: USD type of its prims.
-        title: kind with an article, for messages.
+        usd: USD type of the device's prims.
+        title: the kind with an article, for messages, such as `a lidar`.
         child: name of the device's prim below the mount's prim; empty if both are the same prim.
         orientation: orientation of the child in the mount's frame.
         in_rigs: whether a rig may have parts of this kind.
-        ticks_only: whether it has at most one sample a tick, so graphs that run at physics steps cannot read it.
+        ticks_only: whether it has at most one sample per tick, so that graphs that run at physics steps cannot read it.
     """
 
     kind: str
@@ -90,18 +90,18 @@ class Device:
 
 
 DEVICE_OF: dict[Any, Device] = {}
-"""The kind of device that a Protocol, a stub or an implementation belongs to."""
+"""Kind of device of each Protocol, stub and implementation."""
 
 
 def device(
     kind: str, interface: Callable[..., D], *, rank: int = 100, **facts: Any
 ) -> Callable[[Callable[..., D]], Any]:
-    """Register a kind of device; decorates its stub, which has to match the Protocol.
+    """Return a decorator that registers a kind of device; it decorates the stub class, which must match the Protocol.
 
     Args:
         kind: name of the kind, as in `Device`.
         interface: Protocol of the device.
-        rank: position in lists of messages; lower ranks come first.
+        rank: order of kinds in messages; lower ranks come first.
         facts: the other attributes of `Device`.
     """
 
@@ -115,7 +115,7 @@ def device(
 
 
 def device_of(interface: Callable[..., Any]) -> Device:
-    """The kind of device that a Protocol, a stub or an implementation belongs to.
+    """Return the kind of device that a Protocol, a stub or an implementation belongs to.
 
     Raises:
         TypeError: no kind of device is registered for it.

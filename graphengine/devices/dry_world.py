@@ -64,36 +64,36 @@ class DryWorld(Stateful):
         self._devices: dict[tuple[Any, ...], Any] = {}
 
     def bodies(self) -> Bodies:
-        """None: nothing is visible."""
+        """Return no bodies: nothing is visible."""
         return Bodies()
 
     def poses(self) -> NDArray[np.float64]:
-        """An empty array."""
+        """Return an array of no poses."""
         return np.zeros((0, 7))
 
     def set_gravity(self, gravity: Vector3) -> None:
-        """Store the gravity for `gravity`."""
+        """Set the value of `gravity`, without other effects."""
         self.gravity = gravity
 
     def friction(self, prim: Prim) -> Friction:
-        """The last written friction, or that of the material's facts."""
+        """Return the last written friction, or else that in the material's facts."""
         built = prim.facts["static_friction"], prim.facts["dynamic_friction"]
         return self._frictions.get(prim.path, built)
 
     def set_friction(self, prim: Prim, friction: Friction) -> None:
-        """Store the friction for `friction`."""
+        """Set the value that `friction` returns, without other effects."""
         self._frictions[prim.path] = friction
 
     def light(self, prim: Prim) -> Light:
-        """The last written light, or that of the light's facts."""
+        """Return the last written intensity and colour, or else 1 and the colour in the light's facts."""
         return self._lights.get(prim.path, (1.0, prim.facts["diffuse"]))
 
     def set_light(self, prim: Prim, light: Light) -> None:
-        """Store the light for `light`."""
+        """Set the value that `light` returns, without other effects."""
         self._lights[prim.path] = light
 
     def body(self, prim: Prim) -> BodyStub:
-        """The prim's stub, always the same object; it is fixed to the parent's stub unless the prim is a body."""
+        """Return the prim's stub, always the same object; unless the prim is a body, it moves with the parent prim's stub."""
         if prim not in self._bodies:
             carrier = self.body(prim.parent) if prim.parent else None
             self._bodies[prim] = BodyStub(prim.position, prim.orientation, carrier=carrier)
@@ -102,20 +102,20 @@ class DryWorld(Stateful):
     frame = body
 
     def mass(self, prim: Prim) -> float:
-        """Always 1 kg."""
+        """Return 1 kg for every prim."""
         return 1.0
 
     def placement(self, prim: Prim) -> BodyStub | None:
-        """The prim's stub, which stays where nodes place it; None if the prim has no body and does not stand for a robot."""
+        """Return the prim's stub, which stays where nodes place it; None for a prim that is neither a body nor a robot."""
         movable = prim.body is not None or self.stage.stands_for_robot(prim) is not None
         return self.body(prim) if movable else None
 
     def articulation(self, robot: Prim) -> ArticulationStub:
-        """The robot's joints, always the same object."""
+        """Return the stub of the robot's joints, always the same object."""
         return self._robots.setdefault(robot, ArticulationStub(robot))
 
     def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
-        """The stub of a device; equal options give the same object."""
+        """Return the stub of a device; equal options give the same object."""
         found = device_of(interface)
         place = (prim, found.kind, *sorted(options.items()))
         if place not in self._devices:
@@ -124,7 +124,7 @@ class DryWorld(Stateful):
         return made
 
     def picture_driver(self) -> str:
-        """Empty: no pictures are rendered."""
+        """Return an empty string: no pictures are rendered."""
         return ""
 
     @property
@@ -143,7 +143,10 @@ class DryWorld(Stateful):
 
 @dataclass(slots=True)
 class BodyStub(Shared):
-    """Pose and velocity of a prim for tests to write: in the world frame, or fixed to the prim that carries it."""
+    """Pose and velocity of a prim, for tests to write.
+
+    Both are in the world frame if `carrier` is None. Otherwise the pose is relative to the carrier, and the prim moves with it.
+    """
 
     position: Vector3 = ORIGIN
     orientation: Quaternion = IDENTITY
@@ -152,7 +155,7 @@ class BodyStub(Shared):
     carrier: BodyStub | None = None
 
     def pose(self) -> tuple[Vector3, Quaternion]:
-        """Position (m) and orientation in the world frame."""
+        """Return position (m) and orientation in the world frame."""
         pose = (self.position, self.orientation)
         return rotation.compose(self.carrier.pose(), pose) if self.carrier else pose
 
@@ -162,7 +165,7 @@ class BodyStub(Shared):
         self.linear = self.angular = (0.0, 0.0, 0.0)
 
     def velocity(self) -> tuple[Vector3, Vector3]:
-        """Linear and angular velocity in the world frame; a prim carried at offset r has v + w x r."""
+        """Return linear and angular velocity in the world frame; at offset r of its carrier, a prim has v + w x r."""
         if self.carrier is None:
             return self.linear, self.angular
         linear, angular = self.carrier.velocity()
@@ -182,7 +185,7 @@ class ArticulationStub(Shared):
         self.targets = {kind: [math.nan] * len(self.joint_names) for kind in self.state}
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelectionStub:
-        """Joints by name, else by index, else all."""
+        """Select the joints with these names, else those with these indices, else all."""
         return JointSelectionStub(self, select_joints(self, names, indices))
 
     def _read(self, kind: str) -> NDArray[np.float64]:
@@ -193,11 +196,11 @@ class ArticulationStub(Shared):
     efforts = partialmethod(_read, "effort")
 
     def set_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Position and velocity targets written by nodes; 0 for none."""
+        """Return the position and velocity targets written by nodes; 0 for none."""
         return np.nan_to_num(self.targets["position"]), np.nan_to_num(self.targets["velocity"])
 
     def wrenches(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Forces and torques, all zero."""
+        """Return forces and torques, all zero."""
         return np.zeros((len(self.joint_names), 3)), np.zeros((len(self.joint_names), 3))
 
 

@@ -14,7 +14,7 @@ from graphengine.devices.rotation import Quaternion, Vector3
 EntityKind = Literal["robot", "object", "static"]
 """A `robot` has joints or sensors, an `object` can move, a `static` entity is fixed."""
 MOST_TOLD = 3
-"""Maximum number of overlaps that a warning names."""
+"""Maximum number of overlaps that a warning lists."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Entity:
     prim_path: str
     kind: EntityKind
     spawned: bool
-    """Whether it was added to the running world."""
+    """Whether it was added while the simulation ran."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,13 +36,13 @@ class EntityState:
     position: Vector3
     orientation: Quaternion
     linear_velocity: Vector3
-    """m/s."""
+    """Velocity of the prim's origin, m/s."""
     angular_velocity: Vector3
-    """rad/s."""
+    """Angular velocity, rad/s."""
     linear_acceleration: Vector3
-    """m/s2, gravity included: -9.81 along z in free fall, zero at rest."""
+    """Acceleration of the prim's origin, m/s2; gravity is included: -9.81 along z in free fall, zero at rest."""
     angular_acceleration: Vector3
-    """rad/s2."""
+    """Angular acceleration, rad/s2."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,21 +50,21 @@ class Move:
     """A new pose and velocity for an entity, in the world frame."""
 
     position: Vector3 | None = None
-    """Position of its prim, m; None keeps the present one."""
+    """Position of the entity's prim, m; None keeps the current one."""
     orientation: Quaternion | None = None
-    """Orientation of its prim, of any norm above zero; None keeps the present one."""
+    """Orientation of the entity's prim, a quaternion of any norm above zero; None keeps the current one."""
     linear: Vector3 | None = None
-    """Velocity of its prim's origin, m/s; None is zero."""
+    """Velocity of the prim's origin, m/s; None: zero."""
     angular: Vector3 | None = None
-    """Angular velocity, rad/s; None is zero."""
+    """Angular velocity, rad/s; None: zero."""
 
 
 @dataclass(frozen=True, slots=True)
 class Overlap:
-    """An object that an entity overlaps."""
+    """The overlap of an entity with another object."""
 
     other: str
-    """Name of the other entity, or of the shape if it belongs to none, such as a floor."""
+    """Name of the other entity, or of a shape that belongs to no entity, such as a floor."""
     depth: float
     """Depth of the overlap, m."""
 
@@ -78,7 +78,7 @@ class Box:
 
 
 def warning(name: str, overlaps: Sequence[Overlap]) -> str:
-    """The warning for a moved entity that overlaps objects; empty without overlaps."""
+    """Return the warning for a moved entity that overlaps objects; empty without overlaps."""
     if not overlaps:
         return ""
     told = [f"{overlap.depth:.2g} m deep in {overlap.other}" for overlap in overlaps[:MOST_TOLD]]

@@ -11,18 +11,18 @@ from graphengine.devices.rotation import IDENTITY, Quaternion, Vector3
 
 @dataclass(frozen=True, slots=True)
 class ImuSample:
-    """One measurement of an inertial unit, in its own frame."""
+    """One measurement of an inertial measurement unit, in the sensor's frame."""
 
     time: float
     """Simulation time, s."""
     index: int
     """Number of this sample since play; -1 before the first."""
     linear_acceleration: Vector3
-    """Rate of change of the velocity, without gravity, m/s2."""
+    """Acceleration of the sensor, without the contribution of gravity, m/s2."""
     gravity: Vector3
-    """Contribution of gravity to an accelerometer: (0, 0, 9.81) at rest and upright, m/s2."""
+    """Contribution of gravity to the reading of an accelerometer, m/s2: (0, 0, 9.81) at rest and upright."""
     angular_velocity: Vector3
-    """rad/s."""
+    """Angular velocity of the sensor, rad/s."""
     orientation: Quaternion
     """Orientation of the sensor in the world frame."""
 
@@ -31,15 +31,15 @@ class Imu(SampledSensor, Protocol):
     """An inertial measurement unit."""
 
     def sample(self) -> ImuSample:
-        """The newest sample, shared by all callers in its tick."""
+        """Return the newest sample, shared by all callers in its tick."""
 
 
 @device("imu", Imu, usd="IsaacImuSensor", title="an imu", rank=3, in_rigs=True)
 class ImuStub(Stub):
-    """An inertial unit whose sample tests write to `measured`; at first it is upright and at rest."""
+    """An IMU whose sample tests write to `measured`; at first it is upright and at rest."""
 
     measured = ImuSample(0.0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 9.81), (0.0, 0.0, 0.0), IDENTITY)
 
     def sample(self) -> ImuSample:
-        """The sample set by the test."""
+        """Return the sample set by the test."""
         return self.measured

@@ -17,13 +17,13 @@ class Scan:
     """One sweep of a lidar; arrays have one entry per beam, ring after ring in order of azimuth, and are never modified."""
 
     time: float
-    """Simulation time of the tick that cast it, s."""
+    """Simulation time of the tick in which the beams were cast, s."""
     index: int
     """Number of this sample since play."""
     ranges: NDArray[np.float32]
-    """Distance, m; inf without a hit in range."""
+    """Distance of each beam's hit, m; inf without a hit in range."""
     intensities: NDArray[np.float32]
-    """0 to 255."""
+    """Intensity of each beam, 0 to 255."""
 
 
 class Lidar(TickSensor, Protocol):
@@ -31,30 +31,30 @@ class Lidar(TickSensor, Protocol):
 
     @property
     def angles(self) -> tuple[float, float, float]:
-        """Azimuth of the first and last beam and the step between two, rad, counter-clockwise from the sensor's x axis."""
+        """Azimuth of the first beam, azimuth of the last one, and step between two, rad, counter-clockwise from the x axis."""
 
     @property
     def elevations(self) -> NDArray[np.float64]:
-        """Angle of each ring above the sensor's xy plane, rad; one ring at 0 for a planar lidar."""
+        """Angle of each ring above the lidar's xy plane, rad; one ring at 0 for a planar lidar."""
 
     @property
     def directions(self) -> NDArray[np.float64]:
-        """Unit vectors of the beams in the sensor's frame, ring after ring, shape (rings x azimuths, 3)."""
+        """Unit vectors of the beams in the lidar's frame, ring after ring, shape (rings x azimuths, 3)."""
 
     @property
     def ranges(self) -> tuple[float, float]:
         """Smallest and largest distance reported, m."""
 
     def scan(self) -> Scan:
-        """The newest sample, cast at the first call in its tick and shared by all callers."""
+        """Return the newest sample, which is cast at the first call in its tick and shared by all callers."""
 
 
 def beam_directions(angles: tuple[float, float, float], elevations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Unit vectors of a lidar's beams, ring after ring, shape (rings x azimuths, 3).
+    """Return the unit vectors of a lidar's beams, ring after ring, shape (rings x azimuths, 3).
 
     Args:
-        angles: azimuth of the first and last beam of a ring and the step between two, rad.
-        elevations: angles of the rings above the sensor's xy plane, rad.
+        angles: azimuth of a ring's first beam, azimuth of its last one, and step between two, rad.
+        elevations: angle of each ring above the lidar's xy plane, rad.
     """
     first, last, increment = angles
     azimuth = first + increment * np.arange(round((last - first) / increment) + 1)
@@ -69,7 +69,7 @@ def beam_directions(angles: tuple[float, float, float], elevations: NDArray[np.f
 
 @device("lidar", Lidar, usd="OmniLidar", title="a lidar", rank=1, child="Lidar")
 class LidarStub(Stub):
-    """A lidar whose sample tests set with `see`, at first no returns; `casts` counts calls of `scan`."""
+    """A lidar whose sample tests set with `see`; at first all beams miss. `casts` counts calls of `scan`."""
 
     casts = 0
     _seen: Scan | None = None
@@ -82,13 +82,13 @@ class LidarStub(Stub):
         self.directions = beam_directions(self.angles, self.elevations)
 
     def see(self, ranges: ArrayLike, intensities: ArrayLike = 0.0, *, time: float = 0.0, index: int = 0) -> None:
-        """Make a sample due, with one range per beam; inf is no return."""
+        """Make a sample due. `ranges` are one per beam, m, inf for a miss; `intensities` are one per beam or one for all."""
         distances = np.array(ranges, np.float32)
         brightness = np.full(distances.shape, intensities, np.float32)
         self.due, self.index, self._seen = True, index, Scan(time, index, distances, brightness)
 
     def scan(self) -> Scan:
-        """The sample set by the test, or one without returns."""
+        """Return the sample set by the test, or one in which all beams miss."""
         self.casts += 1
         beams = len(self.directions)
         return self._seen or Scan(0.0, 0, np.full(beams, np.inf, np.float32), np.zeros(beams, np.float32))

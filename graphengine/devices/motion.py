@@ -16,14 +16,14 @@ class Frame(Protocol):
     """The pose of any prim, also of prims without physics."""
 
     def pose(self) -> tuple[Vector3, Quaternion]:
-        """Position (m) and orientation of the prim in the world frame."""
+        """Return position (m) and orientation of the prim in the world frame."""
 
 
 class Body(Frame, Protocol):
-    """A rigid body, which is a prim's own or carries the prim."""
+    """The rigid body of a prim, or the rigid body that carries the prim."""
 
     def velocity(self) -> tuple[Vector3, Vector3]:
-        """Linear (m/s) and angular (rad/s) velocity of the prim's origin, in the world frame."""
+        """Return linear (m/s) and angular (rad/s) velocity of the prim's origin, in the world frame."""
 
 
 class Placement(Protocol):
@@ -73,12 +73,12 @@ class JointSelection(Protocol):
     ) -> None:
         """Set targets from the next physics step on, clamped to the joints' limits.
 
-        Each sequence has one value per joint (rad or m, rad/s or m/s, N m or N). None keeps all targets of that kind, NaN
-        that of one joint.
+        Each sequence has one value per joint (rad or m, rad/s or m/s, N m or N). None instead of a sequence keeps the targets
+        of this kind, NaN keeps the target of its joint.
 
         Raises:
-            BadValueError: a number is infinite or too large for the physics; nothing was set. Its port is `positionCommand`,
-                `velocityCommand` or `effortCommand`.
+            BadValueError: a number is infinite or too large for the physics; nothing was set. The error names the port
+                `positionCommand`, `velocityCommand` or `effortCommand`.
         """
 
 
@@ -98,29 +98,29 @@ class Articulation(Protocol):
         """Whether each joint is prismatic."""
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelection:
-        """Joints by name, else by index, else all.
+        """Select the joints with these names, else those with these indices, else all.
 
         Raises:
             JointError: the articulation has no joint with a name or index.
         """
 
     def positions(self) -> NDArray[np.float64]:
-        """Joint positions, rad or m; a fresh array."""
+        """Return the joint positions, rad or m, as a new array."""
 
     def velocities(self) -> NDArray[np.float64]:
-        """Joint velocities, rad/s or m/s; a fresh array."""
+        """Return the joint velocities, rad/s or m/s, as a new array."""
 
     def set_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Target position (rad or m) and velocity (rad/s or m/s) of each joint's drive; NaN for drives without that target.
+        """Return target position (rad or m) and target velocity (rad/s or m/s) of each joint's drive as new arrays.
 
-        Fresh arrays.
+        NaN for a drive without such a target.
         """
 
     def efforts(self) -> NDArray[np.float64]:
-        """Torque or force of each joint's drive after the last step, N m or N; a fresh array."""
+        """Return the torque or force of each joint's drive after the last step, N m or N, as a new array."""
 
     def wrenches(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Forces (N) and torques (N m) with which each joint's parent link holds its child link, in the child's frame.
+        """Return the forces (N) and torques (N m) with which each joint's parent link holds the child link.
 
-        Each has the shape (joints, 3); torques are about the child link's origin. Fresh arrays.
+        Both are new arrays of shape (joints, 3) in the child link's frame; torques are about the child link's origin.
         """

@@ -6,7 +6,7 @@ import hashlib
 
 
 def key_of(seed: int, path: str) -> int:
-    """The 128 bit key of a prim's Philox generator.
+    """Return the 128-bit key of a prim's Philox generator.
 
     Args:
         seed: seed of the session.

@@ -15,11 +15,11 @@ class RangeReading:
     """One measurement of a range sensor."""
 
     time: float
-    """Simulation time of the tick that measured it, s."""
+    """Simulation time of the tick in which it was measured, s."""
     index: int
     """Number of this sample since play."""
     range: float
-    """Distance to the nearest surface in the cone, m. As in REP 117: inf for nothing in range, -inf for too close."""
+    """Distance to the nearest surface in the cone, m. As in REP 117: inf if none is in range, -inf if it is too close."""
 
 
 class RangeSensor(TickSensor, Protocol):
@@ -31,7 +31,7 @@ class RangeSensor(TickSensor, Protocol):
 
     @property
     def field_of_view(self) -> float:
-        """Angle from edge to edge of the cone, rad."""
+        """Full opening angle of the cone, rad."""
 
     @property
     def ranges(self) -> tuple[float, float]:
@@ -39,15 +39,15 @@ class RangeSensor(TickSensor, Protocol):
 
     @property
     def noise_std(self) -> float:
-        """Standard deviation of the distance noise, m."""
+        """Standard deviation of the measured distance, m."""
 
     def reading(self) -> RangeReading:
-        """The newest sample, cast at the first call in its tick and shared by all callers."""
+        """Return the newest sample, which is measured at the first call in its tick and shared by all callers."""
 
 
 @device("range", RangeSensor, usd="RangeSensor", title="a range sensor")
 class RangeSensorStub(Stub):
-    """A range sensor whose reading tests set with `measure`, at first nothing in its cone."""
+    """A range sensor whose reading tests set with `measure`; at first its cone is empty."""
 
     measured = RangeReading(0.0, 0, math.inf)
 
@@ -63,5 +63,5 @@ class RangeSensorStub(Stub):
         self.due, self.index, self.measured = True, index, RangeReading(time, index, distance)
 
     def reading(self) -> RangeReading:
-        """The reading set by the test."""
+        """Return the reading set by the test."""
         return self.measured

@@ -1,6 +1,6 @@
-"""Vectors, rotations and poses of plain floats, which are faster than numpy for single ones; from files and MuJoCo, too.
+"""Vectors, rotations and poses as tuples of floats, which are faster than numpy for single values.
 
-Rotations are unit quaternions (x, y, z, w).
+Rotations are unit quaternions (x, y, z, w). The last functions convert from files and from MuJoCo.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ NOWHERE: Pose = (ORIGIN, IDENTITY)
 
 
 def conjugate(q: Quaternion) -> Quaternion:
-    """The inverse of a unit quaternion."""
+    """Return the inverse of a unit quaternion."""
     return -q[0], -q[1], -q[2], q[3]
 
 
 def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
-    """Rotation b followed by rotation a."""
+    """Return the product a b: rotation b followed by rotation a."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -42,7 +42,7 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def rotate(q: Quaternion, v: Vector3) -> Vector3:
-    """The vector v rotated by q: v + 2w(u x v) + 2u x (u x v), with u the vector part of q."""
+    """Return the vector v rotated by q: v + 2w(u x v) + 2u x (u x v), with u the vector part of q."""
     x, y, z, w = q
     vx, vy, vz = v
     tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)
@@ -50,26 +50,26 @@ def rotate(q: Quaternion, v: Vector3) -> Vector3:
 
 
 def unrotate(q: Quaternion, v: Vector3) -> Vector3:
-    """The vector v rotated by the inverse of q: from world to body frame if q is the body's orientation."""
+    """Return the vector v rotated by the inverse of q: from the world to the body frame, if q is the body's orientation."""
     return rotate((-q[0], -q[1], -q[2], q[3]), v)
 
 
 def compose(parent: Pose, child: Pose) -> Pose:
-    """Pose in the parent's outer frame, for a `child` pose relative to `parent`."""
+    """Return the pose of `child`, which is given relative to `parent`, in the frame in which `parent` is given."""
     (px, py, pz), q = parent
     x, y, z = rotate(q, child[0])
     return (px + x, py + y, pz + z), multiply(q, child[1])
 
 
 def relative(parent: Pose, child: Pose) -> Pose:
-    """Pose of `child` in the frame of `parent`; both are given in the same outer frame."""
+    """Return the pose of `child` relative to `parent`; both are given in the same frame."""
     (px, py, pz), q = parent
     (cx, cy, cz), c = child
     return unrotate(q, (cx - px, cy - py, cz - pz)), multiply(conjugate(q), c)
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Rotation about the fixed x, then y, then z axis, rad, as in URDF."""
+    """Return the rotation about the fixed x axis, then y, then z, by angles in rad, as in URDF."""
     sr, cr = math.sin(roll / 2), math.cos(roll / 2)
     sp, cp = math.sin(pitch / 2), math.cos(pitch / 2)
     sy, cy = math.sin(yaw / 2), math.cos(yaw / 2)
@@ -82,7 +82,7 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def from_orientation(orientation: Orientation) -> Quaternion:
-    """Unit quaternion for an orientation in a file."""
+    """Return the unit quaternion of an orientation from a file."""
     if orientation.quaternion_xyzw is None:
         roll, pitch, yaw = orientation.rpy_deg or ORIGIN
         return from_rpy(math.radians(roll), math.radians(pitch), math.radians(yaw))
@@ -92,12 +92,12 @@ def from_orientation(orientation: Orientation) -> Quaternion:
 
 
 def vector(values: NDArray[np.float64]) -> Vector3:
-    """A MuJoCo vector as three floats."""
+    """Convert a vector from MuJoCo to three floats."""
     x, y, z = values.tolist()
     return x, y, z
 
 
 def pose_of(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> Pose:
-    """A pose from MuJoCo, whose quaternions are (w, x, y, z)."""
+    """Convert a pose from MuJoCo, whose quaternions are (w, x, y, z)."""
     w, x, y, z = quaternion.tolist()
     return vector(position), (x, y, z, w)

@@ -9,9 +9,9 @@ lie in `Physics` and its materials in `Materials`:
     /dd100/Geometry/base_link/chassis_link/sim_lidar/Lidar
     /dd100/Physics/front_left_wheel_joint           joint
 
-`Geometry` may be left out of a path, and a link may be addressed directly below its robot if its name is unique there, as
-importers write that do not nest links: `/dd100/chassis_link`. A robot's prim, its base link and its articulation root all stand
-for the robot.
+A path may leave out `Geometry`. It may also lead from the robot directly to a link whose name is unique in the robot, as
+importers without nested links write it: `/dd100/chassis_link`. Nodes accept a robot's root prim, its base link or its
+articulation root for the robot.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ class Prim(Shared):
     position: Vector3 = ORIGIN
     orientation: Quaternion = IDENTITY
     body: str | None = None
-    """Name of its own body in the physics model, for links and bodies."""
+    """Name of the prim's own body in the physics model, for links and bodies."""
     namespace: str = ""
     """`isaac:namespace`."""
     name_override: str = ""
     """`isaac:nameOverride`."""
     facts: dict[str, Any] = field(default_factory=dict)
-    """Data of its kind: a lidar's profile, a camera's size, a robot's joints."""
+    """Data for this kind of prim: a lidar's profile, a camera's size, a robot's joints."""
     children: dict[str, Prim] = field(default_factory=dict, repr=False)
 
     @property
@@ -68,7 +68,7 @@ class Prim(Shared):
         return self.name_override or self.name
 
     def carrier(self) -> tuple[str | None, Pose]:
-        """Name of the physics body that carries the prim (None: the world), and the prim's pose in the body's frame."""
+        """Return the name of the physics body that carries the prim (None: the world), and the prim's pose in its frame."""
         pose = NOWHERE
         for prim in self.ancestors():
             if prim.body is not None:
@@ -77,14 +77,14 @@ class Prim(Shared):
         return None, pose
 
     def ancestors(self) -> Iterator[Prim]:
-        """The prim itself, then its parents up to the root."""
+        """Yield the prim itself, then its ancestors up to the root."""
         prim: Prim | None = self
         while prim is not None:
             yield prim
             prim = prim.parent
 
     def descendants(self) -> Iterator[Prim]:
-        """The prim itself, then everything below it, depth first in order of definition."""
+        """Yield the prim itself, then all prims below it, depth first in order of definition."""
         pending = [self]
         while pending:
             prim = pending.pop()
@@ -101,7 +101,7 @@ class Stage:
         self._by_short_path: dict[str, list[Prim]] = {}
 
     def copy(self) -> Stage:
-        """An independent tree with copies of all prims and their facts."""
+        """Return an independent tree with copies of all prims and their facts."""
         made = Stage()
         made.root.namespace = self.root.namespace
         for prim in itertools.islice(self.prims(), 1, None):
@@ -149,11 +149,11 @@ class Stage:
         del prim.parent.children[prim.name]
 
     def find(self, path: str) -> Prim:
-        """The prim at a path; the path may leave out `Geometry` and the links above a link.
+        """Return the prim at a path; the path may leave out `Geometry` and the links above a link.
 
         Raises:
-            PrimError: no prim has the path; the message names the nearest.
-            AmbiguousPrimError: several prims could be meant.
+            PrimError: no prim has the path; the message suggests similar names.
+            AmbiguousPrimError: the path fits several prims.
         """
         wanted = normalize(path)
         found = self._meant(wanted) or self._laid_flat(wanted)
@@ -181,11 +181,14 @@ class Stage:
         return [prim for path in paths for prim in self._meant(path)]
 
     def is_literal(self, path: str, prim: Prim) -> bool:
-        """Whether a path to a prim leaves out no links; `Geometry` may be missing."""
+        """Return whether a path to a prim names all links above it; `Geometry` may be missing."""
         return _is_short_for(normalize(path), prim.path)
 
     def obstacle(self, path: str) -> Prim | None:
-        """The prim that prevents a robot at a path: one at the path, or an ancestor other than a scope; None if there is none."""
+        """Return the prim that prevents adding a robot at a path: a prim at the path, or an ancestor other than a scope.
+
+        None if a robot can be added there.
+        """
         prim, rest = self._descend(path)
         return None if rest and prim.kind == "scope" else prim
 
@@ -221,32 +224,32 @@ class Stage:
         return len(self._meant(wanted) or self._laid_flat(wanted)) == 1
 
     def prims(self, kind: PrimKind | None = None) -> Iterator[Prim]:
-        """All prims, or all of one kind, depth first in order of definition."""
+        """Yield all prims, or all prims of one kind, depth first in order of definition."""
         return (prim for prim in self.root.descendants() if kind is None or prim.kind == kind)
 
     def robot_of(self, prim: Prim) -> Prim | None:
-        """The robot that a prim belongs to, or None."""
+        """Return the robot that a prim belongs to, or None."""
         return next((p for p in prim.ancestors() if p.kind == "robot"), None)
 
     def stands_for_robot(self, prim: Prim) -> Prim | None:
-        """The robot, if the prim is its root prim, base link or articulation root; else None."""
+        """Return the robot if the prim is its root prim, base link or articulation root; otherwise None."""
         robot = self.robot_of(prim)
         if robot is None or prim is robot:
             return robot
         return robot if prim.path in (robot.facts.get("base_link"), robot.facts.get("articulation_root")) else None
 
     def namespaces(self, path: str) -> list[str]:
-        """Non-empty `isaac:namespace` values from the root down to a path, which need not exist."""
+        """Return the non-empty `isaac:namespace` values from the root down to a path; the path need not exist."""
         prim, _ = self._descend(path)
         return [above.namespace for above in reversed([*prim.ancestors()]) if above.namespace]
 
     def define(self, path: str) -> Prim:
-        """The prim at a path; missing prims are added as scopes."""
+        """Return the prim at a path; missing prims are added as scopes."""
         prim, rest = self._descend(path)
         return self.add("/".join([prim.path.rstrip("/"), *rest]), "scope") if rest else prim
 
     def leads_by(self, path: str, other: str) -> bool:
-        """Whether a path equals another or leads through it; neither prim need exist."""
+        """Return whether `path` equals `other` or lies below it; the prims need not exist."""
         (prim, rest), (passed, more) = self._descend(path), self._descend(other)
         if more:
             return prim is passed and rest[: len(more)] == more
@@ -254,10 +257,10 @@ class Stage:
 
 
 def normalize(path: str) -> str:
-    """An absolute path without doubled or trailing slashes.
+    """Return an absolute path without doubled or trailing slashes.
 
     Raises:
-        PrimError: the path is not absolute, or holds `.` or `..`.
+        PrimError: the path is not absolute, or has the part `.` or `..`.
     """
     if not path.startswith("/"):
         raise PrimError(
@@ -270,7 +273,7 @@ def normalize(path: str) -> str:
 
 
 def at_or_below(path: str, other: str) -> bool:
-    """Whether a normalized path equals another or lies below it."""
+    """Return whether the normalized `path` equals `other` or lies below it."""
     return path == other or path.startswith(f"{other}/")
 
 

@@ -1,4 +1,4 @@
-"""Bodies of a world as pictures show them, for programs that draw them by themselves."""
+"""Visible shapes of a world's bodies, for programs that draw the world themselves."""
 
 from __future__ import annotations
 
@@ -21,12 +21,13 @@ class VisibleShape:
     """One visible shape of a body.
 
     Attributes:
-        kind: form.
-        size: half lengths along its axes, m; of a capsule radius and half length of its cylinder; of an infinite plane 0.
-        body: row of its body in `World.poses`.
+        kind: geometric form.
+        size: half lengths along the shape's axes, m; for a capsule, its radius and the half length of its cylinder; 0 along
+            infinite sides of a plane.
+        body: row of the shape's body in `World.poses`.
         pose: pose in the body's frame.
         colour: red, green, blue and opacity, 0 to 1.
-        mesh: name of its surface; empty for other kinds.
+        mesh: for a mesh, the name of its surface in `Bodies.surfaces`; empty for other kinds.
     """
 
     kind: ShapeKind
@@ -45,7 +46,7 @@ class Bodies:
         names: names of the bodies; the first is the world.
         moving: for each body, whether it can move.
         shapes: visible shapes.
-        surfaces: surfaces of meshes by name.
+        surfaces: surfaces of meshes, by name.
     """
 
     names: Sequence[str] = ()

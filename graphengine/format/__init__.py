@@ -1,1 +1,1 @@
-"""YAML files to checked specs: documents with spans, findings and errors, access to files."""
+"""Reads YAML files as checked specs: documents with places, findings and errors, access to files."""

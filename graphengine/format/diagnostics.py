@@ -92,7 +92,7 @@ CODES: dict[str, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """The lines of a file, kept for carets."""
+    """The lines of a file, kept to show the place of a finding."""
 
     path: str
     lines: tuple[str, ...] = field(repr=False)
@@ -111,7 +111,7 @@ class Span:
         return f"{printable(self.source.path)}:{self.line}:{self.column}"
 
     def part(self, offset: int, length: int) -> Span:
-        """A part of this place, on the same line."""
+        """Return a part of this place, on the same line."""
         return Span(self.source, self.line, self.column + offset, max(length, 1))
 
 
@@ -135,7 +135,7 @@ class Finding:
         return {"W": "warning", "N": "note"}.get(self.code[0], "error")  # type: ignore[return-value]
 
     def render(self) -> str:
-        """The finding as text: place, message, source line with caret, and help."""
+        """Return the finding as text: place, message, source line with caret, and help."""
         where = f"{self.span}: " if self.span else ""
         first, *more = self.message.split("\n")
         parts = [f"{where}{self.severity} {self.code}: {printable(first)}"]
@@ -148,7 +148,7 @@ class Finding:
         return "\n".join(parts)
 
     def record(self) -> dict[str, Any]:
-        """The finding as JSON types."""
+        """Return the finding as JSON types."""
         return {
             "code": self.code,
             "title": CODES[self.code],
@@ -194,9 +194,9 @@ def _width(text: str) -> int:
 
 
 MAX_ERRORS = 1000
-"""So many mistakes are told; what follows is dropped."""
+"""Maximum number of errors to list; findings after these are dropped."""
 MAX_GUESSES = 50
-"""Number of findings that suggest what was meant."""
+"""Maximum number of findings that suggest similar names."""
 
 
 @dataclass(slots=True)
@@ -229,17 +229,17 @@ class Findings:
         self._known.add(key)
         self._errors += finding.severity == "error"
         if self._errors > MAX_ERRORS:
-            finding = Finding("G105", f"more than {MAX_ERRORS} mistakes; the others are not told")
+            finding = Finding("G105", f"more than {MAX_ERRORS} errors; further findings are not listed")
         self.items.append(finding)
 
     def guess(self, name: str, legal: Iterable[str]) -> str:
-        """Suggest near names; only for the first findings, as each search takes milliseconds."""
+        """Suggest similar names; only for the first MAX_GUESSES calls, as each search takes milliseconds."""
         self._guesses += 1
         return did_you_mean(name, legal) if self._guesses <= MAX_GUESSES else ""
 
     @property
     def full(self) -> bool:
-        """Whether further errors are dropped."""
+        """Whether further findings are dropped."""
         return self._errors > MAX_ERRORS
 
     @property
@@ -253,7 +253,7 @@ class Findings:
         return [f for f in self.items if f.severity == "warning"]
 
     def sorted(self) -> list[Finding]:
-        """Findings by file in order of appearance, then by place."""
+        """Return the findings by file, in order of the files' first findings, then by place."""
         files: dict[str, int] = {}
         for item in self.items:
             files.setdefault(item.span.source.path if item.span else "", len(files))
@@ -273,5 +273,5 @@ class Findings:
 
 
 def to_json(findings: Sequence[Finding]) -> str:
-    """All findings as one JSON document."""
+    """Return all findings as one JSON document."""
     return json.dumps([finding.record() for finding in findings], indent=2)

@@ -1,7 +1,7 @@
-"""YAML to plain data with the place of each value; all sizes of a file are limited here.
+"""Reads YAML to plain data with the place of each value, within limits on the size of a file.
 
-YAML 1.2 core rules decide what a plain scalar is: `no` and `12:30:00` are strings, `1e3` is a number. The parser's event stream
-is read in a loop, not by recursion, so that a limit of this module bounds depth, not the C stack.
+The type of a plain scalar follows the YAML 1.2 core schema: `no` and `12:30:00` are strings, `1e3` is a number. The parser's
+event stream is read in a loop, not by recursion, so `MAX_DEPTH` limits the nesting, not the C stack.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from graphengine.format.wording import did_you_mean
 
 MAX_BYTES = 8_000_000
 MAX_DEPTH = 64
-"""Levels of nesting, those that aliases repeat counted."""
+"""Maximum number of nesting levels, including levels that aliases repeat."""
 MAX_VALUES = 400_000
-"""Values in a document, counted again for each alias that repeats them."""
+"""Maximum number of values in a document, including values that aliases repeat."""
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """Only its event parser is used: 15 times faster with libyaml."""
@@ -37,7 +37,7 @@ _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\
 _NOT_FINITE = re.compile(r"(?:[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))\Z")
 
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
-"""What the parser takes for the end of a line."""
+"""Characters that end a line for the parser."""
 _ILLEGAL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufeff\ufffe\uffff]")
 
 _ADVICE: tuple[tuple[str, str], ...] = (
@@ -55,9 +55,9 @@ _ADVICE: tuple[tuple[str, str], ...] = (
     ("incompatible YAML document", "remove the line %YAML"),
     ("expected <document start>", "a file is one mapping of `key: value`"),
 )
-"""What to do about the parser's complaints."""
+"""Remedies, by a part of the parser's error message."""
 _FROM_ITS_BEGINNING = ("while scanning a simple key", "while scanning a quoted scalar", "while scanning an a")
-"""What the parser was reading when the mistake lies where that began."""
+"""Parser contexts whose errors are reported at the beginning of the value being read."""
 _OPENED = {
     "while parsing a flow sequence": "the list that begins here",
     "while parsing a flow mapping": "the mapping that begins here",
@@ -70,17 +70,17 @@ Location = tuple[str | int, ...]
 
 @dataclass(slots=True)
 class Value:
-    """A scalar, mapping or sequence and its place. A mapping's keys have places of their own."""
+    """A scalar, mapping or sequence with its place. A mapping also has the places of its keys."""
 
     span: Span
     data: Any
     """Python scalar; dict of str to Value; list of Value."""
     keys: dict[str, Span] = field(default_factory=dict)
     plain: bool = True
-    """False for a quoted or block scalar, whose columns do not map to its text one to one."""
+    """False for a quoted or block scalar, whose characters are not one to one those of the file."""
 
     def to_data(self) -> Any:
-        """Plain Python data without places."""
+        """Return plain Python data without places."""
         if isinstance(self.data, dict):
             return {key: value.to_data() for key, value in self.data.items()}
         if isinstance(self.data, list):
@@ -89,22 +89,22 @@ class Value:
 
 
 class Document:
-    """One YAML file: its data, and the place of everything in it."""
+    """One YAML file: its data, and the places of all values and keys."""
 
     def __init__(self, source: Source, root: Value, size: int) -> None:
         self.source = source
         self.root = root
         self.size = size
-        """Number of values, those that aliases repeat counted."""
+        """Number of values, including values that aliases repeat."""
         self.data: Any = root.to_data()
 
     @property
     def path(self) -> Path:
-        """The file."""
+        """Path of the file, as in messages."""
         return Path(self.source.path)
 
     def find(self, *location: str | int) -> Value | None:
-        """The value at a location such as `("nodes", "Diff", "inputs")`."""
+        """Return the value at a location such as `("nodes", "Diff", "inputs")`, or None."""
         value: Value | None = self.root
         for part in location:
             data = value.data if value is not None else None
@@ -117,7 +117,7 @@ class Document:
         return value
 
     def span(self, *location: str | int) -> Span:
-        """Place of the value at a location, or of its nearest enclosing value that exists."""
+        """Return the place of the value at a location, or of the innermost enclosing value that exists."""
         for end in range(len(location), -1, -1):
             value = self.find(*location[:end])
             if value is not None:
@@ -125,7 +125,7 @@ class Document:
         return self.root.span
 
     def key_span(self, *location: str | int) -> Span:
-        """Place of the key that leads to a location."""
+        """Return the place of the last key of a location; if it does not exist, the same as `span`."""
         parent = self.find(*location[:-1])
         if parent is not None and location and location[-1] in parent.keys:
             return parent.keys[str(location[-1])]
@@ -133,7 +133,7 @@ class Document:
 
 
 def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None) -> Document | None:
-    """Read a YAML file. Errors are added to `findings`; None if the file could not be read."""
+    """Read a YAML file; return None if it cannot be read. Errors are added to `findings`."""
     shown = shown_as or os.fspath(path)
     start = Span(Source(shown, ()), 1, 1)
     try:
@@ -160,7 +160,7 @@ def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None 
 
 
 def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
-    """Read YAML text; `shown_as` is the path that messages name."""
+    """Read YAML text; return None if it cannot be read. `shown_as` is the path to show in messages."""
     source = Source(shown_as, tuple(_LINE_END.split(text)))
     if illegal := _ILLEGAL.search(text):
         span = _span_behind(text[: illegal.start()], source)

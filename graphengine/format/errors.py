@@ -3,7 +3,7 @@
 GraphError                  base of all exceptions of this package
 ├── BadValueError           a wire's value that a node cannot use; the run continues
 ├── CheckError              errors in the files of a graph or scene
-├── ContextError            a node asked its context for something missing or illegal
+├── ContextError            a node requested something missing or illegal from its context
 │   ├── PrimError           no prim at a path, or a prim of the wrong kind
 │   │   └── AmbiguousPrimError   a path that could mean several prims
 │   ├── JointError          no such joint
@@ -46,7 +46,7 @@ class BadValueError(GraphError, ValueError):
     Args:
         port: OmniGraph name of the input, for example `velocityCommand`, or of several with incompatible values: `a, b`.
         value: the value of the port.
-        legal: what the node can use, as the end of "… must be"; empty where the port's name says enough.
+        legal: the values that the node can use, to follow "must be"; empty if the port's name says enough.
     """
 
     def __init__(self, port: str, value: object, legal: str = "") -> None:
@@ -69,11 +69,11 @@ class CheckError(GraphError):
 
 
 class ContextError(GraphError):
-    """A node asked its context for something missing or illegal.
+    """A node requested something missing or illegal from its context.
 
     Args:
         message: the problem.
-        value: value of the input that caused it, which gives the place in the file.
+        value: value of the input that caused the problem, to find the place in the file.
         help: lines on legal values and remedies.
     """
 

@@ -18,7 +18,7 @@ from graphengine.format.wording import did_you_mean
 
 
 def shipped() -> Path:
-    """The folder that holds `graphs/` and `scenes/`: in a wheel the package's data, else the checkout."""
+    """Return the folder with the included `graphs/` and `scenes/`: the package's data in a wheel, otherwise the checkout."""
     package = Path(__file__).resolve().parents[1]
     data = package / "_data"
     return data if data.is_dir() else package.parent
@@ -39,13 +39,13 @@ class Files:
 
     roots: tuple[Path, ...]
     near: Path | None = None
-    """The working directory, where paths below it are to be shown from there."""
+    """Working directory: messages show paths below it relative to it. None: paths are shown as found."""
     installed: tuple[Path, ...] = ()
-    """Folders of ROS packages that the user installed, as an ament index has them; they are among the roots."""
+    """Folders with the ROS packages that the user installed; they are also in `roots`."""
     base: Path = field(default_factory=shipped)
-    """The folder that holds the `graphs/` and `scenes/` which ship."""
+    """Folder with the included `graphs/` and `scenes/`."""
     used: dict[Path, None] = field(default_factory=dict, compare=False, repr=False)
-    """Absolute paths of the files that were given and that references led to, in order."""
+    """Absolute paths of all files that the user gave or that a reference was found to mean, in order."""
 
     @staticmethod
     def of(
@@ -55,14 +55,22 @@ class Files:
         installed: Sequence[Path] = (),
         base: Path | None = None,
     ) -> Files:
-        """The folders for a file given by the user."""
+        """Return the folders that may be read for a file given by the user.
+
+        Args:
+            given: path of the file.
+            allowed: further folders that the user allows to read.
+            near: working directory, see `near` of the class.
+            installed: folders with ROS packages that the user installed.
+            base: folder with the included `graphs/` and `scenes/`; None: the package's.
+        """
         base = base or shipped()
         roots = (base / "graphs", base / "scenes", *(path.resolve() for path in (*allowed, *installed)))
         near = near.resolve() if near else None
         return Files(roots, near, tuple(path.absolute() for path in installed), base).beside(given)
 
     def beside(self, given: Path) -> Files:
-        """The folders for an additional file given by the user."""
+        """Return the folders with that of an additional file given by the user."""
         self.note(given)
         return replace(self, roots=(given.resolve().parent, *self.roots))
 
@@ -71,13 +79,13 @@ class Files:
         self.used.setdefault(Path(os.path.abspath(path)))
 
     def links(self) -> Iterator[Path]:
-        """Symbolic links in installed packages, whose targets may be read anywhere."""
+        """Yield the symbolic links in installed packages; their targets may be read wherever they are."""
         for top in self.installed:
             for folder, folders, names in os.walk(top):
                 yield from (path for name in (*folders, *names) if (path := Path(folder, name)).is_symlink())
 
     def find(self, reference: str, folder: Path) -> Path:
-        """The file for a reference in a file in `folder`.
+        """Return the file that a reference means, in a file in `folder`.
 
         Raises:
             NotFoundError: the file does not exist, or lies outside the folders that may be read.
@@ -99,14 +107,14 @@ class Files:
     def look_up(
         self, reference: str, folder: Path, findings: Findings, span: Span | None, owner: str = ""
     ) -> Path | None:
-        """The file that `find` returns; where there is none, None and a finding.
+        """Return the file that a reference means; None after an error, which is added to `findings`.
 
         Args:
-            reference: as the file names it.
-            folder: of the file that names it.
-            findings: takes the error.
-            span: where it is named.
-            owner: what it is named for, in front of the message.
+            reference: reference to the file, as in `find`.
+            folder: folder of the file with the reference.
+            findings: findings to add the error to.
+            span: place of the reference.
+            owner: text in front of the message, which says what the file is for.
         """
         try:
             return self.find(reference, folder)
@@ -115,15 +123,15 @@ class Files:
             return None
 
     def shown(self, path: Path) -> Path:
-        """The path for messages: relative to the working directory for files below it."""
+        """Return the path to show in messages: relative to the working directory for files below it."""
         if self.near is not None and path.resolve().is_relative_to(self.near):
             return path.resolve().relative_to(self.near)
         return path
 
     def may_read(self, path: Path) -> bool:
-        """Whether a file lies below one of the roots, links followed.
+        """Return whether a file lies below one of the roots after links are resolved.
 
-        Targets of links in installed packages may be anywhere, as `colcon build --symlink-install` makes such links.
+        Links in installed packages may lead anywhere, as `colcon build --symlink-install` makes such links.
         """
         if ".." not in path.parts and any(path.is_relative_to(folder) for folder in self.installed):
             return True
@@ -143,7 +151,7 @@ class Files:
 
 
 def find_given(name: str, folder: str) -> Path:
-    """The file given on a command line: a path, or the name of an included file in `graphs` or `scenes`.
+    """Return the file that a command line gives as a path, or as the name of an included file in `graphs` or `scenes`.
 
     Raises:
         NotFoundError: no such file exists.
@@ -160,7 +168,7 @@ def find_given(name: str, folder: str) -> Path:
 
 
 def find_file(name: str) -> Path:
-    """The shortest path of the file that a user gave: a path, or the name of an included scene or graph.
+    """Return the file that a user gave as a path, or as the name of an included scene or graph; the path is the shortest.
 
     Raises:
         UsageError: no such file exists.
@@ -199,12 +207,12 @@ def _beside(name: str) -> str:
 
 
 def near(path: str) -> str:
-    """The shortest form of a path."""
+    """Return a path relative to the working directory if it lies below this, otherwise unchanged."""
     relative = os.path.relpath(path)
     return path if relative.startswith("..") else relative
 
 
 def installed_packages() -> list[Path]:
-    """Folders of the ROS packages in sourced workspaces."""
+    """Return the folders with the ROS packages of sourced workspaces."""
     prefixes = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
     return [Path(prefix).absolute() / "share" for prefix in prefixes]

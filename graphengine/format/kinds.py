@@ -45,4 +45,4 @@ class Kinds(Generic[T]):
 
 
 DEVICES: Kinds[Any] = Kinds("graphengine.devices")
-"""The kinds of device that robot files mount; `graphengine.devices.device` says what an entry holds."""
+"""The kinds of device that robot files can mount; entries are `Device` objects of `graphengine.devices.device`."""

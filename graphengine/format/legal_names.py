@@ -1,4 +1,4 @@
-"""Texts of names, prim paths and namespaces that are legal in files."""
+"""Types of names, prim paths and namespaces in files; the types check that a value is legal."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from graphengine.format.regular_files import open_regular
 from graphengine.format.wording import did_you_mean
 
 LARGEST_FILE = 10_000_000
-"""Bytes of a file that a node reads."""
+"""Maximum size of a file that a node reads, bytes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class Permissions:
     """Permissions of graphs.
 
     Attributes:
-        files: folders that may be read; None reads nothing.
+        files: folders that may be read; None: no files can be read.
         environment: readable environment variables with their values; unset ones are empty.
         scripts: whether graphs may run Python.
     """
@@ -33,7 +33,7 @@ class Permissions:
     scripts: bool = False
 
     def variable(self, name: str) -> str:
-        """The value of an environment variable.
+        """Return the value of an environment variable.
 
         Raises:
             ContextError: the variable may not be read.
@@ -45,7 +45,7 @@ class Permissions:
         return self.environment[name]
 
     def read(self, reference: str, folder: Path) -> tuple[Path, str]:
-        """The path and text of a file that a graph file in `folder` refers to.
+        """Return the path and the text of a file that a graph file in `folder` refers to.
 
         Raises:
             ContextError: the file does not exist, may not be read, is too large, or is not text.

@@ -6,11 +6,14 @@ import mmap
 import os
 
 SMALLEST = 320_000_000
-"""Bytes of address space with which every verb gets as far as Python can report a shortage; OpenBLAS and MuJoCo need most."""
+"""Bytes of address space with which every command gets far enough for Python to report a shortage.
+
+OpenBLAS and MuJoCo need most of it.
+"""
 
 
 def has_address_space(size: int) -> bool:
-    """Whether `ulimit -v` and the machine allow this many more bytes; none are kept."""
+    """Return whether `ulimit -v` and the machine allow this many more bytes; the bytes are released again."""
     try:
         mmap.mmap(-1, size, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, mmap.PROT_READ).close()
     except (OSError, MemoryError):
@@ -19,7 +22,7 @@ def has_address_space(size: int) -> bool:
 
 
 def has_descriptors(number: int) -> bool:
-    """Whether `ulimit -n` and the machine allow this many more open files."""
+    """Return whether `ulimit -n` and the machine allow this many more open files."""
     opened: list[int] = []
     try:
         while len(opened) < number:

@@ -1,4 +1,4 @@
-"""Opening of files given by users or other files."""
+"""Opening files whose paths come from users or from other files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ROS packages on disk: folders with a manifest, `package.xml`, that names the package."""
+"""ROS packages on disk: folders with a manifest, `package.xml`, that contains the package's name."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ MANIFEST = "package.xml"
 MAX_FOLDERS = 20_000
 
 _MAX_BYTES = 256 * 1024
-"""Of a manifest, which are searched for the name."""
+"""Number of bytes of a manifest that are searched for the name."""
 _NAME = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
 
 
 def manifest_name(folder: Path) -> str | None:
-    """The name of a package by the manifest in its folder; None where there is no manifest, or no name in it."""
+    """Return the package name in a folder's manifest; None without a manifest, or without a name in it."""
     manifest = folder / MANIFEST
     if not manifest.is_file():
         return None
@@ -26,12 +26,14 @@ def manifest_name(folder: Path) -> str | None:
 
 
 def walk(top: Path, depth: int, closes: Callable[[Sequence[str]], bool]) -> Iterator[tuple[Path, list[str]]]:
-    """Folders of a tree with the names of their files, nearest to the top first within each branch; hidden ones are left out.
+    """Yield the folders of a tree with the names of their files; a folder comes before its subfolders.
+
+    Hidden folders are skipped, and at most about MAX_FOLDERS folders are visited.
 
     Args:
-        top: the first folder.
-        depth: levels below the top that are entered.
-        closes: whether the folders in a folder below the top are left out, by the names of its files.
+        top: folder to start from.
+        depth: maximum number of levels below `top`.
+        closes: called with the names of a folder's files; if true, the subfolders of this folder are skipped.
     """
     for count, (place, folders, names) in enumerate(os.walk(top)):
         yield Path(place), names

@@ -28,7 +28,7 @@ def _name_keys(schema: dict[str, Any]) -> None:
 
 
 class Spec(BaseModel):
-    """Base of all specs: frozen, without unknown keys and type conversions."""
+    """Base of all specs: frozen; unknown keys and values of another type are errors."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False, json_schema_extra=_name_keys, defer_build=True
@@ -67,7 +67,7 @@ class FileSpec(Spec, use_attribute_docstrings=True):
 
 
 class ParameterSpec(FileSpec):
-    """A value that a user of the graph gives; it replaces `$(name)`."""
+    """A parameter of a graph: `$(name)` in the file is replaced by its value, which the user of the graph gives."""
 
     type: str
     """A port type such as double, string or target."""
@@ -87,11 +87,11 @@ class EverySpec(FileSpec):
     """How often a node is executed or an event fires: `once`, every n-th time, or at a rate."""
 
     once: bool = False
-    """Only the first time since play."""
+    """Run the node once, at its first execution since play."""
     ticks: int | None = Field(default=None, ge=1, le=MAX_TICKS)
-    """Every n-th time, starting with the n-th."""
+    """Run the node at every n-th execution, first at the n-th."""
     hz: Positive | None = Field(default=None, le=MAX_HZ)
-    """The first time at or after each k / hz seconds of simulation."""
+    """Run the node at this rate: at the first execution at or after each multiple of 1 / hz s of simulation time."""
 
     @model_validator(mode="before")
     @classmethod
@@ -111,15 +111,15 @@ class NodeSpec(FileSpec):
     """A node: a type or a subgraph, and values of its inputs."""
 
     type: str = ""
-    """Registered OmniGraph name, or only its last part for included types."""
+    """Registered OmniGraph name of the node type; for included types, its last part suffices."""
     subgraph: str = ""
-    """A graph file with declared inputs and outputs, in place of type."""
+    """Graph file to use as a subgraph, in place of a type; the file declares inputs and outputs."""
     parameters: dict[Name, Any] = {}
-    """Values for the parameters of the subgraph."""
+    """Values for the parameters of the subgraph, by name."""
     inputs: dict[str, Any] = {}
-    """Values by port name."""
+    """Values of inputs, by port name."""
     every: EverySpec | None = None
-    """How often it is executed: once, {ticks: 3} or {hz: 10}."""
+    """How often the node is executed: once, {ticks: 3} or {hz: 10}."""
     doc: str = ""
 
     @model_validator(mode="before")
@@ -150,25 +150,25 @@ class GraphSpec(FileSpec):
     """Name of the graph."""
     doc: str = ""
     at: PrimPath = ""
-    """The graph's own prim; namespaces are collected from here."""
+    """Path of the graph's prim; namespaces of topics are collected from this prim and its ancestors."""
     parameters: dict[Name, ParameterSpec] = {}
-    """Name to {type: …, default: …}."""
+    """Parameters of the graph, as name: {type: …, default: …}."""
     runs: Literal["tick", "physics_step"] = "tick"
-    """How often the graph runs."""
+    """How often the graph runs: once per tick, or once per physics step."""
     evaluator: Annotated[Literal["execution", "push"], BeforeValidator(_evaluator)] = "execution"
     """`execution` runs the nodes that execution reaches, `push` runs all nodes in each pass."""
     variables: dict[Name, VariableSpec] = {}
-    """Name to {type: …, default: …}."""
+    """Variables of the graph, as name: {type: …, default: …}."""
     nodes: dict[Name, NodeSpec] = {}
-    """Name to a type, or to {type: …, inputs: {…}}."""
+    """Nodes of the graph, as name: type, or name: {type: …, inputs: {…}}."""
     connections: tuple[Connection, ...] = Field(default=(), strict=False)
-    """One wire per line: Node.port -> Node.port"""
+    """Wires of the graph, one per line: Node.port -> Node.port"""
     inputs: dict[str, str] = {}
-    """Ports that the graph has as a subgraph: name to Node.port."""
+    """Inputs that the graph has when it is used as a subgraph, as name: Node.port."""
     outputs: dict[str, str] = {}
-    """Ports that the graph has as a subgraph: name to Node.port."""
+    """Outputs that the graph has when it is used as a subgraph, as name: Node.port."""
     layout: dict[Name, Pair] = {}
-    """Node to [x, y], for drawings."""
+    """Positions of nodes in drawings, as name: [x, y]."""
     scene: str = ""
     """Scene file that `graphrun run` loads for this graph."""
 
@@ -196,7 +196,7 @@ class GraphUse(FileSpec):
 
     use: str
     at: PrimPath = ""
-    """Overrides the graph file's own `at`."""
+    """Path of the graph's prim, instead of `at` in the graph file."""
     parameters: dict[Name, Any] = {}
 
 
@@ -223,9 +223,9 @@ class RobotUse(FileSpec):
     """The use of a robot file in a scene, once or as a fleet: `NAME_0000`, `NAME_0001` and so on."""
 
     use: str
-    """Robot file, or a description alone: a file of URDF, xacro or MJCF, or the text of a URDF or MJCF."""
+    """Robot file, or a robot description alone: a URDF, xacro or MJCF file, or the text of a URDF or MJCF."""
     at: RobotPath | None = None
-    """Path of the robot's prim, as in /World/robot; default /NAME. A fleet's number is appended."""
+    """Path of the robot's prim, such as /World/robot; default /NAME. In a fleet, the robot's number is appended."""
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
     count: int | None = Field(default=None, ge=1, le=MAX_ROBOTS)
@@ -235,9 +235,9 @@ class RobotUse(FileSpec):
     per_row: int | None = Field(default=None, ge=1)
     """Robots per row; default all."""
     places: Annotated[tuple[PlaceSpec, ...], Field(strict=False, max_length=MAX_ROBOTS)] | None = None
-    """Pose of each robot, relative to position and orientation; replaces count."""
+    """Pose of each robot relative to `position` and `orientation`, instead of `count`."""
     namespace: NamespacePattern | None = None
-    """Replaces the robot file's namespace on its base link; {name} is the robot's name, {index:04} its number."""
+    """Namespace of the base link, instead of the robot file's; {name} is the robot's name, {index:04} its number."""
     robot_state: bool = False
     """Publish the topics of robot_state_publisher."""
 
@@ -266,33 +266,33 @@ class SceneSpec(FileSpec):
     robots: dict[Name, RobotUse] = {}
     graphs: dict[Name, GraphUse] = {}
     namespaces: dict[PrimPath, Namespace] = {}
-    """`isaac:namespace` by prim: of the world, a robot, a graph or a node."""
+    """`isaac:namespace` of prims, by path: the world, robots, graphs or nodes."""
 
 
 class DriveSpec(FileSpec):
     """A joint's drive in SI units."""
 
     damping: Gain = 0.0
-    """N m s/rad, or N s/m."""
+    """Damping of the drive, N m s/rad, or N s/m."""
     stiffness: Gain = 0.0
-    """N m/rad, or N/m."""
+    """Stiffness of the drive, N m/rad, or N/m."""
     target_velocity: Speed = 0.0
-    """rad/s, or m/s, until the first command to the joint."""
+    """Target velocity until the first command to the joint, rad/s or m/s."""
     max_force: Positive | None = None
     """Limit of the drive's torque or force, N m or N; default: the description's effort."""
     max_acceleration: Positive | None = None
-    """Limit on the slope of the velocity set point, rad/s2, or m/s2."""
+    """Maximum rate of change of the velocity set point, rad/s2 or m/s2."""
 
 
 class UsdDriveSpec(FileSpec):
     """A joint's drive in USD's units: angles in degrees."""
 
     damping: Gain = 0.0
-    """N m s/deg."""
+    """Damping of the drive, N m s/deg."""
     stiffness: Gain = 0.0
-    """N m/deg."""
+    """Stiffness of the drive, N m/deg."""
     target_velocity: Speed = 0.0
-    """deg/s, or m/s."""
+    """Target velocity until the first command to the joint, deg/s or m/s."""
     max_force: Positive | None = None
     """Limit of the drive's torque or force, N m or N; default: the description's effort."""
 
@@ -302,13 +302,13 @@ class JointSpec(FileSpec):
 
     enabled: bool = True
     weld: bool = False
-    """Weld a child that a disabled joint would let fall off."""
+    """Weld the child link of a disabled joint to the parent link, so that it does not fall off."""
     position: Vector | None = None
-    """Overrides the joint's origin in its parent link, m."""
+    """Origin of the joint in its parent link, m; overrides the description."""
     drive: DriveSpec | None = None
     usd_drive: UsdDriveSpec | None = None
     armature: NotNegative = 0.0
-    """Rotor inertia seen at the joint, kg m2, or kg."""
+    """Rotor inertia as it acts at the joint, kg m2, or kg."""
 
     @model_validator(mode="after")
     def _one_drive(self) -> JointSpec:
@@ -321,21 +321,21 @@ class MaterialSpec(FileSpec):
     """A physics material."""
 
     static_friction: NotNegative = 0.5
-    """No effect if it differs: MuJoCo has one friction, which is the dynamic one."""
+    """No effect: MuJoCo has one friction coefficient, which is `dynamic_friction`."""
     dynamic_friction: NotNegative = 0.5
     restitution: float = Field(default=0.0, ge=0, le=1)
     """No effect: MuJoCo's contacts have no restitution."""
     combine: Literal["average", "min", "multiply", "max"] = "average"
-    """How to combine with the floor's friction; applied at build and when a graph writes it."""
+    """How this friction is combined with the floor's, at build and whenever a graph writes the friction."""
     bind: tuple[str, ...] = Field(default=(), strict=False)
     """Links whose colliders have this material."""
 
 
 class FrameSpec(FileSpec):
-    """An empty Xform."""
+    """A frame: an Xform prim without geometry."""
 
     parent: str
-    """Parent prim, relative to the robot."""
+    """Path of the parent prim, relative to the robot."""
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
 
@@ -355,7 +355,7 @@ class SensorSpec(FrameSpec, defer_build=True):
     profile: str = ""
     """Name of a sensor profile, such as microscan3_9m_20hz."""
     noise_std: NotNegative | None = None
-    """Standard deviation of measured distances, m; default is the profile's."""
+    """Standard deviation of measured distances, m; default: that of the profile."""
 
 
 class RobotSpec(FileSpec, defer_build=True):
@@ -365,7 +365,7 @@ class RobotSpec(FileSpec, defer_build=True):
     robot: Name
     doc: str = ""
     extends: str = ""
-    """Robot file that this one extends."""
+    """Robot file that this file extends."""
     urdf: str = ""
     """URDF file, or a .xacro file that expands to one."""
     xacro_arguments: dict[str, str | bool | int | float] = {}
@@ -377,21 +377,21 @@ class RobotSpec(FileSpec, defer_build=True):
     fixed_base: bool = False
     """Fix the root link to the world, as for an arm; a root link named `world` is always fixed."""
     articulation_root: str = ""
-    """Link that stands for the robot in graphs; empty: the freely moving link."""
+    """Link that graphs can use for the robot, besides its prim and base link; empty: the freely moving link."""
     self_collision: bool = False
     """Let the robot's links collide with each other, except those connected by a joint."""
     joints: dict[str, JointSpec] = {}
     keep_only_joints: tuple[str, ...] = Field(default=(), strict=False)
-    """Disables every other joint of the description."""
+    """Joints to keep; every other joint of the description is disabled."""
     wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"]] = {}
-    """Wheel link to collider shape."""
+    """Collider shape of wheels, by link name."""
     materials: dict[Name, MaterialSpec] = {}
     frames: dict[Name, FrameSpec] = {}
     sensors: dict[Name, SensorSpec] = {}
     namespaces: dict[str, Namespace] = {}
-    """`isaac:namespace` by prim, relative to the robot."""
+    """`isaac:namespace` of prims, by path relative to the robot."""
     name_overrides: dict[str, str] = {}
-    """`isaac:nameOverride` by prim, relative to the robot."""
+    """`isaac:nameOverride` of prims, by path relative to the robot."""
     graphs: dict[Name, GraphUse] = {}
 
 

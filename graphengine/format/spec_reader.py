@@ -47,7 +47,7 @@ _PLAIN: Mapping[str, tuple[str, str]] = {
 
 
 def validate(model: type[S], document: Document, data: Any, findings: Findings) -> S | None:
-    """Validate plain data as a spec. Errors are added to `findings`, at their places in the document."""
+    """Validate plain data as a spec; return None after errors, which are added to `findings` with their places."""
     if isinstance(data, dict) and type(data.get("format")) is int and data["format"] != FORMAT:
         message = f"format {data['format']} is not one this version reads"
         remedy = f"this version reads format {FORMAT}; a file with a higher number needs a newer graphengine"
@@ -158,7 +158,7 @@ def _description(model: type[Spec], location: Location) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loaded(typing.Generic[S]):
-    """A spec with its document, which gives later findings their places."""
+    """A spec with the document that it was read from, which has the places for later findings."""
 
     spec: S
     document: Document
@@ -172,7 +172,7 @@ class Loaded(typing.Generic[S]):
 def read(
     model: type[S], path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None
 ) -> Loaded[S] | None:
-    """Read a file and validate it as a spec."""
+    """Read a file and validate it as a spec; return None after errors, which are added to `findings`."""
     document = documents.load(path, findings, shown_as)
     if document is None:
         return None
@@ -181,7 +181,7 @@ def read(
 
 
 def kind_of(document: Document) -> str | None:
-    """Which of the three kinds of file a document is, by its naming key."""
+    """Return the kind of file that a document is: the first of the keys `graph`, `scene` and `robot` that it has, or None."""
     if not isinstance(document.data, dict):
         return None
     return next((kind for kind in KINDS if kind in document.data), None)

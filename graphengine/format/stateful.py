@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 
 
 class Shared:
-    """An object that copies of a state refer to instead of copying it."""
+    """An object that `copy.deepcopy` does not copy: copies of a state refer to the same object."""
 
     __slots__ = ()
 
@@ -16,18 +16,18 @@ class Shared:
 
 
 class Stateful(Shared):
-    """An object with a state that can be saved and restored; a subclass names the attributes of the state.
+    """An object with a state that can be saved and restored; a subclass lists the attributes of the state in `kept`.
 
-    A checkpoint holds a copy, so it can be restored any number of times.
+    A checkpoint is a copy of the state, so it can be restored any number of times.
     """
 
     __slots__ = ()
 
     kept: ClassVar[tuple[str, ...]] = ()
-    """Names of the attributes that a checkpoint keeps; the others follow from them, or never change."""
+    """Names of the attributes that a checkpoint contains; the others follow from these, or never change."""
 
     def save(self) -> Any:
-        """A copy of the present state."""
+        """Return a copy of the current state."""
         return copy.deepcopy([getattr(self, name) for name in self.kept])
 
     def restore(self, saved: Any) -> None:

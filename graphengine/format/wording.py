@@ -11,13 +11,13 @@ _LONGEST = 2000
 
 
 def printable(text: str) -> str:
-    """The text on one line, without control characters."""
+    """Return the text on one line, without control characters."""
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 _MANY = 1000
-"""Of more names than this, only some are compared."""
+"""Number of names above which only some are compared."""
 _BESIDE = 150
 
 
@@ -32,7 +32,7 @@ def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
 
 
 def did_you_mean(name: str, legal: Iterable[str]) -> str:
-    """A suggestion if a legal name is near, else the empty string."""
+    """Return a suggestion, such as `did you mean 'dd100'?`; empty if no legal name is similar."""
     return _did_you_mean(name[:200], tuple(_worth_comparing(name[:200], legal)))
 
 
@@ -50,13 +50,13 @@ def _did_you_mean(name: str, names: Sequence[str]) -> str:
 
 
 def unknown(what: str, name: str, legal: Iterable[str]) -> str:
-    """`no robot 'doog'` with a suggestion, or with the legal names if none is near."""
+    """Return a message such as `no robot 'doog'`, with a suggestion, or with the legal names if none is similar."""
     names = list(dict.fromkeys(legal))
     return f"no {what} {name!r}\n  {did_you_mean(name, names) or listing(names, f'{what}s')}"
 
 
 def listing(names: Iterable[str], what: str = "legal") -> str:
-    """`legal: a, b, c`, cut after 20 names."""
+    """Return a list such as `legal: a, b, c`, cut after 20 names."""
     all_names = list(names)
     if not all_names:
         return f"{what}: none"
@@ -65,7 +65,7 @@ def listing(names: Iterable[str], what: str = "legal") -> str:
 
 
 def shown(value: object) -> str:
-    """A short form of a value from a file, for `got …`."""
+    """Return a short form of a value from a file, for messages such as `got …`."""
     if isinstance(value, bool):
         return str(value).lower()
     if value is None:

@@ -12,7 +12,7 @@ _ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t"}
 
 
 def flow(value: Any) -> str:
-    """A value on one line; `$` is doubled, so that it does not start a parameter."""
+    """Return a value as YAML on one line; `$` is doubled, so that it does not start a parameter."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{scalar(key)}: {flow(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):
@@ -21,7 +21,7 @@ def flow(value: Any) -> str:
 
 
 def block(value: Any) -> list[str]:
-    """The lines of a text as a YAML block, the block mark first; empty if the text needs quotes."""
+    """Return the lines of a string as a YAML block scalar, beginning with `|` or `|-`; empty if the string needs quotes."""
     if not isinstance(value, str) or "\n" not in value or value.endswith("\n\n"):
         return []
     lines = value.replace("$", "$$").removesuffix("\n").split("\n")
@@ -32,7 +32,7 @@ def block(value: Any) -> list[str]:
 
 
 def scalar(value: Any) -> str:
-    """A number, a boolean or a text, which is quoted where YAML would read another type."""
+    """Return a number, boolean or string as a YAML scalar; a string is quoted if YAML would read another type."""
     if value is None:
         return "null"
     if isinstance(value, bool):
@@ -46,7 +46,7 @@ def scalar(value: Any) -> str:
 
 
 def comment(text: str) -> str:
-    """A text as a one-line comment."""
+    """Return a text as a YAML comment on one line."""
     return "# " + "".join(c if c.isprintable() else " " for c in text)
 
 

@@ -6,14 +6,14 @@ from graphengine.format.stateful import Stateful
 
 
 class Clock(Stateful):
-    """Simulation time as the running graph sees it; constant within one pass.
+    """Simulation time as the nodes of a graph read it; constant within one pass of the graph.
 
     Time is `tick * numerator / denominator`, so rounding errors do not accumulate.
 
     Attributes:
-        time: seconds of simulation since play; one tick period in the first tick.
-        monotonic_time: seconds of simulation since the session began, continuing over stop and play.
-        delta: seconds between two passes of this graph.
+        time: simulation time since play, s; one tick period in the first tick.
+        monotonic_time: simulation time since the session began, s; it continues over stop and play.
+        delta: simulation time between two passes of the graph, s.
         period: `delta` as a fraction: numerator and denominator, s.
         frame: number of this tick since play; the first is 1.
         wall_time_was_read: whether a node read `wall_time` in this tick.
@@ -46,6 +46,6 @@ class Clock(Stateful):
         self.monotonic_time: float = (self._past + frame) * self._numerator / self._denominator
 
     def stop(self) -> None:
-        """Reset the time to 0; monotonic time stays where it is."""
+        """Reset the time to 0; `monotonic_time` keeps its value."""
         self._past += self.frame
         self.set_frame(0)

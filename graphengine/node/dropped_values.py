@@ -28,7 +28,7 @@ class DroppedValues(Stateful):
         """Count a value that a node dropped in a tick.
 
         Returns:
-            Whether to warn: in the node's first such tick, its second, fourth, eighth and so on.
+            Whether to warn: true in the node's first, second, fourth, eighth, … tick with a dropped value.
         """
         if self._latest.get(node) == tick:
             return False

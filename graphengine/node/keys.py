@@ -36,7 +36,7 @@ class Keyboard(Stateful):
 
     Attributes:
         held: keys that are held down in this tick.
-        before: keys that were held down in the tick before.
+        before: keys that were held down in the previous tick.
         asked: whether a node uses the keyboard.
     """
 
@@ -59,7 +59,7 @@ class Keyboard(Stateful):
         self._down.update(keys)
 
     def release(self, keys: Collection[str]) -> None:
-        """Release keys; a key pressed since the last tick stays down for one tick.
+        """Release keys; a key that was pressed since the last tick began is still held for one tick.
 
         Raises:
             UsageError: no key has the name.
@@ -69,12 +69,12 @@ class Keyboard(Stateful):
         self._down.difference_update(keys)
 
     def freeze(self) -> None:
-        """Begin a tick."""
+        """Begin a tick: update `held` and `before`."""
         self.before, self.held = self.held, frozenset(self._down | self._tapped)
         self._tapped.clear()
 
     def clear(self) -> None:
-        """Forget which keys were held in this tick and in the one before."""
+        """Clear `held` and `before`."""
         self.before = self.held = frozenset()
 
     def any_of(self, modifier: str) -> bool:
@@ -89,7 +89,10 @@ def _expect(keys: Collection[str]) -> None:
 
 
 def keys_of(character: str) -> tuple[str, ...]:
-    """Keys that type a character on a terminal, or the arrow key of a name such as `up`; empty if no key types it."""
+    """Return the keys that type a character on a terminal, or the arrow key named `up`, `down`, `left` or `right`.
+
+    Empty if no key types the character.
+    """
     if character in _ARROWS:
         return (_ARROWS[character],)
     if len(character) != 1:

@@ -1,4 +1,4 @@
-"""Impulses and custom events on their way from one tick to the next."""
+"""Queues that carry impulses and custom events from one tick to the next."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ IMPULSE = "impulse:"
 
 
 class EventQueue(Stateful):
-    """Items posted in one tick and visible in the next; more than 1000 in a tick are an error."""
+    """A queue of items that are posted in one tick and visible in the next; more than 1000 in a tick are an error."""
 
     LIMIT = 1000
     kept = ("_posted", "ticks", "visible")
@@ -22,7 +22,7 @@ class EventQueue(Stateful):
     def __init__(self, name: str) -> None:
         self.name = name
         self.visible: Sequence[Any] = ()
-        """Items posted during the previous tick; they are discarded at the end of this one."""
+        """Items posted during the previous tick; they are discarded at the end of this tick."""
         self.ticks = 0
         self._posted: list[Any] = []
 
@@ -44,7 +44,7 @@ class EventQueue(Stateful):
         return bool(self._posted)
 
     def freeze(self) -> None:
-        """Begin a tick."""
+        """Begin a tick: make the items of the previous tick visible."""
         self.visible, self._posted = self._posted, []
         self.ticks += 1
 
@@ -74,7 +74,7 @@ class Mailbox(Stateful):
         self._queue.post(item)
 
     def take(self) -> Sequence[Any]:
-        """Items posted in the previous tick, oldest first; a second call in the same tick returns none."""
+        """Return the items posted in the previous tick, oldest first; a second call in the same tick returns none."""
         if self._taken == self._queue.ticks:
             return ()
         self._taken = self._queue.ticks
@@ -82,10 +82,10 @@ class Mailbox(Stateful):
 
 
 def find_impulses(queues: Mapping[str, EventQueue], node: str) -> tuple[str, EventQueue]:
-    """The prim path and queue of an OnImpulseEvent node.
+    """Return the prim path and the impulse queue of an OnImpulseEvent node.
 
     Args:
-        queues: queues of the session.
+        queues: queues of the session, by name.
         node: prim path of the node, or a unique suffix of it: `graph/Node`, `Node`.
 
     Raises:

@@ -54,7 +54,7 @@ Fire = int | None
 """Return type of a gated node's `compute`: the ExecOut ports to fire, joined by `|`, or None for no port."""
 
 UNKNOWN_PRIM = "prim:*"
-"""Key of a changed prim that is unknown because its path comes from a wire."""
+"""Resource key for a prim whose path is unknown because it comes from a wire."""
 
 Ending = Literal["at_stop", "at_close"]
 ENDINGS: tuple[Ending, ...] = typing.get_args(Ending)
@@ -128,7 +128,7 @@ class Node(metaclass=NodeMeta):
     counts: ClassVar[bool]
     volatile: ClassVar[bool]
     numbered: ClassVar[Numbered] = {}
-    """Functions that create ports which a graph file adds, by name prefix: `output` allows output0, output1, …."""
+    """Functions that create the ports a graph file can add, by name prefix: `output` allows `output0`, `output1`, …"""
     series: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Python names of the numbered ports, by name prefix, in numerical order."""
     max_pushes: ClassVar[int] = 100_000
@@ -188,15 +188,15 @@ class Node(metaclass=NodeMeta):
         """Get handles and endpoints from the context; inputs declared with `setup=True` already have their values."""
 
     def compute(self) -> Any:
-        """Read inputs and write outputs; the docstring of the module lists the return value for each kind of node."""
+        """Read inputs and write outputs. The module's docstring lists what each kind of node returns."""
 
     def reset(self) -> None:
         """Reset state that is not in Out or State fields (the engine resets those); called on stop."""
 
     def save(self) -> Any:
-        """The node's state for a checkpoint: inputs, outputs and State fields, without Bound fields.
+        """Return the node's state for a checkpoint: inputs, outputs and State fields, without Bound fields.
 
-        A node with other state overrides `save` and `restore`.
+        A node class with other state overrides `save` and `restore`.
         """
         names = [port.field for port in type(self).fields.values() if not (port.bound_in_setup or port.mask)]
         if hasattr(type(self), "update"):
@@ -209,18 +209,18 @@ class Node(metaclass=NodeMeta):
             setattr(self, name, value)
 
     def reads(self) -> Iterable[str]:
-        """Keys of resources that the node reads besides its inputs and the clock, such as `variable:speed`."""
+        """Return the keys of resources that the node reads besides its inputs and the clock, such as `variable:speed`."""
         return ()
 
     def writes(self) -> Iterable[str]:
-        """Keys of resources that the node changes besides its outputs."""
+        """Return the keys of resources that the node changes besides its outputs."""
         return ()
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
         """Derive port types from known ones, in addition to `couple`; called until it derives no new type.
 
-        Inputs already have their literals. A returned type that the port does not allow, or that contradicts a known
-        type, is reported as an error of the graph.
+        Inputs already have the values of their literals. A returned type that the port does not allow, or that contradicts
+        a known type, is reported as an error of the graph.
 
         Args:
             known: known port types, by Python name.
@@ -233,23 +233,23 @@ class Node(metaclass=NodeMeta):
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Additional ports that the node's literals define, by Python name; called once, before wires are read.
+        """Return additional ports by Python name, depending on the node's literals; called once, before wires are read.
 
         Entries of the mapping that are not ports must be hashable; they become attributes of the class with the ports.
 
         Args:
-            literals: values in the file, by OmniGraph's input name.
+            literals: values of inputs in the graph file, by OmniGraph name.
             definitions: message types.
         """
         return {}
 
     @classmethod
     def grows(cls) -> bool:
-        """Whether a graph file can add ports: the class has `numbered` ports or overrides `dynamic_ports`."""
+        """Return whether a graph file can add ports: the class has `numbered` ports or overrides `dynamic_ports`."""
         return bool(cls.numbered) or cls.dynamic_ports.__func__ is not Node.dynamic_ports.__func__  # type: ignore[attr-defined]
 
     def clear(self) -> None:
-        """Reset outputs and State fields to their defaults; an output of union type to the zero of its resolved type."""
+        """Reset outputs and State fields to their defaults; an output of union type is set to the zero of its resolved type."""
         for port in type(self).fields.values():
             if port.side == "outputs" and not port.is_exec:
                 settled = self.settled.get(port.field)
@@ -293,13 +293,13 @@ _grown: weakref.WeakValueDictionary[tuple[Any, ...], type[Node]] = weakref.WeakV
 def grown(
     cls: type[Node], literals: Mapping[str, Any], definitions: Definitions, wired: Iterable[str] = ()
 ) -> type[Node]:
-    """The node type with its numbered and dynamic ports as slots; equal arguments give the same class.
+    """Return the node type with its numbered and dynamic ports as slots; equal arguments give the same class.
 
     Args:
         cls: node type.
-        literals: values in the file, by OmniGraph's input name.
+        literals: values of inputs in the graph file, by OmniGraph name.
         definitions: message types.
-        wired: OmniGraph's names of the wired ports.
+        wired: OmniGraph names of the wired ports.
 
     Raises:
         ContextError: the literals name an unknown message type.
@@ -352,7 +352,7 @@ def node(
 
     Args:
         type: registered name.
-        volatile: the result depends on more than the arguments.
+        volatile: whether the result depends on more than the arguments.
         aliases: older registered names.
     """
 

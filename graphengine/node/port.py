@@ -16,7 +16,7 @@ MISSING: Any = object()
 """Marks a missing default."""
 
 _TOLD = 20
-"""Maximum number of legal texts in a message."""
+"""Maximum number of legal strings in a message."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Port:
     lt: float | None = None
     tokens: tuple[str, ...] = ()
     required: bool | str = False
-    """True if the port needs a literal or a wire; of the ports with the same string, one needs it."""
+    """True: the port needs a literal or a wire. A string: one of the ports with this string needs a literal or a wire."""
     setup: bool = False
     control: bool = False
     extension: bool = False
@@ -48,12 +48,12 @@ class Port:
 
     @property
     def is_exec(self) -> bool:
-        """Whether it carries execution rather than a value."""
+        """Whether the port carries execution rather than a value."""
         return isinstance(self.type, PortType) and self.type.base == EXECUTION.base
 
     @property
     def constraint(self) -> str:
-        """The legal values in words, or the empty string."""
+        """The legal values in words; empty if every value of the type is legal."""
         if self.tokens:
             return "one of " + ", ".join(self.tokens)
         signs = (("≥", self.ge), (">", self.gt), ("≤", self.le), ("<", self.lt))
@@ -91,7 +91,7 @@ class Field:
 
 
 class ExecIn:
-    """An execution input. On an instance, its value is the number of times it fired in this activation."""
+    """An execution input. On a node, its value is the number of times that the input fired in this activation."""
 
     def __init__(self, *, name: str = "", doc: str = "", control: bool = False) -> None:
         self.name, self.doc, self.control = name, doc, control
@@ -129,14 +129,14 @@ def In(*, default: Any = MISSING, **facts: Any) -> Any:
             union), `required` (True: the port needs a literal or a wire; a string: one of the ports with this string
             needs it), `setup` (the node reads the port in `setup` and is set up again when it changes), `extension`
             (Isaac Sim's node does not have the port), `couple` (ports of union type with the same couple resolve
-            together), `component` (the port is one number of the couple's tuple), `element` (the port is one element
-            of the couple's array).
+            together), `component` (the port holds one number of the couple's tuple), `element` (the port holds one
+            element of the couple's array).
     """
     return Field("inputs", default, facts=facts)
 
 
 def Out(*, default: Any = MISSING, init: Literal[False] = False, **facts: Any) -> Any:
-    """An output, reset to its default on stop. `facts` as for `In`."""
+    """An output, reset to its default on stop. It accepts the same `facts` as `In`."""
     return Field("outputs", default, facts=facts)
 
 
@@ -157,7 +157,7 @@ def State(*, default: Any = MISSING, factory: Callable[[], Any] | None = None, i
 
 
 def Bound(*, init: Literal[False] = False) -> Any:
-    """A value that `setup` assigns: a handle of the context or a value derived from one. Stop and `restore` leave it as it is.
+    """A value that `setup` assigns: a handle of the context or a value derived from one. Stop and `restore` do not change it.
 
     Args:
         init: for type checkers; not an argument of the node's constructor.
@@ -170,19 +170,19 @@ _ANNOTATIONS |= {str: PortType("string"), Any: ANY}
 
 
 def camel_case(field: str) -> str:
-    """OmniGraph's spelling of a Python field: `linear_velocity` is `linearVelocity`."""
+    """Return the OmniGraph name of a Python field: `linearVelocity` for `linear_velocity`."""
     head, *tail = field.split("_")
     return head + "".join(word[:1].upper() + word[1:] for word in tail)
 
 
 def exec_port(name: str, field: ExecIn | ExecOut) -> Port:
-    """The port of an execution field."""
+    """Make the port of an execution field."""
     side: Side = "inputs" if isinstance(field, ExecIn) else "outputs"
     return Port(name, field.name or camel_case(name), side, EXECUTION, doc=field.doc, control=field.control)
 
 
 def value_port(owner: str, name: str, field: Field, hint: Any) -> Port:
-    """The port of a value field; its type comes from `type`, or else from the annotation."""
+    """Make the port of a value field; the port's type is that of `type` in its facts, or else that of the annotation."""
     facts = dict(field.facts)
     explicit = facts.pop("type", None)
     port_type: PortType | UnionType | None = ANY if field.side == "state" else None

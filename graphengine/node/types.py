@@ -77,12 +77,12 @@ class PortType:
 
     @property
     def is_number(self) -> bool:
-        """Whether its components are numbers or booleans."""
+        """Whether the components are numbers or booleans."""
         return self.base in _DTYPES
 
     @property
     def dtype(self) -> Any:
-        """Element type of its arrays."""
+        """The numpy dtype of arrays with such components."""
         return _DTYPES[self.base]
 
     @property
@@ -105,7 +105,7 @@ _SCALAR_ZERO |= dict.fromkeys(_TEXTS, "") | {"bool": False, "any": None, "bundle
 
 @dataclass(frozen=True, slots=True)
 class UnionType:
-    """A choice of several types, resolved by wires or by an explicit type in the file."""
+    """A choice of several types, resolved by wires or by an explicit type in the graph file."""
 
     alternatives: tuple[PortType, ...]
 
@@ -114,7 +114,7 @@ class UnionType:
 
 
 def brief(port_type: PortType | UnionType) -> str:
-    """The name of a type; for a long union the first few names and the number of others."""
+    """Return the name of a type; for a long union, the first eight names and the number of the others."""
     if isinstance(port_type, UnionType) and len(port_type.alternatives) > 24:
         first = port_type.alternatives[:8]
         return (
@@ -131,7 +131,7 @@ POINTER = PortType("uint64", role=_POINTER)
 
 @functools.cache
 def parse(name: str) -> PortType | UnionType:
-    """The type with this name, as in `.ogn` files: `double`, `vectord[3]`, `token[]`, `float[3][]`, `float|double`.
+    """Return the type with this name, as in `.ogn` files: `double`, `vectord[3]`, `token[]`, `float[3][]`, `float|double`.
 
     Raises:
         ValueError: no port type has this name.
@@ -163,7 +163,7 @@ def coerce(value: Any, port_type: PortType) -> Any:
 
     Raises:
         TypeError: the value has another type; the message names the legal values.
-        ValueError: a number out of range, or a tuple of another length.
+        ValueError: a number is out of range, or a tuple has another length.
     """
     if port_type.base in ("any", "bundle"):
         return value
@@ -191,7 +191,7 @@ def coerce(value: Any, port_type: PortType) -> Any:
 
 
 def first_that_takes(value: Any, alternatives: Iterable[PortType]) -> tuple[PortType, Any]:
-    """The first type that accepts a literal, and the literal converted to this type.
+    """Return the first type that accepts a literal, and the literal converted to this type.
 
     Raises:
         TypeError: no type accepts the literal.
@@ -215,7 +215,7 @@ def _buffer(value: Any) -> Any:
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """The array, made read-only so that wires and defaults can share it."""
+    """Make an array read-only, so that wires and defaults can share it, and return it."""
     array.setflags(write=False)
     return array
 
@@ -263,7 +263,7 @@ def _scalar(value: Any, base: str) -> Any:
 
 
 def conversion(source: PortType, target: PortType) -> str | None:
-    """The conversion on a wire: `""` for no conversion, the name of a function, or None if the wire is not allowed.
+    """Return the conversion that a wire needs: `""` for none, the name of a function, or None if the wire is not allowed.
 
     Roles do not matter. Booleans and integers widen to int64 and double, float to double; other types need a converter
     node. An `any` accepts every type.
@@ -304,13 +304,13 @@ CONVERTERS: dict[str, Any] = {
 
 
 def plain(element: Any) -> Any:
-    """One element of an array in the form of a single port value: a scalar or a tuple of scalars."""
+    """Convert an element of an array to the value of a port without `[]`: a scalar or a tuple of scalars."""
     value = element.tolist() if isinstance(element, np.generic | np.ndarray) else element
     return tuple(value) if isinstance(value, list) else value
 
 
 def equal(one: Any, other: Any) -> bool:
-    """Whether two port values, which may be arrays, are equal; NaN equals NaN."""
+    """Return whether two port values, which may be arrays, are equal; NaN equals NaN."""
     if one is other:
         return True
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):

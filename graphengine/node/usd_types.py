@@ -23,7 +23,7 @@ PORT_TYPES = {
     "string": PortType("string"),
     "vector3f": PortType("float", 3, role="vector"),
 }
-"""OmniGraph's types by USD type, for all types of attributes."""
+"""OmniGraph type for each USD type that an attribute can have."""
 
 ATTRIBUTE_TYPES = {"xformOp:translate": "double3", "xformOp:orient": "quatd", "physics:mass": "float"}
 ATTRIBUTE_TYPES |= {"clippingRange": "float2", "inputs:intensity": "float", "inputs:color": "color3f"}
@@ -33,14 +33,14 @@ ATTRIBUTE_TYPES |= {"physics:jointEnabled": "bool", "isaac:namespace": "string",
 for _motion in ("angular", "linear"):
     ATTRIBUTE_TYPES |= {f"state:{_motion}:physics:{what}": "float" for what in ("position", "velocity")}
     ATTRIBUTE_TYPES |= {f"drive:{_motion}:physics:{what}": "float" for what in ("targetPosition", "targetVelocity")}
-"""USD types of all attributes, by attribute name; a name has the same type on every prim."""
+"""USD type of each attribute, by attribute name; an attribute has the same type on every prim."""
 
 
 def type_of_attribute(name: str) -> PortType:
-    """OmniGraph's type of the attributes of this name.
+    """Return the OmniGraph type of the attribute with this name.
 
     Raises:
-        ContextError: no prim has an attribute of this name.
+        ContextError: no prim has an attribute with this name.
     """
     if name not in ATTRIBUTE_TYPES:
         near = did_you_mean(name, ATTRIBUTE_TYPES) or listing(ATTRIBUTE_TYPES, "attributes")
@@ -49,7 +49,7 @@ def type_of_attribute(name: str) -> PortType:
 
 
 def usd_type(prim: Prim) -> str:
-    """The USD type name of a prim."""
+    """Return the USD type name of a prim."""
     if is_physics_scene(prim):
         return "PhysicsScene"
     if prim.kind == "light":

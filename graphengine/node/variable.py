@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 
 class Variable(Stateful):
-    """A graph's variable.
+    """A variable of a graph: its value and its default.
 
     Attributes:
         value: the last written value, or the default.
@@ -30,7 +30,7 @@ class Variable(Stateful):
 
     @property
     def changed(self) -> bool:
-        """Whether the value at the start of this tick differs from the one at the start of the tick before."""
+        """Whether the value at the start of this tick differs from that at the start of the previous tick."""
         return not types.equal(self._before, self._now)
 
     def freeze(self) -> None:
@@ -43,7 +43,7 @@ class Variable(Stateful):
 
 
 def find_variable(variables: Mapping[str, T], name: str) -> T:
-    """Look up a variable of a graph by its name.
+    """Return the variable of a graph with this name.
 
     Raises:
         ContextError: the graph has no variable of this name.

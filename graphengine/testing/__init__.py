@@ -1,4 +1,4 @@
-"""Support for tests of nodes: a Context over a test's own world and topics, and a check of node classes.
+"""Support for tests of nodes: a Context with a recording world and an in-memory transport, and a check of node classes.
 
     context = RecordingContext()
     robot = context.world.add_robot("/dd100", ["left", "right"])

@@ -1,4 +1,4 @@
-"""A check of a node class against everything that users and the engine expect of it."""
+"""A check that a node class has everything that users and the engine expect."""
 
 from __future__ import annotations
 
@@ -24,10 +24,17 @@ from graphengine.testing.recording_context import RecordingContext
 def check_node(cls: type[Node], make: Callable[[], RecordingContext] = RecordingContext, /, **inputs: Any) -> None:
     """Check a node class; raise NodeClassError with a list of everything that is missing or wrong.
 
-    Checked are: a docstring with a first line, documented ports, units of physical quantities, a unique name, legal defaults
-    and a JSON Schema. In ticks, the node may touch only resources that it declares, and must compute the same in every
-    instance and every play; it may raise ValueError or GraphError. `make` returns the node's context; `inputs` are
-    values of inputs by Python name, including all required ones.
+    The class needs a docstring with a first line, documented ports, units of physical quantities, a unique name, legal defaults
+    and a JSON Schema. The check then computes the node for three ticks and, after a stop, three more: two instances and both
+    plays must give the same outputs and messages. The node may raise ValueError or GraphError.
+
+    Args:
+        cls: node class.
+        make: returns a new context for a node.
+        inputs: values of inputs by Python name, including all required ones.
+
+    Raises:
+        NodeClassError: something is missing or wrong.
     """
     problems = [*_words(cls), *_shape(cls), *_behaviour(cls, make, inputs)]
     if problems:

@@ -15,7 +15,14 @@ from graphengine.testing.recording_world import RecordingWorld
 
 
 class RecordingContext(Context):
-    """The context of one node over a test's world and network; `wanted` sets whether all topics have a subscriber."""
+    """Test context for a single node, with a recording world and an in-memory transport.
+
+    Args:
+        prim_path: path of the node's prim.
+        wanted: whether every topic counts as having a subscriber. If false, a topic has only the subscribers that the test adds
+            to `transport`, and most nodes publish nothing without one.
+        ros_domain_id: value of the environment variable `ROS_DOMAIN_ID`; None: not set.
+    """
 
     def __init__(
         self, prim_path: str = "/World/graph/node", *, wanted: bool = True, ros_domain_id: int | None = None
@@ -31,12 +38,12 @@ class RecordingContext(Context):
 
     @property
     def transport(self) -> MemoryTransport:
-        """The test's topics, with all messages published so far."""
+        """The in-memory transport, with all messages published so far."""
         self.services.network.flush()
         return self._memory
 
     def tick(self, ticks: int = 1) -> None:
-        """Begin the next tick: advance time and deliver the messages that arrived."""
+        """Begin the next tick, or several: advance time and deliver the messages that arrived."""
         for _ in range(ticks):
             shared = self.services
             frozen: list[Any] = [shared.network, shared.keys, *shared.queues.values(), *self.variables.values()]

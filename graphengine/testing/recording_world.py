@@ -30,18 +30,24 @@ class RecordingEntities(DryEntities):
 
 
 class RecordingWorld(DryWorld):
-    """A world whose bodies, robots and devices tests define and move; define other prims on `stage`. Sessions can use it too."""
+    """A world whose bodies, robots and devices tests define and move. `stage.add` defines other prims.
+
+    Sessions can use it too.
+    """
 
     def __init__(self, tick_period: tuple[int, int] = (1, 60), substeps: int = 1) -> None:
         super().__init__(Stage(), tick_period, substeps)
 
     def add_body(self, path: str, position: Vector3 = ORIGIN, orientation: Quaternion = IDENTITY) -> BodyStub:
-        """Define a rigid body by its pose in the world."""
+        """Define a rigid body by its pose in the world frame, and return its stub."""
         prim = self.stage.add(path, "body", position=position, orientation=orientation, body=path)
         return self._bodies.setdefault(prim, BodyStub(position, orientation))
 
     def add_robot(self, path: str, joints: Sequence[str] = (), **facts: Any) -> ArticulationStub:
-        """Define a robot with a `base_link` below Geometry; its root prim is a body that carries the link."""
+        """Define a robot with a link `Geometry/base_link`, and return the stub of its joints.
+
+        The robot's root prim is a body that carries the link.
+        """
         base = f"{path}/Geometry/base_link"
         robot = self.stage.add(path, "robot", body=base, facts={"base_link": base, "joints": tuple(joints), **facts})
         self.stage.add(base, "link", body=base)
@@ -49,16 +55,16 @@ class RecordingWorld(DryWorld):
         return self.articulation(robot)
 
     def add_device(self, stub: Callable[..., D], path: str, **facts: Any) -> D:
-        """Define the prim of a device, with values of its profile such as `rate` (Hz).
+        """Define the prim of a device, and return the device's stub.
 
         Args:
             stub: class of the stub, such as `LidarStub`.
             path: path of the prim.
-            facts: values of the profile that the stub reads.
+            facts: values of the device's profile that the stub reads, such as `rate` (Hz).
         """
         return self.device(stub, self.stage.add(path, device_of(stub).kind, facts=facts))
 
     @property
     def entities(self) -> RecordingEntities:
-        """Robots and bodies, each as one entity."""
+        """The robots and bodies, each as one entity."""
         return RecordingEntities(self)

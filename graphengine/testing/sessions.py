@@ -38,7 +38,7 @@ def session_fixture(
     scope: FixtureScope = "function",
     **arguments: Any,
 ) -> Any:
-    """A pytest fixture that gives each test a session, closed at its end; the scene is loaded once.
+    """Make a pytest fixture that gives each test a session and closes it at the end; the scene is loaded once.
 
         sim = session_fixture("dd100_flat", seed=1)
 

@@ -8,10 +8,10 @@ from graphengine.node import ExecIn, ExecOut, Fire, In, Node, Numbered, Pushes, 
 
 
 class Branch(Node, type="omni.graph.action.Branch"):
-    """Fires execTrue or execFalse, depending on the condition."""
+    """Fires `execTrue` if `condition` is true, else `execFalse`."""
 
     exec_in = ExecIn()
-    condition: bool = In(default=False, doc="true fires execTrue, false fires execFalse")
+    condition: bool = In(default=False, doc="true fires `execTrue`, false fires `execFalse`")
     exec_true = ExecOut()
     exec_false = ExecOut()
 
@@ -21,12 +21,15 @@ class Branch(Node, type="omni.graph.action.Branch"):
 
 
 class Multisequence(Node, type="omni.graph.action.Multisequence"):
-    """Fires its outputs one after the other; each branch ends before the next begins. Isaac's menu calls it Sequence."""
+    """Fires `output0`, `output1`, … one after the other; the nodes behind an output finish before the next output fires.
+
+    Isaac Sim's menu calls it Sequence.
+    """
 
     numbered: ClassVar[Numbered] = {"output": ExecOut}
 
     exec_in = ExecIn()
-    output0 = ExecOut(doc="first output; output1 and so on exist when they are wired")
+    output0 = ExecOut(doc="first output; wires from `output1`, `output2`, … add these outputs")
 
     def compute(self) -> Pushes:
         """Yield the wired outputs in the order of their numbers."""
@@ -35,33 +38,36 @@ class Multisequence(Node, type="omni.graph.action.Multisequence"):
 
 
 class Sequence(Node, type="omni.graph.action.Sequence", counts=True):
-    """Fires a and b alternately. An older type, hidden in Isaac's menu, where Sequence means Multisequence."""
+    """Fires `a` and `b` alternately; the first execution after play fires `a`.
+
+    Isaac Sim hides this older type in its menu, where Sequence means Multisequence.
+    """
 
     exec_in = ExecIn()
-    a = ExecOut(doc="fires at the first, third, fifth and so on execution since play")
+    a = ExecOut(doc="fires at the first, third, fifth, … execution since play")
     b = ExecOut()
 
     odd: bool = State(default=False)
 
     def compute(self) -> Fire:
-        """Return a and b alternately."""
+        """Return `a` and `b` alternately."""
         self.odd = not self.odd
         return self.a if self.odd else self.b
 
 
 class SwitchToken(Node, type="omni.graph.action.SwitchToken", gated=True):
-    """Fires output0 if the value equals branch0, output1 if it equals branch1 and so on; only the first match fires.
+    """Fires `output0` if `value` equals `branch0`, `output1` if it equals `branch1` and so on; only the first match fires.
 
-    The graph file adds the ports branch0, output0, branch1, output1, … Nothing fires if no branch equals the value.
+    The graph file adds the ports `branch0`, `output0`, `branch1`, `output1`, … Nothing fires if no branch equals `value`.
     """
 
     numbered: ClassVar[Numbered] = {"branch": lambda: In(type="token", default=""), "output": ExecOut}
 
     exec_in = ExecIn()
-    value: Token = In(default="", doc="value to compare with the branches")
+    value: Token = In(default="", doc="token to compare with `branch0`, `branch1`, …")
 
     def compute(self) -> Fire:
-        """Return the output of the first branch that equals the value."""
+        """Return the output of the first branch that equals `value`."""
         for branch in self.series["branch"]:
             if getattr(self, branch) == self.value:
                 fired: Fire = getattr(self, f"output{branch.removeprefix('branch')}", None)

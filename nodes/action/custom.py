@@ -8,19 +8,19 @@ from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Mailbox, Node,
 
 
 class CustomEventNode(Node):
-    """Base of nodes that send or receive the events with one name."""
+    """Base of nodes that send or receive the events named `eventName`."""
 
     event_name: Token
 
     mailbox: Mailbox = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the queue of the events with this name."""
+        """Bind the queue of the events named `eventName`."""
         self.mailbox = context.mailbox(f"event:{self.event_name}")
 
 
 class SendCustomEvent(CustomEventNode, type="omni.graph.action.SendCustomEvent"):
-    """Sends an event to all OnCustomEvent nodes with its name, in all graphs of the session."""
+    """Sends an event to all OnCustomEvent nodes with the same `eventName`, in all graphs of the session."""
 
     exec_in = ExecIn()
     bundle: Any = In(type="bundle", doc="bundle sent with the event")
@@ -29,12 +29,12 @@ class SendCustomEvent(CustomEventNode, type="omni.graph.action.SendCustomEvent")
     exec_out = ExecOut()
 
     def compute(self) -> None:
-        """Post the event to the queue of its name."""
+        """Post the event to its queue, for the next tick."""
         self.mailbox.post((self.bundle, self.path))
 
 
 class OnCustomEvent(CustomEventNode, type="omni.graph.action.OnCustomEvent"):
-    """Fires once for each event called `eventName` that was sent in the previous tick."""
+    """Fires once for each event named `eventName` that was sent in the previous tick."""
 
     event_name: Token = In(default="", setup=True)
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
@@ -43,7 +43,7 @@ class OnCustomEvent(CustomEventNode, type="omni.graph.action.OnCustomEvent"):
     path: Token = Out(doc="path sent with the event")
 
     def compute(self) -> Pushes:
-        """Yield once for each event, after setting its outputs."""
+        """Set the outputs and yield `execOut`, once for each event."""
         for bundle, path in self.mailbox.take():
             self.bundle, self.path = bundle, path
             yield self.exec_out

@@ -7,7 +7,7 @@ from graphengine.node.types import Token, UInt
 
 
 class TickEvent(Node):
-    """Base of events that read the clock, in graphs that run once a tick."""
+    """Base of event nodes that read the clock; their graph must run once a tick."""
 
     clock: Clock = Bound()
 
@@ -30,12 +30,12 @@ class OnPlaybackTick(TickEvent, type="omni.graph.action.OnPlaybackTick"):
     """Fires once a tick while the simulation plays, in a graph with `runs: tick` (the default)."""
 
     tick = ExecOut(doc="fires every tick")
-    delta_seconds: float = Out(unit="s", doc="time between two ticks")
+    delta_seconds: float = Out(unit="s", doc="simulation time between two ticks")
     frame: float = Out(doc="number of the tick since play; the first is 1")
-    time: float = Out(unit="s", doc="simulation time; the first tick is at one tick period")
+    time: float = Out(unit="s", doc="simulation time since play; one tick period in the first tick")
 
     def compute(self) -> None:
-        """Read the clock."""
+        """Output the clock's values."""
         clock = self.clock
         self.delta_seconds = clock.delta
         self.frame = float(clock.frame)
@@ -43,20 +43,20 @@ class OnPlaybackTick(TickEvent, type="omni.graph.action.OnPlaybackTick"):
 
 
 class OnTick(TickEvent, type="omni.graph.action.OnTick", gated=True):
-    """Fires in the first tick since play, and then every framePeriod + 1 ticks.
+    """Fires in the first tick after play, then every `framePeriod` + 1 ticks.
 
     It needs a graph with `runs: tick` (the default).
     """
 
-    frame_period: UInt = In(default=0, doc="number of ticks to skip between two that fire")
+    frame_period: UInt = In(default=0, doc="number of ticks to skip between two firings; 0: fire in every tick")
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     tick = ExecOut()
-    time: float = Out(unit="s", doc="simulation time")
-    delta_seconds: float = Out(unit="s", doc="time since it last fired, or since play")
+    time: float = Out(unit="s", doc="simulation time since play")
+    delta_seconds: float = Out(unit="s", doc="simulation time since the last firing, or since play at the first one")
     frame: float = Out(doc="number of the tick since play; the first is 1")
     is_playing: bool = Out()
     absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began, not reset on stop")
-    time_since_start: float = Out(unit="s", doc="equal to absoluteSimTime")
+    time_since_start: float = Out(unit="s", doc="simulation time since the session began, not reset on stop")
 
     accumulated_seconds: float = State(default=0.0)
     frame_count: UInt = State(default=0)
@@ -78,7 +78,7 @@ class OnTick(TickEvent, type="omni.graph.action.OnTick", gated=True):
 
 
 class OnVariableChange(Node, type="omni.graph.action.OnVariableChange", gated=True):
-    """Fires in the tick after a tick that changed the value of a graph variable."""
+    """Fires in the tick after one in which the value of a graph variable changed."""
 
     variable_name: Token = In(default="", setup=True, required=True, doc="name of one of the graph's `variables:`")
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")

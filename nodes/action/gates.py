@@ -1,6 +1,6 @@
 """Nodes that let executions through or hold them back (`omni.graph.action`).
 
-Each computes once for every activation. A toggle or reset in the same activation acts before the execution.
+A node computes once for each activation of its execution inputs. A toggle or reset acts before an execution that arrives with it.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ class Gate(Node, type="omni.graph.action.Gate", gated=True, counts=True):
 
 
 class Multigate(Node, type="omni.graph.action.Multigate", gated=True, counts=True):
-    """Fires one output per execution, in the order of their numbers, and starts again after the last.
+    """Fires one of `output0`, `output1`, … per execution, in turn, and starts again after the last one.
 
-    An execution fires nothing if it is the turn of an unwired output.
+    An unwired output before the last wired one has its turn too: that execution fires nothing.
     """
 
     numbered: ClassVar[Numbered] = {"output": ExecOut}
 
     exec_in = ExecIn()
-    reset_in = ExecIn(name="reset", control=True, doc="makes the next execution fire output0")
-    output0 = ExecOut(doc="first output; output1 and so on exist when they are wired")
+    reset_in = ExecIn(name="reset", control=True, doc="makes the next execution fire `output0`")
+    output0 = ExecOut(doc="first output; wires from `output1`, `output2`, … add these outputs")
 
     next: int = State(default=0)
     turns: tuple[int | None, ...] = State(default=())
@@ -57,15 +57,15 @@ class Multigate(Node, type="omni.graph.action.Multigate", gated=True, counts=Tru
 
 
 class FlipFlop(Node, type="omni.graph.action.FlipFlop", counts=True):
-    """Fires a and b alternately, starting with a at the first execution since play."""
+    """Fires `a` and `b` alternately; the first execution after play fires `a`."""
 
     exec_in = ExecIn()
     a = ExecOut()
     b = ExecOut()
-    is_a: bool = Out(doc="whether the last fired output is a")
+    is_a: bool = Out(doc="true if the last execution fired `a`, false if it fired `b`")
 
     def compute(self) -> Fire:
-        """Return a and b alternately."""
+        """Return `a` and `b` alternately."""
         self.is_a = not self.is_a
         return self.a if self.is_a else self.b
 
@@ -81,7 +81,7 @@ class Once(Node, type="omni.graph.action.Once", counts=True):
     done: bool = State(default=False)
 
     def compute(self) -> Fire:
-        """Apply a reset, then return once or after."""
+        """Apply a reset, then return `once` or `after`."""
         if self.reset_in:
             self.done = False
         if not self.exec_in:
@@ -92,7 +92,7 @@ class Once(Node, type="omni.graph.action.Once", counts=True):
 
 
 class Counter(Node, type="omni.graph.action.Counter", counts=True):
-    """Counts its executions since play or the last reset; a reset fires execOut too."""
+    """Counts its executions since play or the last reset; a reset fires `execOut` too."""
 
     exec_in = ExecIn()
     reset_in = ExecIn(name="reset", control=True, doc="sets the count to 0")
@@ -121,7 +121,7 @@ class Rendezvous(Node, gated=True, counts=True):
         self.wires = context.wires_into("exec_in")
 
     def arrive(self, *, anew: bool) -> Fire:
-        """Count an execution, from 1 again if `anew`, and fire if the count is complete."""
+        """Count an execution, restarting at 1 if `anew`, and fire if the count is complete."""
         self.arrived = 1 if anew else self.arrived + 1
         if self.arrived < self.wires:
             return None
@@ -130,13 +130,14 @@ class Rendezvous(Node, gated=True, counts=True):
 
 
 class SyncGate(Rendezvous, type="omni.graph.action.SyncGate"):
-    """Counts executions with the same value, and fires when the count equals the number of wires into `execIn`.
+    """Counts executions with the same `syncValue`, and fires when the count equals the number of wires into `execIn`.
 
-    A new value restarts the count. So does firing; the reference instead fires at each further execution with the same value.
+    A new value restarts the count, and so does firing; OmniGraph's SyncGate instead fires at each further execution with the
+    same value.
     """
 
     sync_value_in: UInt64 = In(default=0, name="syncValue")
-    sync_value_out: UInt64 = Out(name="syncValue", doc="value of the last execution")
+    sync_value_out: UInt64 = Out(name="syncValue", doc="`syncValue` input at the last execution")
 
     def compute(self) -> Fire:
         """Count the execution, and fire if the count is complete."""
@@ -146,15 +147,17 @@ class SyncGate(Rendezvous, type="omni.graph.action.SyncGate"):
 
 
 class RationalTimeSyncGate(Rendezvous, type="omni.graph.action.RationalTimeSyncGate"):
-    """Counts executions with the same time, and fires when the count equals the number of wires into `execIn`.
+    """Counts executions with the same rational time, and fires when the count equals the number of wires into `execIn`.
 
     A new time restarts the count, and so does firing.
     """
 
     numerator_in: Int64 = In(default=0, name="rationalTimeNumerator", doc="numerator of the time in seconds")
     denominator_in: UInt64 = In(default=0, name="rationalTimeDenominator", doc="denominator of the time in seconds")
-    numerator_out: Int64 = Out(name="rationalTimeNumerator", doc="numerator of the time of the last execution")
-    denominator_out: UInt64 = Out(name="rationalTimeDenominator", doc="denominator of the time of the last execution")
+    numerator_out: Int64 = Out(name="rationalTimeNumerator", doc="`rationalTimeNumerator` input at the last execution")
+    denominator_out: UInt64 = Out(
+        name="rationalTimeDenominator", doc="`rationalTimeDenominator` input at the last execution"
+    )
 
     def compute(self) -> Fire:
         """Count the execution; 1/2 and 2/4 are the same time, 1/0 and 2/0 are not."""

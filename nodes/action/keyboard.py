@@ -22,17 +22,20 @@ class KeyboardNode(Node):
 
 
 class OnKeyboardInput(KeyboardNode, type="omni.graph.action.OnKeyboardInput"):
-    """Fires when a key is pressed with exactly the given modifiers, and when the key or one of these modifiers is released."""
+    """Fires `pressed` when a key is pressed, and `released` when this key or one of the required modifiers is released.
+
+    The press counts only if exactly the modifiers set by `shiftIn`, `altIn` and `ctrlIn` are held.
+    """
 
     key_in: Token = In(default="A", tokens=KEYS)
-    shift_in: bool = In(default=False, doc="true: Shift must be held at the press; false: it must not")
-    alt_in: bool = In(default=False, doc="true: Alt must be held at the press; false: it must not")
-    ctrl_in: bool = In(default=False, doc="true: Ctrl must be held at the press; false: it must not")
+    shift_in: bool = In(default=False, doc="true: Shift must be held when the key is pressed; false: must not be held")
+    alt_in: bool = In(default=False, doc="true: Alt must be held when the key is pressed; false: must not be held")
+    ctrl_in: bool = In(default=False, doc="true: Ctrl must be held when the key is pressed; false: must not be held")
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     pressed = ExecOut()
     released = ExecOut()
-    is_pressed: bool = Out(doc="whether the last event was a press")
-    key_out: Token = Out(doc="the key of the last event")
+    is_pressed: bool = Out(doc="true if the last event was a press, false if it was a release")
+    key_out: Token = Out(doc="key that was last pressed")
 
     def compute(self) -> Fire:
         """Compare the keys held in this tick with those of the previous one."""
@@ -51,7 +54,7 @@ class OnKeyboardInput(KeyboardNode, type="omni.graph.action.OnKeyboardInput"):
 
 
 class ReadKeyboardState(KeyboardNode, type="omni.graph.nodes.ReadKeyboardState", volatile=True):
-    """Whether a key is held down."""
+    """Outputs whether a key is held down, and whether Shift, Alt and Ctrl are."""
 
     key: Token = In(default="A", tokens=KEYS)
     is_pressed: bool = Out()
@@ -60,6 +63,6 @@ class ReadKeyboardState(KeyboardNode, type="omni.graph.nodes.ReadKeyboardState",
     ctrl_out: bool = Out()
 
     def compute(self) -> None:
-        """Read whether the key is held down."""
+        """Read the state of the key and of the modifiers."""
         self.is_pressed = self.key in self.keyboard.held
         self.shift_out, self.alt_out, self.ctrl_out = map(self.keyboard.any_of, ("shift", "alt", "ctrl"))

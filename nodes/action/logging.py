@@ -12,7 +12,7 @@ _SEVERITIES = {"Verbose": "info", "Info": "info", "Warn": "warning", "Warning": 
 
 
 class TellingNode(Node):
-    """Base of nodes that log a text."""
+    """Base of nodes that log a message."""
 
     exec_in = ExecIn()
     exec_out = ExecOut()
@@ -24,10 +24,10 @@ class TellingNode(Node):
         self.log = context.log
 
     def tell(self, level: str, text: str) -> None:
-        """Log a text at a level.
+        """Log a message with a severity: the value of `logLevel`.
 
         Raises:
-            BadValueError: the level is unknown.
+            BadValueError: the severity is unknown.
         """
         self.log(_SEVERITIES[one_of("logLevel", level, _SEVERITIES)], text)
 
@@ -35,15 +35,15 @@ class TellingNode(Node):
 class LogMessage(TellingNode, type="omni.graph.action.LogMessage"):
     """Logs a message, prefixed with the node's path."""
 
-    channel: Token = In(default="omni.graph.nodes_core.plugin", doc="no effect: there is one log")
+    channel: Token = In(default="omni.graph.nodes_core.plugin", doc="no effect: there is only one log")
     log_level: Token = In(default="Info", tokens=("Verbose", "Info", "Warn", "Error"))
     message: String = In(default="", doc="text to log")
 
     def compute(self) -> None:
-        """Log the text.
+        """Log the message.
 
         Raises:
-            BadValueError: the level is unknown.
+            BadValueError: `logLevel` is unknown.
         """
         self.tell(self.log_level, self.message)
 
@@ -60,6 +60,6 @@ class PrintText(TellingNode, type="omni.graph.ui_nodes.PrintText"):
         """Log the text.
 
         Raises:
-            BadValueError: the level is unknown.
+            BadValueError: `logLevel` is unknown.
         """
         self.tell(self.log_level, self.text)

@@ -1,7 +1,7 @@
 """Loops within one tick (`omni.graph.action`).
 
-The body of a loop runs to its end in each iteration. A break takes effect at the end of the body that fired it; a loop that is
-not running ignores it. `finished` fires after a break too. Outputs keep their values of the last iteration.
+In each iteration, the nodes behind `loopBody` run to their end. If one of them fires `breakLoop`, this iteration is the last; a
+loop that is not running ignores `breakLoop`. `finished` fires after a break too. Outputs keep their values of the last iteration.
 """
 
 from __future__ import annotations
@@ -13,29 +13,32 @@ from graphengine.node.types import ARRAYS, ELEMENTS, Int, Target, plain
 
 
 class ForLoop(Node, type="omni.graph.action.ForLoop"):
-    """Fires its body for start, start + step and so on, while the value is below stop (above stop for a negative step)."""
+    """Fires `loopBody` with `value` = `start`, `start` + `step`, … as long as `value` is below `stop`, then fires `finished`.
+
+    If `step` is negative, the loop runs as long as `value` is above `stop`.
+    """
 
     exec_in = ExecIn()
-    break_loop = ExecIn(control=True, doc="fired by the body: ends the loop after this iteration")
-    start: Int = In(default=0, doc="first value")
-    stop: Int = In(default=0, doc="bound, not included")
-    step: Int = In(default=1, doc="increment, which may be negative; 0 is an error")
+    break_loop = ExecIn(control=True, doc="ends the loop after the current iteration; wire it from the loop body")
+    start: Int = In(default=0, doc="first `value`")
+    stop: Int = In(default=0, doc="end of the range of `value`, not included")
+    step: Int = In(default=1, doc="increment of `value` per iteration, may be negative; 0 is an error")
     loop_body = ExecOut()
     index: Int = Out(doc="number of the iteration, from 0")
-    value: Int = Out(doc="start + step * index")
+    value: Int = Out(doc="`start` + `step` * `index`")
     finished = ExecOut()
 
     breaks: bool = Bound()
 
     def setup(self, context: Context) -> None:
-        """Find out whether a break is wired."""
+        """Check whether `breakLoop` is wired."""
         self.breaks = context.wires_into("break_loop") > 0
 
     def compute(self) -> Pushes:
-        """Yield the body for each value, then finished.
+        """Yield `loopBody` for each value, then `finished`.
 
         Raises:
-            BadValueError: the step is 0, or the loop has too many iterations.
+            BadValueError: `step` is 0, or the loop has too many iterations.
         """
         if self.break_loop and not self.exec_in:
             return
@@ -58,17 +61,17 @@ def _check_rounds(node: Node, port: str, elements: Any) -> None:
 
 
 class ForEach(Node, type="omni.graph.action.ForEach"):
-    """Fires its body for each element of an array."""
+    """Fires `loopBody` for each element of an array, then `finished`."""
 
     exec_in = ExecIn()
     array_in: Any = In(type=ARRAYS, couple="array", required=True)
     loop_body = ExecOut()
-    element: Any = Out(type=ELEMENTS, couple="array", element=True, doc="element of this iteration")
-    array_index: Int = Out(doc="index of the element, from 0")
+    element: Any = Out(type=ELEMENTS, couple="array", element=True, doc="array element of the current iteration")
+    array_index: Int = Out(doc="index of the current element, from 0")
     finished = ExecOut()
 
     def compute(self) -> Pushes:
-        """Yield the body for each element, then finished.
+        """Yield `loopBody` for each element, then `finished`.
 
         Raises:
             BadValueError: the loop has too many iterations.
@@ -82,17 +85,17 @@ class ForEach(Node, type="omni.graph.action.ForEach"):
 
 
 class ForEachTarget(Node, type="omni.graph.action.ForEachTarget"):
-    """Fires its body for each prim of a target."""
+    """Fires `loopBody` for each prim in `targets`, then `finished`."""
 
     exec_in = ExecIn()
     targets: Target = In(default=(), doc="prims to iterate over")
     loop_body = ExecOut()
-    target: Target = Out(doc="prim of this iteration")
-    array_index: Int = Out(doc="index of the prim, from 0")
+    target: Target = Out(doc="prim of the current iteration")
+    array_index: Int = Out(doc="index of the current prim, from 0")
     finished = ExecOut()
 
     def compute(self) -> Pushes:
-        """Yield the body for each prim, then finished.
+        """Yield `loopBody` for each prim, then `finished`.
 
         Raises:
             BadValueError: the loop has too many iterations.
@@ -105,19 +108,19 @@ class ForEachTarget(Node, type="omni.graph.action.ForEachTarget"):
 
 
 class WhileLoop(Node, type="graphengine.action.WhileLoop"):
-    """Fires its body while a condition holds; the condition is read before each iteration."""
+    """Fires `loopBody` as long as `condition` is true, then `finished`; `condition` is evaluated before each iteration."""
 
     rereads = True
 
     exec_in = ExecIn()
-    break_loop = ExecIn(control=True, doc="fired by the body: ends the loop after this iteration")
-    condition: bool = In(default=False, doc="whether to run another iteration")
+    break_loop = ExecIn(control=True, doc="ends the loop after the current iteration; wire it from the loop body")
+    condition: bool = In(default=False, doc="whether to run another iteration; evaluated before each one")
     loop_body = ExecOut()
     index: Int = Out(doc="number of the iteration, from 0")
     finished = ExecOut()
 
     def compute(self) -> Pushes:
-        """Yield the body while the condition holds, then finished.
+        """Yield `loopBody` as long as `condition` is true, then `finished`.
 
         Raises:
             BadValueError: the loop has too many iterations.

@@ -19,12 +19,12 @@ _NAMES = ("Saved", "Selection Changed", "Hierarchy Changed", *_STARTS_AND_STOPS)
 
 
 class OnStageEvent(Node, type="omni.graph.action.OnStageEvent", gated=True):
-    """Fires at the start or at the end of play, depending on the event name.
+    """Fires at the start or at the end of play, depending on `eventName`.
 
-    The start is the first tick since play. The end is before a stop, a reset of the time, or the end of the session. The three
-    start events are equivalent, and so are the three stop events. As in Kit, pausing and resuming fire nothing, and
-    onlyPlayback has no influence on stop events. Nodes fired at a stop see the world after the last tick, and their messages
-    are sent before anything is reset. Editor events of a stage never occur.
+    A start event fires in the first tick after play. A stop event fires before a stop, before a reset of the time, and before
+    the session ends. The three start events are equivalent, and so are the three stop events. As in Kit, pausing and resuming
+    fire nothing, and `onlyPlayback` does not affect stop events. The nodes that a stop event fires see the world as it is
+    after the last tick; their messages are sent before anything is reset. Editor events, such as `Saved`, never occur.
     """
 
     event_name: Token = In(default="Animation Start Play", tokens=_NAMES)
@@ -34,12 +34,12 @@ class OnStageEvent(Node, type="omni.graph.action.OnStageEvent", gated=True):
     started: bool = State(default=False)
 
     def compute(self) -> Fire:
-        """Fire in the first tick of a play."""
+        """Fire a start event in the first tick after play."""
         first, self.started = not self.started, True
         return self.exec_out if first and self.event_name in STARTS else None
 
     def at_stop(self) -> Fire:
-        """Fire at the end of a play."""
+        """Fire a stop event at the end of play."""
         return self.exec_out if self.event_name in STOPS else None
 
 
@@ -55,7 +55,7 @@ def lint_events_that_never_come(context: LintContext) -> None:
 
 
 class OnLoaded(ClockNode, type="omni.graph.action.OnLoaded", gated=True):
-    """Fires in the first tick of the session, not again after a stop."""
+    """Fires once, in the first tick of the session; a stop and another play do not fire it again."""
 
     exec_out = ExecOut()
 
@@ -75,7 +75,7 @@ class OnClosing(Node, type="omni.graph.action.OnClosing", gated=True):
 
 
 class OnImpulseEvent(Node, type="omni.graph.action.OnImpulseEvent", gated=True):
-    """Fires in the tick after `graphrun ctl impulse NODE`; several impulses before a tick fire it once."""
+    """Fires in the tick after `graphrun ctl impulse NODE`, only once if several impulses arrive before the tick."""
 
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     exec_out = ExecOut()

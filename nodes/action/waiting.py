@@ -8,10 +8,10 @@ from graphengine.nodes.clocked import ClockNode
 
 
 class Delay(ClockNode, type="omni.graph.action.Delay"):
-    """Fires in the first tick in which `duration` or more has passed since the last execution."""
+    """Fires `finished` in the first tick that is `duration` or more after the last execution."""
 
     exec_in = ExecIn(doc="starts or restarts the wait")
-    duration: float = In(default=0.0, unit="s", doc="time to wait, read at the execution")
+    duration: float = In(default=0.0, unit="s", doc="simulation time to wait; a change during the wait has no effect")
     finished = ExecOut()
 
     end: float = State(default=0.0)
@@ -20,14 +20,14 @@ class Delay(ClockNode, type="omni.graph.action.Delay"):
         """Begin to wait.
 
         Raises:
-            BadValueError: the duration is not finite.
+            BadValueError: `duration` is not finite.
         """
         check_finite(self, "duration")
         self.end = self.clock.time + self.duration
         self.active = True
 
     def update(self) -> Fire:
-        """Fire in the next tick, if the duration has passed by then."""
+        """Return `finished`, to fire in the next tick, if `duration` has passed by then."""
         ticks_left = (self.end - self.clock.time) / self.clock.delta
         if ticks_left > 1.0 + 1e-6:  # a sum of periods may be a little more than the time it should be
             return None
@@ -36,15 +36,18 @@ class Delay(ClockNode, type="omni.graph.action.Delay"):
 
 
 class Timer(ClockNode, type="omni.graph.nodes.Timer"):
-    """Moves a value from a start to an end; fires `updated` in each tick of the motion, and `finished` in the tick after it."""
+    """Moves `value` from `startValue` to `endValue` in `duration` seconds; fires `updated` in each tick of this motion.
 
-    play = ExecIn(doc="starts the motion in the next tick; ignored while the value moves")
-    duration: float = In(default=1.0, unit="s", doc="duration of the motion; values below 0 count as 0")
-    start_value: float = In(default=0.0, doc="value at the beginning")
-    end_value: float = In(default=1.0, doc="value after the duration")
+    `finished` fires in the tick after the motion.
+    """
+
+    play = ExecIn(doc="starts the motion of `value` in the next tick; ignored during a motion")
+    duration: float = In(default=1.0, unit="s", doc="simulation time the motion takes; numbers below 0 count as 0")
+    start_value: float = In(default=0.0, doc="first `value` of the motion")
+    end_value: float = In(default=1.0, doc="last `value` of the motion")
     updated = ExecOut()
     finished = ExecOut()
-    value: float = Out(doc="present value, linear in time from startValue to endValue")
+    value: float = Out(doc="current value, linear in time between `startValue` and `endValue`")
 
     start: float = State(default=0.0)
     arrived: bool = State(default=False)
@@ -59,7 +62,7 @@ class Timer(ClockNode, type="omni.graph.nodes.Timer"):
         """Set the value for the next tick.
 
         Raises:
-            BadValueError: the duration, the start or the end is not finite.
+            BadValueError: `duration`, `startValue` or `endValue` is not finite.
         """
         if self.arrived:
             self.active = False
@@ -73,14 +76,14 @@ class Timer(ClockNode, type="omni.graph.nodes.Timer"):
 
 
 class Countdown(Node, type="omni.graph.action.Countdown"):
-    """Counts `duration` ticks after an execution; fires `tick` every `period` ticks and `finished` at the end."""
+    """Counts `duration` ticks after an execution; fires `tick` every `period` ticks and `finished` in the last one."""
 
-    exec_in = ExecIn(doc="starts or restarts the count; this tick is number 0 and fires nothing")
+    exec_in = ExecIn(doc="starts or restarts the count at 0; nothing fires in this tick")
     duration: Int = In(default=5, doc="number of ticks to count")
     period: Int = In(default=1, ge=0, doc="number of ticks from one `tick` to the next; 0 counts as 1")
     tick = ExecOut()
-    tick_value: Int = Out(doc="number of the tick, 1 to duration; 0 when the count begins")
-    alpha: Float = Out(doc="tickValue / duration")
+    tick_value: Int = Out(doc="ticks counted since the execution: 0, then 1 to `duration`")
+    alpha: Float = Out(doc="`tickValue` / `duration`, 0 to 1")
     finished = ExecOut()
 
     count: Int = State(default=-1)

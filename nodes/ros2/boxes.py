@@ -23,12 +23,12 @@ BOX = np.dtype([("semanticId", "<u4"), *_EDGES_OF_A_BOX, ("occlusionRatio", "<f4
 
 
 def tight_boxes(segmentation: NDArray[np.int32]) -> NDArray[Any]:
-    """Boxes around the visible pixels of each number except 0, in order of the numbers.
+    """Return a box around the visible pixels of each object, in ascending order of the object numbers.
 
     Edges lie between pixels: a box around the single pixel (u, v) reaches from u to u + 1 and from v to v + 1.
 
     Args:
-        segmentation: number of each pixel, 0 or more, shape (height, width).
+        segmentation: object number of each pixel, 0 for no object, shape (height, width).
     """
     edges = np.zeros(int(segmentation.max(initial=0)) + 1, BOX)
     edges["semanticId"] = np.arange(len(edges))
@@ -44,16 +44,16 @@ _CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
 _EDGES = np.array(
     [pair for pair in itertools.combinations(range(8), 2) if abs(_CORNERS[pair[0]] - _CORNERS[pair[1]]).sum() == 1]
 )
-"""Corners of a box as its low (0) or high (1) coordinates, and the twelve pairs of them that an edge joins."""
+"""Corners of a box as low (0) or high (1) coordinates, and the pairs of corners that its twelve edges join."""
 
 
 def loose_boxes(
     solids: NDArray[Any], intrinsics: tuple[float, float, float, float], size: tuple[int, int], near: float
 ) -> NDArray[Any]:
-    """2D boxes around projected 3D boxes, regardless of occlusion; boxes outside the picture are left out.
+    """Return 2D boxes around projected 3D boxes, regardless of occlusion; boxes outside the picture are left out.
 
     Args:
-        solids: records of BOX_3D in the camera's optical frame.
+        solids: 3D boxes as BOX_3D records, in the camera's optical frame.
         intrinsics: fx, fy, cx, cy in pixels.
         size: width and height of the picture, pixels.
         near: smallest visible distance along the optical axis, m.
@@ -78,7 +78,7 @@ def loose_boxes(
 
 
 def detections(header: messages.Header, boxes: NDArray[Any]) -> Any:
-    """A vision_msgs/Detection2DArray of boxes, with score 1."""
+    """Build a vision_msgs/Detection2DArray from BOX records; every detection has score 1."""
     array, detection, box_2d, pose_2d, point_2d = map(
         _class, ("Detection2DArray", "Detection2D", "BoundingBox2D", "Pose2D", "Point2D")
     )
@@ -91,10 +91,10 @@ def detections(header: messages.Header, boxes: NDArray[Any]) -> Any:
 
 
 def detections_3d(header: messages.Header, boxes: NDArray[Any]) -> Any:
-    """A vision_msgs/Detection3DArray of boxes, with score 1.
+    """Build a vision_msgs/Detection3DArray from BOX_3D records; every detection has score 1.
 
     Raises:
-        BadValueError: a transform gives a box zero or infinite volume.
+        BadValueError: the matrix of a box is singular or not finite.
     """
     array, detection, box_3d = map(_class, ("Detection3DArray", "Detection3D", "BoundingBox3D"))
     low, high, transforms = (boxes[name].astype(float) for name in ("low", "high", "transform"))
@@ -143,13 +143,13 @@ def _class(name: str) -> type[Any]:
 
 
 class BoxPublisher(SensorPublisher):
-    """Base of publishers of boxes from bytes; a subclass defines `record` and `make`."""
+    """Base of nodes that publish bounding boxes from bytes; a subclass defines `record` and `make`."""
 
     record: ClassVar[np.dtype[Any]]
     make: ClassVar[Callable[[messages.Header, NDArray[Any]], Any]]
 
     frame_id: String = In(default="sim_camera", setup=True)
-    data: UChars = In(doc="bytes of bounding boxes, one record for each object")
+    data: UChars = In(doc="bounding boxes as packed little-endian records, one per object")
 
     def message(self) -> Any:
         """Build the message from the bytes."""
@@ -160,10 +160,10 @@ class BoxPublisher(SensorPublisher):
 
 
 class ROS2PublishBbox2D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox2D"):
-    """Publishes 2D boxes in a picture as vision_msgs/Detection2DArray; the class of a box is the number of its object.
+    """Publishes 2D boxes in a picture as vision_msgs/Detection2DArray; the class id of a detection is the object's number.
 
-    A box is a little-endian record of 24 bytes: the object's number (uint32), the edges left, top, right and bottom in pixels
-    (int32), and an ignored float32.
+    In `data`, a box is a little-endian record of 24 bytes: the object's number (uint32), the edges left, top, right and bottom
+    in pixels (int32 each), and a float32 that is ignored.
     """
 
     message_type: ClassVar[str] = DETECTIONS
@@ -174,11 +174,11 @@ class ROS2PublishBbox2D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox
 
 
 class ROS2PublishBbox3D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox3D"):
-    """Publishes 3D boxes as vision_msgs/Detection3DArray; the class of a box is the number of its object.
+    """Publishes 3D boxes as vision_msgs/Detection3DArray; the class id of a detection is the object's number.
 
-    A box is a little-endian record of 96 bytes: the object's number (uint32), two opposite corners (3 float32 each), the 16
-    float32 of a matrix whose rows are the axes and the origin of the corners' frame, and an ignored float32. The published
-    centre is the middle between the corners; Isaac Sim publishes the origin instead.
+    In `data`, a box is a little-endian record of 96 bytes: the object's number (uint32), two opposite corners (3 float32 each),
+    a 4x4 matrix (16 float32) whose rows are the axes and the origin of the frame in which the corners are given, and a float32
+    that is ignored. The published centre is the midpoint of the corners; Isaac Sim publishes the origin of their frame instead.
     """
 
     message_type: ClassVar[str] = DETECTIONS_3D

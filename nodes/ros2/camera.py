@@ -19,36 +19,38 @@ from graphengine.nodes.ros2.labels import labels_message
 from graphengine.nodes.ros2.point_cloud import point_cloud
 
 _SEGMENTED = ("instance_segmentation", "semantic_segmentation", "bbox_2d_tight", "bbox_2d_loose", "bbox_3d")
-"""The types that are made from a segmentation."""
+"""Values of the input `type` that need a segmentation."""
 _TYPES = ("rgb", "rgb_h264", "depth", "depth_pcl", *_SEGMENTED)
 _IMAGE = "sensor_msgs/msg/Image"
 _MESSAGES = {"rgb": _IMAGE, "depth": _IMAGE, "depth_pcl": "sensor_msgs/msg/PointCloud2"}
 _MESSAGES |= {"instance_segmentation": _IMAGE, "semantic_segmentation": _IMAGE}
 _MESSAGES |= {"bbox_2d_tight": DETECTIONS, "bbox_2d_loose": DETECTIONS, "bbox_3d": DETECTIONS_3D}
-"""The message of each type that is available."""
+"""Message type for each available value of the input `type`."""
 
 
 class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper"):
-    """Publishes pictures as Image, PointCloud2 or vision_msgs boxes, from the node's first execution until stop.
+    """Publishes a camera's pictures as Image, PointCloud2 or vision_msgs boxes, from the node's first execution until stop.
 
-    `rgb` is an rgb8 image. `depth` is the distance along the optical axis in m, 32FC1, inf for no hit. `depth_pcl` has the same
-    depths as points in the optical frame. Both segmentations have the number of the visible prim at each pixel, 32SC1, 0 for
-    none. `bbox_2d_tight` has a 2D box around the visible pixels of each prim. For each prim with a visible pixel, `bbox_3d` has
-    a 3D box around the whole prim, along the prim's axes, in the optical frame; `bbox_2d_loose` has the 2D box around the
-    projection of this 3D box. The world itself has neither. A picture is delivered some ticks after its capture and has the
-    stamp of the capture. Pictures without subscribers are not rendered.
+    The input `type` selects the message. `rgb` is an rgb8 image. `depth` is an image of distances along the optical axis in m,
+    32FC1, inf for no hit. `depth_pcl` has the same depths as points in the optical frame. Both segmentations are images of the
+    number of the visible prim at each pixel, 32SC1, 0 for no prim. `bbox_2d_tight` has a 2D box around the visible pixels of
+    each prim. For each prim with a visible pixel, `bbox_3d` has a 3D box around the whole prim, along the prim's axes, in the
+    optical frame; `bbox_2d_loose` has the 2D box around the projection of this 3D box. The world itself has no box. A picture is
+    delivered some ticks after its capture and has the stamp of the capture. Pictures without subscribers are not rendered.
     """
 
-    frame_id: String = In(default="sim_camera", setup=True, doc="the camera's optical frame")
+    frame_id: String = In(default="sim_camera", setup=True, doc="name of the camera's optical frame")
     topic_name: String = In(default="rgb", setup=True)
     type_in: Token = In(
         default="rgb", name="type", setup=True, tokens=_TYPES, doc=f"available types: {', '.join(_MESSAGES)}"
     )
     enable_semantic_labels: bool = In(
-        default=False, setup=True, doc="publish the prim path of each number in a segmentation"
+        default=False, setup=True, doc="publish the prim path of each segmentation number on `semanticLabelsTopicName`"
     )
     semantic_labels_topic_name: String = In(default="semantic_labels", setup=True)
-    stereo_offset: Float2 = In(default=(0.0, 0.0), doc="no effect: ROS2CameraInfoHelper gets it from both cameras")
+    stereo_offset: Float2 = In(
+        default=(0.0, 0.0), doc="no effect: ROS2CameraInfoHelper computes it from both cameras' poses"
+    )
     srtx_compression_type: String = In(default="hevc", doc="no effect: pictures are not compressed")
 
     camera: Camera = Bound()
@@ -111,18 +113,18 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
         return image(header, "32SC1", (width, height), np.ascontiguousarray(picture.segmentation, "<i4"))
 
     def classes(self) -> dict[str, Any]:
-        """The prim path for each number in a segmentation."""
+        """Return the prim path of each segmentation number, as in the labels message; 0 is BACKGROUND."""
         paths = {0: "BACKGROUND", **self.camera.labels}
         return {str(number): {"class": path} for number, path in paths.items()}
 
 
 def points_of(depth: NDArray[np.float32], intrinsics: tuple[float, float, float, float]) -> NDArray[np.float32]:
-    """Points of a depth image in the camera's optical frame, m, shape (n, 3), row after row.
+    """Return the points of a depth image in the camera's optical frame, m, shape (n, 3), row by row without the misses.
 
     The optical frame has x right, y down and z forward: a pixel (u, v) of depth z is z ((u - cx) / fx, (v - cy) / fy, 1).
 
     Args:
-        depth: distance along the optical axis, m; not finite for no hit.
+        depth: distance along the optical axis, m; not finite for a miss.
         intrinsics: fx, fy, cx, cy in pixels.
     """
     fx, fy, cx, cy = intrinsics

@@ -26,7 +26,7 @@ Matrices = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
 class ROS2PublishCameraInfo(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishCameraInfo"):
-    """Publishes matrices and distortion as sensor_msgs/CameraInfo; missing matrices are zero."""
+    """Publishes camera matrices and distortion as sensor_msgs/CameraInfo; matrices that are not given are zero."""
 
     message_type: ClassVar[str] = "sensor_msgs/msg/CameraInfo"
 
@@ -34,11 +34,13 @@ class ROS2PublishCameraInfo(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     topic_name: String = In(default="camera_info", setup=True)
     width: UInt = In(default=0, unit="pixel")
     height: UInt = In(default=0, unit="pixel")
-    projection_type: Token = In(default="", doc="model without coefficients if physicalDistortionModel is empty")
+    projection_type: Token = In(
+        default="", doc="model to publish without coefficients, if `physicalDistortionModel` is empty"
+    )
     k: Doubles = In(doc="camera matrix, 9 numbers row by row: focal lengths and principal point, pixels")
     r: Doubles = In(doc="rectification matrix of a stereo camera, 9 numbers row by row")
     p: Doubles = In(doc="projection matrix for points in the rectified frame, 12 numbers row by row")
-    physical_distortion_model: Token = In(default="", doc="such as plumb_bob or rational_polynomial")
+    physical_distortion_model: Token = In(default="", doc="distortion model, such as plumb_bob or rational_polynomial")
     physical_distortion_coefficients: Floats = In()
 
     def message(self) -> messages.CameraInfo:
@@ -60,7 +62,7 @@ def _matrix(name: str, given: NDArray[np.float64], count: int) -> NDArray[np.flo
 def camera_info(
     header: messages.Header, size: tuple[int, int], model: str, distortion: NDArray[np.float64], matrices: Matrices
 ) -> messages.CameraInfo:
-    """The message for a full picture without binning; matrices are K, R and P."""
+    """Build the message for a full picture without binning; `matrices` are K, R and P."""
     k, r, p = matrices
     whole = messages.RegionOfInterest(0, 0, 0, 0, False)  # zeros stand for all of the sensor
     return messages.CameraInfo(header, size[1], size[0], model, distortion, k, r, p, 0, 0, whole)
@@ -68,11 +70,11 @@ def camera_info(
 
 @functools.lru_cache(maxsize=64)
 def pinhole_matrices(intrinsics: tuple[float, float, float, float], baseline: float = 0.0) -> Matrices:
-    """K, R and P of a pinhole camera with a rectified picture; messages share the arrays.
+    """Return K, R and P of a pinhole camera with a rectified picture, as read-only arrays that messages share.
 
     Args:
         intrinsics: fx, fy, cx, cy in pixels.
-        baseline: distance of a stereo pair's right camera from the left one, m; 0 for other cameras.
+        baseline: for the right camera of a stereo pair, its distance from the left camera, m; 0 for other cameras.
     """
     fx, fy, cx, cy = intrinsics
     k = np.array([fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0])
@@ -82,7 +84,7 @@ def pinhole_matrices(intrinsics: tuple[float, float, float, float], baseline: fl
 
 @dataclass(frozen=True, slots=True)
 class Eye:
-    """A published camera with its stereo baseline and its topic."""
+    """A camera whose calibration is published: its stereo baseline (m), publisher and frame."""
 
     camera: Camera
     baseline: float
@@ -99,11 +101,15 @@ class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraIn
     rectified: R is the identity, and Tx in P of the right camera is -fx times the baseline.
     """
 
-    frame_id: String = In(default="sim_camera", setup=True, doc="optical frame of the camera, or of the left camera")
+    frame_id: String = In(
+        default="sim_camera", setup=True, doc="name of the optical frame of the camera, or of the left camera"
+    )
     topic_name: String = In(default="camera_info", setup=True)
     frame_id_right: String = In(default="sim_camera_right", setup=True)
     topic_name_right: String = In(default="camera_info_right", setup=True)
-    render_product_path_right: Token = In(default="", setup=True, doc="render product of a stereo pair's right camera")
+    render_product_path_right: Token = In(
+        default="", setup=True, doc="render product of the right camera, for a stereo pair"
+    )
 
     eyes: tuple[Eye, ...] = Bound()
     captured: deque[tuple[int, float]] = State(factory=deque)
@@ -119,12 +125,12 @@ class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraIn
             self.eyes += (self.eye(context, right, baseline, self.topic_name_right, self.frame_id_right),)
 
     def eye(self, context: Context, camera: Camera, baseline: float, topic: str, frame_id: str) -> Eye:
-        """A camera with its baseline, and its opened topic."""
+        """Open the topic of a camera and return its `Eye`."""
         publisher = self.open_for(context, camera, "sensor_msgs/msg/CameraInfo", topic, frame_id=frame_id)
         return Eye(camera, baseline, publisher, frame_id)
 
     def baseline(self, context: Context, left: Camera, right: Camera) -> float:
-        """The distance of the right camera from the left one, m.
+        """Return the distance from the left camera to the right one, m.
 
         Raises:
             ContextError: the cameras are not a rectified stereo pair.
@@ -162,7 +168,7 @@ class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraIn
                 eye.publisher.publish(self.message(eye, time))
 
     def message(self, eye: Eye, time: float) -> messages.CameraInfo:
-        """Build the message of one camera, with the time of a picture."""
+        """Build the message of one camera for a picture captured at `time`."""
         header = messages.header(self.stamp(time), eye.frame_id)
         matrices = pinhole_matrices(eye.camera.intrinsics, eye.baseline)
         return camera_info(header, eye.camera.size, "plumb_bob", _NO_DISTORTION, matrices)

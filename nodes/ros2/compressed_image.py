@@ -10,7 +10,7 @@ from graphengine.nodes.ros2.publisher import SensorPublisher, array_or_buffer, b
 
 
 class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishCompressedImage"):
-    """Publishes the bytes of a compressed picture or video packet as sensor_msgs/CompressedImage, if there are any.
+    """Publishes a compressed picture or video packet as sensor_msgs/CompressedImage; publishes nothing if it is empty.
 
     The node does not compress: it publishes the bytes unchanged.
     """
@@ -21,13 +21,13 @@ class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS
     topic_name: String = In(default="image_raw/compressed", setup=True)
     data: UChars = In(doc="compressed bytes")
     data_ptr: Buffer = In(default=0, doc="buffer of compressed bytes, used if `data` is empty")
-    buffer_size: UInt64 = In(default=0, doc="no effect: the size is that of the buffer")
+    buffer_size: UInt64 = In(default=0, doc="no effect: the size is that of the buffer in `dataPtr`")
     input_format: Token = In(default="h264", name="input_format", tokens=("h264",))
     format: Token = In(
         default="",
         tokens=("", "jpeg", "png"),
         extension=True,
-        doc="picture format; empty to use input_format, for video",
+        doc="picture format of the message; if empty, `input_format` is used",
     )
 
     def compute(self) -> None:

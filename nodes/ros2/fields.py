@@ -47,14 +47,14 @@ _NARROW = {
     "int16": (-(2**15), 2**15 - 1),
     "uint16": (0, 2**16 - 1),
 }
-"""Smallest and largest of the numbers that have fewer bits in a message than on a port."""
+"""Range of each integer type that has fewer bits in a message than on a port."""
 
 
 class Leaf:
     """A message field with one port: a number, a string or an array.
 
     Args:
-        path: ROS names of the nested fields that lead to it.
+        path: ROS names of the nested fields from the message to this field.
         attributes: Python names of these fields.
         kind: type of the field.
         definitions: message types.
@@ -68,7 +68,7 @@ class Leaf:
         self.name = ":".join((part, *path) if part else path)
         """Name of the port."""
         self.attribute = "__".join((part.lower() or "message", *path))
-        """Attribute of the node, unique: ROS names have no double underscore, and no other attribute begins with this prefix."""
+        """Python name of the port; unique, as ROS names have no double underscore and no other attribute has this prefix."""
         self.of = operator.attrgetter(".".join(attributes))
         """Gets the value from a message."""
         self.kind = kind
@@ -78,7 +78,7 @@ class Leaf:
         """ROS type of the value, or of the elements of an array; empty for messages."""
         is_bounded = self.element in TEXTS and inner[1][1] > 0
         self.plain = not self.is_array and self.element != "byte" and not is_bounded
-        """Whether port and message have the same value, which only the encoder checks."""
+        """Whether the message gets the port's value unchanged; then only the encoder checks it."""
 
     @functools.cached_property
     def port_dtype(self) -> Any:
@@ -109,7 +109,7 @@ class Leaf:
         """Convert a port's value to the message's representation.
 
         Raises:
-            MessageError: the message cannot hold the value; the range of scalars is only checked by the encoder.
+            MessageError: the message cannot hold the value. Only the encoder checks the range of scalars.
         """
         if self.plain:
             return value
@@ -125,7 +125,7 @@ class Leaf:
         return value
 
     def takes(self, value: Any) -> bool:
-        """Whether a message can hold the port's value."""
+        """Return whether a message can hold the port's value."""
         try:
             return not find_fault(self.from_port(value), self.kind, self.name, self.definitions.fields)
         except MessageError:
@@ -182,7 +182,7 @@ class Layout:
         return found
 
     def ports(self, make: Callable[..., Any], taken: Container[str] = ()) -> dict[str, Any]:
-        """Ports for a node class, by attribute name.
+        """Make the ports of all leaves, by attribute name of the node class.
 
         Args:
             make: `In` or `Out`.
@@ -195,7 +195,7 @@ class Layout:
         return found
 
     def read(self, node: Node) -> Any:
-        """A message with the values of the ports.
+        """Return a message with the values of the node's ports.
 
         Raises:
             MessageError: the message cannot hold a value.
@@ -250,29 +250,30 @@ def _maker(message_type: str, definitions: Definitions) -> Callable[[Iterator[An
 
 
 class MissingMessageError(ContextError):
-    """The file does not name the message type."""
+    """The graph file does not name the message or service type of a node."""
 
     code = "G208"
 
 
 def find_layout(literals: Mapping[str, Any], definitions: Definitions) -> Layout:
-    """The layout of the message named by a node's literals.
+    """Return the layout of the message type that `messagePackage`, `messageSubfolder` and `messageName` of a node select.
 
     Args:
-        literals: `messagePackage`, `messageSubfolder` and `messageName` in the graph file.
+        literals: these inputs, as the graph file sets them, by name.
         definitions: message types.
 
     Raises:
-        MissingMessageError: a literal is missing.
-        MessageTypeError: the message type is unknown.
+        MissingMessageError: the graph file does not set `messagePackage` or `messageName`.
+        MessageTypeError: the type is unknown.
     """
     return Layout(definitions.message_class(_named(literals, "msg")), definitions)
 
 
 def find_service(literals: Mapping[str, Any], definitions: Definitions) -> tuple[Layout, Layout]:
-    """The layouts of request and response of the service named by a node's literals.
+    """Return the request and response layouts of the service type that a node's message inputs select.
 
-    Arguments and errors as for `find_layout`.
+    The inputs are `messagePackage`, `messageSubfolder` and `messageName`. Takes the same arguments and raises the same errors
+    as `find_layout`.
     """
     parts = definitions.service_parts(_named(literals, "srv"))
     request, response = (definitions.message_class(part) for part in parts)
@@ -280,10 +281,10 @@ def find_service(literals: Mapping[str, Any], definitions: Definitions) -> tuple
 
 
 def expect(layout: Layout | None, package: str, subfolder: str, name: str) -> str:
-    """Return the type named by a node's inputs after checking that the ports were made for it.
+    """Return the message or service type that a node's inputs name, after checking that the node's ports fit this type.
 
     Raises:
-        ContextError: the inputs name another type.
+        ContextError: the ports were made for another type.
     """
     named = f"{package}/{subfolder}/{name}"
     made_of = layout.message_type.removesuffix(f"_{layout.part}") if layout else None

@@ -13,20 +13,20 @@ from graphengine.nodes.ros2.publisher import TopicNode
 
 
 class GenericNode(TopicNode):
-    """Base of nodes with one topic. Literals give its message type, because ports are made before wires are read."""
+    """Base of nodes with one topic of any message type, which the graph file sets: ports are made before wires are read."""
 
     layout: ClassVar[Layout]
 
     topic_name: String = In(default="topic", setup=True)
-    message_package: String = In(required=True, setup=True, doc="package of the message, such as geometry_msgs")
-    message_subfolder: String = In(default="msg", setup=True, doc="folder of the message in the package")
+    message_package: String = In(required=True, setup=True, doc="package of the message type, such as geometry_msgs")
+    message_subfolder: String = In(default="msg", setup=True, doc="folder of the message type in the package")
     message_name: String = In(required=True, setup=True, doc="name of the message type, such as Twist")
 
     def bind(self) -> Layout:
-        """The mapping between the ports and the fields of the message.
+        """Return the mapping between the node's ports and the fields of the message.
 
         Raises:
-            ContextError: the inputs name another message type than that of the ports.
+            ContextError: the inputs name a message type other than the one the ports were made for.
         """
         expect(getattr(self, "layout", None), self.message_package, self.message_subfolder, self.message_name)
         return self.layout
@@ -35,8 +35,8 @@ class GenericNode(TopicNode):
 class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
     """Publishes a message of any type; its fields are inputs, such as `linear:x` of a Twist.
 
-    `graphrun nodes ROS2Publisher --message geometry_msgs/msg/Twist` lists them. An array of messages is an array of strings,
-    each one message as JSON. Fields that are not set have the default of ROS 2: zero, and 1 for the w of a quaternion.
+    `graphrun nodes ROS2Publisher --message geometry_msgs/msg/Twist` lists them. An array of messages is an array of tokens, each
+    of which is one message as JSON. Inputs that are not set have ROS 2's default of their field: zero, 1 for w of a quaternion.
     """
 
     exec_out = ExecOut()
@@ -68,14 +68,17 @@ class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
 class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
     """Receives messages of any type; their fields are outputs, such as `linear:x` of a Twist.
 
-    `graphrun nodes ROS2Subscriber --message geometry_msgs/msg/Twist` lists them. An array of messages is an array of strings,
-    each one message as JSON. Each message of a tick fires `execOut` once, oldest first.
+    `graphrun nodes ROS2Subscriber --message geometry_msgs/msg/Twist` lists them. An array of messages is an array of tokens,
+    each of which is one message as JSON. Each message that arrived in a tick fires `execOut` once, oldest first.
     """
 
     delivery: Token = In(
-        default="each", tokens=("each", "newest"), extension=True, doc="all messages of a tick, or only the newest"
+        default="each",
+        tokens=("each", "newest"),
+        extension=True,
+        doc="which messages of a tick fire: each, or the newest",
     )
-    exec_out = ExecOut(doc="fires for each message")
+    exec_out = ExecOut(doc="fires once for each message that is output")
 
     subscription: Subscription = Bound()
 

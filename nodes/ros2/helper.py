@@ -11,19 +11,20 @@ from graphengine.nodes.ros2.publisher import TopicNode
 
 
 class SensorHelper(TopicNode):
-    """Base of nodes that publish from first execution to stop; a subclass binds the sensor in `setup` and sends in `update`.
+    """Base of nodes that publish a sensor's samples from the first execution until stop.
 
-    Namespaces of topics are collected from the sensor's prim.
+    A subclass binds the sensor in `setup` and publishes in `update`. The namespace of a topic is collected from the sensor's
+    prim and its ancestors.
     """
 
-    enabled: bool = In(default=True, doc="an execution starts publishing if true, and stops it if false")
+    enabled: bool = In(default=True, doc="true: an execution starts publishing; false: it stops publishing")
     render_product_path: Token = In(
         required=True, setup=True, doc="path from IsaacCreateRenderProduct, or the sensor's prim path"
     )
     reset_simulation_time_on_stop: bool = In(
-        default=True, doc="true: stamps count from play; false: from the session's start"
+        default=True, doc="true: stamps are time since play; false: since the session began"
     )
-    use_system_time: bool = In(default=False, doc="use wall time for stamps; runs are then not reproducible")
+    use_system_time: bool = In(default=False, doc="use wall time for stamps; makes runs irreproducible")
     frame_skip_count: UInt = In(
         default=0, setup=True, doc="deprecated: number of samples to skip after each published one"
     )
@@ -35,7 +36,7 @@ class SensorHelper(TopicNode):
         self.clock = context.clock
 
     def open_for(self, context: Context, sensor: TickSensor, message_type: str, topic: str, **facts: Any) -> Publisher:
-        """Open a topic for a sensor's samples; `facts` as for `Context.publisher`."""
+        """Open a topic for a sensor's samples; `facts` are keyword arguments of `Context.publisher`."""
         rate = min(sensor.rate, 1.0 / self.clock.delta) / (self.frame_skip_count + 1)
         return self.open_topic(context, message_type, topic, namespace_from=sensor.prim_path, rate=rate, **facts)
 
@@ -48,11 +49,11 @@ class SensorHelper(TopicNode):
         raise NotImplementedError
 
     def left_out(self, index: int) -> bool:
-        """Whether `frameSkipCount` skips the sample with this index."""
+        """Return whether `frameSkipCount` skips the sample with this index."""
         return index % (self.frame_skip_count + 1) != 0
 
     def stamp(self, time: float) -> float:
-        """The stamp (s) for a sample taken at a time since play (s)."""
+        """Return the stamp (s) of a sample that was taken at `time` seconds after play."""
         if self.use_system_time:
             return self.clock.wall_time
         if self.reset_simulation_time_on_stop:

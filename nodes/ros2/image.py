@@ -14,12 +14,12 @@ PIXEL_BYTES = {"rgb8": 3, "rgba8": 4, "32FC1": 4, "32SC1": 4}
 
 
 def image(header: messages.Header, encoding: str, size: tuple[int, int], pixels: Buffer) -> messages.Image:
-    """An image message that refers to a buffer of pixels without copying it.
+    """Build an image message that refers to a buffer of pixels without copying it.
 
     Args:
         header: time and frame.
         encoding: one of PIXEL_BYTES.
-        size: width and height.
+        size: width and height, pixels.
         pixels: rows of pixels, top row first, little-endian.
 
     Raises:
@@ -40,14 +40,14 @@ class ROS2PublishImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishIm
 
     frame_id: String = In(default="sim_camera", setup=True)
     topic_name: String = In(default="rgb", setup=True)
-    data: UChars = In(doc="pixels row by row, top row first")
+    data: UChars = In(doc="bytes of the pixels row by row, top row first")
     width: UInt = In(default=0, unit="pixel")
     height: UInt = In(default=0, unit="pixel")
-    encoding: Token = In(default="rgb8", tokens=tuple(PIXEL_BYTES), doc="format of a pixel")
+    encoding: Token = In(default="rgb8", tokens=tuple(PIXEL_BYTES), doc="pixel format")
     data_ptr: Buffer = In(default=0, doc="buffer of pixels, used if `data` is empty")
-    cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in the host's memory")
-    buffer_size: UInt = In(default=0, doc="no effect: the size is that of the buffer")
-    format: UInt64 = In(default=0, doc="no effect: follows from encoding")
+    cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in host memory")
+    buffer_size: UInt = In(default=0, doc="no effect: the size is that of the buffer in `dataPtr`")
+    format: UInt64 = In(default=0, doc="no effect: `encoding` sets the pixel format")
 
     def message(self) -> messages.Image:
         """Build the message from the pixels."""

@@ -12,11 +12,11 @@ from graphengine.node.types import read_only
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
 _KNOWN, _ABSENT = read_only(np.zeros(9)), read_only(np.array([-1.0, *[0.0] * 8]))
-"""Covariances of what was measured, without saying how well, and of what was not, as sensor_msgs/Imu defines it."""
+"""Covariances of a quantity measured with unknown accuracy, and of one not measured, as sensor_msgs/Imu defines them."""
 
 
 class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"):
-    """Publishes sensor_msgs/Imu; a disabled quantity is zero, with -1 as the first number of its covariance."""
+    """Publishes a reading as sensor_msgs/Imu; a disabled quantity is zero and has -1 as first number of its covariance."""
 
     message_type: ClassVar[str] = "sensor_msgs/msg/Imu"
 
@@ -25,7 +25,7 @@ class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"
     publish_orientation: bool = In(default=True)
     publish_linear_acceleration: bool = In(default=True)
     publish_angular_velocity: bool = In(default=True)
-    orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w)")
+    orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="orientation of the sensor as (x, y, z, w)")
     linear_acceleration: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s2", doc="in the sensor's frame")
     angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s", doc="in the sensor's frame")
 

@@ -15,11 +15,11 @@ from graphengine.nodes.ros2.publisher import PublisherNode, stamp
 
 _CLASS = "class:"
 _ENTRY = np.dtype([("id", "<u8", 2), ("length", "<u4"), ("offset", "<u4")])
-"""One object of a map: a number of 128 bits, and where in the buffer its path lies."""
+"""Entry of one object: its 128-bit number, and length and offset of its path in the buffer."""
 
 
 def labels_message(labels: Mapping[str, Any], stamp: messages.Time) -> messages.String:
-    """A message with labels and a time as one JSON object."""
+    """Build a String message of one JSON object with the labels and the time stamp."""
     return messages.String(json.dumps({**labels, "time_stamp": {"sec": stamp.sec, "nanosec": stamp.nanosec}}))
 
 
@@ -36,23 +36,27 @@ class LabelPublisher(PublisherNode):
         return labels_message(self.labels(), stamp(self.time_stamp))
 
     def labels(self) -> dict[str, Any]:
-        """The label of each number."""
+        """Return the entries of the JSON object besides the time stamp."""
         raise NotImplementedError
 
 
 class ROS2PublishSemanticLabels(LabelPublisher, type="isaacsim.ros2.bridge.ROS2PublishSemanticLabels"):
-    """Publishes the labels of a segmentation's numbers, from idToLabels if it is set, else from ids and labels.
+    """Publishes the labels of segmentation numbers, from `idToLabels` if it is set, else from `ids` and `labels`.
 
     A label that begins with `class:` becomes `{"class": …}`.
     """
 
-    ids: UInts = In(doc="numbers in the segmentation")
-    labels_in: Tokens = In(name="labels", doc="one label for each number in ids")
+    ids: UInts = In(doc="segmentation numbers that have labels")
+    labels_in: Tokens = In(name="labels", doc="label of each number in `ids`")
     semantics: Tokens = In(doc="no effect")
-    id_to_labels: String = In(doc="JSON object with a label for each number")
+    id_to_labels: String = In(doc="JSON object of labels by segmentation number; overrides `ids` and `labels`")
 
     def labels(self) -> dict[str, Any]:
-        """The label of each number."""
+        """Return the label of each segmentation number.
+
+        Raises:
+            BadValueError: `idToLabels` is no JSON object, or `ids` and `labels` differ in length.
+        """
         if self.id_to_labels:
             try:
                 given = json.loads(self.id_to_labels)
@@ -73,15 +77,15 @@ def _label(label: str) -> Any:
 class ROS2PublishObjectIdMap(LabelPublisher, type="isaacsim.ros2.bridge.ROS2PublishObjectIdMap"):
     """Publishes the prim path of each object number in a point cloud, from a buffer.
 
-    The little-endian buffer begins with one entry per object: its number (16 bytes), then length and offset of its path (4 bytes
-    each). The paths follow. The last 4 bytes are the number of entries.
+    The little-endian buffer begins with one entry per object: its number (16 bytes), the length of its path (4 bytes) and the
+    offset of the path in the buffer (4 bytes). The paths follow. The last 4 bytes are the number of entries.
     """
 
     data_ptr: Buffer = In(default=0, doc="buffer with the prim path of each object number")
-    buffer_size: UInt = In(default=0, doc="no effect: the size is that of the buffer")
+    buffer_size: UInt = In(default=0, doc="no effect: the size is that of the buffer in `dataPtr`")
 
     def labels(self) -> dict[str, Any]:
-        """The path of each object."""
+        """Return the prim path of each object number."""
         return {"id_to_labels": {} if isinstance(self.data_ptr, int) else _paths(bytes(self.data_ptr))}
 
 

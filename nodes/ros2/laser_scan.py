@@ -16,23 +16,23 @@ from graphengine.nodes.ros2.publisher import SensorPublisher
 class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishLaserScan"):
     """Publishes a row of ranges as sensor_msgs/LaserScan, with angles and times from the inputs.
 
-    If rotationRate is set, the beams are assumed to be fired one after another in a turn of 1 / rotationRate. If it is 0,
-    scan_time and time_increment are 0: all beams are fired at one instant.
+    If `rotationRate` is not 0, the message says that the beams were fired one after another during a turn of 1 / `rotationRate`
+    seconds. If it is 0, `scan_time` and `time_increment` are 0: all beams were fired at one instant.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/LaserScan"
 
     frame_id: String = In(default="sim_lidar", setup=True)
     topic_name: String = In(default="scan", setup=True)
-    data_ptr: Buffer = In(default=0, doc="no effect: a buffer of Isaac Sim's renderer; wire linearDepthData")
-    buffer_size: UInt64 = In(default=0)
-    horizontal_fov: Float = In(default=0.0, unit="deg", doc="angle from the first beam to the last")
-    horizontal_resolution: Float = In(default=0.0, unit="deg", doc="angle between two beams")
+    data_ptr: Buffer = In(default=0, doc="no effect: a buffer of Isaac Sim's RTX renderer; use `linearDepthData`")
+    buffer_size: UInt64 = In(default=0, doc="no effect: `dataPtr` is not read")
+    horizontal_fov: Float = In(default=0.0, unit="deg", doc="horizontal field of view, for the time between beams")
+    horizontal_resolution: Float = In(default=0.0, unit="deg", doc="angle between adjacent beams")
     depth_range: Float2 = In(default=(0.0, 0.0), unit="m", doc="smallest and largest valid distance")
     rotation_rate: Float = In(default=0.0, unit="Hz", doc="turns per second; 0 for simultaneous beams")
-    linear_depth_data: Floats = In(unit="m", doc="one range per beam; inf is no hit")
-    intensities_data: UChars = In(doc="one intensity per beam; empty: 255 for hits, 0 for others")
-    num_rows: Int = In(default=0, doc="number of rows; must be 1")
+    linear_depth_data: Floats = In(unit="m", doc="range of each beam; inf for a miss")
+    intensities_data: UChars = In(doc="intensity of each beam; if empty, 255 for hits and 0 for misses")
+    num_rows: Int = In(default=0, doc="number of rows of beams; must be 1")
     num_cols: Int = In(default=0, doc="number of beams")
     azimuth_range: Float2 = In(default=(0.0, 0.0), unit="deg", doc="azimuth of the first and the last beam")
 
@@ -64,7 +64,7 @@ class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publi
         )
 
     def intensities(self, beams: int) -> NDArray[np.float32]:
-        """Intensities, one per beam, 0 to 255.
+        """Return one intensity per beam, 0 to 255.
 
         Raises:
             BadValueError: the numbers of intensities and beams differ.

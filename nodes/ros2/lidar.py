@@ -17,29 +17,33 @@ from graphengine.nodes.ros2.helper import SensorHelper
 from graphengine.nodes.ros2.point_cloud import METADATA, point_cloud
 
 _METADATA = ("Intensity", "Timestamp", "EmitterId", "ChannelId")
-"""What rays can tell of a point."""
+"""Kinds of metadata that ray casting provides."""
 
 
 class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHelper"):
     """Publishes samples of a lidar as LaserScan or PointCloud2, from the first execution until stop.
 
-    A LaserScan has one range per beam of the ring nearest to the sensor's xy plane and covers exactly its field of view. A
-    PointCloud2 has the points of all rings. The topic's namespace is collected from the sensor's prim. No rays are cast without
-    subscribers.
+    A LaserScan has one range per beam of the ring nearest to the lidar's xy plane and covers exactly the lidar's field of view.
+    A PointCloud2 has the points of all rings. The topic's namespace is collected from the lidar's prim and its ancestors. No
+    rays are cast without subscribers.
     """
 
     frame_id: String = In(default="sim_lidar", setup=True)
     topic_name: String = In(default="scan", setup=True)
     type_in: Token = In(
-        default="laser_scan", name="type", setup=True, tokens=("laser_scan", "point_cloud"), doc="message type"
+        default="laser_scan",
+        name="type",
+        setup=True,
+        tokens=("laser_scan", "point_cloud"),
+        doc="LaserScan or PointCloud2",
     )
     full_scan: bool = In(default=True, doc="deprecated: samples are always full scans")
     show_debug_view: bool = In(default=False, doc="no effect: there is no viewport")
-    selected_metadata: Tokens = In(setup=True, doc=f"additional fields of a point cloud: {', '.join(_METADATA)}")
+    selected_metadata: Tokens = In(setup=True, doc=f"extra fields of a point in a PointCloud2: {', '.join(_METADATA)}")
     enable_object_id_map: bool = In(default=False, doc="no effect: rays do not identify objects")
     object_id_map_topic_name: String = In(default="object_id_map")
     no_return: Token = In(
-        default="inf", tokens=("inf", "max", "minus_one"), extension=True, doc="range of a beam without a hit"
+        default="inf", tokens=("inf", "max", "minus_one"), extension=True, doc="range of a miss: inf, range_max or -1"
     )
 
     lidar: Lidar = Bound()
@@ -89,13 +93,13 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
         )
 
     def reported(self, ranges: NDArray[np.float32], far: float) -> NDArray[np.float32]:
-        """Ranges, with the value of `noReturn` for beams without a hit."""
+        """Return the ranges with the value that `noReturn` selects for misses."""
         if self.no_return == "inf":
             return ranges
         return np.where(np.isinf(ranges), np.float32(far if self.no_return == "max" else -1.0), ranges)
 
     def point_cloud(self, scan: Scan) -> messages.PointCloud2:
-        """Build a PointCloud2 of the hit points in the sensor's frame, all hit at the cloud's time."""
+        """Build a PointCloud2 of the hit points in the lidar's frame; all points have the same time."""
         time, hit = self.stamp(scan.time), np.flatnonzero(np.isfinite(scan.ranges))
         known: dict[str, Any] = {}
         if "Intensity" in self.selected_metadata:
@@ -124,9 +128,9 @@ class ROS2RtxLidarPointCloudConfig(Node, type="isaacsim.ros2.bridge.ROS2RtxLidar
     output_object_id: bool = In(default=False)
     output_echo_id: bool = In(default=False)
     output_tick_state: bool = In(default=False)
-    selected_metadata: Tokens = Out(doc="selected names, in the order of a point's fields")
+    selected_metadata: Tokens = Out(doc="names of the selected metadata, in the order of a point's fields")
 
     def compute(self) -> None:
-        """Output the selected names."""
+        """Output the names whose inputs are true."""
         chosen = {port.name for port in type(self).fields.values() if getattr(self, port.field) is True}
         self.selected_metadata = tuple(name for name in METADATA if f"output{name}" in chosen)

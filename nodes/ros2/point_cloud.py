@@ -30,12 +30,12 @@ METADATA: dict[str, list[Any]] = {
 """Fields of a point after x, y and z, in this order. A timestamp is in ns, as two uint32, low half first."""
 
 _DATATYPES = {"f4": 7, "u4": 6, "u1": 2}
-"""Numbers of sensor_msgs/PointField."""
+"""Values of `datatype` in sensor_msgs/PointField, by numpy type."""
 
 
 @functools.cache
 def layout(metadata: tuple[str, ...]) -> tuple[np.dtype[Any], list[messages.PointField]]:
-    """Layout of one point with this metadata, as a dtype and as PointFields, which all messages share."""
+    """Return the layout of one point with this metadata, as a dtype and as PointFields that all messages share."""
     extra = [field for name in metadata for field in METADATA[name]]
     packed = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), *extra])
     fields = []
@@ -52,8 +52,8 @@ def point_cloud(
 
     Args:
         header: time and frame.
-        positions: in that frame, m, shape (n, 3).
-        metadata: buffers with one packed record per point, by names of METADATA.
+        positions: points in the header's frame, m, shape (n, 3).
+        metadata: buffers with one packed record per point, by name as in METADATA.
 
     Raises:
         BadValueError: a buffer does not have one record per point.
@@ -99,7 +99,7 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     """Publishes points as sensor_msgs/PointCloud2.
 
     Points are an array or a buffer of x, y, z in single precision. Each kind of metadata is a buffer with one record per point.
-    Data types and sizes are fixed: the inputs for them have no effect.
+    Inputs for data types and buffer sizes have no effect: the types are fixed, and a size is that of its buffer.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/PointCloud2"
@@ -118,44 +118,46 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     output_echo_id: bool = In(default=False)
     output_tick_state: bool = In(default=False)
     output_radial_velocity_ms: bool = In(default=False, name="outputRadialVelocityMS")
-    data_ptr: Buffer = In(default=0, doc="buffer of points, used if `data` is empty")
+    data_ptr: Buffer = In(default=0, doc="buffer of points, three float32 each, used if `data` is empty")
     data: Point3fs = In(unit="m", doc="points in the header's frame")
-    cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in the host's memory")
+    cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in host memory")
     buffer_size: UInt = In(default=0)
-    intensity_ptr: Buffer = In(default=0, doc="one float32 per point, 0 to 255")
+    intensity_ptr: Buffer = In(default=0, doc="buffer with one float32 per point, 0 to 255")
     intensity_data_type: Float = In(default=0.0)
     intensity_buffer_size: UInt64 = In(default=0)
-    timestamp_ptr: Buffer = In(default=0, unit="ns", doc="one uint64 per point")
+    timestamp_ptr: Buffer = In(default=0, unit="ns", doc="buffer with one uint64 per point")
     timestamp_data_type: UInt64 = In(default=8)
     timestamp_buffer_size: UInt64 = In(default=0)
-    emitter_id_ptr: Buffer = In(default=0, doc="one uint32 per point")
+    emitter_id_ptr: Buffer = In(default=0, doc="buffer with one uint32 per point")
     emitter_id_data_type: UInt = In(default=0)
     emitter_id_buffer_size: UInt64 = In(default=0)
-    channel_id_ptr: Buffer = In(default=0, doc="one uint32 per point")
+    channel_id_ptr: Buffer = In(default=0, doc="buffer with one uint32 per point")
     channel_id_data_type: UInt = In(default=0)
     channel_id_buffer_size: UInt64 = In(default=0)
-    material_id_ptr: Buffer = In(default=0, doc="one uint32 per point")
+    material_id_ptr: Buffer = In(default=0, doc="buffer with one uint32 per point")
     material_id_data_type: UInt = In(default=0)
     material_id_buffer_size: UInt64 = In(default=0)
-    tick_id_ptr: Buffer = In(default=0, doc="one uint32 per point")
+    tick_id_ptr: Buffer = In(default=0, doc="buffer with one uint32 per point")
     tick_id_data_type: UInt = In(default=0)
     tick_id_buffer_size: UInt64 = In(default=0)
-    hit_normal_ptr: Buffer = In(default=0, doc="three float32 per point")
+    hit_normal_ptr: Buffer = In(default=0, doc="buffer with three float32 per point")
     hit_normal_data_type: Float3 = In(default=(0.0, 0.0, 0.0))
     hit_normal_buffer_size: UInt64 = In(default=0)
-    velocity_ptr: Buffer = In(default=0, unit="m/s", doc="three float32 per point")
+    velocity_ptr: Buffer = In(default=0, unit="m/s", doc="buffer with three float32 per point")
     velocity_data_type: Float3 = In(default=(0.0, 0.0, 0.0))
     velocity_buffer_size: UInt64 = In(default=0)
-    object_id_ptr: Buffer = In(default=0, doc="four uint32 per point")
+    object_id_ptr: Buffer = In(default=0, doc="buffer with four uint32 per point")
     object_id_data_type: UInts = In(default=np.zeros(4, np.uint32))
     object_id_buffer_size: UInt64 = In(default=0)
-    echo_id_ptr: Buffer = In(default=0, doc="one uint8 per point")
+    echo_id_ptr: Buffer = In(default=0, doc="buffer with one uint8 per point")
     echo_id_data_type: UChar = In(default=0)
     echo_id_buffer_size: UInt64 = In(default=0)
-    tick_state_ptr: Buffer = In(default=0, doc="one uint8 per point")
+    tick_state_ptr: Buffer = In(default=0, doc="buffer with one uint8 per point")
     tick_state_data_type: UChar = In(default=0)
     tick_state_buffer_size: UInt64 = In(default=0)
-    radial_velocity_ms_ptr: Buffer = In(default=0, name="radialVelocityMSPtr", unit="m/s", doc="one float32 per point")
+    radial_velocity_ms_ptr: Buffer = In(
+        default=0, name="radialVelocityMSPtr", unit="m/s", doc="buffer with one float32 per point"
+    )
     radial_velocity_ms_data_type: Float = In(default=0.0, name="radialVelocityMSDataType")
     radial_velocity_ms_buffer_size: UInt64 = In(default=0, name="radialVelocityMSBufferSize")
 
@@ -167,10 +169,10 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
         return point_cloud(self.header(), points, self.metadata())
 
     def metadata(self) -> dict[str, Buffer]:
-        """Buffers of the published metadata, by name.
+        """Return the buffers of the metadata to publish, by name.
 
         Raises:
-            BadValueError: a buffer is missing.
+            BadValueError: the buffer of a selected kind is missing.
         """
         ports, chosen = type(self).ports, dict[str, Buffer]()
         for name in METADATA:

@@ -16,13 +16,13 @@ class NetworkNode(Node):
     """Base of nodes that open topics or services, with inputs for domain and namespace."""
 
     exec_in = ExecIn()
-    context: UInt64 = In(default=0, setup=True, doc="handle from a ROS2Context; 0 is the session's domain")
+    context: UInt64 = In(default=0, setup=True, doc="domain handle from a ROS2Context; 0: the session's domain")
     node_namespace: String = In(
-        default="", setup=True, doc="namespace; if empty, `isaac:namespace` of the ancestor prims"
+        default="", setup=True, doc="ROS namespace; if empty, collected from `isaac:namespace` of the ancestor prims"
     )
 
     def endpoint(self) -> dict[str, Any]:
-        """Options of a topic or service from the inputs: namespace and domain."""
+        """Return the options of a topic or service that the inputs set: namespace and domain."""
         return {"namespace": self.node_namespace, "ros_context": self.context}
 
 
@@ -30,20 +30,20 @@ class TopicNode(NetworkNode):
     """Base of nodes that open topics, with inputs for the QoS."""
 
     qos_profile: String = In(
-        default="", setup=True, doc="JSON from a ROS2QoSProfile; empty: reliable, volatile, depth queueSize"
+        default="", setup=True, doc="JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth `queueSize`"
     )
-    queue_size: UInt64 = In(default=10, setup=True, doc="history depth without a QoS profile")
+    queue_size: UInt64 = In(default=10, setup=True, doc="history depth if `qosProfile` is empty")
 
     def open_topic(self, context: Context, message_type: str, topic: str, **facts: Any) -> Publisher:
-        """Open a topic for writing; `facts` as for `Context.publisher`."""
+        """Open a topic to publish on; `facts` are keyword arguments of `Context.publisher`."""
         return context.publisher(message_type, topic, **self.endpoint(), **facts)
 
     def listen(self, context: Context, message_type: str, topic: str, **facts: Any) -> Subscription:
-        """Open a topic for reading; `facts` as for `Context.subscription`."""
+        """Subscribe to a topic; `facts` are keyword arguments of `Context.subscription`."""
         return context.subscription(message_type, topic, **self.endpoint(), **facts)
 
     def endpoint(self) -> dict[str, Any]:
-        """Options of a topic from the inputs: namespace, QoS and domain."""
+        """Return the options of a topic that the inputs set: namespace, QoS and domain."""
         return {**super().endpoint(), "qos_profile": self.qos_profile, "queue_size": self.queue_size}
 
 
@@ -60,14 +60,14 @@ class PublisherNode(TopicNode):
         self.publisher = self.open(context)
 
     def open(self, context: Context, **facts: Any) -> Publisher:
-        """Open the topic given by the inputs; `facts` as for `Context.publisher`."""
+        """Open the topic `topicName`; `facts` are keyword arguments of `Context.publisher`."""
         return self.open_topic(context, self.message_type, self.topic_name, **facts)
 
     def compute(self) -> None:
         """Publish a message, if the topic has subscribers.
 
         Raises:
-            BadValueError: the message cannot hold the inputs.
+            BadValueError: the message cannot hold an input's value.
         """
         if self.publisher.wanted:
             send(self.publisher, self.message())
@@ -78,27 +78,27 @@ class PublisherNode(TopicNode):
 
 
 class SensorPublisher(PublisherNode):
-    """Base of publishers of measurements from inputs; a subclass also defines `frameId`."""
+    """Base of nodes that publish a measurement from inputs, with a header; a subclass also defines `frameId`."""
 
     frame_id: str
     time_stamp: float = In(default=0.0, unit="s")
 
     def open(self, context: Context, **facts: Any) -> Publisher:
-        """Open the topic given by the inputs, with its frame."""
+        """Open the topic `topicName`, for messages in the frame `frameId`."""
         return super().open(context, frame_id=self.frame_id, **facts)
 
     def header(self) -> messages.Header:
-        """The header of this execution's message."""
+        """Build the header of this execution's message."""
         return header(self.time_stamp, self.frame_id)
 
 
 def array_or_buffer(array: NDArray[Any], buffer: Buffer) -> Buffer:
-    """The array, or the buffer if the array is empty and there is a buffer."""
+    """Return the array, or the buffer if the array is empty and a buffer is given."""
     return array if len(array) or isinstance(buffer, int) else buffer
 
 
 def bytes_in(buffer: Buffer) -> NDArray[np.uint8]:
-    """The bytes of a buffer, copied only if they are not contiguous."""
+    """Return the bytes of a buffer, copied only if they are not contiguous."""
     view = memoryview(buffer)
     return np.frombuffer(view if view.c_contiguous else view.tobytes(), np.uint8)
 
@@ -116,7 +116,7 @@ def send(publisher: Publisher, message: Any) -> None:
 
 
 def header(seconds: float, frame_id: str, port: str = "timeStamp") -> messages.Header:
-    """A header with that time and frame; errors as for `stamp`."""
+    """Build a header from a frame and a time in seconds, the value of `port`. Raises the same errors as `stamp`."""
     return messages.Header(stamp(seconds, port), frame_id)
 
 

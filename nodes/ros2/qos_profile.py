@@ -9,7 +9,7 @@ from graphengine.messages.qos import PRESETS, qos_json
 from graphengine.node import BadValueError, In, Node, Out, String, Token, UInt64
 
 _DEFAULT = "defaultPubSub"
-"""The reference's default, which is none of its presets and means the first of them."""
+"""Isaac Sim's default. It is not one of the presets; its policies are those of "Default for publishers/subscribers"."""
 
 
 class ROS2QoSProfile(Node, type="isaacsim.ros2.bridge.ROS2QoSProfile"):
@@ -17,18 +17,20 @@ class ROS2QoSProfile(Node, type="isaacsim.ros2.bridge.ROS2QoSProfile"):
 
     "Default for publishers/subscribers" and "Services" are keepLast with depth 10, reliable, volatile; "Sensor Data" is
     keepLast with depth 5, bestEffort, volatile; "System Default" leaves these policies to the middleware; "Custom" uses the
-    policies of the inputs only.
+    policies of the inputs only, whose defaults are those of the first preset.
     """
 
     history: Token = In(default="keepLast", tokens=("systemDefault", "keepLast", "keepAll", "unknown"))
-    depth: UInt64 = In(default=10, doc="number of messages kept with keepLast")
+    depth: UInt64 = In(default=10, doc="number of messages to keep if `history` is keepLast")
     reliability: Token = In(default="reliable", tokens=("systemDefault", "reliable", "bestEffort", "unknown"))
     durability: Token = In(default="volatile", tokens=("systemDefault", "transientLocal", "volatile", "unknown"))
-    deadline: float = In(default=0.0, unit="s", doc="longest time between two messages; 0 is no limit")
-    lifespan: float = In(default=0.0, unit="s", doc="age at which a message expires; 0 is never")
+    deadline: float = In(default=0.0, unit="s", doc="maximum time between two messages; 0: no limit")
+    lifespan: float = In(default=0.0, unit="s", doc="age at which a message expires; 0: never")
     liveliness: Token = In(default="systemDefault", tokens=("systemDefault", "automatic", "manualByTopic", "unknown"))
-    lease_duration: float = In(default=0.0, unit="s", doc="silence after which a writer counts as lost; 0 is never")
-    create_profile: Token = In(default=_DEFAULT, tokens=(_DEFAULT, *PRESETS, "Custom"), doc="preset")
+    lease_duration: float = In(default=0.0, unit="s", doc="silence after which a publisher counts as lost; 0: never")
+    create_profile: Token = In(
+        default=_DEFAULT, tokens=(_DEFAULT, *PRESETS, "Custom"), doc="preset; changed policy inputs override it"
+    )
     qos_profile: String = Out(doc="QoS profile as JSON, for `qosProfile` of other nodes")
 
     def compute(self) -> None:

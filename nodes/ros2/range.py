@@ -15,7 +15,7 @@ _RADIATION = {"ultrasound": 0, "infrared": 1}
 class RangePublisher(TopicNode, type="graphengine.ros2.RangePublisher"):
     """Publishes each sample of a range sensor as sensor_msgs/Range.
 
-    As in REP 117, the range is +inf without an object within max_range and -inf for an object closer than min_range.
+    As in REP 117, the range is +inf if no object is within `max_range`, and -inf if an object is closer than `min_range`.
     """
 
     range_prim: Target = In(

@@ -21,29 +21,29 @@ Ask = Callable[[Prims, Any], Sequence[Any]]
 class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=True):
     """Offers services of isaac_ros2_messages to list prims and attributes, and to read and write attributes.
 
-    Values are JSON; as in USD, quaternions are [w, x, y, z] and angles are in degrees. Only attributes
-    that the simulation has are available; a write to an attribute that cannot change during a simulation is refused. The
-    requests of a tick are answered one service after the other, and those of a service in order of arrival.
+    Values are JSON; as in USD, quaternions are [w, x, y, z] and angles are in degrees. Only attributes that the simulation has
+    are available; a write to an attribute that cannot change during a simulation is refused. In each tick, the node handles
+    the services one after the other, and the requests of one service in order of arrival.
     """
 
     prims_service_name: String = In(
-        default="get_prims", setup=True, doc="name of the service GetPrims: a prim and its descendants"
+        default="get_prims", setup=True, doc="name of the GetPrims service, which lists a prim and its descendants"
     )
     get_attributes_service_name: String = In(
         default="get_prim_attributes",
         setup=True,
-        doc="name of the service GetPrimAttributes: names and types of attributes",
+        doc="name of the GetPrimAttributes service, which lists a prim's attributes and their types",
     )
     get_attribute_service_name: String = In(
-        default="get_prim_attribute", setup=True, doc="name of the service GetPrimAttribute: value of an attribute"
+        default="get_prim_attribute", setup=True, doc="name of the GetPrimAttribute service, which reads an attribute"
     )
     set_attribute_service_name: String = In(
-        default="set_prim_attribute", setup=True, doc="name of the service SetPrimAttribute: sets an attribute"
+        default="set_prim_attribute", setup=True, doc="name of the SetPrimAttribute service, which sets an attribute"
     )
     qos_profile: String = In(
-        default="", setup=True, doc="JSON from a ROS2QoSProfile; empty: reliable, volatile, depth 10"
+        default="", setup=True, doc="JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth 10"
     )
-    exec_out = ExecOut(doc="fires after requests were answered")
+    exec_out = ExecOut(doc="fires once in a tick in which the node responded to requests")
 
     served: tuple[tuple[ServiceServer, Callable[[Any], Any]], ...] = Bound()
 
@@ -66,11 +66,11 @@ class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", 
         return context.service_server(f"{_PACKAGE}/{name}", service, **facts)
 
     def writes(self) -> Iterable[str]:
-        """The attributes of all prims."""
+        """Return keys for the attributes of all prims."""
         return WIRED, ANY
 
     def compute(self) -> Fire:
-        """Answer the requests of this tick."""
+        """Respond to the requests of this tick."""
         fired: Fire = None
         for server, respond in self.served:
             for request_id, request in server.take():
@@ -84,7 +84,7 @@ def respond(kind: str, ask: Ask, prims: Prims, request: Any) -> Any:
 
     Args:
         kind: name of the service type, such as GetPrims.
-        ask: handler that returns the fields of the response before `success`.
+        ask: handler that returns the response fields that come before `success`.
         prims: prims of the stage.
         request: request message.
     """
@@ -115,7 +115,7 @@ def get_attribute(prims: Prims, request: Any) -> Sequence[Any]:
 
 
 def set_attribute(prims: Prims, request: Any) -> Sequence[Any]:
-    """Set an attribute; the response has no fields of its own.
+    """Set an attribute and return no fields: the response has only `success` and `message`.
 
     Raises:
         ContextError: the value is not JSON.

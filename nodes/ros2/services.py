@@ -15,22 +15,22 @@ from graphengine.nodes.ros2.fields import Layout, expect, find_service
 
 
 class ServiceNode(Node):
-    """Base of nodes for one service. Literals give its type, because ports are made before wires are read."""
+    """Base of nodes for one service of any type, which the graph file sets: ports are made before wires are read."""
 
     request: ClassVar[Layout]
     response: ClassVar[Layout]
 
-    context: UInt64 = In(default=0, setup=True, doc="handle from a ROS2Context; 0 is the session's domain")
-    node_namespace: String = In(default="", setup=True, doc="namespace; the namespaces of prims are not added")
-    message_package: String = In(required=True, setup=True, doc="package of the service, such as std_srvs")
-    message_subfolder: String = In(default="srv", setup=True, doc="folder of the service in the package")
+    context: UInt64 = In(default=0, setup=True, doc="domain handle from a ROS2Context; 0: the session's domain")
+    node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
+    message_package: String = In(required=True, setup=True, doc="package of the service type, such as std_srvs")
+    message_subfolder: String = In(default="srv", setup=True, doc="folder of the service type in the package")
     message_name: String = In(required=True, setup=True, doc="name of the service type, such as SetBool")
 
     def bind(self) -> str:
-        """The service type, such as std_srvs/srv/SetBool.
+        """Return the service type that the inputs name, such as std_srvs/srv/SetBool.
 
         Raises:
-            ContextError: the inputs name another service type than that of the ports.
+            ContextError: the ports were made for another service type.
         """
         layout: Layout | None = getattr(self, "request", None) or getattr(self, "response", None)
         return expect(layout, self.message_package, self.message_subfolder, self.message_name)
@@ -42,24 +42,24 @@ class NamedServiceNode(ServiceNode):
     exec_in = ExecIn()
     service_name: String = In(default="/service_name", setup=True, doc="name of the service")
     qos_profile: String = In(
-        default="", setup=True, doc="JSON from a ROS2QoSProfile; empty: reliable, volatile, depth 10"
+        default="", setup=True, doc="JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth 10"
     )
 
     def endpoint(self) -> dict[str, Any]:
-        """Options of the service from the inputs: namespace, QoS and domain."""
+        """Return the options of the service that the inputs set: namespace, QoS and domain."""
         return {"namespace": self.node_namespace, "qos_profile": self.qos_profile, "ros_context": self.context}
 
 
 class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2ServiceServerRequest"):
     """Offers a service; the fields of a request are outputs, such as `Request:data` of a SetBool.
 
-    `graphrun nodes ROS2ServiceServerRequest --message std_srvs/srv/SetBool` lists these outputs. Each request of
-    a tick fires `onReceived` once, oldest first. A ROS2ServiceServerResponse with the same handle sends the response. If the
-    next request comes before the response, the earlier request is never answered, and a warning is logged.
+    `graphrun nodes ROS2ServiceServerRequest --message std_srvs/srv/SetBool` lists these outputs. Each request that arrived in a
+    tick fires `onReceived` once, oldest first. A ROS2ServiceServerResponse with the same `serverHandle` sends the response. If
+    the next request comes before the response, the earlier request never gets a response, and a warning is logged.
     """
 
     on_received = ExecOut(doc="fires for each request")
-    server_handle: UInt64 = Out(default=0, doc="handle of this server, for the ROS2ServiceServerResponse")
+    server_handle: UInt64 = Out(default=0, doc="handle of this server; wire it to a ROS2ServiceServerResponse")
 
     server: ServiceServer = Bound()
     logger: Context = Bound()
@@ -117,7 +117,7 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
             self.find()
 
     def find(self) -> ServiceServer:
-        """The service server with the handle of the input.
+        """Return the service server whose handle is `serverHandle`.
 
         Raises:
             ContextError: no server has the handle, or its type differs.
@@ -132,7 +132,7 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
         return server
 
     def compute(self) -> Fire:
-        """Answer the last request.
+        """Respond to the latest request.
 
         Raises:
             BadValueError: no server has the handle, or the response cannot hold an input's value.
@@ -149,14 +149,14 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
 
 
 class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2ServiceClient"):
-    """Calls a service; the fields of the request are inputs, those of the response outputs, such as `Response:success`.
+    """Calls a service; the request's fields are inputs, the response's fields are outputs, such as `Response:success`.
 
     `graphrun nodes ROS2ServiceClient --message std_srvs/srv/SetBool` lists these ports. Every execution calls the service, even
-    while other calls wait for responses. A call is sent at the end of the tick, or when a server appears; until then the last
-    ten are kept. Each tick outputs at most one response, in order of arrival.
+    while other calls wait for responses. A call is sent at the end of the tick if a server exists, otherwise when one appears;
+    until then, the last ten calls are kept. Each tick outputs at most one response, in order of arrival.
     """
 
-    exec_out = ExecOut(doc="fires for each response, in a later tick")
+    exec_out = ExecOut(doc="fires once for each response, in a tick after the call")
 
     client: ServiceClient = Bound()
     waiting: int = State(default=0)

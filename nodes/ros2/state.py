@@ -35,26 +35,31 @@ _PRISMATIC = 1
 
 
 class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishJointState"):
-    """Publishes joint states as sensor_msgs/JointState: from arrays if jointNames is given, else of targetPrim.
+    """Publishes sensor_msgs/JointState from arrays if `jointNames` is given, else the joint states of `targetPrim`.
 
-    In arrays, lengths and forces are scaled by k = 1 / stageMetersPerUnit and torques by k^2, as in Isaac Sim; k is 1 for
-    metres. The efforts of a robot are those after the last physics step.
+    Lengths and forces in the arrays are multiplied by k = 1 / `stageMetersPerUnit`, torques by k^2, as in Isaac Sim; k is 1 for
+    metres. The efforts of `targetPrim` are those after the last physics step.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"
 
-    target_prim: Target = In(required="joints", setup=True, doc="prim that stands for the robot")
+    target_prim: Target = In(
+        required="joints", setup=True, doc="robot if `jointNames` is empty: its prim, base link or articulation root"
+    )
     topic_name: String = In(default="joint_states", setup=True)
     time_stamp: float = In(default=0.0, unit="s")
-    joint_names: Tokens = In(required="joints", doc="joints of the arrays, from IsaacReadJointState")
+    joint_names: Tokens = In(required="joints", doc="names of the joints in the arrays; if empty, `targetPrim` is used")
     joint_positions: Doubles = In(unit="rad, m")
     joint_velocities: Doubles = In(unit="rad/s, m/s")
     joint_efforts: Doubles = In(unit="N m, N")
     joint_dof_types: UChars = In(doc="0 for a revolute joint, 1 for a prismatic one")
     stage_meters_per_unit: Float = In(default=0.0, unit="m", doc="length of a stage unit")
-    sensor_time: Float = In(default=0.0, unit="s", doc="stamp of the arrays if above 0, else timeStamp")
+    sensor_time: Float = In(default=0.0, unit="s", doc="stamp of the joint arrays if above 0, otherwise `timeStamp`")
     resolution: float = In(
-        default=1e-4, ge=0.0, extension=True, doc="numbers are rounded to multiples of it; 0: not rounded"
+        default=1e-4,
+        ge=0.0,
+        extension=True,
+        doc="joint values are rounded to multiples of `resolution`; 0: not rounded",
     )
 
     articulation: Articulation | None = Bound()
@@ -98,10 +103,10 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         return self.joint_state(time, self.joint_names, *arrays)
 
     def joint_state(self, time: float, names: Sequence[str], *arrays: NDArray[np.float64]) -> messages.JointState:
-        """Build the message of the robot's state: positions, velocities and efforts, rounded.
+        """Build the message from positions, velocities and efforts, rounded to multiples of `resolution`.
 
         Raises:
-            BadValueError: the resolution is negative or not finite, or the time is out of the range of a message.
+            BadValueError: `resolution` is negative or not finite, or the time is out of the range of a message.
         """
         values = np.concatenate(arrays)
         if not 0.0 <= self.resolution < math.inf:
@@ -129,19 +134,21 @@ def _rounded(values: NDArray[np.float64], steps: float) -> NDArray[np.float64]:
 class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishOdometry"):
     """Publishes pose and twist as nav_msgs/Odometry; covariances are zero.
 
-    Unless publishRawVelocities is set, velocities are projected onto three fixed axes: front (robotFront in the xy plane),
-    side (up x front) and up. The axes do not turn with the robot, so the input velocities must be in the body's frame.
+    Unless `publishRawVelocities` is true, velocities are projected onto three constant axes: front (`robotFront` in the xy
+    plane), side (up x front) and up. `orientation` does not turn these axes, so give the velocities in the body's frame.
     """
 
     message_type: ClassVar[str] = "nav_msgs/msg/Odometry"
 
-    odom_frame_id: String = In(default="odom", setup=True, doc="frame of the pose")
-    chassis_frame_id: String = In(default="base_link", setup=True, doc="frame of the twist")
+    odom_frame_id: String = In(default="odom", setup=True, doc="frame in which the pose is given")
+    chassis_frame_id: String = In(default="base_link", setup=True, doc="frame in which the twist is given")
     topic_name: String = In(default="odom", setup=True)
-    publish_raw_velocities: bool = In(default=False, doc="copy the velocities as they are")
+    publish_raw_velocities: bool = In(
+        default=False, doc="true: publish the velocities unchanged; false: project them onto the axes of `robotFront`"
+    )
     time_stamp: float = In(default=0.0, unit="s")
     position: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m")
-    orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w)")
+    orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="quaternion (x, y, z, w)")
     linear_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s")
     angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s")
     robot_front: Vector3d = In(default=(1.0, 0.0, 0.0), doc="forward direction of the robot, in the body's frame")
@@ -151,7 +158,7 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
         self.publisher = self.open(context, frame_id=self.odom_frame_id)
 
     def message(self) -> messages.Odometry:
-        """Build the message from pose and twist."""
+        """Build the message from the pose and the velocities."""
         linear, angular = self.linear_velocity, self.angular_velocity
         if not self.publish_raw_velocities and self.robot_front != (1.0, 0.0, 0.0):
             linear, angular = self.along_front(linear), self.along_front(angular)
@@ -165,7 +172,7 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
         )
 
     def along_front(self, velocity: Vector3d) -> Vector3d:
-        """The components of a vector along front, side and up."""
+        """Return the components of a vector along front, side and up."""
         x, y, _ = self.robot_front
         length = math.hypot(x, y)
         if not 0.0 < length < math.inf:

@@ -20,12 +20,12 @@ _TWISTS = {"twist": "geometry_msgs/msg/Twist", "twist_stamped": "geometry_msgs/m
 
 
 class SubscriberNode(TopicNode):
-    """Base of nodes that fire for a message; a subclass defines `message_type`, `topicName` and `deliver`."""
+    """Base of nodes that output the newest message of a tick; a subclass defines `message_type`, `topicName` and `deliver`."""
 
     message_type: ClassVar[str]
     topic_name: str
 
-    exec_out = ExecOut(doc="fires for a message")
+    exec_out = ExecOut(doc="fires once in a tick in which messages arrived")
 
     subscription: Subscription = Bound()
     logger: Context = Bound()
@@ -47,28 +47,34 @@ class SubscriberNode(TopicNode):
         return self.exec_out
 
     def deliver(self, message: Any) -> str:
-        """Set the outputs from the message; return the reason if the message must be dropped, else an empty string."""
+        """Set the outputs from the message; return why the message must be dropped, or an empty string if it is used."""
         raise NotImplementedError
 
 
 class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeTwist", gated=True):
-    """Receives geometry_msgs/Twist or TwistStamped; fires for a message. A message that is not finite is dropped and logged.
+    """Receives geometry_msgs/Twist or TwistStamped and fires when a message arrives.
 
-    `auto` subscribes with the type that is published, or Twist without publishers: Nav2 sends Twist in ROS 2 Jazzy and
-    TwistStamped in later releases. The header of a TwistStamped is ignored. If no message follows for `timeout`, both
-    velocities are set to zero and execOut fires once.
+    If `type` is `auto`, the node subscribes with the published type, or with Twist if there is no publisher: Nav2 sends Twist in
+    ROS 2 Jazzy and TwistStamped in later releases. The header of a TwistStamped is ignored. A message with infinite or NaN
+    numbers is dropped and logged. If no further message arrives for `timeout`, both velocities become zero and `execOut` fires
+    once.
     """
 
     topic_name: String = In(default="cmd_vel", setup=True)
     type_in: Token = In(
-        default="auto", name="type", setup=True, tokens=("auto", *_TWISTS), extension=True, doc="message type"
+        default="auto",
+        name="type",
+        setup=True,
+        tokens=("auto", *_TWISTS),
+        extension=True,
+        doc="message type; `auto`: as published",
     )
     timeout: float = In(
         default=0.0,
         ge=0.0,
         unit="s",
         extension=True,
-        doc="simulation time without messages until zero velocities; 0 is never",
+        doc="simulation time without messages after which both velocities become zero; 0: never",
     )
     linear_velocity: Vector3d = Out(default=_STILL, unit="m/s")
     angular_velocity: Vector3d = Out(default=_STILL, unit="rad/s")
@@ -105,7 +111,7 @@ class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
 
 
 class ROS2SubscribeClock(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeClock", gated=True):
-    """Receives rosgraph_msgs/Clock; fires for a message."""
+    """Receives rosgraph_msgs/Clock and fires when a message arrives."""
 
     message_type: ClassVar[str] = "rosgraph_msgs/msg/Clock"
 
@@ -119,16 +125,16 @@ class ROS2SubscribeClock(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
 
 
 class ROS2SubscribeJointState(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeJointState", gated=True):
-    """Receives joint commands as sensor_msgs/JointState; fires for a message.
+    """Receives joint commands as sensor_msgs/JointState and fires when a message arrives.
 
-    An array without one number per joint is output as NaN, which IsaacArticulationController ignores. A message is
-    dropped and logged if it has no joints, no array with one number per joint, or an infinite number.
+    If an array does not have one number per joint, the output is NaN for each joint, which IsaacArticulationController ignores.
+    A message is dropped and logged if it has no joints, no array with one number per joint, or an infinite number.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"
 
     topic_name: String = In(default="joint_command", setup=True)
-    time_stamp: float = Out(unit="s", doc="from the message's header")
+    time_stamp: float = Out(unit="s", doc="stamp in the message's header")
     joint_names: Tokens = Out()
     position_command: Doubles = Out(unit="rad, m")
     velocity_command: Doubles = Out(unit="rad/s, m/s")
@@ -156,13 +162,16 @@ def _one_each(array: NDArray[np.float64], joints: int) -> NDArray[np.float64]:
 
 
 class ROS2SubscribeAckermannDrive(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeAckermannDrive", gated=True):
-    """Receives ackermann_msgs/AckermannDriveStamped; fires for a message. A message that is not finite is dropped and logged."""
+    """Receives ackermann_msgs/AckermannDriveStamped and fires when a message arrives.
+
+    A message with infinite or NaN numbers is dropped and logged.
+    """
 
     message_type: ClassVar[str] = "ackermann_msgs/msg/AckermannDriveStamped"
 
     topic_name: String = In(default="ackermann_cmd", setup=True)
-    frame_id: String = Out(default="", doc="from the message's header")
-    time_stamp: float = Out(unit="s", doc="from the message's header")
+    frame_id: String = Out(default="", doc="frame in the message's header")
+    time_stamp: float = Out(unit="s", doc="stamp in the message's header")
     steering_angle: float = Out(unit="rad")
     steering_angle_velocity: float = Out(unit="rad/s")
     speed: float = Out(unit="m/s")

@@ -14,27 +14,27 @@ from graphengine.nodes.ros2.publisher import TopicNode
 from graphengine.nodes.touched import writing_poses
 
 _FARTHEST = 1e9
-"""Coordinates that are taken for a place, m; the physics counts up to 1e10."""
+"""Maximum absolute coordinate of a pose, m; the physics accepts up to 1e10."""
 _UNIT = 0.01
 """How far the square of a quaternion's length may be from 1, as in tf2."""
 
 
 class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2SubscribeTransformTree", gated=True):
-    """Moves prims to the poses of tf2_msgs/TFMessage; fires for a message.
+    """Moves prims to the poses in tf2_msgs/TFMessage and fires when a message arrives.
 
     A transform is used if `frameNamesMap` has both of its frames. If several transforms of a child frame arrive in one tick, the
     newest is used. The child frame's prim moves to the transform's pose, relative to the present pose of the parent frame's
     prim. From then on until stop, physics does not move the child prim: it is an immovable obstacle. The prim of a robot moves
     the whole robot. A link below a joint moves only within the joint's range. A prim fixed to another one, such as a sensor,
-    cannot move, which is logged. Transforms that tf2 would drop are dropped and logged.
+    cannot move: its transform is ignored and logged. Transforms that tf2 would drop are dropped and logged.
     """
 
     topic_name: String = In(default="tf", setup=True)
     frame_names_map: Tokens = In(
-        required=True, setup=True, doc="prim paths and frame names in turn; each prim and frame once"
+        required=True, setup=True, doc="flat list of pairs: prim path, frame name; each prim and frame once"
     )
-    articulation_roots: Tokens = In(setup=True, doc="no effect, but each must be an existing robot")
-    exec_out = ExecOut(doc="fires for a message")
+    articulation_roots: Tokens = In(setup=True, doc="no effect, but each path must lead to a robot")
+    exec_out = ExecOut(doc="fires once in a tick in which messages arrived")
 
     subscription: Subscription = Bound()
     frames: dict[str, tuple[str, Frame, Placement | None]] = Bound()
@@ -62,11 +62,11 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
         self.subscription = self.listen(context, "tf2_msgs/msg/TFMessage", topic, outermost_namespace=True)
 
     def writes(self) -> Iterable[str]:
-        """The poses of the prims in `frameNamesMap`."""
+        """Return keys for the poses of the prims in `frameNamesMap`."""
         return writing_poses(self.frame_names_map[::2])
 
     def compute(self) -> Fire:
-        """Apply the newest transform of each child, in order of arrival."""
+        """Apply the newest transform of each child frame, in order of arrival."""
         arrived, frames = self.subscription.take(), self.frames
         edges = (edge for message in arrived for edge in message.transforms)
         newest = {e.child_frame_id: e for e in edges if e.child_frame_id in frames and e.header.frame_id in frames}
@@ -77,7 +77,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
         return self.exec_out if arrived else None
 
     def follow(self, edge: Any) -> str:
-        """Move the child of an edge; return the reason if it cannot be moved, else an empty string."""
+        """Move the prim of a transform's child frame; return the reason if it cannot be moved, else an empty string."""
         (_, parent, _), (prim, child, placement) = self.frames[edge.header.frame_id], self.frames[edge.child_frame_id]
         if placement is None:
             return f"{edge.child_frame_id} tells where {prim} is, which cannot be moved by itself"

@@ -20,18 +20,18 @@ from graphengine.nodes.touched import reading_poses
 def transform(
     time: float, parent: str, child: str, translation: Vector3, orientation: Quaternion
 ) -> messages.TransformStamped:
-    """A message for one edge of the tree."""
+    """Build the message for one edge of the TF tree; time in s, translation in m, quaternion (x, y, z, w)."""
     pose = messages.Transform(messages.Vector3(*translation), messages.Quaternion(*orientation))
     return messages.TransformStamped(header(time, parent), child, pose)
 
 
 class TransformPublisher(PublisherNode):
-    """Base of publishers of tf2_msgs/TFMessage; of the ancestor prims' namespaces, only the outermost is used."""
+    """Base of nodes that publish tf2_msgs/TFMessage, in the outermost namespace of the ancestor prims."""
 
     message_type: ClassVar[str] = "tf2_msgs/msg/TFMessage"
 
     static_publisher: bool = In(
-        default=False, setup=True, doc="publish once after play, even without subscribers; latched for late ones"
+        default=False, setup=True, doc="publish once after play, latched, even without subscribers"
     )
 
     sent: bool = State(default=False)
@@ -42,7 +42,7 @@ class TransformPublisher(PublisherNode):
         return super().open(context, outermost_namespace=True, latched=self.static_publisher, **facts)
 
     def compute(self) -> None:
-        """Publish the transforms: at each execution, or once if static."""
+        """Publish the transforms: at each execution, or once if `staticPublisher` is true."""
         if self.static_publisher:
             if not self.sent:
                 send(self.publisher, self.message())
@@ -52,14 +52,14 @@ class TransformPublisher(PublisherNode):
 
 
 class ROS2PublishRawTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.ROS2PublishRawTransformTree"):
-    """Publishes one transform given by inputs."""
+    """Publishes one transform, given by the inputs, as tf2_msgs/TFMessage."""
 
     parent_frame_id: String = In(default="odom", setup=True)
     child_frame_id: String = In(default="base_link", setup=True)
     topic_name: String = In(default="tf", setup=True)
     time_stamp: float = In(default=0.0, unit="s")
     translation: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m")
-    rotation_in: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), name="rotation", doc="(x, y, z, w)")
+    rotation_in: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), name="rotation", doc="quaternion (x, y, z, w)")
 
     def setup(self, context: Context) -> None:
         """Open the topic."""
@@ -73,16 +73,18 @@ class ROS2PublishRawTransformTree(TransformPublisher, type="isaacsim.ros2.bridge
 
 
 class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.ROS2PublishTransformTree"):
-    """Publishes transforms from arrays or of target prims, in one message with one stamp per execution."""
+    """Publishes transforms, given by arrays or of target prims, as one tf2_msgs/TFMessage with one stamp per execution."""
 
-    parent_prim: Target = In(setup=True, doc="parent frame of targetPrims; empty for the world")
-    target_prims: Target = In(required="frames", setup=True, doc="prims to publish if parentFrames is empty")
+    parent_prim: Target = In(setup=True, doc="prim of the parent frame of `targetPrims`; empty for the world")
+    target_prims: Target = In(required="frames", setup=True, doc="prims to publish if `parentFrames` is empty")
     topic_name: String = In(default="tf", setup=True)
     time_stamp: float = In(default=0.0, unit="s")
-    parent_frames: Tokens = In(required="frames", setup=True, doc="from IsaacComputeTransformTree")
-    child_frames: Tokens = In(setup=True, doc="from IsaacComputeTransformTree")
-    translations: Double3s = In(unit="m")
-    orientations: Double4s = In(doc="(x, y, z, w)")
+    parent_frames: Tokens = In(
+        required="frames", setup=True, doc="parent frame of each transform, from IsaacComputeTransformTree"
+    )
+    child_frames: Tokens = In(setup=True, doc="child frame of each transform, from IsaacComputeTransformTree")
+    translations: Double3s = In(unit="m", doc="translation of each transform")
+    orientations: Double4s = In(doc="quaternion (x, y, z, w) of each transform")
 
     links: Sequence[FrameLink] = Bound()
 
@@ -99,7 +101,7 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
         self.publisher = self.open(context, frame_id=edges[0][0] if edges else "", transforms=edges)
 
     def reads(self) -> Iterable[str]:
-        """The poses of the target prims, unless arrays are wired."""
+        """Return keys for the poses of `targetPrims`."""
         return reading_poses(self.target_prims) if self.target_prims else ()
 
     def message(self) -> messages.TFMessage:
@@ -119,16 +121,18 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
 
 
 def linked(time: float, links: Iterable[FrameLink]) -> list[messages.TransformStamped]:
-    """TransformStamped messages of links at their present poses."""
+    """Build TransformStamped messages from the current poses of links; `time` in s."""
     return [transform(time, link.parent_name, link.child_name, *pose_of(link)) for link in links]
 
 
 class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublisher"):
-    """Publishes the topics of robot_state_publisher: robot_description and tf_static latched, tf at a rate."""
+    """Publishes robot_description and tf_static, both latched, and tf at a fixed rate, as robot_state_publisher does."""
 
-    target_prim: Target = In(required=True, setup=True, doc="prim that stands for the robot")
+    target_prim: Target = In(required=True, setup=True, doc="the robot: its prim, base link or articulation root")
     time_stamp: float = In(default=0.0, unit="s")
-    publish_frequency: float = In(default=20.0, gt=0.0, setup=True, unit="Hz", doc="rate of the movable links")
+    publish_frequency: float = In(
+        default=20.0, gt=0.0, setup=True, unit="Hz", doc="publishing rate of `tf`, which has the movable links"
+    )
 
     description: RobotDescription = Bound()
     description_publisher: Publisher = Bound()
@@ -141,7 +145,7 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
         """Open the three topics.
 
         Raises:
-            BadValueError: the frequency is not above 0, or above 1e9 Hz.
+            BadValueError: `publishFrequency` is not above 0, or is above 1e9 Hz.
         """
         if not 0.0 < self.publish_frequency <= 1e9:
             raise BadValueError("publishFrequency", self.publish_frequency, "above 0 and 1e9 Hz or less")
@@ -162,7 +166,7 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
         )
 
     def compute(self) -> None:
-        """Publish the latched topics once, and the movable links when they are due.
+        """Publish the latched topics once, and `tf` when it is due.
 
         Raises:
             BadValueError: the time is out of the range of a message.

@@ -131,7 +131,7 @@ def test_after_a_thousand_mistakes_the_rest_is_dropped(tmp_path: Path) -> None:
     assembly = build.load(path)
     assert time.process_time() - begun < 5
     assert len(assembly.findings.items) == MAX_ERRORS + 1
-    assert assembly.findings.items[-1].message == f"more than {MAX_ERRORS} mistakes; the others are not told"
+    assert assembly.findings.items[-1].message == f"more than {MAX_ERRORS} errors; further findings are not listed"
 
 
 def many(kind: str, count: int) -> str:

@@ -1,4 +1,4 @@
-"""Plans a resolved graph: wires, dependencies, regions, calls, in this order."""
+"""Plans the execution of a resolved graph, in these steps: wires, dependencies, regions, calls."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ __all__ = ["make_plan", "share_plans"]
 
 
 def share_plans(graphs: Iterable[Graph], findings: Findings) -> list[Graph]:
-    """Plan graphs, those of one shape together.
+    """Plan graphs; graphs that differ only in literals share a plan.
 
     Returns:
-        The graphs, but for those that run in a circle, of which the findings say where.
+        The planned graphs. Graphs with a cycle are left out, and the cycle is added to `findings`.
     """
     known: dict[object, Plan | None] = {}
     planned: list[Graph] = []
@@ -38,7 +38,7 @@ def share_plans(graphs: Iterable[Graph], findings: Findings) -> list[Graph]:
 
 
 def _shape(graph: Graph) -> object:
-    """What a plan depends on: the file, classes, wires, and which nodes read and write the same; not the literals."""
+    """A key of all that a plan depends on: file, classes, wires, and which nodes read and write the same resources."""
     numbers: dict[str, object] = {UNKNOWN_PRIM: UNKNOWN_PRIM}
 
     def accesses(keys: Iterable[str]) -> tuple[object, ...]:
@@ -53,11 +53,11 @@ def _shape(graph: Graph) -> object:
 
 
 def make_plan(graph: Graph, findings: Findings) -> Plan | None:
-    """The plan of a resolved graph; None when a cycle keeps it from running.
+    """Return the plan of a resolved graph; None if a cycle prevents its execution.
 
     Args:
         graph: instances and wires.
-        findings: where mistakes go.
+        findings: findings to add errors to.
     """
     if graph.flat.spec.evaluator == "push":
         pushed = PushGraph(graph, findings)
@@ -75,7 +75,7 @@ def make_plan(graph: Graph, findings: Findings) -> Plan | None:
 
 
 def _executed(regions: RegionGraph) -> Iterable[int]:
-    """Every node that can run but data nodes, in schedule order."""
+    """All nodes that can run, except data nodes, in schedule order."""
     executed: dict[int, None] = {}
     pending = regions.members[0][::-1]
     while pending:
@@ -89,7 +89,7 @@ def _executed(regions: RegionGraph) -> Iterable[int]:
 
 
 def _plan(graph: DependencyGraph, regions: Sequence[Region], executed: Iterable[int]) -> Plan:
-    """A plan with the order of setup, and with what is constant."""
+    """Make the plan, with the order of setup and the constant data nodes."""
     order: dict[int, None] = {}
     for index in executed:
         needs = graph.upstream(index)
@@ -115,6 +115,6 @@ def _plan(graph: DependencyGraph, regions: Sequence[Region], executed: Iterable[
 
 
 def _read_off(graph: DependencyGraph, readers: Iterable[int]) -> list[int]:
-    """Data nodes whose unwired inputs a wire begins at; they need not be computed for it."""
+    """Data nodes at whose unwired inputs a wire begins; the wire does not require that they are computed."""
     wires = [wire for reader in readers for wire in graph.data_in.get(reader, [])]
     return [wire.source for wire in wires if graph.reads_input(wire) and wire.source in graph.data_rank]

@@ -1,4 +1,4 @@
-"""Dependencies of data nodes, which decide when they must be computed again."""
+"""Dependencies of data nodes, which decide when a data node must be computed again."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from graphengine.format.diagnostics import Findings
 
 
 class DependencyGraph(WiredGraph):
-    """A wired graph that knows what its data nodes show.
+    """A wired graph with the dependencies of its data nodes.
 
     Attributes:
         flagged: data nodes with a run-time flag that says whether they are stale; grows while calls are written.
-        gates: of nodes that run in every pass but for gates that they are behind, these gates.
+        gates: for each node that runs in every pass except for gates upstream, these gates.
     """
 
     def __init__(self, graph: Graph, findings: Findings) -> None:
@@ -27,9 +27,9 @@ class DependencyGraph(WiredGraph):
 
     def _find_dependencies(self) -> None:
         self.shows: dict[int, set[int]] = {}
-        """For each data node: the executed nodes whose outputs it shows."""
+        """For each data node: the executed nodes whose outputs reach it over data wires."""
         self.depends: dict[int, set[int]] = {}
-        """The same, and the executed nodes that write what it reads."""
+        """For each data node: those in `shows`, and the executed nodes that write resources which it reads."""
         self.dependents: dict[int, list[int]] = {}
         """For each executed node: the data nodes that depend on it."""
         self.volatile: set[int] = set()
@@ -59,7 +59,7 @@ class DependencyGraph(WiredGraph):
         return (wire.source for wire in self.data_in.get(index, []) if not self.reads_input(wire))
 
     def upstream(self, index: int) -> list[int]:
-        """Data nodes that a node reads, directly or through others, in the order to compute them."""
+        """Return the data nodes that a node reads, directly or through others, in the order to compute them."""
         if index not in self._upstream:
             self._upstream[index] = self._find_upstream(index)
         return self._upstream[index]
@@ -75,15 +75,15 @@ class DependencyGraph(WiredGraph):
         return sorted(found, key=lambda data: self.data_rank[data])
 
     def data_needs(self, index: int) -> list[int]:
-        """The same without constants."""
+        """Return the data nodes of `upstream` that are not constant."""
         return [data for data in self.upstream(index) if data not in self.constant]
 
     def marks(self, index: int) -> tuple[int, ...]:
-        """Data nodes with a run-time flag that become stale when a node has computed."""
+        """Return the data nodes with a run-time flag that become stale when a node was computed."""
         return tuple(data for data in self.dependents.get(index, ()) if data in self.flagged)
 
     def copies(self, index: int, *, constant: bool | None = False) -> tuple[Copy, ...]:
-        """Copies into a node: those made whenever it runs, those of constants, or with None all of them."""
+        """Return the copies into a node: False for those made at each run, True for those of constants, None for both."""
         copies = []
         for wire in self.data_in.get(index, []):
             fixed = self.reads_input(wire) or wire.source in self.constant
@@ -93,7 +93,7 @@ class DependencyGraph(WiredGraph):
         return tuple(copies)
 
     def report_previous(self, wire: Wire, source: int, why: str, remedy: str) -> None:
-        """Tell of a wire that hands on what its source put out in the pass before."""
+        """Report a wire that carries the value its source had in the previous pass."""
         message = f"{wire.entry.target} reads the value that {self.node(source).id} had before this pass, because {why}"
         either = f"if this is intended, ignore the warning; otherwise {remedy}"
         self.findings.add("W104", message, wire.span, either, related=wire.entry.via)

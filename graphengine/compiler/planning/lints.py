@@ -1,4 +1,4 @@
-"""Lints for reads and writes of one pass whose order only the tie rule decides."""
+"""A lint for reads and writes of a resource in one pass whose order only the tie rule decides."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from graphengine.compiler.planning.regions import RegionGraph
 
 
 def lint_reads_and_writes(regions: RegionGraph) -> None:
-    """Tell where only the tie rule decides whether a reader sees a write of the same pass."""
+    """Report nodes that read a resource which another node writes, if only the tie rule decides their order in a pass."""
     running = set[int]().union(*regions.members)
     writers: dict[str, list[int]] = {}
     for index in sorted(running):
@@ -30,7 +30,7 @@ def lint_reads_and_writes(regions: RegionGraph) -> None:
 
 
 def _in_stated_order(regions: RegionGraph, one: int, other: int) -> bool:
-    """Whether execution, or the order of a pusher's ports, says which of two nodes comes first."""
+    """Whether execution wires or the order of a pusher's ports decide which of two nodes runs first."""
     if regions.execution.has_path(one, other) or regions.execution.has_path(other, one):
         return True
     pairs = (pair for ports in regions.port_covers.values() for pair in itertools.permutations(ports, 2))
@@ -38,5 +38,5 @@ def _in_stated_order(regions: RegionGraph, one: int, other: int) -> bool:
 
 
 def _consumers(regions: RegionGraph, data: int) -> list[int]:
-    """Executed nodes that read a data node, through others too."""
+    """Executed nodes that read a data node, directly or through other data nodes."""
     return [i for i, kind in enumerate(regions.kinds) if kind != "data" and data in regions.data_needs(i)]

@@ -1,8 +1,8 @@
-"""The plan of a push graph: every node in every pass; wires give the order and carry values only.
+"""The plan of a push graph: every node runs in every pass; wires carry values and decide the order.
 
-What nodes fire leads to nothing, and what latent nodes fire does not order either. Execution inputs say that they were fired, but
-for control pins (toggle, reset, break), which would act in every pass. A pusher runs through all that it yields, a latent node
-starts anew in every pass.
+The outputs that nodes fire have no effect, and wires from latent nodes do not decide the order. Execution inputs count as fired,
+except control pins (toggle, reset, break), which would act in every pass. A pusher runs through all its yields, a latent node
+starts again in every pass.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from graphengine.format.diagnostics import Findings
 
 
 class PushGraph(DependencyGraph):
-    """A graph of which every node runs.
+    """A graph in which every node runs in every pass.
 
     Attributes:
-        order: all nodes, each after those that it reads and those that would start it.
+        order: all nodes, each after the nodes that it reads and the nodes that would fire it.
     """
 
     def __init__(self, graph: Graph, findings: Findings) -> None:
@@ -28,7 +28,7 @@ class PushGraph(DependencyGraph):
             self._order_nodes()
 
     def _order_nodes(self) -> None:
-        """Where a value would have to come from a later node, the node reads the one of the pass before."""
+        """Order the nodes. If a wire would come from a later node, its target reads the value of the previous pass."""
         wires = [wire for into in self.data_in.values() for wire in into if not self.reads_input(wire)]
         pure = self.data_rank.keys()
         plain = [(wire.source, wire.target) for wire in wires if {wire.source, wire.target} <= pure]
@@ -43,7 +43,7 @@ class PushGraph(DependencyGraph):
         self.gates = dict.fromkeys(self.order, ())
 
     def region(self) -> Region:
-        """The only region, with a call of each node that can change."""
+        """Return the only region, with a call of each node that is not constant."""
         changing = [index for index in self.order if index not in self.constant]
         return Region(0, "pass", (), (), tuple(map(self._call, changing)))
 

@@ -1,4 +1,4 @@
-"""Calls of a region: each node's guard, the nodes that it fires, and the data nodes to refresh before it."""
+"""Writes the calls of a region: each node's guard, the nodes that it fires, and the data nodes to refresh before it."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ class RegionWriter:
         self.region = region
         self.inside = set(graph.members[region])
         self.entered = {wire.order for wire in graph.entries[region]}
-        """Orders of the wires that start the region for certain."""
+        """Orders of the wires that always start the region."""
         self.flags: dict[str, None] = {}
         self.guards: dict[int, str] = {}
         self.state: dict[int, str] = {}
-        """Of each data node: `stale`, `clean`, `maybe`, or `clean under <guard>`."""
+        """State of each data node: `stale`, `clean`, `maybe`, or `clean under <guard>`."""
 
     def write(self) -> Region:
-        """The region with all its calls."""
+        """Return the region with all its calls."""
         graph, root = self.graph, self.region == 0
         pass_ = root or self.region in graph.endings
         for data in graph.data_rank:
@@ -58,12 +58,12 @@ class RegionWriter:
         return self._flag(f"f{index}")
 
     def _flag(self, name: str) -> str:
-        """A local integer that starts at 0."""
+        """Add a local integer that starts at 0, and return its name."""
         self.flags[name] = None
         return name
 
     def _tells_pins(self, index: int) -> bool:
-        """Whether a node's execution inputs say different things from one run to the next."""
+        """Whether the counts of a node's execution inputs may differ from one run to the next."""
         wires = self.graph.exec_in.get(index, [])
         return self.graph.fired_often(index) or any(wire.order in self.graph.pending_control for wire in wires)
 
@@ -76,7 +76,7 @@ class RegionWriter:
         return tuple(Pin(p, self._flag(f"x{index}_{p}") if p in fired else "", p in waiting) for p in pins)
 
     def _fires(self, wires: Iterable[Wire]) -> Iterator[FireEffect]:
-        """What wires set when they fire; nothing where a node runs anyway and need not be told."""
+        """The effects of wires when they fire; none for a target that runs anyway and has no counters."""
         set_already = {""}
         for wire in sorted(wires, key=lambda w: w.order):
             target = wire.target
@@ -94,7 +94,7 @@ class RegionWriter:
                 yield FireEffect(target, guard, counter)
 
     def _branches(self, index: int) -> tuple[ExecBranch, ...]:
-        """One for each execution output; a pusher's ports fire by themselves only pins that wait."""
+        """The branches of a node, one per execution output; a pusher's ports fire only pending pins directly."""
         graph = self.graph
         branches = []
         for port in graph.exec_ports(index, "outputs"):
@@ -129,7 +129,7 @@ class RegionWriter:
         )
 
     def _refresh(self, data: int, consumer: int) -> list[Refresh]:
-        """How a data node is brought up to date before a consumer."""
+        """The refresh that a data node needs before a consumer; none if it is up to date."""
         graph, state, guard = self.graph, self.state[data], self.guards[consumer]
         repeated = consumer in graph.counting and consumer in graph.depends[data]
         if not repeated and (state == "clean" or (guard and state == f"clean under {guard}")):
@@ -141,7 +141,7 @@ class RegionWriter:
         return [Refresh(data, graph.copies(data), not sure, data in graph.flagged, repeated)]
 
     def _invalidate(self, index: int, guard: str) -> None:
-        """Note which data nodes are stale, or may be, after a node has run."""
+        """Record which data nodes are or may be stale after a node has run."""
         graph = self.graph
         pusher = graph.kinds[index] == "pusher"
         for data in graph.dependents.get(index, ()):

@@ -1,7 +1,7 @@
 """Regions: nodes reached without crossing a pusher's port, in execution order.
 
-Within a region nodes are ordered topologically over execution and data wires; a pusher with everything below it is one unit.
-Ties go by the line of the first incoming execution wire, else by the node's position.
+Within a region, nodes are ordered topologically over execution and data wires; a pusher and all nodes below it are one unit.
+Ties are broken by the line of the first incoming execution wire, then by the node's position in the file.
 """
 
 from __future__ import annotations
@@ -18,31 +18,31 @@ from graphengine.node.node_class import ENDINGS, Ending
 from graphengine.node.port import Port
 
 MAX_PUSHERS = 500
-"""One below the other: the function of each one's region calls that of the next, and Python allows some 1000 calls."""
+"""Maximum nesting of pushers: the functions of their regions call each other, and Python allows about 1000 nested calls."""
 
 
 @dataclass(frozen=True, slots=True)
 class DataRead:
-    """A node reads from one that is executed: through a wire, and perhaps data nodes."""
+    """A read from an executed node, over a wire and possibly through data nodes."""
 
     source: int
     wire: Wire
-    """The last wire of the way, into the reader."""
+    """The last wire of the path, into the reader."""
     shown: bool
-    """Whether an output of the source is read, and not only what it writes elsewhere."""
+    """Whether an output of the source is read, not only a resource that the source writes."""
 
 
 class RegionGraph(DependencyGraph):
-    """A graph cut into regions.
+    """A graph divided into regions.
 
     Attributes:
-        members: nodes of each region, in the order they run.
-        entries: wires that start each region; of several ports that open one region alike, those of the first.
-        titles: of the regions, for people.
-        endings: regions that start outside of ticks, with the method of the events that they start from.
-        pin_region: the region that a pusher's port opens, -1 for one without nodes.
-        covers: for each pusher every node in the regions below it.
-        port_covers: the same for each of its ports, in order.
+        members: nodes of each region, in the order in which they run.
+        entries: wires that start each region; if several ports start the same region, the wires of the first port.
+        titles: title of each region, for users.
+        endings: regions that start between ticks, with the method of the events that start them.
+        pin_region: for each pusher's port, the region that it starts; -1 if the port fires no nodes.
+        covers: for each pusher, all nodes in the regions below it.
+        port_covers: for each pusher, the nodes below each of its ports, in the order of the ports.
     """
 
     def __init__(self, graph: Graph, findings: Findings) -> None:
@@ -61,7 +61,7 @@ class RegionGraph(DependencyGraph):
             self._find_gates()
 
     def _check_depth(self) -> bool:
-        """Whether no more pushers lie one below the other than can run."""
+        """Return whether pushers are nested no deeper than MAX_PUSHERS; otherwise add a finding."""
         depth = dict[int, int]()
         for index in self.execution.sort():
             depth[index] = depth.get(index, 0) + (self.kinds[index] == "pusher")
@@ -106,7 +106,7 @@ class RegionGraph(DependencyGraph):
         return len(self.members) - 1
 
     def _region_below(self, pusher: int, port: Port, known: dict[tuple[tuple[int, str], ...], int]) -> int:
-        """The region that a port opens; ports that start the same pins share one, -1 is one without nodes."""
+        """The region that a port starts; ports that fire the same pins share a region. -1 if the port fires no nodes."""
         wires = [w for w in self.exec_out.get(pusher, []) if w.source_field == port.field and self.forward(w)]
         title = f"{self.node(pusher).id}.{port.name}"
         pins = tuple(sorted((wire.target, wire.target_field) for wire in wires))
@@ -131,12 +131,12 @@ class RegionGraph(DependencyGraph):
         return list(found)
 
     def _followed(self, index: int) -> list[Wire]:
-        """Execution wires that stay in the region of the node at which they begin."""
+        """Execution wires from a node that do not leave the node's region."""
         wires = self.exec_out.get(index, []) if self.kinds[index] not in ("pusher", "latent") else []
         return [wire for wire in wires if self.forward(wire)]
 
     def readings(self, reader: int) -> Iterator[DataRead]:
-        """What a node reads from executed nodes."""
+        """Yield the reads of a node from executed nodes."""
         for wire in self.data_in.get(reader, []):
             if self.reads_input(wire):
                 continue
@@ -174,7 +174,7 @@ class RegionGraph(DependencyGraph):
         return [set[int]().union(*(below[w.target] for w in wires if w.source_field == field)) for field in outputs]
 
     def _lint_later_ports(self, pusher: int) -> None:
-        """Tell of a node below one port that reads what only a later port's nodes compute."""
+        """Report nodes below a port that read values which only nodes below a later port compute."""
         reached = self.port_covers[pusher]
         before: set[int] = set()
         for position, nodes in enumerate(reached):
@@ -186,12 +186,12 @@ class RegionGraph(DependencyGraph):
             before |= nodes
 
     def _runs_before(self, index: int, pusher: int) -> bool:
-        """Whether a node runs before a pusher in every region that the pusher is in."""
+        """Whether a node runs before a pusher in every region with this pusher."""
         earlier = [members[: members.index(pusher)] for members in self.members if pusher in members]
         return all(any(index == unit or index in self.covers.get(unit, ()) for unit in units) for units in earlier)
 
     def _add_data_edges(self, order: Digraph, owners: dict[int, list[int]]) -> None:
-        """Order readers after what they read; a wire that would close a cycle reads the previous value."""
+        """Order readers after the nodes that they read; a wire that would close a cycle carries the previous value."""
         edges: list[tuple[int, int, DataRead]] = []
         for reader, units in owners.items():
             for reading in self.readings(reader):
@@ -211,7 +211,7 @@ class RegionGraph(DependencyGraph):
         self.report_previous(reading.wire, reading.source, why, "change the order of execution")
 
     def _find_gates(self) -> None:
-        """Find the nodes of the root region that run in every pass, except for gates above them, while no node raises."""
+        """Find the nodes of the root region that run in every pass without exceptions, except for gates upstream of them."""
         for index in self.members[0]:
             wires = [wire for wire in self.exec_in.get(index, []) if self.forward(wire)]
             if index in self.events or any(self._fired_behind(wire) == () for wire in wires):
@@ -220,7 +220,7 @@ class RegionGraph(DependencyGraph):
                 self.gates[index] = behind
 
     def _fired_behind(self, wire: Wire) -> tuple[int, ...] | None:
-        """The gates through which a wire fires in every pass; None where something else decides as well."""
+        """The gates that alone decide whether a wire fires in a pass; None if something else decides too."""
         behind = self.gates.get(wire.source)
         if behind is not None and issubclass(self.node(wire.source).cls, EveryGate):
             return None if self.fired_often(wire.source) else (*behind, wire.source)

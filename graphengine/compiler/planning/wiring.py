@@ -11,13 +11,13 @@ from graphengine.node.port import Port, Side
 
 
 class WiredGraph:
-    """A graph's wires by node.
+    """The wires of a graph, by node.
 
     Attributes:
         graph: instances and wires.
-        findings: where mistakes go.
-        kinds: of each node.
-        acyclic: whether it can be planned at all.
+        findings: findings to add errors to.
+        kinds: kind of each node.
+        acyclic: whether the graph has no cycles and can be planned.
     """
 
     def __init__(self, graph: Graph, findings: Findings) -> None:
@@ -25,24 +25,24 @@ class WiredGraph:
         self.findings = findings
         self.kinds = [instance.cls.kind() for instance in graph.instances]
         self.data_in: dict[int, list[Wire]] = {}
-        """Wires into each node; one that began at a wired input begins where that input's value comes from."""
+        """Wires into each node. A wire from a wired input is replaced by one from the source of that input's value."""
         self.exec_out: dict[int, list[Wire]] = {}
         self.exec_in: dict[int, list[Wire]] = {}
         self.execution = Digraph(range(len(self.kinds)))
-        """What starts what in the same pass."""
+        """Edges from each node to the nodes that it fires in the same pass."""
         self.pending_control: set[int] = set()
         """Orders of control wires that close a cycle."""
         self.data_rank: dict[int, int] = {}
-        """Data nodes in an order in which each comes after those it reads."""
+        """Rank of each data node; a data node has a higher rank than those it reads."""
         self.counting: set[int] = set()
-        """Nodes that count activations, and may see several in one run of a region."""
+        """Nodes that count activations, and may be activated several times in one run of a region."""
         self._index_wires()
         self.acyclic = all([self._check_data_cycles(), self._check_exec_cycles()])  # both tell what they find
         if self.acyclic:
             self._find_counting()
 
     def node(self, index: int) -> Instance:
-        """A node by its index."""
+        """Return a node by its index."""
         return self.graph.instances[index]
 
     def _index_wires(self) -> None:
@@ -62,7 +62,7 @@ class WiredGraph:
             self.exec_in.setdefault(wire.target, []).append(wire)
 
     def reads_input(self, wire: Wire) -> bool:
-        """Whether a wire starts at an input; of those in `data_in`, at one that nothing is wired to: a constant."""
+        """Return whether a wire begins at an input. Such a wire in `data_in` begins at an unwired input, which is constant."""
         return self.graph.source(wire)[1].side == "inputs"
 
     def _check_data_cycles(self) -> bool:
@@ -76,7 +76,7 @@ class WiredGraph:
         return True
 
     def _check_exec_cycles(self) -> bool:
-        """Control wires that close a cycle act for the next activation; any other cycle is an error."""
+        """Find control wires that close a cycle, which act in the next activation; report any other cycle as an error."""
         graph = self.execution
         wires, control = list[Wire](), list[Wire]()
         for wire in (wire for wire in self.graph.exec_wires if self.kinds[wire.source] != "latent"):
@@ -97,7 +97,7 @@ class WiredGraph:
         return True
 
     def _report_cycles(self, code: str, what: str, graph: Digraph, wires: list[Wire]) -> bool:
-        """Tell of one cycle in each knot of nodes that wait for each other; whether there is any."""
+        """Report one cycle in each strongly connected component; return whether there is any."""
         between = {(wire.source, wire.target): wire for wire in reversed(wires)}
         found = False
         for component in sorted(graph.components(), key=min):
@@ -114,7 +114,7 @@ class WiredGraph:
         self.findings.add(code, f"{what}: {path}", loop[0].span, f"break it with {by}", related=related)
 
     def forward(self, wire: Wire) -> bool:
-        """Whether a wire starts something in the same pass."""
+        """Return whether a wire fires its target in the same pass."""
         return wire.order not in self.pending_control and self.kinds[wire.source] != "latent"
 
     def _find_counting(self) -> None:
@@ -123,12 +123,12 @@ class WiredGraph:
                 self.counting.add(index)
 
     def fired_often(self, index: int) -> bool:
-        """Whether a node may be fired more than once in one run of a region."""
+        """Return whether a node may be fired more than once in one run of a region."""
         wires = self.exec_in.get(index, [])
         return len(wires) > 1 or any(wire.source in self.counting for wire in wires)
 
     def exec_ports(self, index: int, side: Side) -> list[Port]:
-        """A node's execution ports on one side."""
+        """Return a node's execution ports on one side."""
         return [port for port in self.node(index).cls.fields.values() if port.is_exec and port.side == side]
 
 

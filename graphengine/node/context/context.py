@@ -25,10 +25,10 @@ class Context(WorldHandles, OwnedEndpoints, Shared):
     quaternions are (x, y, z, w); each method names the frame of its result.
 
     Attributes:
-        prim_path: path of the node: the path of its graph's prim, then its name.
-        graph_path: path of the prim of the node's graph.
+        prim_path: path of the node's prim: the path of the graph's prim, then the node's name.
+        graph_path: path of the graph's prim.
         clock: simulation time.
-        runs: how often the node's graph runs: once a `tick` or once a `physics_step`.
+        runs: how often the graph runs: once per `tick` or once per `physics_step`.
     """
 
     def __init__(
@@ -52,37 +52,37 @@ class Context(WorldHandles, OwnedEndpoints, Shared):
         self._folder = folder
         self._variables = variables
         self.mailboxes: list[Mailbox] = []
-        """Mailboxes that the node got."""
+        """Mailboxes that the node opened."""
 
     def wired(self, output: str) -> bool:
-        """Whether an output of the node, given by its Python name, has a wire; always true for a node without a graph.
+        """Return whether an output of the node, given by its Python name, has a wire; true for a node outside a graph.
 
-        A node may skip computing an unwired output.
+        A node may skip the computation of an unwired output.
         """
         return self._wired is None or output in self._wired
 
     def wires_into(self, pin: str) -> int:
-        """Number of wires to an execution input of the node, given by its Python name; 1 for a node without a graph."""
+        """Return the number of wires into an execution input, given by its Python name; 1 for a node outside a graph."""
         return 1 if self._wired is None else self._wired.get(pin, 0)
 
     def variable(self, name: str) -> Variable:
-        """A variable of the node's graph.
+        """Return the variable of the node's graph with this name.
 
         Raises:
-            ContextError: the graph has no variable of that name.
+            ContextError: the graph has no such variable.
         """
         return find_variable(self._variables, name)
 
     def mailbox(self, name: str) -> Mailbox:
-        """The node's mailbox on a named queue of the session; a missing queue is created."""
+        """Open a mailbox for the node on a named queue of the session; a missing queue is created."""
         self.mailboxes.append(Mailbox(self._services.queues.setdefault(name, EventQueue(name))))
         return self.mailboxes[-1]
 
     def environment(self, name: str) -> str:
-        """Value of an environment variable that the user lets graphs read; empty if it is not set.
+        """Return the value of an environment variable that the user lets graphs read; empty if it is not set.
 
         Raises:
-            ContextError: the user does not let graphs read it.
+            ContextError: the user does not let graphs read the variable.
         """
         return self._services.permissions.variable(name)
 
@@ -90,7 +90,7 @@ class Context(WorldHandles, OwnedEndpoints, Shared):
         """Read a text file.
 
         Args:
-            path: relative to the folder of the graph file.
+            path: path of the file, relative to the folder of the graph file.
 
         Returns:
             The file's path and its text.
@@ -109,12 +109,12 @@ class Context(WorldHandles, OwnedEndpoints, Shared):
         self._services.permissions.require_scripts()
 
     def keyboard(self) -> Keyboard:
-        """The keyboard of the user who runs the session."""
+        """Return the keyboard of the session, with the keys that are held down."""
         self._services.keys.asked = True
         return self._services.keys
 
     def random(self) -> np.random.Generator:
-        """A generator seeded by the session's seed and the node's prim path."""
+        """Return the node's random generator, seeded by the session's seed and the node's prim path."""
         if self.prim_path not in self._services.generators:
             self._services.reseed(self.prim_path)
         return self._services.generators[self.prim_path]

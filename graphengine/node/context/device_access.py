@@ -25,7 +25,7 @@ D = TypeVar("D")
 
 @dataclass(frozen=True, slots=True)
 class RobotDescription:
-    """The description of a robot that robot_state_publisher publishes."""
+    """The parts of a robot's description that robot_state_publisher publishes."""
 
     urdf: str
     fixed: tuple[tuple[str, str, Vector3, Quaternion], ...]
@@ -61,7 +61,7 @@ class WorldHandles:
         self._services = services
         self.runs: Literal["tick", "physics_step"] = runs
         self.asked: dict[str, Prim] = {}
-        """Prims that the node looked up, by the paths that it gave."""
+        """Prims that the node looked up, by the path that the node used."""
 
     def _find(self, path: str, *kinds: PrimKind) -> Prim:
         prim = self._services.stage.find(path)
@@ -75,7 +75,7 @@ class WorldHandles:
         return prim
 
     def body(self, prim: str) -> Body:
-        """The rigid body of a prim, or the one that carries it."""
+        """Return the rigid body of a prim, or the rigid body that carries the prim."""
         found = self._find(prim)
         if not any(ancestor.body is not None for ancestor in found.ancestors()):
             bodies = [p.path for p in found.descendants() if p.body is not None]
@@ -87,19 +87,19 @@ class WorldHandles:
         return self._services.world.body(found)
 
     def frame(self, prim: str) -> Frame:
-        """The pose of any prim."""
+        """Return a handle to the pose of any prim."""
         return self._services.world.frame(self._find(prim))
 
     def placement(self, prim: str) -> Placement | None:
-        """A handle that places a prim and holds it there; None if no free body or movable robot belongs to the prim."""
+        """Return a handle that places a prim and holds it there, or None if the prim belongs to no free body or movable robot."""
         return self._services.world.placement(self._find(prim))
 
     def transform_tree(self, targets: Sequence[str], parent: str = "", *, loops: bool = True) -> Sequence[FrameLink]:
-        """The TF edges of target prims: for a robot one per link, for any other prim one.
+        """Return the TF edges of target prims: one for each link of a robot, one for any other prim.
 
         Args:
             targets: paths of prims.
-            parent: path of the parent frame's prim; empty for the world.
+            parent: path of the prim whose frame is the parent; empty for the world.
             loops: whether a link or body that is both parent and target has an edge from itself to itself.
         """
         found, above = [self._find(target) for target in targets], self._find(parent) if parent else None
@@ -120,17 +120,17 @@ class WorldHandles:
         return robot
 
     def articulation(self, prim: str) -> Articulation:
-        """The robot that a prim stands for."""
+        """Return the joints of a robot, given by its root prim, base link or articulation root."""
         return self._services.world.articulation(self._robot(prim))
 
     def joint_names(self, prim: str) -> Sequence[str]:
-        """Published names of a robot's joints: `isaac:nameOverride`, or the joint's own name."""
+        """Return the published names of a robot's joints: `isaac:nameOverride`, or else the joint's own name."""
         robot = self._robot(prim)
         overrides = {p.facts.get("joint", p.name): p.name_override for p in robot.descendants() if p.kind == "joint"}
         return tuple(overrides.get(name) or name for name in robot.facts.get("joints", ()))
 
     def robot_description(self, prim: str) -> RobotDescription:
-        """The description of the robot that a prim stands for."""
+        """Return the description of a robot, given by its root prim, base link or articulation root."""
         robot = self._robot(prim)
         stage = self._services.stage
         links = [stage.find(path) for path in robot.facts.get("moving_links", ())]
@@ -143,7 +143,7 @@ class WorldHandles:
         return RobotDescription(robot.facts.get("urdf", ""), tuple(robot.facts.get("fixed_transforms", ())), carried)
 
     def render_product(self, prim: str, width: int, height: int) -> str:
-        """Path of the render product of a lidar or camera prim; equal arguments give the same path.
+        """Return the path of the render product of a lidar or camera prim; equal arguments give the same path.
 
         Args:
             prim: path of the prim.
@@ -163,11 +163,11 @@ class WorldHandles:
         return next(p for p in itertools.chain([path], numbered) if products.setdefault(p, product).prim == found.path)
 
     def viewport(self, name: str, size: tuple[int, int] | None = None, *, make: bool = False) -> str:
-        """Path of the render product of a viewport. It shows no camera before the first `exchange_camera`.
+        """Return the path of a viewport's render product. A viewport shows no camera before the first `exchange_camera`.
 
         Args:
             name: name of the viewport; "Viewport" always exists.
-            size: new width and height of its pictures, pixels; None keeps the present size, initially 1280 x 720.
+            size: new width and height of its pictures, pixels; None keeps the current size, initially 1280 x 720.
             make: create the viewport if it does not exist.
 
         Raises:
@@ -198,12 +198,12 @@ class WorldHandles:
             )
 
     def device(self, interface: Callable[..., D], prim: str, **options: Any) -> D:
-        """The device at a prim, or the lidar or camera of a render product, which sets the size of pictures.
+        """Return the device at a prim, or the lidar or camera of a render product with the product's picture size.
 
         Args:
             interface: Protocol of the device, such as `Lidar` of `graphengine.devices.lidar`.
             prim: path of the prim or of the render product.
-            options: options of the device: `size`, the width and height of a camera's pictures, pixels.
+            options: for a camera `size`, the width and height of its pictures, pixels; other devices have none.
 
         Raises:
             ContextError: the device has one sample a tick and the node's graph runs at every physics step, or the viewport of
@@ -219,7 +219,7 @@ class WorldHandles:
         return self._services.world.device(interface, self._find(path, found.kind), **options)
 
     def exchange_camera(self, render_product: str, prim: str) -> Callable[[], None]:
-        """A function that switches a render product to the camera at `prim`, for all nodes that use the product.
+        """Return a function that switches a render product to the camera at `prim`, for all nodes that use the product.
 
         Raises:
             ContextError: the render product does not exist, or the node's graph runs at every physics step.
@@ -252,11 +252,11 @@ class WorldHandles:
         return self._services.world.device(Camera, self._find(prim, "camera"), size=size)
 
     def stage(self) -> Prims:
-        """All prims of the stage, those of spawned robots included."""
+        """Return all prims of the stage, including those of spawned robots."""
         return Prims(self._services.world)
 
     def attribute(self, prim: str, name: str, *, writable: bool = False) -> PrimAttribute:
-        """A handle to an attribute of a prim.
+        """Return a handle to an attribute of a prim.
 
         Args:
             prim: path of the prim.
@@ -264,6 +264,6 @@ class WorldHandles:
             writable: whether the node writes the attribute.
 
         Raises:
-            ContextError: the prim has no such attribute, or `writable` is set and it cannot change during a simulation.
+            ContextError: the prim has no such attribute, or `writable` is set and the attribute cannot be changed.
         """
         return self.stage().attribute(self._find(prim).path, name, writable=writable)

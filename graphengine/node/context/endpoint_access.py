@@ -18,13 +18,13 @@ class EndpointOptions(TypedDict, total=False):
     namespace: str
     """Namespace of the topic or service, used unchanged if not empty."""
     qos_profile: str
-    """JSON text of a QoS profile; empty for reliable, volatile, keep-last."""
+    """QoS profile as JSON; if empty: reliable, volatile, keep-last."""
     ros_context: int
-    """Handle from `ros_context`."""
+    """Domain handle that `Context.ros_context` returned; 0: the session's domain."""
 
 
 class TopicOptions(EndpointOptions, total=False):
-    """Options of a topic; an empty namespace is joined from those of the ancestor prims."""
+    """Options of a topic. If `namespace` is empty, the namespaces of the ancestor prims are joined instead."""
 
     outermost_namespace: bool
     """Use only the namespace of the outermost ancestor prim that has one, as TF nodes do."""
@@ -36,7 +36,7 @@ class ServiceOptions(EndpointOptions, total=False):
     """Options of a service."""
 
     collects_namespace: bool
-    """Whether an empty namespace is joined from those of the node's ancestor prims."""
+    """Whether to join the namespaces of the node's ancestor prims if `namespace` is empty."""
 
 
 class OwnedEndpoints:
@@ -49,7 +49,7 @@ class OwnedEndpoints:
         self._rate = rate
         self._servers = 0
         self._closing: list[Callable[[], object]] = []
-        """Functions that close what was handed out, in the order of opening."""
+        """Functions that close the endpoints, in the order in which these were opened."""
 
     def close(self) -> None:
         """Close all endpoints; the engine calls it before the node is set up again and when the session ends."""
@@ -62,11 +62,11 @@ class OwnedEndpoints:
         self._closing.append(function)
 
     def ros_context(self, domain_id: int, use_environment: bool) -> int:
-        """Handle of a ROS 2 domain: its id plus 1. The handle 0 stands for the session's own domain.
+        """Return the handle of a ROS 2 domain: its id plus 1. The handle 0 means the session's own domain.
 
         Args:
             domain_id: id of the domain, 0 to 232.
-            use_environment: use ROS_DOMAIN_ID instead, if it is set.
+            use_environment: use the environment variable `ROS_DOMAIN_ID` instead of `domain_id`, if it is set.
 
         Raises:
             TopicError: the id is out of range.
@@ -118,17 +118,17 @@ class OwnedEndpoints:
         transforms: Sequence[tuple[str, str]] = (),
         **options: Unpack[TopicOptions],
     ) -> Publisher:
-        """A new publisher on a topic.
+        """Open a publisher on a topic.
 
         Args:
-            message_type: ROS 2 name, as in `nav_msgs/msg/Odometry`.
-            topic: name below the namespace; leading and trailing non-alphanumerics are dropped.
-            namespace_from: path of the prim from which namespaces are joined upwards; empty for the node's prim.
-            latched: durability transient local and depth 1; overrides the profile.
-            rate: messages per second, if it differs from the rate at which the node is executed.
-            frame_id: frame in the header, shown by `graphrun topics`.
+            message_type: ROS 2 name of the message type, such as `nav_msgs/msg/Odometry`.
+            topic: name of the topic in its namespace; leading and trailing non-alphanumerics are dropped.
+            namespace_from: path of a prim; its namespace and those of its ancestors are joined. Empty: the node's prim.
+            latched: use durability transient local and depth 1, whatever the QoS profile says.
+            rate: messages per second, if this differs from the rate at which the node is executed.
+            frame_id: frame in the message headers, for `graphrun topics`.
             transforms: (parent, child) pairs that will be published, for the checks of the TF tree.
-            options: as `TopicOptions` lists them.
+            options: see `TopicOptions`.
 
         Raises:
             TopicError: the name, the namespace or the QoS profile is not valid.
@@ -143,9 +143,9 @@ class OwnedEndpoints:
     def subscription(
         self, message_type: str, topic: str, *, alternatives: Sequence[str] = (), **options: Unpack[TopicOptions]
     ) -> Subscription:
-        """A new subscription to a topic; arguments and errors as for `publisher`.
+        """Open a subscription to a topic. Arguments have the same meaning and errors are the same as in `publisher`.
 
-        `alternatives` are message types that replace `message_type` when other nodes publish the topic with one of them.
+        `alternatives` are message types that replace `message_type` if the topic is published with one of them.
         """
         claim = self._claim("subscribe", message_type, topic, **options, alternatives=tuple(alternatives))
         subscription = self._services.network.subscription(claim)
@@ -153,12 +153,12 @@ class OwnedEndpoints:
         return subscription
 
     def service_server(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceServer:
-        """A new server of a service.
+        """Open a server of a service.
 
         Args:
-            service_type: ROS 2 name, as in `std_srvs/srv/SetBool`.
-            service: name below the namespace; leading and trailing non-alphanumerics are dropped.
-            options: as `ServiceOptions` lists them.
+            service_type: ROS 2 name of the service type, such as `std_srvs/srv/SetBool`.
+            service: name of the service in its namespace; leading and trailing non-alphanumerics are dropped.
+            options: see `ServiceOptions`.
 
         Raises:
             TopicError: the name, the namespace or the QoS profile is not valid.
@@ -173,13 +173,13 @@ class OwnedEndpoints:
         return server
 
     def service_client(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceClient:
-        """A new client of a service; arguments and errors as for `service_server`."""
+        """Open a client of a service. Takes the same arguments and raises the same errors as `service_server`."""
         client = self._services.network.client(self._claim("call", service_type, service, **options))
         self._closing.append(client.close)
         return client
 
     def server(self, handle: int) -> ServiceServer:
-        """The service server with this handle, which any node may have opened.
+        """Return the service server with this handle; any node may have opened it.
 
         Raises:
             ContextError: no open server has the handle.

@@ -18,10 +18,10 @@ class RenderProduct(Stateful):
     size: tuple[int, int]
     """Width and height of a camera's pictures, pixels."""
     camera: ProductCamera | None = None
-    """The camera returned to nodes, if any."""
+    """The camera object that nodes hold; None if no node requested it yet."""
 
     def save(self) -> tuple[str, ProductCamera | None, Camera | None]:
-        """The prim, the camera and the camera's present source."""
+        """Return the prim path, the camera object and the camera that it forwards to."""
         return self.prim, self.camera, self.camera.source if self.camera is not None else None
 
     def restore(self, saved: tuple[str, ProductCamera | None, Camera | None]) -> None:
@@ -37,7 +37,7 @@ class RenderProduct(Stateful):
 
 
 class ProductCamera(Shared):
-    """A camera that forwards to the present camera of a render product, which may be exchanged while nodes hold this one."""
+    """A camera object for nodes. It forwards to the current camera of a render product, which may be exchanged meanwhile."""
 
     __slots__ = ("own", "source")
 

@@ -51,7 +51,7 @@ class Services:
         return self.world.stage
 
     def save(self) -> Any:
-        """A copy of the shared state, without the world and the network."""
+        """Return a copy of the shared state, without the world and the network."""
         return (
             self.keys.save(),
             self.dropped.save() if self.dropped is not None else None,

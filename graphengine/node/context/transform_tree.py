@@ -1,9 +1,10 @@
 """Edges and frame names of a TF tree, from target prims.
 
-Rules of IsaacComputeTransformTree: a prim that stands for a robot gives an edge for every link, parents by kinematics; any
-other prim gives one edge. A parent that is also a target gives an edge from itself to itself, unless the target is the whole
-robot. ROS2PublishTransformTree has no such edge for links and bodies. A frame's name is `isaac:nameOverride`, or else the last
-element of the prim's path; if several prims have the same name, the one with the longest path keeps it.
+Rules of IsaacComputeTransformTree: a robot, given by its root prim, base link or articulation root, has an edge for every link,
+from the link's kinematic parent; any other prim has one edge. A parent that is also a target has an edge from itself to itself,
+unless the target is the whole robot. ROS2PublishTransformTree has no such edge for links and bodies. A frame's name is
+`isaac:nameOverride`, or else the last element of the prim's path; of several prims with the same name, the one with the longest
+path keeps it.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ from graphengine.devices.stage import Prim, Stage
 def expand(
     stage: Stage, targets: Sequence[Prim], parent: Prim | None, frame: Callable[[Prim], Frame], *, loops: bool = True
 ) -> list[FrameLink]:
-    """Edges for target prims, in order of targets and links.
+    """Return the TF edges of target prims, in the order of the targets and of a robot's links.
 
     Args:
         stage: stage of the prims.
         targets: prims to make edges for.
         parent: prim of the parent frame; None for `world`.
-        frame: handle of a prim's pose.
-        loops: whether links and bodies can have edges from themselves to themselves.
+        frame: returns a handle to the pose of a prim.
+        loops: whether a link or body that is both parent and target has an edge from itself to itself.
     """
     edges: dict[Prim, Prim | None] = {}
     for target in targets:
@@ -75,7 +76,7 @@ def _anchor(stage: Stage, prim: Prim) -> tuple[Prim | None, Pose]:
 
 
 def frame_names(prims: Sequence[Prim]) -> dict[Prim, str]:
-    """A unique name for each prim."""
+    """Return a unique frame name for each prim."""
     unique = list(dict.fromkeys(prims))
     names: dict[Prim, str] = {}
     taken: set[str] = set()

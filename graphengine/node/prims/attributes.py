@@ -16,9 +16,9 @@ from graphengine.format.errors import ContextError
 from graphengine.format.wording import shown
 
 STRONGEST_GRAVITY = 1000.0
-"""m/s2, some forty times that of Jupiter."""
+"""Maximum magnitude of gravity, m/s2: some forty times that of Jupiter."""
 BRIGHTEST = 1e6
-"""Limit of intensities and colours: far beyond what pictures show, and their product is finite in OpenGL."""
+"""Maximum intensity and maximum colour component: more than pictures can show, and their product is finite in OpenGL."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,8 +26,8 @@ class Attribute:
     """One attribute of a prim.
 
     Attributes:
-        read: returns its value as JSON types.
-        write: sets its value; None if it cannot change during a simulation.
+        read: returns the attribute's value as JSON types.
+        write: sets the attribute's value; None if it cannot change during a simulation.
     """
 
     read: Callable[[], Any]
@@ -35,10 +35,10 @@ class Attribute:
 
 
 def numbers(value: Any, count: int) -> list[float]:
-    """The finite numbers of a JSON array.
+    """Return the numbers of a JSON array.
 
     Raises:
-        ContextError: the value is not an array of that many finite numbers.
+        ContextError: the value is not an array of `count` finite numbers.
     """
     if isinstance(value, list) and len(value) == count and all(type(number) in (int, float) for number in value):
         with contextlib.suppress(OverflowError):
@@ -52,7 +52,7 @@ def numbers(value: Any, count: int) -> list[float]:
 
 
 def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
-    """Attributes for position (m) and orientation as a quaternion (w, x, y, z), relative to the parent prim."""
+    """Return a prim's attributes for position (m) and orientation, a quaternion (w, x, y, z), relative to the parent prim."""
 
     def parent() -> Pose:
         assert prim.parent is not None  # the root has no pose
@@ -85,7 +85,7 @@ def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
 
 
 def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
-    """Attributes for the state of a joint and the targets of its drive, in degrees or metres."""
+    """Return a joint's attributes for its state and the targets of its drive; angles are in degrees, distances in m."""
     found = {"physics:jointEnabled": Attribute(lambda: bool(prim.facts.get("enabled", True)))}
     robot, name = world.stage.robot_of(prim), prim.facts.get("joint", prim.name)
     if robot is None or name not in robot.facts.get("joints", ()):
@@ -95,7 +95,7 @@ def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
     kind, unit = ("linear", 1.0) if articulation.prismatic[index] else ("angular", math.degrees(1.0))
 
     def add(attribute: str, read: Callable[[], Any], command: str = "") -> None:
-        """Add an attribute for the joint's number in an array; `command` is the argument that sets it."""
+        """Add an attribute for the joint's entry in an array; `command` is the argument of `command` that sets the entry."""
 
         def write(value: Any) -> None:
             selection.command(**{command: [numbers([value], 1)[0] / unit]})
@@ -113,7 +113,7 @@ def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
 
 
 def of_gravity(world: World) -> dict[str, Attribute]:
-    """Attributes of gravity: direction as a unit vector, and magnitude, m/s2."""
+    """Return the attributes for gravity: direction as a unit vector, and magnitude, m/s2."""
 
     def magnitude() -> float:
         return math.hypot(*world.gravity)
@@ -136,7 +136,7 @@ def of_gravity(world: World) -> dict[str, Attribute]:
 
 
 def of_friction(world: World, prim: Prim) -> dict[str, Attribute]:
-    """Static and dynamic friction of a material; read-only if a collider of the world has the material."""
+    """Return a material's attributes for static and dynamic friction; read-only if a collider of the world has the material."""
     reachable = len(prim.facts["bodies"]) == len(prim.facts["bind"])
 
     def coefficient(index: int) -> Attribute:
@@ -151,7 +151,7 @@ def of_friction(world: World, prim: Prim) -> dict[str, Attribute]:
 
 
 def of_light(world: World, prim: Prim) -> dict[str, Attribute]:
-    """Intensity of a light, relative to its initial intensity, and its colour."""
+    """Return a light's attributes for intensity, relative to the initial intensity, and colour."""
 
     def brighten(value: Any) -> None:
         world.set_light(prim, (_bright(numbers([value], 1))[0], world.light(prim)[1]))

@@ -31,7 +31,7 @@ class Prims:
         self._world = world
 
     def below(self, path: str) -> Sequence[tuple[str, str]]:
-        """Paths and types of a prim and all its descendants, depth first.
+        """Return the paths and USD types of a prim and all its descendants, depth first.
 
         Raises:
             PrimError: no prim has the path.
@@ -39,7 +39,7 @@ class Prims:
         return [(prim.path, usd_type(prim)) for prim in self._world.stage.find(path).descendants()]
 
     def attributes(self, path: str) -> Mapping[str, str]:
-        """Types of a prim's attributes, by attribute name.
+        """Return the USD types of a prim's attributes, by attribute name.
 
         Raises:
             PrimError: no prim has the path.
@@ -47,7 +47,7 @@ class Prims:
         return {name: ATTRIBUTE_TYPES[name] for name in self._of(path)}
 
     def read(self, path: str, attribute: str) -> tuple[str, Any]:
-        """The type and the value of an attribute.
+        """Return the USD type and the value of an attribute.
 
         Raises:
             ContextError: the prim or attribute does not exist.
@@ -59,14 +59,14 @@ class Prims:
         """Change an attribute.
 
         Raises:
-            GraphError: the prim or attribute does not exist, is read-only, or does not take the value.
+            GraphError: the prim or attribute does not exist, the attribute is read-only, or the value is not valid.
         """
         found = self._find(path, attribute, writable=True)
         assert found.write is not None
         found.write(value)
 
     def attribute(self, path: str, name: str, *, writable: bool) -> PrimAttribute:
-        """A handle to an attribute.
+        """Return a handle to an attribute.
 
         Raises:
             ContextError: the prim or attribute does not exist, or `writable` is set and the attribute is read-only.
@@ -117,7 +117,7 @@ class PrimAttribute:
         self._type = type_of_attribute(name)
 
     def read(self) -> Any:
-        """Return the present value."""
+        """Return the current value."""
         value = self._attribute.read()
         if self._type.role == "quat":
             w, x, y, z = value
