@@ -32,7 +32,7 @@ Log = Callable[[Literal["info", "warning", "error"], str], None]
 
 
 class Attributes(python.SimpleNamespace):
-    """Values of the ports that the graph declares, as Python attributes."""
+    """The values of a ScriptNode's declared inputs or outputs, as Python attributes: `db.inputs.speed`."""
 
     def __getattr__(self, name: str) -> Any:
         """Raise AttributeError: the name is not declared."""

@@ -56,8 +56,8 @@ class RobotInfo:
 class Scene:
     """A scene or graph that was checked and has no errors. `load` returns it.
 
-    Any number of sessions can be started from it. A pickled scene contains its files, so another process can load it
-    without them; that process imports the modules with node types.
+    Any number of sessions can be started from it. A pickled scene contains its files, so it can be unpickled
+    where they do not exist. Unpickling imports the `modules` that were passed to `load`.
 
     Attributes:
         name: name of the scene's file, without folder and suffix.

@@ -105,7 +105,7 @@ _SCALAR_ZERO |= dict.fromkeys(_TEXTS, "") | {"bool": False, "any": None, "bundle
 
 @dataclass(frozen=True, slots=True)
 class UnionType:
-    """A choice of several types, resolved by wires or by an explicit type in the graph file."""
+    """A union of port types; a wire or an explicit type in the graph file selects one."""
 
     alternatives: tuple[PortType, ...]
 

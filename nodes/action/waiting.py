@@ -82,7 +82,9 @@ class Countdown(Node, type="omni.graph.action.Countdown"):
     duration: Int = In(default=5, doc="number of ticks to count")
     period: Int = In(default=1, ge=0, doc="number of ticks from one `tick` to the next; 0 counts as 1")
     tick = ExecOut()
-    tick_value: Int = Out(doc="ticks counted since the execution: 0, then 1 to `duration`")
+    tick_value: Int = Out(
+        doc="number of ticks since `execIn`: 0 in the tick of `execIn`, `duration` when `finished` fires"
+    )
     alpha: Float = Out(doc="`tickValue` / `duration`, 0 to 1")
     finished = ExecOut()
 

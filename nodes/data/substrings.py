@@ -12,7 +12,7 @@ _TEXT = "string|token"
 
 
 class FindString(Node, type="omni.graph.nodes.FindString"):
-    """Position of the first occurrence of a string in another."""
+    """Position of the first occurrence of `value` in `string`."""
 
     pos: Int = In(default=0, doc="position at which the search starts, from 0; beyond the end, nothing is found")
     string: Any = In(type=_TEXT, required=True, doc="string to search in")

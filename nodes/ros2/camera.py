@@ -29,14 +29,21 @@ _MESSAGES |= {"bbox_2d_tight": DETECTIONS, "bbox_2d_loose": DETECTIONS, "bbox_3d
 
 
 class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper"):
-    """Publishes a camera's pictures as Image, PointCloud2 or vision_msgs boxes, from the node's first execution until stop.
+    """Publishes a camera's images as Image, PointCloud2 or vision_msgs boxes, from the node's first execution until stop.
 
-    The input `type` selects the message. `rgb` is an rgb8 image. `depth` is an image of distances along the optical axis in m,
-    32FC1, inf for no hit. `depth_pcl` has the same depths as points in the optical frame. Both segmentations are images of the
-    number of the visible prim at each pixel, 32SC1, 0 for no prim. `bbox_2d_tight` has a 2D box around the visible pixels of
-    each prim. For each prim with a visible pixel, `bbox_3d` has a 3D box around the whole prim, along the prim's axes, in the
-    optical frame; `bbox_2d_loose` has the 2D box around the projection of this 3D box. The world itself has no box. A picture is
-    delivered some ticks after its capture and has the stamp of the capture. Pictures without subscribers are not rendered.
+    The input `type` selects the message:
+
+    - `rgb`: rgb8 image.
+    - `depth`: 32FC1 image of distances along the optical axis, m, inf for no hit.
+    - `depth_pcl`: the same depths as points in the optical frame.
+    - `instance_segmentation`, `semantic_segmentation`: the same 32SC1 image; each pixel holds the id of the visible prim, 0 for
+      the background.
+    - `bbox_2d_tight`: a 2D box around the visible pixels of each prim; the world itself has no box.
+    - `bbox_3d`: for each prim with a visible pixel, a 3D box around the whole prim, along the prim's axes, in the optical frame.
+    - `bbox_2d_loose`: the 2D box around the projection of that 3D box.
+
+    An image is delivered some ticks after its capture and has the stamp of the capture. Images without subscribers are not
+    rendered.
     """
 
     frame_id: String = In(default="sim_camera", setup=True, doc="name of the camera's optical frame")
@@ -45,11 +52,11 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
         default="rgb", name="type", setup=True, tokens=_TYPES, doc=f"available types: {', '.join(_MESSAGES)}"
     )
     enable_semantic_labels: bool = In(
-        default=False, setup=True, doc="publish the prim path of each segmentation number on `semanticLabelsTopicName`"
+        default=False, setup=True, doc="publish the prim path of each segmentation id on `semanticLabelsTopicName`"
     )
     semantic_labels_topic_name: String = In(default="semantic_labels", setup=True)
     stereo_offset: Float2 = In(
-        default=(0.0, 0.0), doc="no effect: ROS2CameraInfoHelper computes it from both cameras' poses"
+        default=(0.0, 0.0), doc="no effect: ROS2CameraInfoHelper computes the baseline from the poses of the cameras"
     )
     srtx_compression_type: String = In(default="hevc", doc="no effect: pictures are not compressed")
 
@@ -113,7 +120,7 @@ class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper
         return image(header, "32SC1", (width, height), np.ascontiguousarray(picture.segmentation, "<i4"))
 
     def classes(self) -> dict[str, Any]:
-        """Return the prim path of each segmentation number, as in the labels message; 0 is BACKGROUND."""
+        """Return the prim path of each segmentation id, as in the labels message; 0 is BACKGROUND."""
         paths = {0: "BACKGROUND", **self.camera.labels}
         return {str(number): {"class": path} for number, path in paths.items()}
 

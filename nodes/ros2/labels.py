@@ -41,18 +41,18 @@ class LabelPublisher(PublisherNode):
 
 
 class ROS2PublishSemanticLabels(LabelPublisher, type="isaacsim.ros2.bridge.ROS2PublishSemanticLabels"):
-    """Publishes the labels of segmentation numbers, from `idToLabels` if it is set, else from `ids` and `labels`.
+    """Publishes the labels of segmentation ids, from `idToLabels` if it is set, else from `ids` and `labels`.
 
     A label that begins with `class:` becomes `{"class": …}`.
     """
 
-    ids: UInts = In(doc="segmentation numbers that have labels")
-    labels_in: Tokens = In(name="labels", doc="label of each number in `ids`")
+    ids: UInts = In(doc="segmentation ids that have labels")
+    labels_in: Tokens = In(name="labels", doc="label of each id in `ids`")
     semantics: Tokens = In(doc="no effect")
-    id_to_labels: String = In(doc="JSON object of labels by segmentation number; overrides `ids` and `labels`")
+    id_to_labels: String = In(doc="JSON object of labels by segmentation id; overrides `ids` and `labels`")
 
     def labels(self) -> dict[str, Any]:
-        """Return the label of each segmentation number.
+        """Return the label of each segmentation id.
 
         Raises:
             BadValueError: `idToLabels` is no JSON object, or `ids` and `labels` differ in length.

@@ -44,7 +44,9 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"
 
     target_prim: Target = In(
-        required="joints", setup=True, doc="robot if `jointNames` is empty: its prim, base link or articulation root"
+        required="joints",
+        setup=True,
+        doc="robot to publish if `jointNames` is empty, given by its root prim, base link or articulation root",
     )
     topic_name: String = In(default="joint_states", setup=True)
     time_stamp: float = In(default=0.0, unit="s")

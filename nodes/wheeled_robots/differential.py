@@ -91,7 +91,7 @@ TOLERANCE = 0.01
 
 @lint("W201")
 def lint_wheel_geometry(context: LintContext) -> None:
-    """Compare each controller's wheel radius and distance with those of the robot whose joints it drives."""
+    """Warn if `wheelRadius` or `wheelDistance` differs from the geometry of the robot whose joints the controller drives."""
     for controller, node, robot, joints in _driven(context):
         radii = [robot.facts.get("wheel_radii", {}).get(joint) for joint in joints]
         known = [radius for radius in radii if radius]

@@ -43,8 +43,8 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
     from the front axle to the path, v the measured speed. A small e decays as exp(-`gains[0]` t). The turn rate is
     tan(d) / b times `linearVelocity`.
 
-    The speeds on the path are scaled to a maximum of `maxVelocity`; over the last third of the path they decrease at a constant
-    deceleration. Each execution reduces the difference between measured speed and path speed by the fraction `gains[1]`. If the
+    The speeds on the path are scaled to a maximum of `maxVelocity`; over the last third of the path they are
+    multiplied by sqrt(3 r / L), where r of the length L remains. Each execution reduces the difference between measured speed and path speed by the fraction `gains[1]`. If the
     base passes the end of the path without reaching the target, it turns towards the target and drives straight to it.
     """
 
@@ -171,11 +171,11 @@ def _is_behind(path: Path, nearest: int, base: Heading) -> bool:
 def path_of(arrays: Doubles) -> Path:
     """Make a path from one array that holds all speeds, then all x, all y and all yaws.
 
-    Over the last third of the path, the speeds decrease as at a constant deceleration to a stop: their squares are proportional
-    to the remaining distance.
+    The absolute speeds are divided by the largest one. Over the last third of the path's length L they are multiplied by
+    sqrt(3 r / L), where r is the remaining length, so that a constant speed becomes a constant deceleration to 0.
 
     Raises:
-        BadValueError: the length is no multiple of 4, a number is not finite, or points are too far apart.
+        BadValueError: the array's length is not a multiple of 4, a number is not finite, or the path's length overflows.
     """
     legal = f"four arrays of one length, all finite, not {len(arrays)} numbers"
     if len(arrays) % 4:
