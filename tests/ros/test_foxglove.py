@@ -21,7 +21,7 @@ from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
 from graphengine.ros.foxglove.foxglove_transport import FoxgloveTransport
 from graphengine.ros.network import LOOK_EVERY, LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from tests.ros.conftest import OpenDds
+from tests.ros.contract import MIXED, RCLPY, AnyTransport
 from tests.ros.foxglove_client import FoxgloveClient
 from tests.waiting import eventually
 
@@ -258,7 +258,7 @@ def test_a_client_may_publish_an_alternative_type(network: LiveNetwork, client: 
 
     assert client.until(lambda: subscription.heard, tick)
     assert subscription.claim.message_type == STAMPED
-    assert client.until(lambda: client.channels["/cmd_vel"]["schemaName"] == STAMPED)
+    assert client.until(lambda: [channel["schemaName"] for channel in client.channels.values()] == [STAMPED])
 
 
 def test_messages_that_are_none_of_the_protocol_change_nothing(
@@ -350,12 +350,13 @@ def test_without_the_sdk_the_error_says_what_to_install(monkeypatch: pytest.Monk
         open_server(("127.0.0.1", 0), "test", DEFINITIONS)
 
 
-def test_beside_dds_a_reader_hears_peers_and_clients_and_a_client_sees_both(
-    dds: OpenDds, foxglove: FoxgloveServer, client: FoxgloveClient
+@pytest.mark.parametrize("kind", ["dds", RCLPY, *MIXED], indirect=True)
+def test_beside_a_network_a_reader_hears_peers_and_clients_and_a_client_sees_both(
+    alice: AnyTransport, bob: AnyTransport, foxglove: FoxgloveServer, client: FoxgloveClient
 ) -> None:
-    network = LiveNetwork(lambda domain: FoxgloveTransport(dds("alice"), foxglove), 0, print)
+    network = LiveNetwork(lambda domain: FoxgloveTransport(alice, foxglove), 0, print)
     subscription = network.subscription(claim("subscribe", qos=QoS(depth=1000)))
-    writer = dds("bob").writer("/cmd_vel", TWIST, QoS())
+    writer = bob.writer("/cmd_vel", TWIST, QoS())
     client.subscribe("/cmd_vel")
     publish = client.advertise("/cmd_vel", TWIST)
     shown = client.messages["/cmd_vel"]
