@@ -232,7 +232,6 @@ class Runner:
         if seconds is not None and not seconds >= 0.0:
             raise UsageError(f"seconds: expected a time that is not negative, got {seconds!r}")
         ends = None if seconds is None or math.isinf(seconds) else seconds
-        last = None if ends is None else self.session.ticks + round(ends / self.session.clock.delta)
 
         def after_tick(session: SessionCore) -> bool:
             self._after_tick()
@@ -240,7 +239,7 @@ class Runner:
 
         with self._ticking():
             self.session.run(ends, None if math.isinf(factor) else factor, after_tick, paused=paused)
-        return self.session.ticks == last
+        return self.session.ticks >= self.session.last
 
     def step(self, ticks: int) -> None:
         """Run a number of ticks as fast as possible; Ctrl-C ends it between two ticks."""

@@ -289,6 +289,19 @@ class Release(_Keys):
         self._record(session, keys=list(self.keys))
 
 
+class Reload(Command):
+    """Read the files of the scene again and run what they say now; after an error nothing has changed.
+
+    A graph that changed is exchanged, and its nodes keep their state. After a change of the world or of a robot the session begins
+    anew at time 0. Recordings hold the files; a replay puts them in place before it repeats the command.
+    """
+
+    recorded = True
+
+    def _apply(self, session: SessionCore) -> dict[str, Any]:
+        return session.reload().record()
+
+
 class Checkpoint(Command):
     """Save the whole state of the session, so that `restore` can return to it."""
 
@@ -374,7 +387,7 @@ class Quit(Command):
 
 
 _KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, Set, Impulse)
-_KINDS += (Press, Release, Checkpoint, Restore, State, View, Quit)
+_KINDS += (Press, Release, Reload, Checkpoint, Restore, State, View, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.__name__.lower(): kind for kind in _KINDS})
 

@@ -167,10 +167,15 @@ class OwnedEndpoints:
         handles = self._services.handles
         handle = handles.setdefault((self.prim_path, self._servers), len(handles) + 1)
         server = self._services.network.server(claim, handle)
-        self._closing += (server.close, partial(self._services.servers.pop, handle))
+        self._closing += (server.close, partial(self._withdraw, handle, server))
         self._servers += 1
-        self._services.servers[handle] = server
+        self._services.servers.setdefault(handle, []).append(server)
         return server
+
+    def _withdraw(self, handle: int, server: ServiceServer) -> None:
+        self._services.servers[handle].remove(server)
+        if not self._services.servers[handle]:
+            del self._services.servers[handle]
 
     def service_client(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceClient:
         """A new client of a service; arguments and errors as for `service_server`."""
@@ -190,4 +195,4 @@ class OwnedEndpoints:
                 handle,
                 "wire serverHandle from a ROS2ServiceServerRequest",
             )
-        return self._services.servers[handle]
+        return self._services.servers[handle][-1]

@@ -1,0 +1,156 @@
+"""Runs changed files in a session that goes on: graphs are exchanged, and a changed world or robot begins anew."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from graphengine.compiler.graph import Graph
+from graphengine.devices.backend import World
+from graphengine.devices.dry_world import DryWorld
+from graphengine.devices.stage import Stage
+from graphengine.format.errors import NodeError, UsageError
+from graphengine.format.files import Files, Signature
+from graphengine.node.context.session_services import Services
+from graphengine.runtime.reloading import Reloaded, Reloader
+from graphengine.runtime.roster import Roster
+from graphengine.runtime.session_core import SessionCore
+from graphengine.runtime.ticker import Exchange
+from graphengine.scene.loaded_scene import LoadedScene
+from graphengine.scene.scene_roster import SceneRoster, begin
+
+if TYPE_CHECKING:
+    from graphengine.physics.loaded_world import LoadedWorld
+
+MAX_READINGS = 5
+"""How often files are read again because they change while they are read."""
+
+
+class SceneReloader(Reloader):
+    """Reads the files of a session's scene again.
+
+    Args:
+        scene: that the session runs.
+        files: the session's own; they become those of the scene that it runs then.
+        again: loads a scene again.
+        fault: as for `Ticker`.
+    """
+
+    def __init__(
+        self,
+        scene: LoadedScene,
+        files: Files,
+        again: Callable[[LoadedScene], LoadedScene],
+        fault: Callable[[NodeError], None] | None,
+    ) -> None:
+        self._scene, self._files = scene, files
+        self._again, self._fault = again, fault
+        self._read = files
+        """The files that were read last, with errors or without."""
+
+    def watched(self) -> Mapping[Path, Signature]:
+        """The paths whose files matter, with what was there when they were read last. Any thread may call it."""
+        return self._read.noted()
+
+    def reload(self, session: SessionCore) -> Reloaded:
+        """Run what the files say now, between two ticks."""
+        for _ in range(MAX_READINGS):
+            fresh = self._again(self._scene)
+            files = self._read = replace(fresh.files, used=dict(fresh.files.used), sought=dict(fresh.files.sought))
+            fresh.require_runnable()
+            successor = self._successor(fresh, files, session.roster)
+            session.inbox.reading(files)
+            if not files.changed():
+                break
+        else:
+            raise UsageError("the files change while they are read; reload when they are written")
+        if successor is None:
+            done = self._begin_anew(fresh, session)
+        else:
+            done = Reloaded(exchange=session.exchange(successor.graphs))
+            successor.move_in()
+        return self._keep(fresh, files, done)
+
+    def _keep(self, fresh: LoadedScene, files: Files, done: Reloaded) -> Reloaded:
+        """Remember what the session runs now; return what was done, with the files that changed and new warnings."""
+        changed = [path for path, now in files.used.items() if self._files.used.get(path) != now]
+        gone = [path for path in files.sought if path in self._files.used]
+        known = {finding.render() for finding in self._scene.findings.warnings}
+        warnings = [finding.render() for finding in fresh.findings.warnings]
+        for mine, theirs in ((self._files.used, files.used), (self._files.sought, files.sought)):
+            mine.clear()
+            mine.update(theirs)
+        self._scene, self._read = fresh, self._files
+        return replace(done, files=(*changed, *gone), warnings=tuple(text for text in warnings if text not in known))
+
+    def _successor(self, fresh: LoadedScene, files: Files, roster: Roster) -> _Successor | None:
+        """The graphs to run in the world as it is; None if the world or a robot is another one now.
+
+        Raises:
+            CheckError: a robot that was spawned, or a graph of it, has errors.
+        """
+        before = self._scene.world
+        if before is None or fresh.world is None:
+            return _Successor(fresh.planned) if before is fresh.world else None
+        assert isinstance(roster, SceneRoster)
+        if before is not fresh.world and not before.begins_as(fresh.world):
+            return None
+        world = roster.world.reread(fresh.world, files)
+        if world is None:
+            return None
+        graphs = _graphs(fresh, world, files, roster)
+        return _Successor(graphs, lambda: roster.follow(fresh, world))
+
+    def _begin_anew(self, fresh: LoadedScene, session: SessionCore) -> Reloaded:
+        """Begin at time 0 with the world as it is described now.
+
+        Raises:
+            GraphError: physics or a node cannot begin; nothing has changed.
+        """
+        before, lost = session.services, tuple(session.roster.spawned)
+        loaded = fresh.world.copy(self._files, before.seed) if fresh.world is not None else None
+        world: World = loaded.simulation if loaded is not None else DryWorld(Stage())
+        world.clamps_commands = before.world.clamps_commands
+        services = Services(world, before.network, before.seed, before.domain_id, before.domain_from_environment)
+        services.log, services.permissions, services.dropped = before.log, before.permissions, before.dropped
+        try:
+            with before.network.handing_over():
+                ticker, roster = begin(fresh, loaded, self._files, services, self._fault)
+        except BaseException:
+            world.close()
+            raise
+        session.begin_with(ticker, roster)
+        names = tuple(run.name for run in ticker.graphs)
+        return Reloaded(exchange=Exchange(changed=names), restarted=True, lost=lost)
+
+
+@dataclass(frozen=True, slots=True)
+class _Successor:
+    """What comes after a change of graphs.
+
+    Attributes:
+        graphs: in the order in which they run.
+        move_in: called when they run.
+    """
+
+    graphs: Sequence[Graph]
+    move_in: Callable[[], None] = lambda: None
+
+
+def _graphs(fresh: LoadedScene, world: LoadedWorld, files: Files, roster: SceneRoster) -> Sequence[Graph]:
+    """The graphs of a scene whose robots are those of a world, in the order in which they run.
+
+    Raises:
+        CheckError: a graph of a robot that was spawned has errors.
+    """
+    assert fresh.world is not None
+    spawned = [robot for name, robot in world.robots.items() if robot is not fresh.world.robots.get(name)]
+    gone = [name for name, robot in fresh.world.robots.items() if world.robots.get(name) is not robot]
+    graphs = [graph for graph in fresh.planned if not graph.name.startswith(tuple(f"{name}/" for name in gone))]
+    named = {graph.name for graph in graphs}
+    claimed = [claim for claim in fresh.claims if claim.graph in named]
+    for robot in spawned:
+        graphs += roster.plan(robot, fresh, files, graphs, claimed)
+    return graphs
