@@ -10,6 +10,7 @@ import contextlib
 import json
 from abc import abstractmethod
 from collections.abc import Mapping
+from dataclasses import asdict
 from functools import partial
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal
@@ -299,7 +300,8 @@ class Reload(Command):
     recorded = True
 
     def _apply(self, session: SessionCore) -> dict[str, Any]:
-        return session.reload().record()
+        done = session.reload()
+        return {"text": str(done), **asdict(done), "files": [str(path) for path in done.files]}
 
 
 class Checkpoint(Command):

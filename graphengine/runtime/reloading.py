@@ -3,69 +3,60 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Signature, near
-from graphengine.runtime.ticker import Exchange
 
 if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Reloaded:
-    """What reloading did.
+    """What a reload did. `Session.reload` returns it; its text is one line for people.
 
     Attributes:
-        files: those that have changed, come or gone since they were read last.
-        exchange: of the graphs; of a restart, their names alone.
+        files: files that are not what they were when they were read last, those that have come or gone among them.
+        changed: names of the graphs that were exchanged; all graphs after a restart.
+        added: names of the graphs that were not there before.
+        removed: names of the graphs that run no more.
+        kept: number of nodes of the exchanged graphs that keep their state.
+        nodes: number of nodes of the exchanged graphs.
         restarted: whether the world or a robot changed, so that the session began anew at time 0.
-        lost: robots that were spawned and did not survive the restart.
-        warnings: of the new files, a text each.
-        mended: whether the files had errors before.
+        lost: names of the spawned robots that the restart removed.
+        warnings: warnings about the new files, as text.
+        mended: whether the files had errors at the reload before.
     """
 
     files: tuple[Path, ...] = ()
-    exchange: Exchange = Exchange()
+    changed: tuple[str, ...] = ()
+    added: tuple[str, ...] = ()
+    removed: tuple[str, ...] = ()
+    kept: int = 0
+    nodes: int = 0
     restarted: bool = False
     lost: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     mended: bool = False
 
     def __str__(self) -> str:
-        files = ", ".join(near(str(path)) for path in self.files) or "no file"
-        return f"{'mended: ' if self.mended else ''}{files} changed: {'; '.join(self._effects())}"
+        files = ", ".join(near(str(path)) for path in self.files)
+        effect = self._restart() if self.restarted else self._exchange()
+        return f"{'mended: ' if self.mended else ''}{files or 'no file'} changed: {effect}"
 
-    def _effects(self) -> list[str]:
-        exchange = self.exchange
-        if self.restarted:
-            lost = [f"without {', '.join(self.lost)}, spawned before"] if self.lost else []
-            return ["the world is another one, so the run begins anew at t = 0", *lost]
-        named = {"graph": exchange.changed, "new graph": exchange.added, "removed graph": exchange.removed}
+    def _restart(self) -> str:
+        lost = f"; {', '.join(self.lost)} must be spawned again" if self.lost else ""
+        return f"the world is another one; restarted at t = 0{lost}"
+
+    def _exchange(self) -> str:
+        named = {"exchanged": self.changed, "added": self.added, "removed": self.removed}
         effects = [f"{what} {', '.join(names)}" for what, names in named.items() if names]
-        if exchange.changed:
-            effects.append(f"{exchange.kept} of {exchange.nodes} nodes keep their state")
-        return effects or ["the graphs and the world are the same"]
-
-    def record(self) -> dict[str, Any]:
-        """What reloading did as JSON types."""
-        return {
-            "files": [str(path) for path in self.files],
-            "changed": list(self.exchange.changed),
-            "added": list(self.exchange.added),
-            "removed": list(self.exchange.removed),
-            "restarted": self.restarted,
-            "lost": list(self.lost),
-            "warnings": list(self.warnings),
-            "text": str(self),
-        }
-
-    def as_mended(self) -> Reloaded:
-        """The same after files with errors."""
-        return replace(self, mended=True)
+        if self.changed:
+            effects.append(f"{self.kept} of {self.nodes} nodes keep their state")
+        return "; ".join(effects) or "no graph and nothing of the world is different"
 
 
 class Reloader:

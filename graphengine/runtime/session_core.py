@@ -6,7 +6,7 @@ import contextlib
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from graphengine.compiler.graph import Graph
@@ -348,16 +348,15 @@ class SessionCore:
         try:
             done = self.reloader.reload(self)
         except CheckError as error:
-            self.findings = tuple(one.render() for one in error.findings if one.severity == "error")
-            raise
+            errors = [finding for finding in error.findings if finding.severity == "error"]
+            self.findings = tuple(finding.render() for finding in errors)
+            raise CheckError(errors) from None
         except GraphError as error:
             self.findings = (str(error),)
             raise
-        if self.findings:
-            done = done.as_mended()
-        self.findings = ()
+        mended, self.findings = bool(self.findings), ()
         self.inbox.command("reload", {})
-        return done
+        return replace(done, mended=mended)
 
     def exchange(self, graphs: Sequence[Graph]) -> Exchange:
         """Run other graphs from here on; those that change keep what state they can.

@@ -17,7 +17,6 @@ from graphengine.node.context.session_services import Services
 from graphengine.runtime.reloading import Reloaded, Reloader
 from graphengine.runtime.roster import Roster
 from graphengine.runtime.session_core import SessionCore
-from graphengine.runtime.ticker import Exchange
 from graphengine.scene.loaded_scene import LoadedScene
 from graphengine.scene.scene_roster import SceneRoster, begin
 
@@ -69,8 +68,15 @@ class SceneReloader(Reloader):
         if successor is None:
             done = self._begin_anew(fresh, session)
         else:
-            done = Reloaded(exchange=session.exchange(successor.graphs))
+            exchange = session.exchange(successor.graphs)
             successor.move_in()
+            done = Reloaded(
+                changed=exchange.changed,
+                added=exchange.added,
+                removed=exchange.removed,
+                kept=exchange.kept,
+                nodes=exchange.nodes,
+            )
         return self._keep(fresh, files, done)
 
     def _keep(self, fresh: LoadedScene, files: Files, done: Reloaded) -> Reloaded:
@@ -123,7 +129,7 @@ class SceneReloader(Reloader):
             raise
         session.begin_with(ticker, roster)
         names = tuple(run.name for run in ticker.graphs)
-        return Reloaded(exchange=Exchange(changed=names), restarted=True, lost=lost)
+        return Reloaded(changed=names, restarted=True, lost=lost)
 
 
 @dataclass(frozen=True, slots=True)
