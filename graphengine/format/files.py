@@ -60,7 +60,7 @@ class Files:
     used: dict[Path, Signature] = field(default_factory=dict, compare=False, repr=False)
     """Absolute paths of the files that were given and that references led to, in order, as they were before they were read."""
     sought: dict[Path, Signature] = field(default_factory=dict, compare=False, repr=False)
-    """Absolute paths at which a reference found no file."""
+    """Absolute paths at which a reference found no file; a folder or a pipe may be there."""
 
     @staticmethod
     def of(
@@ -89,7 +89,8 @@ class Files:
 
     def note_missing(self, path: Path) -> None:
         """Record that a reference would mean the file at this path, if there were one."""
-        self.sought[Path(os.path.abspath(path))] = None
+        place = Path(os.path.abspath(path))
+        self.sought[place] = signature(place)
 
     def include(self, other: Files) -> None:
         """Take over what another has noted."""
