@@ -370,22 +370,20 @@ class SessionCore:
 
     def begin_with(self, ticker: Ticker, roster: Roster) -> None:
         """Begin anew at time 0 with another world, which is set up; it plays or pauses as this one did."""
-        before, self._ticker, self.version = self._ticker, ticker, self.version + 1
-        if before.clock.frame:
-            before.tell("at_stop", before.graphs)
-        names = {run.name for run in ticker.graphs}
+        self._end_play()
+        before, names = self._ticker, {run.name for run in ticker.graphs}
         before.tell("at_close", [run for run in before.graphs if run.name not in names])
-        for run in before.graphs:
-            run.contexts.close()
-        before.services.network.forget_calls()
-        before.services.world.close()
         if math.isfinite(self.last):
             left = (self.last - before.count) * before.clock.delta
             self.last = before.count + round(left / ticker.clock.delta)
         ticker.count = before.count
-        self.services, self.roster = ticker.services, roster
+        self._ticker, self.services, self.roster = ticker, ticker.services, roster
         self.clock, self.step_clock = ticker.clock, ticker.step_clock
+        self.version += 1
         self.held.clear()
+        ticker.close(before.graphs)
+        ticker.services.network.forget_calls()
+        before.services.world.close()
         self.pace = self._pace
         self._set(self.state)
 

@@ -131,12 +131,10 @@ class Ticker:
         names, before = {graph.name for graph in graphs}, self.graphs
         gone = [run for run in before if run.name not in names]
         self.tell("at_close", gone)
-        heirs = {context.prim_path for run in runs for _, context in run.contexts}
-        for run in [run for run in before if run not in runs]:
-            run.contexts.close(heirs)
         for run, graph in zip(runs, graphs, strict=True):
             run.describe_as(graph)
         self._set_graphs(runs)
+        self.close([run for run in before if run not in runs])
         changed = [succession.name for succession in successions]
         return Exchange(
             tuple(changed),
@@ -145,6 +143,15 @@ class Ticker:
             sum(succession.kept for succession in successions),
             sum(succession.nodes for succession in successions),
         )
+
+    def close(self, runs: Iterable[GraphRun]) -> None:
+        """Close graphs that are replaced; one that fails to, such as a script in its last function, fails for itself alone."""
+        heirs = {context.prim_path for run in self.graphs for _, context in run.contexts}
+        for run in runs:
+            try:
+                run.contexts.close(heirs)
+            except Exception as error:
+                self.services.log("error", "", f"{run.name} did not close: {error}")
 
     def remove(self, runs: Collection[GraphRun]) -> None:
         """Close graphs and run them no more."""

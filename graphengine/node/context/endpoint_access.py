@@ -103,8 +103,13 @@ class OwnedEndpoints:
             self.prim_path, self._graph, full, message_type, direction, quality, latched=latched, **facts
         )
         self._services.claims.append(claim)
-        self._closing.append(partial(self._services.claims.remove, claim))
+        self._closing.append(partial(self._withdraw_claim, claim))
         return claim
+
+    def _withdraw_claim(self, claim: EndpointClaim) -> None:
+        """Remove this claim; a node that is being replaced may have an equal one."""
+        claims = self._services.claims
+        del claims[next(index for index, one in enumerate(claims) if one is claim)]
 
     def publisher(
         self,
