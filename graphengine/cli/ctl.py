@@ -224,6 +224,8 @@ def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
         print(clean(table([_robot(robot) for robot in state["robots"]], indent="  ")))
     if robots and state["objects"]:
         print(clean(f"  {listing(state['objects'], 'objects')}"))
+    if state.get("findings"):
+        print(f"  {counted(len(state['findings']), 'error')} in changed files, which do not run yet")
     for node, ticks in state.get("dropped_values", {}).items() if robots else ():
         print(clean(f"  dropped bad values: in {counted(ticks, 'tick')} at {node}"))
     for command, times in state.get("clamped_commands", {}).items() if robots else ():

@@ -357,6 +357,7 @@ class State(Command):
                 if entity.kind == "object" and entity.prim_path not in paths
             ],
             **{name: count for name, count in counts.items() if count},
+            **({"findings": list(session.findings)} if session.findings else {}),
         }
 
 

@@ -5,13 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Signature, near
-
-if TYPE_CHECKING:
-    from graphengine.runtime.session_core import SessionCore
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +58,7 @@ class Reloaded:
 class Reloader:
     """Reads the files of a session again. A session that was made from files has one that extends this."""
 
-    def reload(self, session: SessionCore) -> Reloaded:
+    def reload(self) -> Reloaded:
         """Run what the files say now, between two ticks.
 
         Raises:

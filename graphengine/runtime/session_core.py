@@ -346,7 +346,7 @@ class SessionCore:
         """
         self.admit()
         try:
-            done = self.reloader.reload(self)
+            done = self.reloader.reload()
         except CheckError as error:
             errors = [finding for finding in error.findings if finding.severity == "error"]
             self.findings = tuple(finding.render() for finding in errors)

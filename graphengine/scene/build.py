@@ -254,5 +254,5 @@ def start(
         world.close()
         raise
     session = SessionCore(ticker, roster)
-    session.reloader = SceneReloader(scene, files, load_again, fault)
+    session.reloader = SceneReloader(session, scene, files, load_again, fault)
     return session

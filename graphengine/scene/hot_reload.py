@@ -31,6 +31,7 @@ class SceneReloader(Reloader):
     """Reads the files of a session's scene again.
 
     Args:
+        session: which runs the scene.
         scene: that the session runs.
         files: the session's own; they become those of the scene that it runs then.
         again: loads a scene again.
@@ -39,11 +40,13 @@ class SceneReloader(Reloader):
 
     def __init__(
         self,
+        session: SessionCore,
         scene: LoadedScene,
         files: Files,
         again: Callable[[LoadedScene], LoadedScene],
         fault: Callable[[NodeError], None] | None,
     ) -> None:
+        self._session = session
         self._scene, self._files = scene, files
         self._again, self._fault = again, fault
         self._read = files
@@ -53,8 +56,9 @@ class SceneReloader(Reloader):
         """The paths whose files matter, with what was there when they were read last. Any thread may call it."""
         return self._read.noted()
 
-    def reload(self, session: SessionCore) -> Reloaded:
+    def reload(self) -> Reloaded:
         """Run what the files say now, between two ticks."""
+        session = self._session
         for _ in range(MAX_READINGS):
             fresh = self._again(self._scene)
             files = self._read = replace(fresh.files, used=dict(fresh.files.used), sought=dict(fresh.files.sought))
@@ -66,7 +70,7 @@ class SceneReloader(Reloader):
         else:
             raise UsageError("the files change while they are read; reload when they are written")
         if successor is None:
-            done = self._begin_anew(fresh, session)
+            done = self._begin_anew(fresh)
         else:
             exchange = session.exchange(successor.graphs)
             successor.move_in()
@@ -109,13 +113,13 @@ class SceneReloader(Reloader):
         graphs = _graphs(fresh, world, files, roster)
         return _Successor(graphs, lambda: roster.follow(fresh, world))
 
-    def _begin_anew(self, fresh: LoadedScene, session: SessionCore) -> Reloaded:
+    def _begin_anew(self, fresh: LoadedScene) -> Reloaded:
         """Begin at time 0 with the world as it is described now.
 
         Raises:
             GraphError: physics or a node cannot begin; nothing has changed.
         """
-        before, lost = session.services, tuple(session.roster.spawned)
+        before, lost = self._session.services, tuple(self._session.roster.spawned)
         loaded = fresh.world.copy(self._files, before.seed) if fresh.world is not None else None
         world: World = loaded.simulation if loaded is not None else DryWorld(Stage())
         world.clamps_commands = before.world.clamps_commands
@@ -127,7 +131,7 @@ class SceneReloader(Reloader):
         except BaseException:
             world.close()
             raise
-        session.begin_with(ticker, roster)
+        self._session.begin_with(ticker, roster)
         names = tuple(run.name for run in ticker.graphs)
         return Reloaded(changed=names, restarted=True, lost=lost)
 
