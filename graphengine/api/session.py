@@ -204,10 +204,10 @@ class Session:
     def reload(self) -> Reloaded:
         """Read the files of the scene again and run what they say now. A recording stores the call, with the changed files.
 
-        Changed graphs are exchanged while the world goes on. A node of the same name and type, with the same ports, keeps its
-        state; an input keeps its value while its wire, or its value in the file, is the same. Topics that do not change keep their
-        endpoints. After a change of the world or of a robot the session begins anew at time 0, without spawned robots.
-        Checkpoints that were made before fit no more. Python modules with node types are not read again.
+        Changed graphs are exchanged and the world goes on. A node of the same name and type, with the same ports, keeps its
+        state. An input keeps its value while its wire, or its value in the file, is the same. Unchanged topics keep their
+        endpoints. A change of the world or of a robot restarts the session at time 0, without spawned robots. After any
+        change, earlier checkpoints cannot be restored. Python modules with node types are not read again.
 
         >>> print(sim.reload())
         no file changed: no graph and nothing of the world is different

@@ -130,14 +130,14 @@ class Recorder(ExternalInputs):
         self._attach()
 
     def reading(self, files: Files) -> None:
-        """Take the contents of the files that a reload has read; one that has gone meanwhile has changed, so this is called again."""
+        """Keep the contents of the files that a reload has read; if one of them has gone, the reload reads them all again."""
         places = {self._names.name(path): path for path in files.used}
         with contextlib.suppress(OSError):
             self._read = _contents(places)
             self._places |= places
 
     def _attach_exchanged(self) -> dict[str, str | None]:
-        """Attach the files that a reload found changed: the names of their attachments by their own, None for one that is gone."""
+        """Attach the changed files of a reload; return the name of each one's attachment, None for a file that has gone."""
         self._reloads += 1
         digests = {name: _digest(data) for name, data in self._read.items()}
         changed = {name: data for name, data in self._read.items() if self._digests.get(name) != digests[name]}

@@ -135,7 +135,9 @@ class Workspace:
                     place.unlink(missing_ok=True)
                     continue
                 place.parent.mkdir(parents=True, exist_ok=True)
-                coming = place.with_name(f"{place.name}.coming")  # another inode is another file, whatever its times are
+                coming = place.with_name(
+                    f"{place.name}.coming"
+                )  # another inode is another file, whatever its times are
                 shutil.copyfile(self.path(other), coming)
                 coming.replace(place)
             except OSError as error:

@@ -293,8 +293,8 @@ class Release(_Keys):
 class Reload(Command):
     """Read the files of the scene again and run what they say now; after an error nothing has changed.
 
-    A graph that changed is exchanged, and its nodes keep their state. After a change of the world or of a robot the session begins
-    anew at time 0. Recordings hold the files; a replay puts them in place before it repeats the command.
+    Changed graphs are exchanged, and their nodes keep their state. A change of the world or of a robot restarts the session at
+    time 0. The command reads only files of the scene. Recordings hold those that changed, and replays use them.
     """
 
     recorded = True

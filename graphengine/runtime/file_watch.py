@@ -1,8 +1,9 @@
-"""Watches the files of a session and asks for a reload when they change."""
+"""Watches the files of a session, and reloads them when they change."""
 
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from pathlib import Path
@@ -12,20 +13,22 @@ from graphengine.format.files import Signature, signature
 from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.reloading import Reloader
 
+MOST = 0.05
+"""Share of its time that the thread looks at files; the rest it sleeps."""
 PERIOD = 0.05
-"""Seconds of wall time between two looks at the files. A change takes effect once two looks see the same, as it is written then."""
+"""Seconds of wall time between two looks at the files. Changed files are read when two looks in a row see the same state."""
 
 
 class FileWatch:
-    """A thread that looks at the files of a session, also at those that a graph names and that are not there yet.
+    """A thread that watches the files of a session, and the places of files that are missing.
 
-    Files are looked at, not directories: editors that write in place, and those that put another file in the place of the old
-    one, are seen alike, on file systems without notifications too.
+    It compares inodes, sizes and times instead of waiting for notifications: so it sees editors that replace a file as well as
+    those that write in place, works on network file systems, and needs no handle for each directory.
 
     Args:
-        reloader: of the session; it knows the files.
-        desk: where the reload is asked for.
-        report: called in the session's thread with the future of each reload.
+        reloader: lists the files of the session.
+        desk: queue for the command `reload`.
+        report: receives the future of each reload, in the session's thread.
     """
 
     def __init__(self, reloader: Reloader, desk: Desk, report: Callable[[Future[Any]], None]) -> None:
@@ -39,9 +42,11 @@ class FileWatch:
     def _run(self) -> None:
         handled: Mapping[Path, Signature] = {}
         before: Mapping[Path, Signature] = {}
-        while not self._ended.wait(PERIOD):
-            noted = self._reloader.watched()
+        took = 0.0
+        while not self._ended.wait(max(PERIOD, took / MOST)):
+            begun, noted = time.perf_counter(), self._reloader.watched()
             now = {path: signature(path) for path in noted}
+            took = time.perf_counter() - begun
             if all(there in (noted[path], handled.get(path, noted[path])) for path, there in now.items()):
                 continue
             if now != before:

@@ -1,8 +1,8 @@
-"""What a changed graph takes over from the run that it replaces.
+"""Transfers the state of nodes from the run of a graph to the run of its changed version.
 
-A node of the same name and type, with the same ports, keeps its state: outputs, State fields, whether it is active, its mailboxes and
-its random numbers. An input keeps its value, such as one from the command `set`, while what feeds it is the same: the wire, or the
-value in the file. A node is set up with its old state if an input that it reads in its setup is another one now.
+A node of the same name and type, with the same ports, keeps its state: outputs, State fields, whether it is active, mailboxes,
+random numbers. An input keeps its value, also one from the command `set`, while its wires, or its value in the file, are equal.
+If an input that the node reads in `setup` has changed, its setup runs on the old state and may reset it, as after `set`.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def _equal(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
 
 
 class Succession:
-    """Sets up a graph's run with the state of the run that it replaces, which stays as it is.
+    """Sets up the run of a changed graph with the state of the run before, which it does not change.
 
     Args:
         old: run of the graph before the change.
@@ -70,8 +70,8 @@ class Succession:
             self._heirs[instance.index] = other.index
         self._wires_before, self._wires = _wires(before), _wires(after)
         self._fixed = new.executor.fixed_inputs
-        self._again: set[int] = set()
-        """Nodes with another input that they read in their setup, or with another file."""
+        self._set_up_otherwise: set[int] = set()
+        """Nodes whose setup reads an input that has changed."""
 
     @property
     def kept(self) -> int:
@@ -116,39 +116,39 @@ class Succession:
                     box.restore(old_box.save())
 
     def before_setup(self, index: int) -> bool:
-        """Give a node its state, and the inputs that go on; a node whose setup failed waits for other inputs."""
+        """Restore a node; return False if its setup failed before, until it has other inputs."""
         if index not in self._heirs:
             return True
-        self._give(index)
-        return not self._new.executor.has_failed(index) or index in self._again
+        self._restore(index)
+        return not self._new.executor.has_failed(index) or index in self._set_up_otherwise
 
     def after_setup(self, index: int) -> None:
-        """Give a node its state once more, unless its setup read something else than the one before."""
-        if index not in self._heirs or index in self._again:
+        """Restore a node again, unless its setup read other inputs or files than before."""
+        if index not in self._heirs or index in self._set_up_otherwise:
             return
         context, other = self._new.contexts.of(index), self._old.contexts.of(self._heirs[index])
         if context is not None and other is not None and context.files_read == other.files_read:
-            self._give(index)
+            self._restore(index)
 
-    def _give(self, index: int) -> None:
-        """Restore a node, but for inputs that are fed by something else now; of a constant, hand on the inputs alone."""
+    def _restore(self, index: int) -> None:
+        """Restore a node except for inputs with other wires or another value in the file; of a constant, only the inputs."""
         before = self._heirs[index]
         node, other = self._new.executor.nodes[index], self._old.executor.nodes[before]
         inputs = [port for port in type(node).fields.values() if port.side == "inputs"]
-        going_on = {port.field for port in inputs if self._goes_on(index, before, port.field)}
-        fresh = {port.field: getattr(node, port.field) for port in inputs if port.field not in going_on}
+        same = {port.field for port in inputs if self._is_fed_alike(index, before, port.field)}
+        values = {port.field: getattr(node, port.field) for port in inputs if port.field not in same}
         if index in self._saved:
             node.restore(self._saved[index])
         else:
-            fresh |= {field: getattr(other, field) for field in going_on}
-        for field, value in fresh.items():
+            values |= {field: getattr(other, field) for field in same}
+        for field, value in values.items():
             setattr(node, field, value)
         read = [port.field for port in inputs if port.setup]
         if not all(types.equal(getattr(node, field), getattr(other, field)) for field in read):
-            self._again.add(index)
+            self._set_up_otherwise.add(index)
 
-    def _goes_on(self, index: int, before: int, field: str) -> bool:
-        """Whether an input is fed as before: by the same wires, or else by the same value in the file."""
+    def _is_fed_alike(self, index: int, before: int, field: str) -> bool:
+        """Whether an input has the same wires as before or, without any, the same value in the file."""
         wires, old_wires = self._wires.get((index, field), []), self._wires_before.get((before, field), [])
         if wires != old_wires or (index, field) in self._fixed:
             return False

@@ -1,4 +1,4 @@
-"""What a session does when the files that it was made from change."""
+"""The interface by which a session reloads its files, and the result of a reload."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ class Reloaded:
     """What a reload did. `Session.reload` returns it; its text is one line for people.
 
     Attributes:
-        files: files that are not what they were when they were read last, those that have come or gone among them.
+        files: files that were changed, added or removed since the last reload.
         changed: names of the graphs that were exchanged; all graphs after a restart.
-        added: names of the graphs that were not there before.
-        removed: names of the graphs that run no more.
+        added: names of new graphs.
+        removed: names of removed graphs.
         kept: number of nodes of the exchanged graphs that keep their state.
         nodes: number of nodes of the exchanged graphs.
-        restarted: whether the world or a robot changed, so that the session began anew at time 0.
+        restarted: whether the world or a robot changed, and the session restarted at time 0.
         lost: names of the spawned robots that the restart removed.
         warnings: warnings about the new files, as text.
         mended: whether the files had errors at the reload before.
@@ -56,10 +56,10 @@ class Reloaded:
 
 
 class Reloader:
-    """Reads the files of a session again. A session that was made from files has one that extends this."""
+    """Reads the files of a session again; this one is for a session that was not made from files."""
 
     def reload(self) -> Reloaded:
-        """Run what the files say now, between two ticks.
+        """Read the files and run what they say now, between two ticks.
 
         Raises:
             CheckError: the files have errors.
@@ -68,5 +68,5 @@ class Reloader:
         raise UsageError("a session without files has nothing to reload")
 
     def watched(self) -> Mapping[Path, Signature]:
-        """The paths whose files matter, with what was there when they were read last. Any thread may call it."""
+        """The paths to watch, with the signatures of their files before they were read. Thread-safe."""
         return {}

@@ -63,15 +63,15 @@ class SessionCore:
         self.roster = roster
         self.reloader = Reloader()
         self.version = 0
-        """How often graphs were exchanged, or the world."""
+        """Number of times that graphs or the world were exchanged; a checkpoint can be restored only in its own version."""
         self.state: SessionState = "stopped"
         self.inbox = ExternalInputs()
         """Reads the wall clock and takes commands; to be exchanged before the first tick."""
         self.desk: Desk | None = None
         """Where others ask for what can be done; with one, a run goes on while it is paused or stopped."""
         self.findings: tuple[str, ...] = ()
-        """What is wrong with the files of the scene since they changed, a text each that begins with `path:line:column: `; the session
-        runs the last files without errors. Empty when it runs what the files say."""
+        """Errors of the changed files, which the session does not run: texts that begin with `path:line:column: `. Empty when the
+        session runs what its files say. The page and the terminal show them."""
         self.open_page: Callable[[], str] | None = None
         """Returns the address of the session's web page, and starts the page again if its process was lost; None: no page."""
         self._until = 0
@@ -336,8 +336,8 @@ class SessionCore:
     def reload(self) -> Reloaded:
         """Read the files of the scene again and run what they say now, between two ticks.
 
-        Changed graphs are exchanged: nodes of the same name and type keep their state, and the world goes on. After a change of the
-        world or of a robot the session begins anew at time 0, without robots that were spawned.
+        Changed graphs are exchanged: nodes of the same name and type keep their state, and the world goes on. A change of the
+        world or of a robot restarts the session at time 0, without spawned robots.
 
         Raises:
             CheckError: the files have errors, which `findings` keeps until they are mended.
@@ -369,7 +369,7 @@ class SessionCore:
         return done
 
     def begin_with(self, ticker: Ticker, roster: Roster) -> None:
-        """Begin anew at time 0 with another world, which is set up; it plays or pauses as this one did."""
+        """Restart at time 0 with another world, whose graphs are set up; go on playing, paused or stopped as before."""
         self._end_play()
         before, names = self._ticker, {run.name for run in ticker.graphs}
         before.tell("at_close", [run for run in before.graphs if run.name not in names])

@@ -1,4 +1,4 @@
-"""Runs changed files in a session that goes on: graphs are exchanged, and a changed world or robot begins anew."""
+"""Reloads the changed files of a running session: exchanges graphs, or restarts with another world."""
 
 from __future__ import annotations
 
@@ -30,11 +30,13 @@ MAX_READINGS = 5
 class SceneReloader(Reloader):
     """Reads the files of a session's scene again.
 
+    Everything is loaded and checked beside the running session, which changes only if there are no errors.
+
     Args:
-        session: which runs the scene.
-        scene: that the session runs.
-        files: the session's own; they become those of the scene that it runs then.
-        again: loads a scene again.
+        session: session that runs the scene.
+        scene: scene that the session runs.
+        files: the session's record of the files that were read; each reload updates it.
+        load_again: loads a scene from its files again.
         fault: as for `Ticker`.
     """
 
@@ -43,24 +45,24 @@ class SceneReloader(Reloader):
         session: SessionCore,
         scene: LoadedScene,
         files: Files,
-        again: Callable[[LoadedScene], LoadedScene],
+        load_again: Callable[[LoadedScene], LoadedScene],
         fault: Callable[[NodeError], None] | None,
     ) -> None:
         self._session = session
         self._scene, self._files = scene, files
-        self._again, self._fault = again, fault
+        self._load_again, self._fault = load_again, fault
         self._read = files
-        """The files that were read last, with errors or without."""
+        """The files of the last reload, which may have failed."""
 
     def watched(self) -> Mapping[Path, Signature]:
-        """The paths whose files matter, with what was there when they were read last. Any thread may call it."""
+        """The paths of the scene's files and of missing files, with their signatures before they were read. Thread-safe."""
         return self._read.noted()
 
     def reload(self) -> Reloaded:
-        """Run what the files say now, between two ticks."""
+        """Read the files and run what they say now, between two ticks."""
         session = self._session
         for _ in range(MAX_READINGS):
-            fresh = self._again(self._scene)
+            fresh = self._load_again(self._scene)
             files = self._read = replace(fresh.files, used=dict(fresh.files.used), sought=dict(fresh.files.sought))
             fresh.require_runnable()
             successor = self._successor(fresh, files, session.roster)
@@ -84,7 +86,7 @@ class SceneReloader(Reloader):
         return self._keep(fresh, files, done)
 
     def _keep(self, fresh: LoadedScene, files: Files, done: Reloaded) -> Reloaded:
-        """Remember what the session runs now; return what was done, with the files that changed and new warnings."""
+        """Store the scene that the session runs now; return what was done, with the changed files and new warnings."""
         changed = [path for path, now in files.used.items() if self._files.used.get(path) != now]
         gone = [path for path in files.sought if path in self._files.used]
         known = {finding.render() for finding in self._scene.findings.warnings}
@@ -96,7 +98,7 @@ class SceneReloader(Reloader):
         return replace(done, files=(*changed, *gone), warnings=tuple(text for text in warnings if text not in known))
 
     def _successor(self, fresh: LoadedScene, files: Files, roster: Roster) -> _Successor | None:
-        """The graphs to run in the world as it is; None if the world or a robot is another one now.
+        """The graphs to run in the present world; None if the world or a robot has changed.
 
         Raises:
             CheckError: a robot that was spawned, or a graph of it, has errors.
@@ -114,7 +116,7 @@ class SceneReloader(Reloader):
         return _Successor(graphs, lambda: roster.follow(fresh, world))
 
     def _begin_anew(self, fresh: LoadedScene) -> Reloaded:
-        """Begin at time 0 with the world as it is described now.
+        """Restart at time 0 with the world that the files describe now.
 
         Raises:
             GraphError: physics or a node cannot begin; nothing has changed.
@@ -138,11 +140,11 @@ class SceneReloader(Reloader):
 
 @dataclass(frozen=True, slots=True)
 class _Successor:
-    """What comes after a change of graphs.
+    """Graphs that replace those of a session.
 
     Attributes:
-        graphs: in the order in which they run.
-        move_in: called when they run.
+        graphs: in execution order.
+        move_in: called when the graphs have been exchanged.
     """
 
     graphs: Sequence[Graph]
@@ -150,7 +152,7 @@ class _Successor:
 
 
 def _graphs(fresh: LoadedScene, world: LoadedWorld, files: Files, roster: SceneRoster) -> Sequence[Graph]:
-    """The graphs of a scene whose robots are those of a world, in the order in which they run.
+    """The graphs of a scene with the robots that are in a world now, in execution order.
 
     Raises:
         CheckError: a graph of a robot that was spawned has errors.

@@ -17,8 +17,8 @@ from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import EndpointClaim
 
 if TYPE_CHECKING:
-    from graphengine.physics.loaded_world import LoadedWorld
     from graphengine.format.spec import SceneSpec
+    from graphengine.physics.loaded_world import LoadedWorld
     from graphengine.physics.sensors.rays import RaysChoice
 
 

@@ -1,8 +1,8 @@
 """Time from saving a file of a watched run to its effect, in milliseconds of wall time.
 
-`python -m tests.bench.reload [SCENE]` copies the graphs and scenes that ship, runs a scene of them (dd100_warehouse) in real time
-as `graphrun run --watch` does, and saves in turns: a graph with another limit, a graph with an error, the mended graph, and a scene
-with another name of the robot. Nothing is asserted.
+`python -m tests.bench.reload [SCENE]` copies the graphs and scenes that ship and runs one (dd100_warehouse) in real time as
+`graphrun run --watch` does. It saves in turns: a graph with another limit, a graph with an error, the mended graph, a scene with
+another name of the robot. Nothing is asserted.
 """
 
 from __future__ import annotations

@@ -232,3 +232,18 @@ def test_a_checkpoint_from_before_a_change_is_refused(library: Path, job: Job) -
     job.session.reload()
     with pytest.raises(UsageError, match="before was saved before the files of the scene changed"):
         job.ask("restore", name="before")
+
+
+def test_a_value_from_the_command_line_must_still_have_its_input(library: Path) -> None:
+    limit = {"DiffController.maxLinearSpeed": 0.3}
+    with Job(library / "scenes/dd100_flat.yaml", limit, shipped=library) as job:
+        graph = library / "graphs/dd100/cmd_vel.yaml"
+        edit(graph, "maxLinearSpeed: 1.3", "maxLinearSpeed: 1.0")
+        assert job.session.reload().changed == ()
+        edit(graph, "DiffController", "Renamed")
+        with pytest.raises(UsageError, match="no node"):
+            job.session.reload()
+        assert "DiffController" in job.session.findings[0]
+        run(job, 3)
+        edit(graph, "Renamed", "DiffController")
+        assert job.session.reload().mended
