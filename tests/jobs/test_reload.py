@@ -11,12 +11,20 @@ import pytest
 
 from graphengine.format.errors import CheckError, UsageError
 from graphengine.format.spec import RobotUse
+from graphengine.messages import messages
+from graphengine.messages.endpoints import QoS
+from graphengine.ros.domain import Domain
+from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transport import JoinOptions
+from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.scene import build
+from graphengine.scene.loaded_scene import Options
 from tests.jobs import crowd
 from tests.jobs.harness import ROOT, Job
+from tests.waiting import eventually
 
 CMD_VEL = "/dd100_0000/cmd_vel"
 LATE = RobotUse(use="robots/dd100.yaml", position=(1.0, 1.0, 0.025), namespace="late")
-SPARE = "nodes:\n  Spare: omni.graph.nodes.ConstantDouble\n"
 
 
 @pytest.fixture
@@ -31,7 +39,10 @@ def change_every_graph(library: Path) -> None:
     """Give each graph one node more, which does nothing."""
     for path in (library / "graphs").rglob("*.yaml"):
         text = path.read_text(encoding="utf-8")
-        path.write_text(text.replace("nodes:\n", SPARE, 1), encoding="utf-8")
+        name = f"Spare{text.count('Spare')}"
+        path.write_text(
+            text.replace("nodes:\n", f"nodes:\n  {name}: omni.graph.nodes.ConstantDouble\n", 1), encoding="utf-8"
+        )
 
 
 def edit(path: Path, old: str, new: str) -> None:
@@ -232,6 +243,36 @@ def test_a_checkpoint_from_before_a_change_is_refused(library: Path, job: Job) -
     job.session.reload()
     with pytest.raises(UsageError, match="before was saved before the files of the scene changed"):
         job.ask("restore", name="before")
+
+
+def test_peers_over_dds_lose_no_message_and_see_no_endpoint_come_or_go(library: Path, domain_id: int) -> None:
+    def join(name: str) -> DdsTransport:
+        return DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), name))
+
+    heard: list[int] = []
+
+    def hear(data: bytes) -> None:
+        stamp = messages.decode(data, "nav_msgs/msg/Odometry").header.stamp
+        heard.append(round(60 * (stamp.sec + 1e-9 * stamp.nanosec)))
+
+    peer = join("peer")
+    peer.reader("/dd100_0000/odom", "nav_msgs/msg/Odometry", QoS(), hear)
+    loaded = build.load(library / "scenes/dd100_flat.yaml", Options(shipped=library))
+    with build.start(loaded, LiveNetwork(lambda _: join("run"), domain_id, print)) as session:
+        assert eventually(lambda: heard, session.step)
+
+        def endpoints() -> set[bytes]:
+            return {end.gid for end in peer.graph().endpoints}
+
+        before = endpoints()
+        for _ in range(3):
+            change_every_graph(library)
+            assert session.reload().changed
+            session.step()
+        assert eventually(lambda: heard[-1] == session.clock.frame)
+        assert heard == list(range(heard[0], session.clock.frame + 1))
+        assert endpoints() == before
+    peer.close()
 
 
 def test_a_value_from_the_command_line_must_still_have_its_input(library: Path) -> None:

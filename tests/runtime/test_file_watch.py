@@ -70,7 +70,8 @@ class Watched:
 
     @property
     def count(self) -> int:
-        return int(self.session.graphs[0].executor.node("Counter").count)
+        counter: Any = self.session.graphs[0].executor.node("Counter")
+        return int(counter.count)
 
 
 @pytest.fixture
