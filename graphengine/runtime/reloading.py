@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Signature, near
+
+MOST_NAMES = 4
+"""Maximum number of names that the text of a reload lists."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,20 +42,26 @@ class Reloaded:
     mended: bool = False
 
     def __str__(self) -> str:
-        files = ", ".join(near(str(path)) for path in self.files)
+        files = _listed([near(str(path)) for path in self.files])
         effect = self._restart() if self.restarted else self._exchange()
         return f"{'mended: ' if self.mended else ''}{files or 'no file'} changed: {effect}"
 
     def _restart(self) -> str:
-        lost = f"; {', '.join(self.lost)} must be spawned again" if self.lost else ""
+        lost = f"; {_listed(self.lost)} must be spawned again" if self.lost else ""
         return f"the world is another one; restarted at t = 0{lost}"
 
     def _exchange(self) -> str:
         named = {"exchanged": self.changed, "added": self.added, "removed": self.removed}
-        effects = [f"{what} {', '.join(names)}" for what, names in named.items() if names]
+        effects = [f"{what} {_listed(names)}" for what, names in named.items() if names]
         if self.changed:
             effects.append(f"{self.kept} of {self.nodes} nodes keep their state")
         return "; ".join(effects) or "no graph and nothing of the world is different"
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names separated by commas, at most `MOST_NAMES` of them."""
+    more = len(names) - MOST_NAMES
+    return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 class Reloader:
