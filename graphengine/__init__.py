@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from graphengine.format.errors import TransportError as TransportError
     from graphengine.format.errors import UnknownEntityError as UnknownEntityError
     from graphengine.format.errors import UsageError as UsageError
+    from graphengine.runtime.reloading import Reloaded as Reloaded
 
 _MODULES = {
     "api.scene_loading": ("load",),
@@ -45,6 +46,7 @@ _MODULES = {
     "api.session": ("Session", "Checkpoint"),
     "api.topics": ("Subscription", "Publication"),
     "api.robots": ("Robot", "Pose", "Velocity", "Joint"),
+    "runtime.reloading": ("Reloaded",),
     "format.errors": (
         "GraphError",
         "CheckError",

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from types import FrameType
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from graphengine.api.run_options import RunOptions, check_recording
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from graphengine.recording.recorder import Recorder
     from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
     from graphengine.view.feed import Feed
+
+T = TypeVar("T")
 
 
 class Runner:
@@ -198,8 +200,12 @@ class Runner:
         Raises:
             UsageError: the arguments are invalid.
         """
+        return self.act(parse(name, arguments).apply)
+
+    def act(self, action: Callable[[SessionCore], T]) -> T:
+        """Do something between two ticks that a recording holds."""
         try:
-            return parse(name, arguments).apply(self.session)
+            return action(self.session)
         except RecordingError as error:  # it was done, and the run cannot be recorded any more
             self._end_recording(error)
             raise
@@ -232,7 +238,6 @@ class Runner:
         if seconds is not None and not seconds >= 0.0:
             raise UsageError(f"seconds: expected a time that is not negative, got {seconds!r}")
         ends = None if seconds is None or math.isinf(seconds) else seconds
-        last = None if ends is None else self.session.ticks + round(ends / self.session.clock.delta)
 
         def after_tick(session: SessionCore) -> bool:
             self._after_tick()
@@ -240,7 +245,7 @@ class Runner:
 
         with self._ticking():
             self.session.run(ends, None if math.isinf(factor) else factor, after_tick, paused=paused)
-        return self.session.ticks == last
+        return self.session.ticks >= self.session.last
 
     def step(self, ticks: int) -> None:
         """Run a number of ticks as fast as possible; Ctrl-C ends it between two ticks."""

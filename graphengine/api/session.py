@@ -26,6 +26,7 @@ from graphengine.format.wording import did_you_mean, listing
 from graphengine.runtime.addresses import NodePort, find_port_at, find_ports
 
 if TYPE_CHECKING:
+    from graphengine.runtime.reloading import Reloaded
     from graphengine.runtime.session_core import SavedSession as InnerCheckpoint
     from graphengine.runtime.session_core import SessionCore as InnerSession
     from graphengine.runtime.session_core import SessionState
@@ -193,11 +194,29 @@ class Session:
 
         Raises:
             GraphError: a removed robot or a node cannot be restored.
-            UsageError: the checkpoint belongs to another session.
+            UsageError: the checkpoint belongs to another session, or was made before a `reload` that changed something.
         """
         self._runner.session.restore(checkpoint._inner)
         for publication, state in checkpoint._publications:
             publication.restore(state)
+
+    @acting
+    def reload(self) -> Reloaded:
+        """Read the files of the scene again and run what they say now. A recording stores the call, with the changed files.
+
+        Changed graphs are exchanged and the world goes on. A node of the same name and type, with the same ports, keeps its
+        state. An input keeps its value while its wire, or its value in the file, is the same. Unchanged topics keep their
+        endpoints. A change of the world or of a robot restarts the session at time 0, without spawned robots. After any
+        change, earlier checkpoints cannot be restored. Python modules with node types are not read again.
+
+        >>> print(sim.reload())
+        no file changed: no graph and nothing of the world is different
+
+        Raises:
+            CheckError: the files have errors; nothing has changed.
+            GraphError: the changed scene cannot begin; nothing has changed.
+        """
+        return self._runner.act(lambda session: session.reload())
 
     # Values of nodes
 
@@ -558,7 +577,7 @@ class Session:
 
         Args:
             command: `pause` and `stop`, which suspend a `run`; `play` and `step`, which resume it; `quit`, which ends it;
-                `reset`, `rate`, `spawn`, `delete`, `move`, `push`, `set`, `impulse`, `press`, `release`, `state`.
+                `reset`, `rate`, `spawn`, `delete`, `move`, `push`, `set`, `impulse`, `press`, `release`, `reload`, `state`.
             arguments: arguments of the command, as JSON values.
 
         Returns:

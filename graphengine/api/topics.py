@@ -118,8 +118,7 @@ class Publication(Stateful):
         self._data = _encoded(runner, message, self.type)
         self._writer = _writer(runner, self.topic, self.type, transport, claims)
         self._runner = runner
-        self._clock = runner.session.clock
-        self._begin = self._last = self._clock.frame
+        self._begin = self._last = runner.session.clock.frame
         self._sent = 0
         self._writer.write(self._data)
         if every is not None:
@@ -131,7 +130,7 @@ class Publication(Stateful):
             self._begin, self._sent = frame, -1
         self._last = frame
         assert self.every is not None
-        due = int((frame - self._begin) * self._clock.delta / self.every + 1e-9)
+        due = int((frame - self._begin) * self._runner.session.clock.delta / self.every + 1e-9)
         if due > self._sent:
             self._sent = due
             self._writer.write(self._data)

@@ -7,12 +7,14 @@ import os
 import re
 import sys
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import clean, counted, explain
-from graphengine.format.errors import NodeError
+from graphengine.format.errors import CheckError, NodeError, StateError
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
     from graphengine.ros.network import LiveNetwork
     from graphengine.runtime.session_core import SessionCore
 
@@ -63,6 +65,22 @@ class Console:
         """Print the error of a node in a run that continues."""
         self.faults += 1
         self.say("error", "", explain(error))
+
+    def reloaded(self, reload: Future[Any]) -> None:
+        """Print what a reload did, or what is wrong with the files."""
+        if (error := reload.exception()) is None:
+            done = reload.result()
+            lines = [*done["warnings"], *([done["text"]] if done["files"] or done["mended"] else [])]
+        elif isinstance(error, CheckError):
+            errors = counted(len(error.findings), "error")
+            lines = [str(error), f"{errors} in changed files; the run goes on with the files before"]
+        elif isinstance(error, StateError):  # the run ends
+            return
+        else:
+            lines = [f"error: {error}", "the run goes on with the files before"]
+        self._clear_line()
+        for line in lines:
+            self.tell(clean(line))
 
     def on_tick(self, session: SessionCore) -> bool:
         """Update the status line; called after each tick and while paused. Always returns True."""

@@ -71,6 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("pause", "pause the simulation")
     add("stop", "reset everything to time 0 and wait for `play`")
     add("view", "print the address of the page of `graphrun run --view`")
+    add("reload", "read the files of the scene again and run what they say now")
     add("quit", "end the run, as Ctrl-C does")
     step = add("step", "run single ticks of a paused session", "ticks")
     step.add_argument("ticks", metavar="TICKS", nargs="?", type=whole, default=1, help="number of ticks (default 1)")
@@ -196,6 +197,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.command == "view":
         print(clean(told["page"]))
         return 0
+    if arguments.command == "reload":
+        print(clean(told["text"]))
     for warning in told.get("warnings", ()) if isinstance(told, dict) else ():
         print(clean(f"warning: {warning}"), file=sys.stderr)
     if state is not None and arguments.json:
@@ -221,6 +224,8 @@ def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
         print(clean(table([_robot(robot) for robot in state["robots"]], indent="  ")))
     if robots and state["objects"]:
         print(clean(f"  {listing(state['objects'], 'objects')}"))
+    if state.get("findings"):
+        print(f"  {counted(len(state['findings']), 'error')} in changed files, which do not run yet")
     for node, ticks in state.get("dropped_values", {}).items() if robots else ():
         print(clean(f"  dropped bad values: in {counted(ticks, 'tick')} at {node}"))
     for command, times in state.get("clamped_commands", {}).items() if robots else ():

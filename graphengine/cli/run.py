@@ -52,6 +52,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--record", metavar="FILE", type=Path, help=record)
     profile = "print at the end how often each node ran and fired and its computing time, measured in every tenth tick"
     parser.add_argument("--profile", action="store_true", help=profile)
+    watch = (
+        "run changed files as soon as they are saved: graphs are exchanged and their nodes keep their state, another world"
+        " or robot begins anew at t = 0, and files with errors change nothing"
+    )
+    parser.add_argument("--watch", action="store_true", help=watch)
     parser.add_argument(
         "--view", action="store_true", help="serve a page that shows and controls the run; prints its address"
     )
@@ -85,6 +90,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from graphengine.api.viewing import open_page
     from graphengine.cli.common import clean, counted, open_scene
     from graphengine.format.errors import UsageError
+    from graphengine.runtime.file_watch import FileWatch
 
     if arguments.record is not None:
         try:
@@ -116,6 +122,7 @@ def execute(arguments: argparse.Namespace) -> int:
         runner,
         _keys(session, console) as on_tick,
         _profiled(arguments, session, on_tick, console) as on_tick,
+        FileWatch(session.reloader, runner.desk, console.reloaded) if arguments.watch else nullcontext(),
     ):
         graphs = counted(len(loaded.planned), "graph")
         what = f"{loaded.path}: {graphs}, {1.0 / session.clock.delta:g} Hz; {runner.network.description}"

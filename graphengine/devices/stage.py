@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from graphengine.devices.rotation import IDENTITY, NOWHERE, ORIGIN, Pose, Quaternion, Vector3, compose
@@ -109,6 +109,11 @@ class Stage:
             parent = made._by_path[prim.parent.path]
             made._enter(replace(prim, parent=parent, facts=dict(prim.facts), children={}), parent)
         return made
+
+    def is_like(self, other: Stage) -> bool:
+        """Whether another tree has equal prims in the same order."""
+        pairs = itertools.zip_longest(self.prims(), other.prims())
+        return all(one is not None and two is not None and _alike(one, two) for one, two in pairs)
 
     def add(self, path: str, kind: PrimKind, **facts: Any) -> Prim:
         """Define a prim; missing ancestors become scopes, and a scope at the path takes the new kind.
@@ -275,6 +280,14 @@ def normalize(path: str) -> str:
 def at_or_below(path: str, other: str) -> bool:
     """Return whether the normalized `path` equals `other` or lies below it."""
     return path == other or path.startswith(f"{other}/")
+
+
+def _alike(one: Prim, other: Prim) -> bool:
+    names = (field.name for field in fields(Prim) if field.name not in ("parent", "children"))
+    try:
+        return all(bool(getattr(one, name) == getattr(other, name)) for name in names)
+    except ValueError:  # facts of a device of someone else may be arrays
+        return False
 
 
 def _links(robot: Prim, name: str) -> list[Prim]:

@@ -24,6 +24,19 @@ def shipped() -> Path:
     return data if data.is_dir() else package.parent
 
 
+Signature = tuple[int, ...] | None
+"""Changes whenever the content of a file does; None where no file is."""
+
+
+def signature(path: str | os.PathLike[str]) -> Signature:
+    """Inode, size and times of whatever has a path; it is not opened."""
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError):
+        return None
+    return found.st_mode, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+
+
 class NotFoundError(Exception):
     """A file does not exist or may not be read. Arguments: message, then lines of help."""
 
@@ -44,8 +57,11 @@ class Files:
     """Folders with the ROS packages that the user installed; they are also in `roots`."""
     base: Path = field(default_factory=shipped)
     """Folder with the included `graphs/` and `scenes/`."""
-    used: dict[Path, None] = field(default_factory=dict, compare=False, repr=False)
-    """Absolute paths of all files that the user gave or that a reference was found to mean, in order."""
+    used: dict[Path, Signature] = field(default_factory=dict, compare=False, repr=False)
+    """Absolute paths of all files that the user gave or that a reference was found to mean, in order, as they were before they
+    were read."""
+    sought: dict[Path, Signature] = field(default_factory=dict, compare=False, repr=False)
+    """Absolute paths at which a reference found no file; a folder or a pipe may be there."""
 
     @staticmethod
     def of(
@@ -75,8 +91,30 @@ class Files:
         return replace(self, roots=(given.resolve().parent, *self.roots))
 
     def note(self, path: Path) -> None:
-        """Record that a file is read."""
-        self.used.setdefault(Path(os.path.abspath(path)))
+        """Record that a file is about to be read."""
+        place = Path(os.path.abspath(path))
+        if place not in self.used:
+            self.used[place] = signature(place)
+
+    def note_missing(self, path: Path) -> None:
+        """Record that a reference would mean the file at this path, if there were one."""
+        place = Path(os.path.abspath(path))
+        self.sought[place] = signature(place)
+
+    def include(self, other: Files) -> None:
+        """Take over what another has noted."""
+        for path, before in other.used.items():
+            self.used.setdefault(path, before)
+        for path, before in other.sought.items():
+            self.sought.setdefault(path, before)
+
+    def noted(self) -> dict[Path, Signature]:
+        """All paths that were noted, with what was there."""
+        return self.sought | self.used
+
+    def changed(self) -> set[Path]:
+        """The files that are not what they were when they were noted, those that have come or gone among them."""
+        return {path for path, before in self.noted().items() if signature(path) != before}
 
     def links(self) -> Iterator[Path]:
         """Yield the symbolic links in installed packages; their targets may be read wherever they are."""
@@ -101,6 +139,8 @@ class Files:
                     )
                 self.note(place)
                 return self.shown(place)
+            if self.may_read(place):
+                self.note_missing(place)
         looked = f"looked in {str(places[0].parent)!r}, and among the included graphs and scenes"
         raise NotFoundError(f"no file {reference!r}", self._near(reference, places), looked)
 

@@ -6,6 +6,7 @@ The classes here work without peers, as a check needs them; those of a live netw
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -157,6 +158,10 @@ class Network:
     def client(self, claim: EndpointClaim) -> ServiceClient:
         """An endpoint that asks."""
         return ServiceClient(claim)
+
+    def handing_over(self) -> AbstractContextManager[object]:
+        """Until its end, a node that asks for an endpoint gets the open one of an equal claim, if there is one."""
+        return nullcontext()
 
     def freeze(self) -> None:
         """Begin a tick: subscriptions deliver what arrived before it; what arrives later is delivered in the next tick."""

@@ -24,7 +24,15 @@ from graphengine.physics.dynamics.set_points import SetPoints
 from graphengine.physics.dynamics.settling import settle as settle_bodies
 from graphengine.physics.dynamics.solver_errors import begin_step, diverged, gave_up, out_of_range
 from graphengine.physics.dynamics.transfer import Transfer
-from graphengine.physics.engine import Floats, data_at_start, mujoco, round_weights, sort_geoms, wake
+from graphengine.physics.engine import (
+    Floats,
+    data_at_start,
+    model_bytes,
+    mujoco,
+    round_weights,
+    sort_geoms,
+    wake,
+)
 from graphengine.physics.model.drives import Drive
 from graphengine.physics.sensors.rays import Rays, RaysChoice, select_rays
 
@@ -129,6 +137,15 @@ class SimulationCore(Stateful):
         made.settled_after = self.settled_after
         made._remember_start()
         return made
+
+    def begins_as(self, other: SimulationCore) -> bool:
+        """Whether another simulation has the same prims, model and state at the start; neither has been stepped."""
+        return (
+            (self.tick_period, self.substeps, self.seed) == (other.tick_period, other.substeps, other.seed)
+            and self.stage.is_like(other.stage)
+            and np.array_equal(self._start, other._start)
+            and model_bytes(self.model) == model_bytes(other.model)
+        )
 
     def rebind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Go on with another model, such as one with a body more; every handle finds its place in it.

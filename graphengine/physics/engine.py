@@ -91,6 +91,13 @@ def compiled(spec: mujoco.MjSpec) -> tuple[mujoco.MjModel, list[str]]:
     return model, [str(warning.message).partition(" Time =")[0] for warning in caught]
 
 
+def model_bytes(model: mujoco.MjModel) -> bytes:
+    """A compiled model in MuJoCo's binary format; equal models have equal bytes."""
+    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
+
+
 def data_at_start(model: mujoco.MjModel) -> mujoco.MjData:
     """The state in which a model begins: as it is built, but a joint whose limits leave out its zero is at the nearer limit.
 

@@ -13,7 +13,7 @@ from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotUse
-from graphengine.physics.engine import body_names
+from graphengine.physics.engine import body_names, model_bytes
 from graphengine.physics.model.fleet_expansion import RobotPlacement, place
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.model.robot_prims import add_robot
@@ -48,6 +48,45 @@ class LoadedWorld:
             seed: of the sensors' noise.
         """
         return LoadedWorld(self.simulation.copy(seed), dict(self.robots), self.scenery.copy(files))
+
+    def begins_as(self, other: LoadedWorld) -> bool:
+        """Whether another world, which may have been read from other files, is the same at the start."""
+        return list(self.robots) == list(other.robots) and self.simulation.begins_as(other.simulation)
+
+    def reread(self, fresh: LoadedWorld, files: Files) -> LoadedWorld | None:
+        """This world, which goes on, with descriptions of its robots that were read again; None if a robot is another one now.
+
+        Args:
+            fresh: a world that begins as this one began.
+            files: where the references of robots that were added may lead.
+
+        Raises:
+            CheckError: with all that is wrong with a robot that was added.
+        """
+        scenery, findings, added = fresh.scenery.copy(files), Findings(), dict[str, RobotInstance]()
+        for name, robot in self.robots.items():
+            if name not in fresh.robots or self.stage.find(robot.prim_path).facts.get("spawned"):
+                again = scenery.robot(robot.placement, findings)
+                findings.raise_errors()
+                assert again is not None
+                added[name] = again
+        robots = {name: added.get(name) or fresh.robots[name] for name in self.robots}
+        if added and not self._is_made_of(scenery, robots):
+            return None
+        return LoadedWorld(self.simulation, robots, scenery)
+
+    def _is_made_of(self, scenery: Scenery, robots: dict[str, RobotInstance]) -> bool:
+        """Whether robots from another scenery give the model and the prims that these gave."""
+        made: list[tuple[Stage, bytes]] = []
+        for source, ones in ((self.scenery, self.robots), (scenery, robots)):
+            model, stage = source.compile(ones, Findings()), Stage()
+            if model is None:
+                return False
+            for robot in ones.values():
+                add_robot(stage, robot, set(body_names(model)), Findings())
+            made.append((stage, model_bytes(model)))
+        (prims, model_before), (prims_again, model_again) = made
+        return prims.is_like(prims_again) and model_before == model_again
 
     def add(self, name: str, use: RobotUse) -> None:
         """Add a robot at its place, at rest.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -11,13 +12,15 @@ from pathlib import Path
 from typing import Any, Self
 
 from graphengine.format.errors import GraphError, RecordingError, UsageError
+from graphengine.format.files import Files
+from graphengine.format.regular_files import open_regular
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.recording import mcap_schema
 from graphengine.recording.manifest import describe_run
 from graphengine.recording.mcap_schema import Stream, TickTimes
 from graphengine.recording.seen_messages import SeenMessages
-from graphengine.recording.sources import SourceNames, media_type, sources
+from graphengine.recording.sources import RELOADED, SourceNames, media_type, sources
 from graphengine.recording.writer import RecordingWriter, TimedMessage
 from graphengine.ros.network import LiveNetwork
 from graphengine.runtime.inbox import ExternalInputs
@@ -62,7 +65,6 @@ class Recorder(ExternalInputs):
         if session.ticks:
             raise UsageError("a recording begins with the session that it is of, before the first tick")
         self._session = session
-        self._clocks = (session.clock, session.step_clock)
         self._times = TickTimes(session.services.world.tick_period)
         self._files = session.services.permissions.files or scene.files
         self._names = SourceNames(self._files)
@@ -79,7 +81,13 @@ class Recorder(ExternalInputs):
         self._entries: list[TimedMessage] = []
         self._bytes = 0
         self._chunk_ticks = max(round(CHUNK_SECONDS / session.clock.delta), 1)
-        self._attached: set[str] = set()
+        self._digests: dict[str, str] = {}
+        """Of the attached files as they were last, by name."""
+        self._read: dict[str, bytes] = {}
+        """What a reload has read, by name."""
+        self._places: dict[str, Path] = {}
+        """Where the files are that were attached, by name."""
+        self._reloads = 0
         self._writer = RecordingWriter(path, scene.definitions, force=force)
         try:
             manifest = describe_run(scene, session.services, self._names, keep_going, modules)
@@ -111,10 +119,37 @@ class Recorder(ExternalInputs):
         Raises:
             RecordingError: a file that it read cannot be read again.
         """
+        if name == "reload":
+            exchanged = self._attach_exchanged()
+            if not exchanged:
+                return
+            arguments = {"files": exchanged}
         if name == "spawn":
             arguments = {**arguments, "use": {**arguments["use"], "use": self._reference(arguments["use"]["use"])}}
         self._commands.append((name, arguments))
         self._attach()
+
+    def reading(self, files: Files) -> None:
+        """Keep the contents of the files that a reload has read; if one of them has gone, the reload reads them all again."""
+        places = {self._names.name(path): path for path in files.used}
+        with contextlib.suppress(OSError):
+            self._read = _contents(places)
+            self._places |= places
+
+    def _attach_exchanged(self) -> dict[str, str | None]:
+        """Attach the changed files of a reload; return the name of each one's attachment, None for a file that has gone."""
+        self._reloads += 1
+        digests = {name: _digest(data) for name, data in self._read.items()}
+        changed = {name: data for name, data in self._read.items() if self._digests.get(name) != digests[name]}
+        unread = [name for name in self._digests if name not in digests]
+        gone = [name for name in unread if name in self._places and not self._places[name].exists()]
+        exchanged: dict[str, str | None] = {name: f"{RELOADED}/{self._reloads}/{name}" for name in changed}
+        self._write_attachments({str(exchanged[name]): data for name, data in changed.items()})
+        self._digests |= digests
+        for name in gone:
+            del self._digests[name]
+        self._read = {}
+        return exchanged | dict.fromkeys(gone)
 
     def _reference(self, use: str) -> str:
         """How the scene names a robot file, wherever the recording's files are laid out."""
@@ -201,7 +236,7 @@ class Recorder(ExternalInputs):
             self._commands.clear()
         if delivered:
             outside["delivered"] = [[claim.node for claim in claims] for claims, _ in delivered]
-        if any(clock.wall_time_was_read for clock in self._clocks):
+        if any(clock.wall_time_was_read for clock in (self._session.clock, self._session.step_clock)):
             outside["wall_time"] = self._wall_time
         return outside
 
@@ -228,20 +263,35 @@ class Recorder(ExternalInputs):
     def _attach(self) -> None:
         """Attach the files that were read since this was last called."""
         used = sources(self._files, self._definitions, self._names)
-        fresh = {name: path for name, path in used.items() if name not in self._attached}
-        if not fresh:
-            return
-        self._attached.update(fresh)
-        try:
-            contents = {name: path.read_bytes() for name, path in fresh.items()}
-        except OSError as error:
-            raise RecordingError(
-                f"{error.filename}: it cannot be read again for the recording: {error.strerror}"
-            ) from None
-        digests = {name: hashlib.sha256(data).hexdigest() for name, data in contents.items()}
-        self._writer.note(mcap_schema.FILES, digests)
+        fresh = {name: path for name, path in used.items() if name not in self._digests}
+        if fresh:
+            try:
+                contents = _contents(fresh)
+            except OSError as error:
+                raise RecordingError(
+                    f"{error.filename}: it cannot be read again for the recording: {error.strerror}"
+                ) from None
+            self._places |= fresh
+            self._digests |= {name: _digest(data) for name, data in contents.items()}
+            self._write_attachments(contents)
+
+    def _write_attachments(self, contents: Mapping[str, bytes]) -> None:
+        if contents:
+            self._writer.note(mcap_schema.FILES, {name: _digest(data) for name, data in contents.items()})
         for name, data in contents.items():
             self._writer.attach(name, media_type(name), data)
+
+
+def _contents(files: Mapping[str, Path]) -> dict[str, bytes]:
+    contents = {}
+    for name, path in files.items():
+        with open_regular(path) as file:
+            contents[name] = file.read()
+    return contents
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
 
 
 def merged(arrived: Sequence[tuple[EndpointClaim, Sequence[bytes]]]) -> list[tuple[list[EndpointClaim], bytes]]:

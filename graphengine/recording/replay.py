@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -134,6 +134,9 @@ class Replay(ExternalInputs):
         """Bring a tick's inputs, and run it; what ended it before its end."""
         self._sent.clear()  # before commands: graphs have something to send at a stop
         for name, arguments in tick.commands:
+            if name == "reload":
+                self.recording.workspace.exchange(_exchanged(arguments))
+                arguments = {}
             _command(self.session, name, arguments)
         if tick.wall_time is not None:
             self._wall_time = tick.wall_time
@@ -223,6 +226,18 @@ class Replay(ExternalInputs):
 
 def _takes(claim: EndpointClaim, stream: Stream) -> bool:
     return claim.topic == stream.topic and stream.message_type in (claim.message_type, *claim.alternatives)
+
+
+def _exchanged(arguments: Any) -> Mapping[str, str | None]:
+    """The files that a reload put in the place of others.
+
+    Raises:
+        RecordingError: no recorder writes such arguments.
+    """
+    files = arguments.get("files") if isinstance(arguments, dict) else None
+    if not isinstance(files, dict) or not all(isinstance(other, str | None) for other in files.values()):
+        raise RecordingError("a recorded reload does not say which files it read")
+    return files
 
 
 def _command(session: SessionCore, name: str, arguments: Any) -> None:

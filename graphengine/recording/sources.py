@@ -2,12 +2,13 @@
 
 `shipped/…` is what ships with the package, `installed/…` the ROS packages of sourced workspaces, `messages/…` definitions of
 message types, and `project/…` all else, from the folder that holds every folder which files were read from. So references from
-file to file lead where they led.
+file to file lead where they led. `reloaded/N/…` is what the N-th reload put in the place of any of these.
 """
 
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
@@ -19,7 +20,7 @@ from graphengine.format.wording import shown
 from graphengine.messages.definitions import Definitions
 from graphengine.scene.loaded_scene import Options
 
-SHIPPED, INSTALLED, MESSAGES, PROJECT = PLACES = ("shipped", "installed", "messages", "project")
+SHIPPED, INSTALLED, MESSAGES, PROJECT, RELOADED = PLACES = ("shipped", "installed", "messages", "project", "reloaded")
 MAX_BYTES = 2_000_000_000
 """Of all files of a recording together."""
 MAX_FILES = 20_000
@@ -117,6 +118,30 @@ class Workspace:
         if not (1 < len(parts) <= MAX_PARTS and parts[0] in PLACES and ".." not in parts and "\0" not in name):
             raise RecordingError(f"{shown(name)} is no name that a file of a recording can have")
         return self._folder.joinpath(*parts)
+
+    def exchange(self, files: Mapping[str, str | None]) -> None:
+        """Put other files in the place of some.
+
+        Args:
+            files: name of the file that comes, by the name of the one that it replaces; None for one that goes.
+
+        Raises:
+            RecordingError: a name is not legal, or a file is not there.
+        """
+        for name, other in files.items():
+            place = self.path(name)
+            try:
+                if other is None:
+                    place.unlink(missing_ok=True)
+                    continue
+                place.parent.mkdir(parents=True, exist_ok=True)
+                coming = place.with_name(
+                    f"{place.name}.coming"
+                )  # another inode is another file, whatever its times are
+                shutil.copyfile(self.path(other), coming)
+                coming.replace(place)
+            except OSError as error:
+                raise RecordingError(f"the recording's file {name!r} cannot be exchanged: {error.strerror}") from None
 
     def add(self, name: str, data: bytes) -> None:
         """Lay out a file.

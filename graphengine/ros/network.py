@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import EndpointClaim, Network
+from graphengine.ros.endpoint_handover import Handover, HeldEndpoint
 from graphengine.ros.qos_diagnostics import Watch
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
 from graphengine.ros.topic_endpoints import LivePublisher, LiveSubscription
 from graphengine.ros.transport import Transport
+
+E = TypeVar("E", bound=HeldEndpoint)
 
 LOOK_EVERY = 30
 """Ticks after which subscriptions with alternatives look again what others publish."""
@@ -66,6 +70,7 @@ class LiveNetwork(Network):
         self.subscriptions: list[LiveSubscription] = []
         self._servers: list[LiveServer] = []
         self._clients: list[LiveClient] = []
+        self._handover: Handover | None = None
         self.transport(0)
 
     def transport(self, handle: int) -> Transport:
@@ -80,28 +85,48 @@ class LiveNetwork(Network):
     def _domain(self, handle: int) -> int:
         return handle - 1 if handle else self._domain_id
 
+    @contextmanager
+    def handing_over(self) -> Iterator[None]:
+        """Until its end, a node that asks for an endpoint gets the open one of an equal claim, if there is one."""
+        self._handover = Handover([*self.publishers, *self.subscriptions, *self._servers, *self._clients])
+        try:
+            yield
+        finally:
+            self._handover = None
+
+    def _end(self, kind: type[E], claim: EndpointClaim, ends: list[E], make: Callable[[], E]) -> E:
+        """The endpoint of a claim: handed over, or else a new one."""
+        end = self._handover.take(kind, claim) if self._handover is not None else None
+        if end is None:
+            end = make()
+            end.opened_as = claim
+            ends.append(end)
+        return end
+
     def publisher(self, claim: EndpointClaim) -> LivePublisher:
         """An endpoint to write to."""
-        writer = self.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
-        self.publishers.append(LivePublisher(self, claim, writer))
+
+        def make() -> LivePublisher:
+            writer = self.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
+            return LivePublisher(self, claim, writer)
+
+        end = self._end(LivePublisher, claim, self.publishers, make)
         self._watches[self._domain(claim.ros_context)].hurry()
-        return self.publishers[-1]
+        return end
 
     def subscription(self, claim: EndpointClaim) -> LiveSubscription:
         """An endpoint to read from."""
-        self.subscriptions.append(LiveSubscription(self, claim))
+        end = self._end(LiveSubscription, claim, self.subscriptions, lambda: LiveSubscription(self, claim))
         self._watches[self._domain(claim.ros_context)].hurry()
-        return self.subscriptions[-1]
+        return end
 
     def server(self, claim: EndpointClaim, handle: int) -> LiveServer:
         """An endpoint that answers."""
-        self._servers.append(LiveServer(self, claim, handle))
-        return self._servers[-1]
+        return self._end(LiveServer, claim, self._servers, lambda: LiveServer(self, claim, handle))
 
     def client(self, claim: EndpointClaim) -> LiveClient:
         """An endpoint that asks."""
-        self._clients.append(LiveClient(self, claim))
-        return self._clients[-1]
+        return self._end(LiveClient, claim, self._clients, lambda: LiveClient(self, claim))
 
     @property
     def hearing(self) -> list[LiveSubscription | LiveServer | LiveClient]:

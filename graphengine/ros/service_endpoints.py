@@ -21,6 +21,7 @@ from graphengine.format.errors import TransportError
 from graphengine.format.stateful import Stateful
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, ServiceClient, ServiceEndpoint, ServiceServer
+from graphengine.ros.endpoint_handover import HeldEndpoint
 
 if TYPE_CHECKING:
     from graphengine.ros.network import LiveNetwork
@@ -38,7 +39,7 @@ GID, IDENTITY = 16, 24
 _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 
 
-class _Endpoint(Stateful, ServiceEndpoint):
+class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
     """What a server and a client have in common; its claim is of the topic of its events."""
 
     _end: Any
@@ -54,6 +55,8 @@ class _Endpoint(Stateful, ServiceEndpoint):
     def close(self) -> None:
         """Leave the service, once what was said is sent."""
         self._network.flush()
+        if not self.release():
+            return
         self._end.close()
         self._network.leave(self)
 

@@ -12,6 +12,7 @@ from graphengine.format.stateful import Shared, Stateful
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, Publisher, Subscription
 from graphengine.messages.message_template import Encoder
+from graphengine.ros.endpoint_handover import HeldEndpoint
 from graphengine.ros.transport import Reader, Writer
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ MAX_KEPT = 10_000
 """Messages that a keepAll subscription holds between two ticks."""
 
 
-class LivePublisher(Publisher, Shared):
+class LivePublisher(HeldEndpoint, Publisher, Shared):
     """One topic of one transport, and every sink."""
 
     def __init__(self, network: LiveNetwork, claim: EndpointClaim, writer: Writer) -> None:
@@ -34,6 +35,8 @@ class LivePublisher(Publisher, Shared):
     def close(self) -> None:
         """Leave the topic, once all that was published is sent."""
         self._network.flush()
+        if not self.release():
+            return
         self._writer.close()
         if self in self._network.publishers:
             self._network.past_drops[self.topic] += self._writer.dropped
@@ -62,7 +65,7 @@ class LivePublisher(Publisher, Shared):
             sink.write(self.claim, data)
 
 
-class LiveSubscription(Subscription, Stateful):
+class LiveSubscription(HeldEndpoint, Subscription, Stateful):
     """One topic of one transport; deliveries wait for the next tick."""
 
     kept = ("_arrived", "_frozen", "_visible", "heard", "malformed", "skipped")
@@ -88,6 +91,8 @@ class LiveSubscription(Subscription, Stateful):
 
     def close(self) -> None:
         """Leave the topic."""
+        if not self.release():
+            return
         self._reader.close()
         if self in self._network.subscriptions:
             self._network.past_overwritten[self.topic] += self.overwritten

@@ -10,6 +10,7 @@ import contextlib
 import json
 from abc import abstractmethod
 from collections.abc import Mapping
+from dataclasses import asdict
 from functools import partial
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal
@@ -289,6 +290,20 @@ class Release(_Keys):
         self._record(session, keys=list(self.keys))
 
 
+class Reload(Command):
+    """Read the files of the scene again and run what they say now; after an error nothing has changed.
+
+    Changed graphs are exchanged, and their nodes keep their state. A change of the world or of a robot restarts the session at
+    time 0. The command reads only files of the scene. Recordings hold those that changed, and replays use them.
+    """
+
+    recorded = True
+
+    def _apply(self, session: SessionCore) -> dict[str, Any]:
+        done = session.reload()
+        return {"text": str(done), **asdict(done), "files": [str(path) for path in done.files]}
+
+
 class Checkpoint(Command):
     """Save the whole state of the session, so that `restore` can return to it."""
 
@@ -342,6 +357,7 @@ class State(Command):
                 if entity.kind == "object" and entity.prim_path not in paths
             ],
             **{name: count for name, count in counts.items() if count},
+            **({"findings": list(session.findings)} if session.findings else {}),
         }
 
 
@@ -374,7 +390,7 @@ class Quit(Command):
 
 
 _KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, Set, Impulse)
-_KINDS += (Press, Release, Checkpoint, Restore, State, View, Quit)
+_KINDS += (Press, Release, Reload, Checkpoint, Restore, State, View, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.__name__.lower(): kind for kind in _KINDS})
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import traceback
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable
-from typing import Any
+from collections.abc import Callable, Collection, Iterable, Mapping
+from typing import Any, Protocol
 
 from graphengine.compiler import codegen
 from graphengine.compiler.graph import Graph
@@ -21,6 +21,16 @@ ContextFactory = Callable[[int], Context]
 
 Observed = Callable[[bool], None]
 """Lets passes be observed from here on, or no longer."""
+
+
+class Predecessors(Protocol):
+    """The nodes that those of an executor replace, which leave them their state."""
+
+    def before_setup(self, index: int) -> bool:
+        """Hand over what a node needs for its setup; return False if the node cannot be set up yet."""
+
+    def after_setup(self, index: int) -> None:
+        """Hand over the rest."""
 
 
 class Executor:
@@ -113,11 +123,14 @@ class Executor:
         for wire in self.graph.exec_wires:
             setattr(self.nodes[wire.target], wire.target_field, 0 if wire.target in told else 1)
 
-    def setup(self, failed: Callable[[int, GraphError], None] | None = None) -> None:
+    def setup(
+        self, failed: Callable[[int, GraphError], None] | None = None, predecessors: Predecessors | None = None
+    ) -> None:
         """Set up every node that can run, in schedule order; constants first, outputs handed on as they become known.
 
         Args:
             failed: who hears of a node that could not be set up, so that the others still are; None raises at the first.
+            predecessors: the nodes that these replace.
 
         Raises:
             GraphError: a node asked for something that is not there.
@@ -128,7 +141,11 @@ class Executor:
         for index in self.plan.order:
             self._apply(incoming[index])
             try:
-                self._call(index, self._setup_node, index)
+                if predecessors is None:
+                    self._call(index, self._setup_node, index)
+                elif predecessors.before_setup(index):
+                    self._call(index, self._setup_node, index)
+                    predecessors.after_setup(index)
                 if index in constant:
                     self._call(index, self.nodes[index].compute)
                 elif index in self.plan.early:
@@ -138,6 +155,30 @@ class Executor:
                 if failed is None:
                     raise
                 failed(index, error)
+
+    def succeed(self, other: Executor, nodes: Mapping[int, int]) -> None:
+        """Go on where another executor stops: its latent nodes are active, and what they fired is still to come.
+
+        Args:
+            other: executor of the graph that this one's replaces.
+            nodes: indices here of the nodes that replace nodes of the other, by their indices there.
+        """
+        for index in other._active:
+            if index in nodes:
+                self._active[nodes[index]] = None
+        for before, index in nodes.items():
+            if f"l{index}" in self._flags:
+                self._functions[f"l{index}"] = other._functions.get(f"l{before}", 0)
+        self._failed.update(nodes[index] for index in other._failed if index in nodes)
+
+    @property
+    def fixed_inputs(self) -> set[tuple[int, str]]:
+        """Node and field of the inputs whose wire carries a value that cannot change while the graph runs."""
+        return {(copy.target, copy.target_field) for copy in self._constant_copies()}
+
+    def has_failed(self, index: int) -> bool:
+        """Whether the last setup of a node failed."""
+        return index in self._failed
 
     def _all_copies(self) -> Iterable[Copy]:
         """Every copy of the plan, once."""
@@ -164,6 +205,7 @@ class Executor:
         fields = [p.field for p in type(node).fields.values() if p.side == "outputs" and not p.is_exec]
         before = {field: getattr(node, field) for field in fields}
         node.setup(self._context_of(index))
+        self._failed.discard(index)
         changed = [field for field in fields if getattr(node, field) is not before[field]]
         self._outputs_of_setup.setdefault(index, {}).update((field, getattr(node, field)) for field in changed)
 
@@ -188,7 +230,6 @@ class Executor:
         except ContextError as error:
             named = [name for name, value in values.items() if types.equal(value, error.value)] or list(values)
             raise BadValueError(named[0], values[named[0]]) from error
-        self._failed.discard(index)
 
     def set_input(self, index: int, field: str, value: Any) -> None:
         """Change an input that no wire feeds, between two passes; nodes that read it in `setup` are set up again.

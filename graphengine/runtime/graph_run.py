@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ from graphengine.compiler.every_gates import rate
 from graphengine.compiler.graph import Graph, visible
 from graphengine.devices.backend import World
 from graphengine.devices.stage import Prim, at_or_below
-from graphengine.format.errors import BadValueError, NodeError
+from graphengine.format.errors import BadValueError, ContextError, NodeError
 from graphengine.node.clock import Clock
 from graphengine.node.context.context import Context
 from graphengine.node.context.session_services import Services
@@ -23,7 +23,7 @@ class GraphContexts:
     """Hands out the context of each node, by its index; a new one closes what the old one handed out."""
 
     def __init__(self, graph: Graph, services: Services, clock: Clock, variables: dict[str, Variable]) -> None:
-        self._graph = graph
+        self.graph = graph
         self._services = services
         self._clock = clock
         self._variables = variables
@@ -38,7 +38,7 @@ class GraphContexts:
         """The context of one node."""
         if index in self._contexts:
             self._contexts[index].close()
-        graph, clock = self._graph, self._clock
+        graph, clock = self.graph, self._clock
         instance = graph.instances[index]
         path, folder = f"{graph.prim_path}/{instance.id}", instance.entry.document.path.parent
         often, variables = rate(graph, index, 1.0 / clock.delta), visible(instance.id, self._variables)
@@ -49,6 +49,10 @@ class GraphContexts:
 
     def __iter__(self) -> Iterator[tuple[int, Context]]:
         return iter(self._contexts.items())
+
+    def of(self, index: int) -> Context | None:
+        """The context that a node was set up with; None if it was not set up."""
+        return self._contexts.get(index)
 
     def bound(self, below: str) -> str | None:
         """Prim path of a node that was handed something of a prim, or of one below it; None if there is none."""
@@ -62,11 +66,23 @@ class GraphContexts:
         for index, context in self._contexts.items():
             yield from ((index, path, prim) for path, prim in context.asked.items())
 
-    def close(self) -> None:
-        """Close everything that was handed out; safe to call twice. Random numbers begin anew for the next node of a path."""
+    def reads_the_same(self) -> bool:
+        """Whether the files that nodes read in their setup are as they were; False if one cannot be read any more."""
+        try:
+            return all(context.reads_the_same() for context in self._contexts.values())
+        except ContextError:
+            return False
+
+    def close(self, heirs: Collection[str] = ()) -> None:
+        """Close everything that was handed out; safe to call twice. Random numbers begin anew for the next node of a path.
+
+        Args:
+            heirs: prim paths of nodes that go on with the random numbers.
+        """
         for context in self._contexts.values():
             context.close()
-            self._services.generators.pop(context.prim_path, None)
+            if context.prim_path not in heirs:
+                self._services.generators.pop(context.prim_path, None)
         self._contexts.clear()
 
 
@@ -94,9 +110,19 @@ class GraphRun:
         return self.executor.graph.name
 
     @property
+    def paths(self) -> Sequence[str]:
+        """Prim paths of its nodes."""
+        graph = self.executor.graph
+        return [f"{graph.prim_path}/{instance.id}" for instance in graph.instances]
+
+    @property
     def on_physics_step(self) -> bool:
         """Whether it runs after each physics step, not once a tick."""
         return self.executor.graph.runs == "physics_step"
+
+    def describe_as(self, graph: Graph) -> None:
+        """Take the places in files from another description of the same graph."""
+        self.executor.graph = self.contexts.graph = graph
 
     def save(self) -> SavedGraph:
         """A copy of the state of nodes, variables and mailboxes."""
@@ -133,6 +159,7 @@ def make_graph_run(
     dropped = services.dropped
 
     def drop(index: int, error: BadValueError) -> None:
+        graph = executor.graph
         instance = graph.instances[index]
         node = f"{graph.prim_path}/{instance.id}"
         if dropped is not None and dropped.add(node, clock.frame):

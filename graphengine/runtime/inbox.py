@@ -6,6 +6,8 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
+from graphengine.format.files import Files
+
 
 class ExternalInputs:
     """Reads the wall clock of this machine, and keeps nothing. A recorder and a replay extend it."""
@@ -19,6 +21,9 @@ class ExternalInputs:
 
     def end_tick(self) -> None:
         """Called when a tick is over, and its messages were sent."""
+
+    def reading(self, files: Files) -> None:
+        """Called with the files that a reload has read, before it takes effect, and again if one of them changes meanwhile."""
 
     def command(self, name: str, arguments: Mapping[str, Any]) -> None:
         """Called when a command that changes the simulation's course was carried out; the next tick is the first after it.

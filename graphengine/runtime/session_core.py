@@ -6,15 +6,17 @@ import contextlib
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
-from graphengine.format.errors import StateError, TransportError, UsageError
+from graphengine.compiler.graph import Graph
+from graphengine.format.errors import CheckError, GraphError, StateError, TransportError, UsageError
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.inbox import ExternalInputs
 from graphengine.runtime.pacer import Pacer
+from graphengine.runtime.reloading import Reloaded, Reloader
 from graphengine.runtime.roster import Roster
-from graphengine.runtime.ticker import SCOPES, ResetScope, Ticker
+from graphengine.runtime.ticker import SCOPES, Exchange, ResetScope, Ticker
 
 if TYPE_CHECKING:
     from graphengine.runtime.command_queue import Desk
@@ -34,8 +36,9 @@ class SavedSession:
     """The whole state of a session."""
 
     name: str
-    of: Ticker
-    """Of the session."""
+    of: SessionCore
+    version: int
+    """Of what the session ran."""
     robots: Any
     state: Any
     play: tuple[SessionState, str, bool]
@@ -58,14 +61,22 @@ class SessionCore:
         self.clock = ticker.clock
         self.step_clock = ticker.step_clock
         self.roster = roster
+        self.reloader = Reloader()
+        self.version = 0
+        """Number of times that graphs or the world were exchanged; a checkpoint can be restored only in its own version."""
         self.state: SessionState = "stopped"
         self.inbox = ExternalInputs()
         """Reads the wall clock and takes commands; to be exchanged before the first tick."""
         self.desk: Desk | None = None
         """Where others ask for what can be done; with one, a run goes on while it is paused or stopped."""
+        self.findings: tuple[str, ...] = ()
+        """Errors of the changed files, which the session does not run: texts that begin with `path:line:column: `. Empty when the
+        session runs what its files say. The page and the terminal show them."""
         self.open_page: Callable[[], str] | None = None
         """Returns the address of the session's web page, and starts the page again if its process was lost; None: no page."""
         self._until = 0
+        self.last = math.inf
+        """Number of the tick after which `run` ends."""
         self._pace: float | None = None
         self._pacer: Pacer | None = None
         self.interrupted = self._ended = False
@@ -103,7 +114,7 @@ class SessionCore:
         self._checkpoints += 1
         name = name or f"checkpoint_{self._checkpoints}"
         play = self.state, self._failure, self._ended
-        made = SavedSession(name, self._ticker, self.roster.save(), self._ticker.save(), play)
+        made = SavedSession(name, self, self.version, self.roster.save(), self._ticker.save(), play)
         self.inbox.command("checkpoint", {"name": name})
         return made
 
@@ -123,12 +134,14 @@ class SessionCore:
             kept: a checkpoint of this session.
 
         Raises:
-            UsageError: it is another session's, or within a tick.
+            UsageError: it is another session's, or older than a change of the files, or within a tick.
             GraphError: a robot that has gone, or a node, cannot be what it was.
         """
         self._refuse_within_tick()
-        if kept.of is not self._ticker:
+        if kept.of is not self:
             raise UsageError(f"{kept.name} is a checkpoint of another session")
+        if kept.version != self.version:
+            raise UsageError(f"{kept.name} was saved before the files of the scene changed, and fits them no more")
         self.roster.restore(kept.robots)
         self._ticker.restore(kept.state)
         state, self._failure, self._ended = kept.play
@@ -218,15 +231,15 @@ class SessionCore:
         self.admit()
         self.pace = pace
         self._set("paused" if paused else "playing")
-        last = math.inf if seconds is None else self.ticks + round(seconds / self.clock.delta)
+        self.last = math.inf if seconds is None else self.ticks + round(seconds / self.clock.delta)
         try:
-            self._run(last, on_tick)
+            self._run(on_tick)
         finally:
             self.interrupted = False
 
-    def _run(self, last: float, on_tick: Callable[[SessionCore], bool] | None) -> None:
+    def _run(self, on_tick: Callable[[SessionCore], bool] | None) -> None:
         """Ticks until a number of them ran, the run is interrupted, or it ends because nobody can let it go on."""
-        while self._serve() and self.ticks < last:
+        while self._serve() and self.ticks < self.last:
             paced = self._pacer if self.state == "playing" else None
             self.services.world.realtime = paced is not None and not self.inbox.exact
             if self.state != "playing" and not self.advancing:
@@ -318,6 +331,60 @@ class SessionCore:
         if wanted:
             self._begin_anew(*wanted)
             self.inbox.command("reset", {"scope": wanted})
+        self._set(self.state)
+
+    def reload(self) -> Reloaded:
+        """Read the files of the scene again and run what they say now, between two ticks.
+
+        Changed graphs are exchanged: nodes of the same name and type keep their state, and the world goes on. A change of the
+        world or of a robot restarts the session at time 0, without spawned robots.
+
+        Raises:
+            CheckError: the files have errors, which `findings` keeps until they are mended.
+            GraphError: the changed scene cannot begin. After any error nothing has changed.
+            StateError: the session failed.
+        """
+        self.admit()
+        try:
+            done = self.reloader.reload()
+        except CheckError as error:
+            errors = [finding for finding in error.findings if finding.severity == "error"]
+            self.findings = tuple(finding.render() for finding in errors)
+            raise CheckError(errors) from None
+        except GraphError as error:
+            self.findings = (str(error),)
+            raise
+        mended, self.findings = bool(self.findings), ()
+        self.inbox.command("reload", {})
+        return replace(done, mended=mended)
+
+    def exchange(self, graphs: Sequence[Graph]) -> Exchange:
+        """Run other graphs from here on; those that change keep what state they can.
+
+        Raises:
+            GraphError: a node could not be set up; nothing has changed.
+        """
+        done = self._ticker.exchange(graphs)
+        self.version += bool(done)
+        return done
+
+    def begin_with(self, ticker: Ticker, roster: Roster) -> None:
+        """Restart at time 0 with another world, whose graphs are set up; go on playing, paused or stopped as before."""
+        self._end_play()
+        before, names = self._ticker, {run.name for run in ticker.graphs}
+        before.tell("at_close", [run for run in before.graphs if run.name not in names])
+        if math.isfinite(self.last):
+            left = (self.last - before.count) * before.clock.delta
+            self.last = before.count + round(left / ticker.clock.delta)
+        ticker.count = before.count
+        self._ticker, self.services, self.roster = ticker, ticker.services, roster
+        self.clock, self.step_clock = ticker.clock, ticker.step_clock
+        self.version += 1
+        self.held.clear()
+        ticker.close(before.graphs)
+        ticker.services.network.forget_calls()
+        before.services.world.close()
+        self.pace = self._pace
         self._set(self.state)
 
     def _begin_anew(self, *scopes: ResetScope) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from graphengine.compiler.graph import Graph
@@ -13,11 +14,34 @@ from graphengine.messages.endpoints import Network
 from graphengine.node.clock import Clock
 from graphengine.node.context.session_services import Services
 from graphengine.node.node_class import Ending
+from graphengine.runtime.graph_exchange import Succession, unchanged
 from graphengine.runtime.graph_run import GraphRun, make_clock, make_graph_run
 from graphengine.runtime.inbox import ExternalInputs
 
 ResetScope = Literal["time", "state", "spawned"]
 SCOPES: tuple[ResetScope, ...] = ("time", "state", "spawned")
+
+
+@dataclass(frozen=True, slots=True)
+class Exchange:
+    """What `Ticker.exchange` did.
+
+    Attributes:
+        changed: names of the graphs that run in another form.
+        added: names of the graphs that were not there before.
+        removed: names of the graphs that run no more.
+        kept: number of nodes of the changed graphs that keep their state.
+        nodes: number of nodes of the changed graphs.
+    """
+
+    changed: tuple[str, ...] = ()
+    added: tuple[str, ...] = ()
+    removed: tuple[str, ...] = ()
+    kept: int = 0
+    nodes: int = 0
+
+    def __bool__(self) -> bool:
+        return bool(self.changed or self.added or self.removed)
 
 
 class Ticker:
@@ -51,14 +75,83 @@ class Ticker:
         runs: list[GraphRun] = []
         try:
             for graph in graphs:
-                clock = self.step_clock if graph.runs == "physics_step" else self.clock
-                runs.append(make_graph_run(graph, self.services, clock, self._fault))
+                runs.append(self._make_run(graph))
                 runs[-1].executor.setup()
         except BaseException:
             for run in runs:
                 run.contexts.close()
             raise
         self._set_graphs([*self.graphs, *runs])
+
+    def _make_run(self, graph: Graph) -> GraphRun:
+        clock = self.step_clock if graph.runs == "physics_step" else self.clock
+        return make_graph_run(graph, self.services, clock, self._fault)
+
+    def exchange(self, graphs: Sequence[Graph]) -> Exchange:
+        """Run these graphs in the place of all that run, between two ticks; nodes of the same name and type keep their state.
+
+        A graph that has not changed goes on as it is. A graph that is no longer there sends what it has for its end.
+
+        Raises:
+            GraphError: a node could not be set up; everything is as it was.
+        """
+        known = {run.name: run for run in self.graphs}
+        generators = self.services.generators
+        random = {path: (one, one.bit_generator.state) for path, one in generators.items()}
+        runs, successions = list[GraphRun](), list[Succession]()
+        with self.services.network.handing_over():
+            try:
+                for graph in graphs:
+                    old = known.get(graph.name)
+                    if old is not None and unchanged(old, graph):
+                        runs.append(old)
+                        continue
+                    runs.append(self._make_run(graph))
+                    succession = Succession(old, runs[-1]) if old is not None else None
+                    for path in succession.new_paths if succession is not None else runs[-1].paths:
+                        generators.pop(path, None)
+                    if succession is None:
+                        runs[-1].executor.setup()
+                    else:
+                        successions.append(succession)
+                        succession.set_up()
+            except BaseException:
+                for run in [run for run in runs if run not in self.graphs]:
+                    run.contexts.close(random)
+                generators |= {path: one for path, (one, _) in random.items()}
+                for one, state in random.values():
+                    one.bit_generator.state = state
+                raise
+        return self._take_over(graphs, runs, successions)
+
+    def _take_over(
+        self, graphs: Sequence[Graph], runs: Sequence[GraphRun], successions: Sequence[Succession]
+    ) -> Exchange:
+        """Run other graphs from here on, all of which are set up."""
+        names, before = {graph.name for graph in graphs}, self.graphs
+        gone = [run for run in before if run.name not in names]
+        self.tell("at_close", gone)
+        for run, graph in zip(runs, graphs, strict=True):
+            run.describe_as(graph)
+        self._set_graphs(runs)
+        self.close([run for run in before if run not in runs])
+        changed = [succession.name for succession in successions]
+        return Exchange(
+            tuple(changed),
+            tuple(run.name for run in runs if run not in before and run.name not in changed),
+            tuple(run.name for run in gone),
+            sum(succession.kept for succession in successions),
+            sum(succession.nodes for succession in successions),
+        )
+
+    def close(self, runs: Iterable[GraphRun]) -> None:
+        """Close graphs that are replaced; one that fails to, such as a script in its last function, fails for itself alone."""
+        heirs = {context.prim_path for run in self.graphs for _, context in run.contexts}
+        for run in runs:
+            try:
+                run.contexts.close(heirs)
+            except Exception as error:
+                self.services.log("error", "", f"{run.name} did not close: {error}")
 
     def remove(self, runs: Collection[GraphRun]) -> None:
         """Close graphs and run them no more."""

@@ -23,22 +23,30 @@ from graphengine.format.errors import NodeError, UsageError
 from graphengine.format.files import Files
 from graphengine.format.permissions import Permissions
 from graphengine.format.spec import SceneSpec
+from graphengine.format.spec_reader import Loaded
 from graphengine.messages.endpoints import Network
 from graphengine.node.context.session_services import Services
 from graphengine.node.dropped_values import BadValues, DroppedValues
 from graphengine.node.node_class import UNKNOWN_PRIM
 from graphengine.runtime import check
-from graphengine.runtime.roster import Roster
 from graphengine.runtime.session_core import SessionCore
-from graphengine.runtime.ticker import Ticker
 from graphengine.scene.graph_loading import GraphFile, find_use, resolve_uses, robot_uses, use_place
-from graphengine.scene.loaded_scene import LoadedScene, Options
-from graphengine.scene.scene_roster import SceneRoster
+from graphengine.scene.hot_reload import SceneReloader
+from graphengine.scene.loaded_scene import LoadedScene, Options, WorldSource
+from graphengine.scene.scene_roster import begin
 
 
 def load(path: Path, options: Options | None = None) -> LoadedScene:
     """Read, resolve, plan and check a scene or a graph file; every mistake is among the findings."""
-    options = _with_message_types(options or Options())
+    return _load(path, _with_message_types(options or Options()))
+
+
+def load_again(scene: LoadedScene) -> LoadedScene:
+    """The same file with the same options, as it is now; a world whose files have not changed is used again."""
+    return _load(scene.path, scene.options, scene)
+
+
+def _load(path: Path, options: Options, before: LoadedScene | None = None) -> LoadedScene:
     files = Files.of(path, options.allowed, options.near, options.installed, options.shipped)
     unread = LoadedScene(path, options, files, Findings())
     found = document.load(path, unread.findings)
@@ -46,11 +54,11 @@ def load(path: Path, options: Options | None = None) -> LoadedScene:
         return unread
     kind = spec_reader.kind_of(found)
     if kind == "scene":
-        scene = _plan(*_scene_uses(unread, path, files))
+        scene = _plan(*_scene_uses(unread, path, files, before))
         _lint_idle_robots(scene)
         return scene
     if kind == "graph":
-        return _plan(*_graph_uses(unread, path, found))
+        return _plan(*_graph_uses(unread, path, found, before))
     what, advice, schema = "a file is a graph or a scene", "begin with `graph: NAME`", "graph"
     if kind == "robot":
         what, schema = "this is a robot file", "scene"
@@ -86,10 +94,10 @@ def _with_message_types(options: Options) -> Options:
     return options if definitions is registry.definitions else replace(options, registry=registry.copy(definitions))
 
 
-def _scene_uses(scene: LoadedScene, path: Path, files: Files) -> tuple[LoadedScene, list[GraphFile]]:
+def _scene_uses(
+    scene: LoadedScene, path: Path, files: Files, before: LoadedScene | None
+) -> tuple[LoadedScene, list[GraphFile]]:
     """A scene with its world, and the graphs that it uses, its own first, then each robot's."""
-    from graphengine.physics.loading import load_world  # MuJoCo takes a quarter of a second to import
-
     options, findings = scene.options, scene.findings
     read = spec_reader.read(SceneSpec, path, findings)
     if read is None:
@@ -97,15 +105,36 @@ def _scene_uses(scene: LoadedScene, path: Path, files: Files) -> tuple[LoadedSce
     uses: list[GraphFile] = []
     for graph, use in read.spec.graphs.items():
         uses += find_use(use, graph, use_place(read.document, graph, use), read.folder, {}, files, findings)
-    world = load_world(read, files, findings, seed=options.seed, rays=options.rays)
+    scene = _with_world(replace(scene, files=files), read, before)
+    for robot in scene.world.robots.values() if scene.world is not None else ():
+        uses += robot_uses(robot, scene.stage, files, findings, robot_state=options.robot_state)
+    return scene, uses
+
+
+def _with_world(scene: LoadedScene, read: Loaded[SceneSpec], before: LoadedScene | None) -> LoadedScene:
+    """A scene with the world that its file describes, or that of the scene before if nothing of it has changed."""
+    from graphengine.physics.loading import load_world  # MuJoCo takes a quarter of a second to import
+
+    files, findings, options = scene.files, scene.findings, scene.options
+    spec = read.spec.model_copy(update={"graphs": {}, "doc": ""})
+    known = before.world_source if before is not None else None
+    written = spec.namespaces  # into the prims of the world, which then belongs to this scene alone
+    if before is not None and known is not None and known.spec == spec and not written and not known.files.changed():
+        for finding in known.findings:
+            findings.put(finding)
+        files.include(known.files)
+        return replace(scene, world=before.world, world_source=known)
+    count, own = len(findings.items), replace(files, used={}, sought={})
+    world = load_world(read, own, findings, seed=options.seed, rays=options.rays)
+    files.include(own)
     if world is None:
-        return scene, uses
-    for robot in world.robots.values():
-        uses += robot_uses(robot, world.stage, files, findings, robot_state=options.robot_state)
-    return replace(scene, world=world, files=files), uses
+        return scene
+    return replace(scene, world=world, world_source=WorldSource(spec, own, findings.items[count:]))
 
 
-def _graph_uses(scene: LoadedScene, path: Path, found: document.Document) -> tuple[LoadedScene, list[GraphFile]]:
+def _graph_uses(
+    scene: LoadedScene, path: Path, found: document.Document, before: LoadedScene | None
+) -> tuple[LoadedScene, list[GraphFile]]:
     """A single graph, in the scene that it or the caller names."""
     files, options = scene.files, scene.options
     data = found.data if isinstance(found.data, dict) else {}
@@ -118,7 +147,7 @@ def _graph_uses(scene: LoadedScene, path: Path, found: document.Document) -> tup
     if given is not None and spec_reader.kind_of(given) in ("graph", "robot"):
         raise UsageError(f"--scene {options.scene}: this is a {spec_reader.kind_of(given)} file, not a scene")
     if scene_path is not None:
-        scene, of_scene = _scene_uses(scene, scene_path, files.beside(scene_path))
+        scene, of_scene = _scene_uses(scene, scene_path, files.beside(scene_path), before)
         uses += [use for use in of_scene if use.asked_for]
     elif options.robot_state:
         raise UsageError("--robot-state is for the robots of a scene; give one with --scene")
@@ -207,13 +236,9 @@ def start(
         CheckError: the scene has errors.
         GraphError: a node could not be set up.
     """
-    scene.findings.raise_errors()
-    for graph in scene.planned:
-        if graph.left_open:
-            ports = ", ".join(graph.left_open)
-            raise UsageError(f"{graph.name} is a part of other graphs, which give it {ports}; run one of those")
+    scene.require_runnable()
     seed = scene.options.seed if seed is None else seed
-    files = replace(scene.files, used=dict(scene.files.used))
+    files = replace(scene.files, used=dict(scene.files.used), sought=dict(scene.files.sought))
     loaded = scene.world.copy(files, seed) if scene.world is not None else None
     world = loaded.simulation if loaded is not None else world or DryWorld(Stage())
     services = Services(world, network, seed, domain_id, domain_from_environment)
@@ -222,11 +247,12 @@ def start(
     world.clamps_commands = bad_values == "drop"
     if log is not None:
         services.log = log
-    ticker = Ticker(services, fault)
     try:
-        ticker.add(scene.planned)
+        ticker, roster = begin(scene, loaded, files, services, fault)
     except BaseException:
         network.close()
         world.close()
         raise
-    return SessionCore(ticker, SceneRoster(scene, loaded, files, ticker) if loaded is not None else Roster())
+    session = SessionCore(ticker, roster)
+    session.reloader = SceneReloader(session, scene, files, load_again, fault)
+    return session

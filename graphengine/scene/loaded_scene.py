@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.registry import Registry, default_registry
 from graphengine.devices.stage import Stage
-from graphengine.format.diagnostics import Findings
+from graphengine.format.diagnostics import Finding, Findings
+from graphengine.format.errors import UsageError
 from graphengine.format.files import Files
 from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import EndpointClaim
 
 if TYPE_CHECKING:
+    from graphengine.format.spec import SceneSpec
     from graphengine.physics.loaded_world import LoadedWorld
     from graphengine.physics.sensors.rays import RaysChoice
 
@@ -55,6 +57,21 @@ class Options:
     scripts: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class WorldSource:
+    """What a world was made from; while it is the same, the world is.
+
+    Attributes:
+        spec: the scene file without its graphs.
+        files: all that were read beside the scene file.
+        findings: warnings and notes about the world.
+    """
+
+    spec: SceneSpec
+    files: Files
+    findings: Sequence[Finding]
+
+
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class LoadedScene:
     """A definition, from which any number of sessions begin; none of them changes it.
@@ -68,6 +85,7 @@ class LoadedScene:
         planned: those that run, in this order: the scene's, then each robot's.
         claims: topics and services, as far as the nodes of its graphs name them.
         world: the robots, the prims and the model at the start; None for a graph without a scene.
+        world_source: what the world was made from.
     """
 
     path: Path
@@ -78,6 +96,20 @@ class LoadedScene:
     planned: Sequence[Graph] = ()
     claims: Sequence[EndpointClaim] = ()
     world: LoadedWorld | None = None
+    world_source: WorldSource | None = None
+
+    def require_runnable(self) -> None:
+        """Check that a session can begin from it.
+
+        Raises:
+            CheckError: it has errors.
+            UsageError: it is a part of other graphs.
+        """
+        self.findings.raise_errors()
+        for graph in self.planned:
+            if graph.left_open:
+                ports = ", ".join(graph.left_open)
+                raise UsageError(f"{graph.name} is a part of other graphs, which give it {ports}; run one of those")
 
     @property
     def stage(self) -> Stage:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from graphengine.compiler.graph import Graph
@@ -11,10 +11,12 @@ from graphengine.compiler.literals import Override
 from graphengine.compiler.namespaces import write_namespaces
 from graphengine.compiler.planning import share_plans
 from graphengine.format.diagnostics import Findings
-from graphengine.format.errors import UnknownEntityError, UsageError
+from graphengine.format.errors import NodeError, UnknownEntityError, UsageError
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotUse
 from graphengine.format.wording import unknown
+from graphengine.messages.endpoints import EndpointClaim
+from graphengine.node.context.session_services import Services
 from graphengine.runtime import check
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.roster import Roster
@@ -25,6 +27,30 @@ from graphengine.scene.loaded_scene import LoadedScene
 if TYPE_CHECKING:
     from graphengine.physics.loaded_world import LoadedWorld
     from graphengine.physics.model.robot import RobotInstance
+
+
+def begin(
+    scene: LoadedScene,
+    world: LoadedWorld | None,
+    files: Files,
+    services: Services,
+    fault: Callable[[NodeError], None] | None,
+) -> tuple[Ticker, Roster]:
+    """Set up the graphs of a scene; return what runs them, and what adds and removes robots.
+
+    Args:
+        scene: without errors.
+        world: the session's own; None for a graph without a scene.
+        files: which files the references of robots may name.
+        services: of the session, with the same world.
+        fault: as for `Ticker`.
+
+    Raises:
+        GraphError: a node could not be set up.
+    """
+    ticker = Ticker(services, fault)
+    ticker.add(scene.planned)
+    return ticker, SceneRoster(scene, world, files, ticker) if world is not None else Roster()
 
 
 class SceneRoster(Roster):
@@ -38,9 +64,19 @@ class SceneRoster(Roster):
     """
 
     def __init__(self, scene: LoadedScene, world: LoadedWorld, files: Files, ticker: Ticker) -> None:
-        self._scene, self._files = scene, files
-        self._world, self._robots = world, world.robots
+        self._files = files
         self._ticker, self._services = ticker, ticker.services
+        self.follow(scene, world)
+
+    def follow(self, scene: LoadedScene, world: LoadedWorld) -> None:
+        """Read robots that are added from here on as another version of the scene does, whose world is like this one."""
+        self._scene, self._world, self._robots = scene, world, world.robots
+        world.scenery.library.files = self._files
+
+    @property
+    def world(self) -> LoadedWorld:
+        """The session's own world, with the robots that are there now."""
+        return self._world
 
     @property
     def spawned(self) -> Sequence[str]:
@@ -56,27 +92,46 @@ class SceneRoster(Roster):
     def _begin(self, name: str) -> None:
         """Set up the graphs of a robot that was put into the world; after an error the robot is removed again."""
         try:
-            self._ticker.add(self._plan(name))
+            beside = [run.executor.graph for run in self._ticker.graphs]
+            self._ticker.add(self.plan(self._robots[name], self._scene, self._files, beside, self._services.claims))
         except BaseException:
             self._dismiss(name, ())
             raise
 
-    def _plan(self, name: str) -> list[Graph]:
-        """A robot's graphs, planned and checked beside those that run."""
-        scene, services, findings = self._scene, self._services, Findings()
-        robot, files = self._robots[name], self._files
+    def plan(
+        self,
+        robot: RobotInstance,
+        scene: LoadedScene,
+        files: Files,
+        beside: Sequence[Graph],
+        claimed: Sequence[EndpointClaim],
+    ) -> list[Graph]:
+        """A robot's graphs, planned and checked.
+
+        Args:
+            robot: which is there; its description may have been read again.
+            scene: that the session runs.
+            files: which files the robot's references may name.
+            beside: graphs that run before these.
+            claimed: topics and services of those.
+
+        Raises:
+            CheckError: a graph has errors.
+        """
+        services, findings = self._services, Findings()
         uses = robot_uses(robot, services.stage, files, findings, robot_state=scene.options.robot_state)
         overrides = Override.parse_all(scene.options.overrides)
         graphs = share_plans(resolve_uses(uses, files, scene.registry, findings, overrides), findings)
         findings.raise_errors()
-        write_namespaces(self._world.scenery.scene, services.stage, graphs, findings, within=robot.prim_path)
+        assert scene.world is not None
+        write_namespaces(scene.world.scenery.scene, services.stage, graphs, findings, within=robot.prim_path)
         check.check_graphs(
             graphs,
             services.world,
             findings,
             prims_known=True,
-            beside=[run.executor.graph for run in self._ticker.graphs],
-            claimed=services.claims,
+            beside=beside,
+            claimed=claimed,
             permissions=services.permissions,
         )
         findings.raise_errors()

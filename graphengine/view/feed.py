@@ -92,7 +92,7 @@ class Feed:
     def _tell_scene(self, bodies: int) -> None:
         """Send the scene if it is another one than before: other graphs, or another number of bodies."""
         graphs, services = self._session.graphs, self._session.services
-        present = (*map(id, graphs), bodies)
+        present = (*(id(run.executor.graph) for run in graphs), self._session.version, bodies)
         if present == self._shown:
             return
         self._shown = present

@@ -128,3 +128,17 @@ def test_the_number_of_files_and_their_size_are_bounded(tmp_path: Path, monkeypa
     monkeypatch.setattr(sources, "MAX_BYTES", 3)
     with pytest.raises(RecordingError, match="or larger than"):
         workspace.add("project/c", b"1234")
+
+
+def test_files_are_exchanged_within_a_workspace(tmp_path: Path) -> None:
+    workspace = Workspace(tmp_path)
+    workspace.add("project/a/x.yaml", b"old")
+    workspace.add("project/a/y.yaml", b"gone")
+    workspace.add("reloaded/1/project/a/x.yaml", b"new")
+    inode = workspace.path("project/a/x.yaml").stat().st_ino
+    workspace.exchange({"project/a/x.yaml": "reloaded/1/project/a/x.yaml", "project/a/y.yaml": None, "project/z": None})
+    assert workspace.path("project/a/x.yaml").read_bytes() == b"new"
+    assert workspace.path("project/a/x.yaml").stat().st_ino != inode
+    assert not workspace.path("project/a/y.yaml").exists()
+    with pytest.raises(RecordingError, match="is no name"):
+        workspace.exchange({"project/../../a": None})

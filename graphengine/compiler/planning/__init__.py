@@ -15,7 +15,7 @@ from graphengine.compiler.planning.regions import RegionGraph
 from graphengine.format.diagnostics import Findings
 from graphengine.node.node_class import UNKNOWN_PRIM
 
-__all__ = ["make_plan", "share_plans"]
+__all__ = ["make_plan", "shape", "share_plans"]
 
 
 def share_plans(graphs: Iterable[Graph], findings: Findings) -> list[Graph]:
@@ -27,18 +27,18 @@ def share_plans(graphs: Iterable[Graph], findings: Findings) -> list[Graph]:
     known: dict[object, Plan | None] = {}
     planned: list[Graph] = []
     for graph in graphs:
-        shape = _shape(graph)
-        if shape not in known:
-            known[shape] = make_plan(graph, findings)
-        plan = known[shape]
+        key = shape(graph)
+        if key not in known:
+            known[key] = make_plan(graph, findings)
+        plan = known[key]
         if plan is not None:
             graph.plan = plan
             planned.append(graph)
     return planned
 
 
-def _shape(graph: Graph) -> object:
-    """A key of all that a plan depends on: file, classes, wires, and which nodes read and write the same resources."""
+def shape(graph: Graph) -> object:
+    """Return all that a plan depends on, but literals: file, classes, wires, and nodes that share resources."""
     numbers: dict[str, object] = {UNKNOWN_PRIM: UNKNOWN_PRIM}
 
     def accesses(keys: Iterable[str]) -> tuple[object, ...]:

@@ -53,6 +53,8 @@ class Context(WorldHandles, OwnedEndpoints, Shared):
         self._variables = variables
         self.mailboxes: list[Mailbox] = []
         """Mailboxes that the node opened."""
+        self.files_read: dict[str, tuple[Path, str]] = {}
+        """Path and text of each file that the node read, by the path that it gave."""
 
     def wired(self, output: str) -> bool:
         """Return whether an output of the node, given by its Python name, has a wire; true for a node outside a graph.
@@ -98,7 +100,17 @@ class Context(WorldHandles, OwnedEndpoints, Shared):
         Raises:
             ContextError: the file does not exist, may not be read, is too large, or is not UTF-8.
         """
-        return self._services.permissions.read(path, self._folder)
+        self.files_read[path] = self._services.permissions.read(path, self._folder)
+        return self.files_read[path]
+
+    def reads_the_same(self) -> bool:
+        """Whether every file that the node read still has the same text.
+
+        Raises:
+            ContextError: one of them cannot be read any more.
+        """
+        permissions, folder = self._services.permissions, self._folder
+        return all(permissions.read(path, folder) == found for path, found in self.files_read.items())
 
     def allow_scripts(self) -> None:
         """Check that the user lets graphs run Python.

@@ -103,8 +103,13 @@ class OwnedEndpoints:
             self.prim_path, self._graph, full, message_type, direction, quality, latched=latched, **facts
         )
         self._services.claims.append(claim)
-        self._closing.append(partial(self._services.claims.remove, claim))
+        self._closing.append(partial(self._withdraw_claim, claim))
         return claim
+
+    def _withdraw_claim(self, claim: EndpointClaim) -> None:
+        """Remove this claim; a node that is being replaced may have an equal one."""
+        claims = self._services.claims
+        del claims[next(index for index, one in enumerate(claims) if one is claim)]
 
     def publisher(
         self,
@@ -167,10 +172,15 @@ class OwnedEndpoints:
         handles = self._services.handles
         handle = handles.setdefault((self.prim_path, self._servers), len(handles) + 1)
         server = self._services.network.server(claim, handle)
-        self._closing += (server.close, partial(self._services.servers.pop, handle))
+        self._closing += (server.close, partial(self._withdraw, handle, server))
         self._servers += 1
-        self._services.servers[handle] = server
+        self._services.servers.setdefault(handle, []).append(server)
         return server
+
+    def _withdraw(self, handle: int, server: ServiceServer) -> None:
+        self._services.servers[handle].remove(server)
+        if not self._services.servers[handle]:
+            del self._services.servers[handle]
 
     def service_client(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceClient:
         """Open a client of a service. Takes the same arguments and raises the same errors as `service_server`."""
@@ -190,4 +200,4 @@ class OwnedEndpoints:
                 handle,
                 "wire serverHandle from a ROS2ServiceServerRequest",
             )
-        return self._services.servers[handle]
+        return self._services.servers[handle][-1]

@@ -32,8 +32,8 @@ class Services:
     """ROS_DOMAIN_ID, or None if it is not set."""
     log: Callable[[str, str, str], None] = lambda severity, node, message: None
     claims: list[EndpointClaim] = field(default_factory=list)
-    servers: dict[int, ServiceServer] = field(default_factory=dict)
-    """Open servers, by handle."""
+    servers: dict[int, list[ServiceServer]] = field(default_factory=dict)
+    """Open servers, by handle; the last one answers, those before it belong to nodes that are being replaced."""
     handles: dict[tuple[str, int], int] = field(default_factory=dict)
     """Handle of each server, by prim path of the node and number of the server; kept when a node is set up again."""
     queues: dict[str, EventQueue] = field(default_factory=dict)

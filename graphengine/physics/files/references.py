@@ -264,7 +264,7 @@ class Library:
         reference, span = element.get(attribute), element.place(attribute)
         try:
             readable = [place for place in places if self.files.may_read(place)]
-            found = next((place for place in readable if place.is_file()), None)
+            found = next((place for place in readable if self._is_there(place)), None)
             outside = places[0].resolve().parent if places and not readable else None
         except (OSError, RuntimeError, ValueError) as error:  # too long a name, a loop of links
             self.findings.add(code, f"cannot look up {reference[:200]!r}: {error}", span)
@@ -278,6 +278,12 @@ class Library:
             return None
         self.findings.add("S101", f"no file {reference!r}", span, *_whereabouts(reference, readable, packages))
         return None
+
+    def _is_there(self, place: Path) -> bool:
+        if place.is_file():
+            return True
+        self.files.note_missing(place)
+        return False
 
 
 def _content(path: Path) -> bytes:

@@ -1,0 +1,70 @@
+"""Watches the files of a session, and reloads them when they change."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any, Self
+
+from graphengine.format.files import Signature, signature
+from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.reloading import Reloader
+
+MOST = 0.05
+"""Share of its time that the thread looks at files; the rest it sleeps."""
+PERIOD = 0.05
+"""Seconds of wall time between two looks at the files. Changed files are read when two looks in a row see the same state."""
+
+
+class FileWatch:
+    """A thread that watches the files of a session, and the places of files that are missing.
+
+    It compares inodes, sizes and times instead of waiting for notifications: so it sees editors that replace a file as well as
+    those that write in place, works on network file systems, and needs no handle for each directory.
+
+    Args:
+        reloader: lists the files of the session.
+        desk: queue for the command `reload`.
+        report: receives the future of each reload, in the session's thread.
+    """
+
+    def __init__(self, reloader: Reloader, desk: Desk, report: Callable[[Future[Any]], None]) -> None:
+        self._reloader = reloader
+        self._desk = desk
+        self._report = report
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="file watch", daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        handled: Mapping[Path, Signature] = {}
+        before: Mapping[Path, Signature] = {}
+        took = 0.0
+        while not self._ended.wait(max(PERIOD, took / MOST)):
+            begun, noted = time.perf_counter(), self._reloader.watched()
+            now = {path: signature(path) for path in noted}
+            took = time.perf_counter() - begun
+            if all(there in (noted[path], handled.get(path, noted[path])) for path, there in now.items()):
+                continue
+            if now != before:
+                before = now
+                continue
+            handled = now
+            done = self._desk.submit("reload")
+            done.add_done_callback(self._report)
+            while not done.done() and not self._ended.wait(PERIOD):
+                pass
+
+    def close(self) -> None:
+        """End the thread; safe to call twice."""
+        self._ended.set()
+        self._thread.join()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

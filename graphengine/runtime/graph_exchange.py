@@ -1,0 +1,165 @@
+"""Transfers the state of nodes from the run of a graph to the run of its changed version.
+
+A node of the same name and type, with the same ports, keeps its state: outputs, State fields, whether it is active, mailboxes,
+random numbers. An input keeps its value, also one from the command `set`, while its wires, or its value in the file, are equal.
+If an input that the node reads in `setup` has changed, its setup runs on the old state and may reset it, as after `set`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from graphengine.compiler.graph import Graph
+from graphengine.compiler.planning import shape
+from graphengine.node import types
+from graphengine.runtime.graph_run import GraphRun
+
+
+def unchanged(run: GraphRun, graph: Graph) -> bool:
+    """Whether a graph is what runs already; comments, layout and places in files do not count."""
+    before = run.executor.graph
+    return (
+        before.prim_path == graph.prim_path
+        and before.runs == graph.runs
+        and before.variable_types == graph.variable_types
+        and _equal(before.variables, graph.variables)
+        and shape(before) == shape(graph)
+        and all(
+            one.reads == other.reads
+            and one.writes == other.writes
+            and one.settled == other.settled
+            and one.entry.document.path == other.entry.document.path
+            and _equal(one.literals, other.literals)
+            for one, other in zip(before.instances, graph.instances, strict=True)
+        )
+        and run.contexts.reads_the_same()
+    )
+
+
+def _equal(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    return one.keys() == other.keys() and all(types.equal(value, other[name]) for name, value in one.items())
+
+
+class Succession:
+    """Sets up the run of a changed graph with the state of the run before, which it does not change.
+
+    Args:
+        old: run of the graph before the change.
+        new: run of the changed graph, not set up yet.
+    """
+
+    def __init__(self, old: GraphRun, new: GraphRun) -> None:
+        self._old, self._new = old, new
+        before, after = old.executor.graph, new.executor.graph
+        named = {instance.id: instance for instance in before.instances}
+        constant = {refresh.node for refresh in new.executor.plan.constants}
+        self._heirs: dict[int, int] = {}
+        """Index in the old graph of each node that keeps its state."""
+        self._saved: dict[int, Any] = {}
+        for instance in after.instances:
+            other = named.get(instance.id)
+            if other is None or other.cls is not instance.cls or other.settled != instance.settled:
+                continue
+            try:
+                saved = old.executor.nodes[other.index].save()
+            except Exception:  # it holds what cannot be copied, and begins anew
+                continue
+            if instance.index not in constant:
+                self._saved[instance.index] = saved
+            self._heirs[instance.index] = other.index
+        self._wires_before, self._wires = _wires(before), _wires(after)
+        self._fixed = new.executor.fixed_inputs
+        self._set_up_otherwise: set[int] = set()
+        """Nodes whose setup reads an input that has changed."""
+
+    @property
+    def kept(self) -> int:
+        """Number of nodes that keep their state."""
+        return sum(not self._new.executor.graph.instances[index].part_of for index in self._heirs)
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes of the changed graph."""
+        return sum(not instance.part_of for instance in self._new.executor.graph.instances)
+
+    @property
+    def new_paths(self) -> Sequence[str]:
+        """Prim paths of the nodes that begin anew."""
+        before = self._old.paths
+        heirs = {before[index] for index in self._heirs.values()}
+        return [path for path in self._new.paths if path not in heirs]
+
+    @property
+    def name(self) -> str:
+        """Name of the graph."""
+        return self._new.name
+
+    def set_up(self) -> None:
+        """Set the new run up.
+
+        Raises:
+            GraphError: a node could not be set up.
+        """
+        executor, graph = self._new.executor, self._new.executor.graph
+        executor.succeed(self._old.executor, {before: index for index, before in self._heirs.items()})
+        for name, variable in self._new.variables.items():
+            old, before = self._old.variables.get(name), self._old.executor.graph
+            same = old is not None and before.variable_types.get(name) == graph.variable_types.get(name)
+            if old is not None and same and types.equal(before.variables[name], graph.variables[name]):
+                variable.restore(old.save())
+        executor.setup(predecessors=self)
+        for index, old_index in self._heirs.items():
+            context, other = self._new.contexts.of(index), self._old.contexts.of(old_index)
+            if context is not None and other is not None:
+                for box, old_box in zip(context.mailboxes, other.mailboxes, strict=False):
+                    box.restore(old_box.save())
+
+    def before_setup(self, index: int) -> bool:
+        """Restore a node; return False if its setup failed before, until it has other inputs."""
+        if index not in self._heirs:
+            return True
+        self._restore(index)
+        return not self._new.executor.has_failed(index) or index in self._set_up_otherwise
+
+    def after_setup(self, index: int) -> None:
+        """Restore a node again, unless its setup read other inputs or files than before."""
+        if index not in self._heirs or index in self._set_up_otherwise:
+            return
+        context, other = self._new.contexts.of(index), self._old.contexts.of(self._heirs[index])
+        if context is not None and other is not None and context.files_read == other.files_read:
+            self._restore(index)
+
+    def _restore(self, index: int) -> None:
+        """Restore a node except for inputs with other wires or another value in the file; of a constant, only the inputs."""
+        before = self._heirs[index]
+        node, other = self._new.executor.nodes[index], self._old.executor.nodes[before]
+        inputs = [port for port in type(node).fields.values() if port.side == "inputs"]
+        same = {port.field for port in inputs if self._is_fed_alike(index, before, port.field)}
+        values = {port.field: getattr(node, port.field) for port in inputs if port.field not in same}
+        if index in self._saved:
+            node.restore(self._saved[index])
+        else:
+            values |= {field: getattr(other, field) for field in same}
+        for field, value in values.items():
+            setattr(node, field, value)
+        read = [port.field for port in inputs if port.setup]
+        if not all(types.equal(getattr(node, field), getattr(other, field)) for field in read):
+            self._set_up_otherwise.add(index)
+
+    def _is_fed_alike(self, index: int, before: int, field: str) -> bool:
+        """Whether an input has the same wires as before or, without any, the same value in the file."""
+        wires, old_wires = self._wires.get((index, field), []), self._wires_before.get((before, field), [])
+        if wires != old_wires or (index, field) in self._fixed:
+            return False
+        one, other = self._old.executor.graph.instances[before], self._new.executor.graph.instances[index]
+        return bool(wires) or other.cls.fields[field].is_exec or types.equal(one.value(field), other.value(field))
+
+
+def _wires(graph: Graph) -> dict[tuple[int, str], list[object]]:
+    """Where the wires into each input come from, by node and field."""
+    found: dict[tuple[int, str], list[object]] = {}
+    for wire in (*graph.data_wires, *graph.exec_wires):
+        source = graph.instances[wire.source].id, wire.source_field, wire.converter
+        found.setdefault((wire.target, wire.target_field), []).append(source)
+    return found

@@ -1,0 +1,81 @@
+"""The interface by which a session reloads its files, and the result of a reload."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from graphengine.format.errors import UsageError
+from graphengine.format.files import Signature, near
+
+MOST_NAMES = 4
+"""Maximum number of names that the text of a reload lists."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reloaded:
+    """What a reload did. `Session.reload` returns it; its text is one line for people.
+
+    Attributes:
+        files: files that were changed, added or removed since the last reload.
+        changed: names of the graphs that were exchanged; all graphs after a restart.
+        added: names of new graphs.
+        removed: names of removed graphs.
+        kept: number of nodes of the exchanged graphs that keep their state.
+        nodes: number of nodes of the exchanged graphs.
+        restarted: whether the world or a robot changed, and the session restarted at time 0.
+        lost: names of the spawned robots that the restart removed.
+        warnings: warnings about the new files, as text.
+        mended: whether the files had errors at the reload before.
+    """
+
+    files: tuple[Path, ...] = ()
+    changed: tuple[str, ...] = ()
+    added: tuple[str, ...] = ()
+    removed: tuple[str, ...] = ()
+    kept: int = 0
+    nodes: int = 0
+    restarted: bool = False
+    lost: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    mended: bool = False
+
+    def __str__(self) -> str:
+        files = _listed([near(str(path)) for path in self.files])
+        effect = self._restart() if self.restarted else self._exchange()
+        return f"{'mended: ' if self.mended else ''}{files or 'no file'} changed: {effect}"
+
+    def _restart(self) -> str:
+        lost = f"; {_listed(self.lost)} must be spawned again" if self.lost else ""
+        return f"the world is another one; restarted at t = 0{lost}"
+
+    def _exchange(self) -> str:
+        named = {"exchanged": self.changed, "added": self.added, "removed": self.removed}
+        effects = [f"{what} {_listed(names)}" for what, names in named.items() if names]
+        if self.changed:
+            effects.append(f"{self.kept} of {self.nodes} nodes keep their state")
+        return "; ".join(effects) or "no graph and nothing of the world is different"
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names separated by commas, at most `MOST_NAMES` of them."""
+    more = len(names) - MOST_NAMES
+    return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
+
+
+class Reloader:
+    """Reads the files of a session again; this one is for a session that was not made from files."""
+
+    def reload(self) -> Reloaded:
+        """Read the files and run what they say now, between two ticks.
+
+        Raises:
+            CheckError: the files have errors.
+            GraphError: the changed scene cannot begin. After any error nothing has changed.
+        """
+        raise UsageError("a session without files has nothing to reload")
+
+    def watched(self) -> Mapping[Path, Signature]:
+        """The paths to watch, with the signatures of their files before they were read. Thread-safe."""
+        return {}

@@ -1,0 +1,168 @@
+"""Reloads the changed files of a running session: exchanges graphs, or restarts with another world."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from graphengine.compiler.graph import Graph
+from graphengine.devices.backend import World
+from graphengine.devices.dry_world import DryWorld
+from graphengine.devices.stage import Stage
+from graphengine.format.errors import NodeError, UsageError
+from graphengine.format.files import Files, Signature
+from graphengine.node.context.session_services import Services
+from graphengine.runtime.reloading import Reloaded, Reloader
+from graphengine.runtime.roster import Roster
+from graphengine.runtime.session_core import SessionCore
+from graphengine.scene.loaded_scene import LoadedScene
+from graphengine.scene.scene_roster import SceneRoster, begin
+
+if TYPE_CHECKING:
+    from graphengine.physics.loaded_world import LoadedWorld
+
+MAX_READINGS = 5
+"""How often files are read again because they change while they are read."""
+
+
+class SceneReloader(Reloader):
+    """Reads the files of a session's scene again.
+
+    Everything is loaded and checked beside the running session, which changes only if there are no errors.
+
+    Args:
+        session: session that runs the scene.
+        scene: scene that the session runs.
+        files: the session's record of the files that were read; each reload updates it.
+        load_again: loads a scene from its files again.
+        fault: as for `Ticker`.
+    """
+
+    def __init__(
+        self,
+        session: SessionCore,
+        scene: LoadedScene,
+        files: Files,
+        load_again: Callable[[LoadedScene], LoadedScene],
+        fault: Callable[[NodeError], None] | None,
+    ) -> None:
+        self._session = session
+        self._scene, self._files = scene, files
+        self._load_again, self._fault = load_again, fault
+        self._read = files
+        """The files of the last reload, which may have failed."""
+
+    def watched(self) -> Mapping[Path, Signature]:
+        """The paths of the scene's files and of missing files, with their signatures before they were read. Thread-safe."""
+        return self._read.noted()
+
+    def reload(self) -> Reloaded:
+        """Read the files and run what they say now, between two ticks."""
+        session = self._session
+        for _ in range(MAX_READINGS):
+            fresh = self._load_again(self._scene)
+            files = self._read = replace(fresh.files, used=dict(fresh.files.used), sought=dict(fresh.files.sought))
+            fresh.require_runnable()
+            successor = self._successor(fresh, files, session.roster)
+            session.inbox.reading(files)
+            if not files.changed():
+                break
+        else:
+            raise UsageError("the files change while they are read; reload when they are written")
+        if successor is None:
+            done = self._begin_anew(fresh)
+        else:
+            exchange = session.exchange(successor.graphs)
+            successor.move_in()
+            done = Reloaded(
+                changed=exchange.changed,
+                added=exchange.added,
+                removed=exchange.removed,
+                kept=exchange.kept,
+                nodes=exchange.nodes,
+            )
+        return self._keep(fresh, files, done)
+
+    def _keep(self, fresh: LoadedScene, files: Files, done: Reloaded) -> Reloaded:
+        """Store the scene that the session runs now; return what was done, with the changed files and new warnings."""
+        changed = [path for path, now in files.used.items() if self._files.used.get(path) != now]
+        gone = [path for path in files.sought if path in self._files.used]
+        known = {finding.render() for finding in self._scene.findings.warnings}
+        warnings = [finding.render() for finding in fresh.findings.warnings]
+        for mine, theirs in ((self._files.used, files.used), (self._files.sought, files.sought)):
+            mine.clear()
+            mine.update(theirs)
+        self._scene, self._read = fresh, self._files
+        return replace(done, files=(*changed, *gone), warnings=tuple(text for text in warnings if text not in known))
+
+    def _successor(self, fresh: LoadedScene, files: Files, roster: Roster) -> _Successor | None:
+        """The graphs to run in the present world; None if the world or a robot has changed.
+
+        Raises:
+            CheckError: a robot that was spawned, or a graph of it, has errors.
+        """
+        before = self._scene.world
+        if before is None or fresh.world is None:
+            return _Successor(fresh.planned) if before is fresh.world else None
+        assert isinstance(roster, SceneRoster)
+        if before is not fresh.world and not before.begins_as(fresh.world):
+            return None
+        world = roster.world.reread(fresh.world, files)
+        if world is None:
+            return None
+        graphs = _graphs(fresh, world, files, roster)
+        return _Successor(graphs, lambda: roster.follow(fresh, world))
+
+    def _begin_anew(self, fresh: LoadedScene) -> Reloaded:
+        """Restart at time 0 with the world that the files describe now.
+
+        Raises:
+            GraphError: physics or a node cannot begin; nothing has changed.
+        """
+        before, lost = self._session.services, tuple(self._session.roster.spawned)
+        loaded = fresh.world.copy(self._files, before.seed) if fresh.world is not None else None
+        world: World = loaded.simulation if loaded is not None else DryWorld(Stage())
+        world.clamps_commands = before.world.clamps_commands
+        services = Services(world, before.network, before.seed, before.domain_id, before.domain_from_environment)
+        services.log, services.permissions, services.dropped = before.log, before.permissions, before.dropped
+        try:
+            with before.network.handing_over():
+                ticker, roster = begin(fresh, loaded, self._files, services, self._fault)
+        except BaseException:
+            world.close()
+            raise
+        self._session.begin_with(ticker, roster)
+        names = tuple(run.name for run in ticker.graphs)
+        return Reloaded(changed=names, restarted=True, lost=lost)
+
+
+@dataclass(frozen=True, slots=True)
+class _Successor:
+    """Graphs that replace those of a session.
+
+    Attributes:
+        graphs: in execution order.
+        move_in: called when the graphs have been exchanged.
+    """
+
+    graphs: Sequence[Graph]
+    move_in: Callable[[], None] = lambda: None
+
+
+def _graphs(fresh: LoadedScene, world: LoadedWorld, files: Files, roster: SceneRoster) -> Sequence[Graph]:
+    """The graphs of a scene with the robots that are in a world now, in execution order.
+
+    Raises:
+        CheckError: a graph of a robot that was spawned has errors.
+    """
+    assert fresh.world is not None
+    spawned = [robot for name, robot in world.robots.items() if robot is not fresh.world.robots.get(name)]
+    gone = [name for name, robot in fresh.world.robots.items() if world.robots.get(name) is not robot]
+    graphs = [graph for graph in fresh.planned if not graph.name.startswith(tuple(f"{name}/" for name in gone))]
+    named = {graph.name for graph in graphs}
+    claimed = [claim for claim in fresh.claims if claim.graph in named]
+    for robot in spawned:
+        graphs += roster.plan(robot, fresh, files, graphs, claimed)
+    return graphs
