@@ -63,6 +63,9 @@ class SessionCore:
         """Reads the wall clock and takes commands; to be exchanged before the first tick."""
         self.desk: Desk | None = None
         """Where others ask for what can be done; with one, a run goes on while it is paused or stopped."""
+        self.findings: tuple[str, ...] = ()
+        """What is wrong with the files of the scene since they changed, a text each that begins with `path:line:column: `; the session
+        runs the last files without errors. Empty when it runs what the files say."""
         self.open_page: Callable[[], str] | None = None
         """Returns the address of the session's web page, and starts the page again if its process was lost; None: no page."""
         self._until = 0
