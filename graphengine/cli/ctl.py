@@ -74,9 +74,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("quit", "end the run, as Ctrl-C does")
     step = add("step", "run single ticks of a paused session", "ticks")
     step.add_argument("ticks", metavar="TICKS", nargs="?", type=whole, default=1, help="number of ticks (default 1)")
-    reset = add("reset", "reset the session, which then continues", "scope")
+    reset = add("reset", "reset the session, which then continues", "scope", "seed")
     scope = "time: clock, graphs and sensors; state: poses and joints; spawned: remove spawned robots (default all)"
     reset.add_argument("--scope", choices=SCOPES, action="append", help=scope)
+    reset.add_argument("--seed", type=whole, help="new seed of all random generators (default: as before)")
     rate = add("rate", "set the speed of simulation time", "factor")
     rate.add_argument("factor", metavar="FACTOR", type=_rate, help="realtime, max, or a factor of real time")
     _add_robots(add)

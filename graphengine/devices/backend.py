@@ -80,6 +80,9 @@ class World(Protocol):
     def substeps(self) -> int:
         """Physics steps in a tick."""
 
+    seed: int
+    """Seed of the sensors' noise."""
+
     realtime: bool
     """Whether ticks follow the wall clock. If so, late pictures are dropped, else ticks wait for them."""
 

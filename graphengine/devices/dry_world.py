@@ -52,6 +52,7 @@ class DryWorld(Stateful):
         self.tick_period = tick_period
         self.substeps = substeps
         self.realtime = False
+        self.seed = 0
         self.dropped_pictures: dict[str, int] = {}
         self.clamps_commands = True
         self.clamped_commands: dict[str, int] = {}

@@ -74,7 +74,7 @@ class SimulationCore(Stateful):
         PhysicsError: it cannot begin, or diverged while it settled.
     """
 
-    kept = ("_start", "clamped_commands", "dropped_pictures", "steps", "tick")
+    kept = ("_start", "clamped_commands", "dropped_pictures", "seed", "steps", "tick")
 
     def __init__(
         self,
@@ -91,6 +91,7 @@ class SimulationCore(Stateful):
         self.tick_period = (tick_rate.denominator, tick_rate.numerator)
         self.substeps = substeps
         self.seed = seed
+        """Of the sensors' noise; a new value takes effect with the next sample."""
         self.tick = 0
         self.steps = 0
         """Physics steps since the start."""

@@ -118,10 +118,12 @@ class Reset(Command):
     recorded = True
 
     scope: Annotated[tuple[Scope, ...], Field(strict=False, min_length=1), BeforeValidator(_several)] = ("all",)
+    seed: int | None = None
+    """Seed of all random generators from then on, if the time is reset; by default it stays."""
 
     def _apply(self, session: SessionCore) -> None:
         scopes: list[ResetScope] = [scope for scope in SCOPES if scope in self.scope or "all" in self.scope]
-        session.reset(*scopes)
+        session.reset(*scopes, seed=self.seed)
 
 
 class Rate(Command):

@@ -83,6 +83,11 @@ class SessionCore:
         return self._ticker.graphs
 
     @property
+    def failure(self) -> str:
+        """The error after which the session failed; empty if it did not."""
+        return self._failure
+
+    @property
     def ticks(self) -> int:
         """Ticks that ran; those before a stop count too."""
         return self._ticker.count
@@ -292,7 +297,7 @@ class SessionCore:
         self._set("stopped")
         self.inbox.command("stop", {})
 
-    def reset(self, *scopes: ResetScope) -> None:
+    def reset(self, *scopes: ResetScope, seed: int | None = None) -> None:
         """Begin anew, wholly or in part, and go on as before: playing, paused or stopped. A session that failed is paused.
 
         Args:
@@ -302,13 +307,17 @@ class SessionCore:
                 `state`: bodies and joints go to where they were at the start, robots that came to where they were put, with
                 the commands that they had then. Time, and what graphs know, goes on.
                 `spawned`: robots that came while the session ran are removed.
+            seed: of all random generators from now on; None keeps it.
 
         Raises:
             StateError: the session failed, and its time is to go on.
-            UsageError: a graph that is not its own reads something of a robot that is to go, or within a tick.
+            UsageError: a graph that is not its own reads something of a robot that is to go, a seed is given but the time goes on,
+                or within a tick.
         """
         self._refuse_within_tick()
         wanted = [scope for scope in SCOPES if scope in scopes or not scopes]
+        if seed is not None and "time" not in wanted:
+            raise UsageError("random numbers begin anew with the time: a seed needs the scope `time`")
         if self.state == "failed":
             if "time" not in wanted:
                 raise StateError("the session failed; only a reset of its time lets it go on")
@@ -319,16 +328,16 @@ class SessionCore:
                 self.inbox.command("delete", {"name": name})
             wanted.remove("spawned")
         if wanted:
-            self._begin_anew(*wanted)
-            self.inbox.command("reset", {"scope": wanted})
+            self._begin_anew(*wanted, seed=seed)
+            self.inbox.command("reset", {"scope": wanted, **({"seed": seed} if seed is not None else {})})
         self._set(self.state)
 
-    def _begin_anew(self, *scopes: ResetScope) -> None:
+    def _begin_anew(self, *scopes: ResetScope, seed: int | None = None) -> None:
         """Parts of the session as before the first tick; a play ends before its time does."""
         if "time" in scopes:
             self._end_play()
             self._failure = ""
-        self._ticker.begin_anew(*scopes)
+        self._ticker.begin_anew(*scopes, seed=seed)
 
     def _end_play(self) -> None:
         """Tell graphs that a play ends, if there was one."""

@@ -188,7 +188,7 @@ class PinholeCamera(Sampled):
 
     def _expose(self, segmentation: bool) -> Future[Picture]:
         studio, index = self._studio, self.index
-        generator = self._sampling.random(index) if any(self._noise) else None
+        generator = self._noise_of(index) if any(self._noise) else None
         pose = self.pose()
         shot = studio.capture(pose, self._lens, segmentation=segmentation)
         boxes = studio.boxes(pose) if segmentation else None
