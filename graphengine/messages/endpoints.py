@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +65,21 @@ class TopicEndpoint:
         """Leave the topic; the context of the node does so. Safe to call twice."""
 
 
+class Sink(Protocol):
+    """Takes encoded messages, such as a recorder."""
+
+    def write(self, claim: EndpointClaim, data: bytes) -> None:
+        """Take one encoded message that a node published."""
+
+    def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
+        """Take what a subscription sees from this tick on."""
+
+
 class Publisher(TopicEndpoint):
     """One topic to write to."""
+
+    subscribers = 0
+    """Number of readers, recorders excluded."""
 
     @property
     def wanted(self) -> bool:
@@ -141,6 +154,15 @@ class ServiceClient(ServiceEndpoint):
 
 class Network:
     """Endpoints for the topics and services that nodes claim."""
+
+    publishers: Sequence[Publisher] = ()
+    """Open publishers."""
+
+    def tap(self, sink: Sink) -> None:
+        """Let a sink take what is sent and delivered anyway: no message is built for it."""
+
+    def untap(self, sink: Sink) -> None:
+        """End `tap`."""
 
     def publisher(self, claim: EndpointClaim) -> Publisher:
         """An endpoint to write to."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.messages.endpoints import EndpointClaim, Network
+from graphengine.messages.endpoints import EndpointClaim, Network, Sink
 from graphengine.ros.qos_diagnostics import Watch
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
 from graphengine.ros.topic_endpoints import LivePublisher, LiveSubscription
@@ -16,16 +16,6 @@ from graphengine.ros.transport import Transport
 
 LOOK_EVERY = 30
 """Ticks after which subscriptions with alternatives look again what others publish."""
-
-
-class Sink(Protocol):
-    """Something that wants every message, such as a recorder."""
-
-    def write(self, claim: EndpointClaim, data: bytes) -> None:
-        """Take one encoded message that a node published."""
-
-    def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
-        """Take what a subscription sees from this tick on."""
 
 
 class LiveNetwork(Network):
@@ -47,6 +37,8 @@ class LiveNetwork(Network):
     ) -> None:
         self.definitions = definitions
         self.sinks: list[Sink] = []
+        """Want every message, such as a recorder."""
+        self.taps: list[Sink] = []
         self.outbox: list[tuple[Callable[[bytes], None], bytes]] = []
         """What was said in this tick, behind what sends it. All leaves at once: a reader that sleeps is woken once a tick."""
         self.sent = 0
@@ -67,6 +59,14 @@ class LiveNetwork(Network):
         self._servers: list[LiveServer] = []
         self._clients: list[LiveClient] = []
         self.transport(0)
+
+    def tap(self, sink: Sink) -> None:
+        """Let a sink take what is sent and delivered anyway: no message is built for it."""
+        self.taps.append(sink)
+
+    def untap(self, sink: Sink) -> None:
+        """End `tap`."""
+        self.taps.remove(sink)
 
     def transport(self, handle: int) -> Transport:
         """The transport of a ROS 2 context's handle."""
@@ -121,7 +121,7 @@ class LiveNetwork(Network):
         for end in self.hearing:
             arrived = end.freeze()
             if arrived:
-                for sink in self.sinks:
+                for sink in (*self.sinks, *self.taps):
                     sink.deliver(end.claim, arrived)
         self.look()
 

@@ -45,6 +45,11 @@ class LivePublisher(Publisher, Shared):
         return self._writer.matched or bool(self._network.sinks)
 
     @property
+    def subscribers(self) -> int:  # type: ignore[override]
+        """Number of readers, recorders excluded."""
+        return int(self._writer.matched)
+
+    @property
     def dropped(self) -> int:
         """Messages given up because a reader did not keep up."""
         return self._writer.dropped
@@ -60,6 +65,8 @@ class LivePublisher(Publisher, Shared):
             self.largest = len(data)
         for sink in self._network.sinks:
             sink.write(self.claim, data)
+        for tap in self._network.taps:
+            tap.write(self.claim, data)
 
 
 class LiveSubscription(Subscription, Stateful):

@@ -4,24 +4,31 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.format.diagnostics import Finding
+from graphengine.format.errors import NodeError
+from graphengine.messages.definitions import Definitions
 from graphengine.runtime.command_queue import Desk
 from graphengine.view.layers import Layers
-from graphengine.view.live_graphs import NodeCosts, draw, port_values
+from graphengine.view.live_findings import finding_rows
+from graphengine.view.live_graphs import NodeCosts, describe, summarize, values_of
+from graphengine.view.live_robots import list_robots, states_of
+from graphengine.view.live_topics import Listen, LiveTopics
+from graphengine.view.node_problems import NodeProblems
 from graphengine.view.page_client import Page
 from graphengine.view.viewers import Driver, Viewers
-from graphengine.view.wire import LiveScene, LiveState
+from graphengine.view.wire import Ended, LiveScene, LiveState, PaneContent
 
 if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
 
-PERIOD = 0.05
-"""Seconds of wall time between two frames."""
+PERIOD, PANE_PERIOD = 0.05, 0.25
+"""Seconds of wall time between two frames, and between two contents of panes."""
 
 
 class Feed:
@@ -34,6 +41,9 @@ class Feed:
         host: address of the page.
         port: port of the page; 0 takes a free one.
         driver: publishes what viewers drive.
+        listen: subscribes to a topic that a viewer looks at.
+        findings: returns the findings of the scene's files; texts are findings that were rendered.
+        definitions: message types.
         lost: called once, if the page's process ends before `close`.
         read_only: whether viewers may only look.
     """
@@ -46,6 +56,9 @@ class Feed:
         host: str,
         port: int,
         driver: Driver,
+        listen: Listen,
+        findings: Callable[[], Sequence[Finding | str]],
+        definitions: Definitions,
         lost: Callable[[str], None],
         *,
         read_only: bool = False,
@@ -53,12 +66,18 @@ class Feed:
         self._session = session
         self._title = title
         self._driver = driver
+        self._findings = findings
+        self._definitions = definitions
         self._lost: Callable[[str], None] | None = lost
         self._viewers = Viewers(desk, driver, read_only=read_only)
         self._layers = Layers(session.services)
         self._costs = NodeCosts()
-        self._next = 0.0
+        self._topics = LiveTopics(session.services, listen)
+        self.problems = NodeProblems(session.services.dropped)
+        self._error = ""
+        self._next = self._next_panes = 0.0
         self._shown: tuple[object, ...] = ()
+        self._shown_findings: Sequence[Finding | str] | None = None
         self._rate = _Rate()
         self.page = Page(host, port, self._viewers.ask)
         self.url = self.page.url
@@ -72,21 +91,63 @@ class Feed:
         self._viewers.obey(self.page, now)
         if not self._viewers.number:
             self._costs.end()
+            self._topics.end()
         elif now >= self._next and not self.page.busy:
-            self._next = now + PERIOD
-            poses = self._session.services.world.poses()
-            self._tell_scene(len(poses))
-            self.page.show(self._state(now, poses))
+            self._tell(now)
+
+    def end_run(self, error: BaseException | None) -> None:
+        """Show the error that ended the ticks, if there was one."""
+        self._error = self._session.failure if error is not None else ""
+        if isinstance(error, NodeError):
+            self.problems.add(error.node, str(error))
+        if self._error and self._viewers.number:
+            self._next_panes = 0.0
+            self._tell(time.monotonic())
+
+    def _tell(self, now: float) -> None:
+        """Send a frame, and what panes show if it is time to."""
+        self._next = now + PERIOD
+        poses = self._session.services.world.poses()
+        self._tell_scene(len(poses))
+        for viewer in self._viewers.waiting:
+            for run in self._session.graphs:
+                if run.name == self._viewers.graphs[viewer]:
+                    self.page.tell(describe(viewer, run))
+        self._viewers.waiting.clear()
+        self.page.show(self._state(now, poses))
+        if now >= self._next_panes:
+            self._next_panes = now + PANE_PERIOD
+            self._tell_panes()
+
+    def _tell_panes(self) -> None:
+        problems, findings = self.problems.news(), self._findings()
+        if problems is not None:
+            self.page.tell(PaneContent("problems", problems))
+        if findings != self._shown_findings:
+            self._shown_findings = findings
+            self.page.tell(PaneContent("findings", finding_rows(findings)))
+        if not self._viewers.topics:
+            self._topics.end()
+            return
+        self._topics.watch({topic for topic in self._viewers.topics.values() if topic})
+        self.page.tell(PaneContent("topics", self._topics.rows(self._session.time)))
+        for message in self._topics.messages():
+            self.page.tell(message)
 
     def _tell_loss(self) -> None:
-        """Tell once that the page's process has ended, and stop what viewers drove."""
+        """Tell once that the page's process has ended, and stop what viewers drove and looked at."""
         self._viewers.leave()
+        self._topics.end()
+        self._costs.end()
         if self._lost is not None:
             self._lost("the process of the page has ended; the run goes on\n  `graphrun ctl view` opens a new page")
             self._lost = None
 
     def close(self) -> None:
-        """End the page."""
+        """Tell viewers that the run has ended, and end the page."""
+        self._topics.end()
+        if not self.page.lost:
+            self.page.tell(Ended(self._error))
         self.page.close()
 
     def _tell_scene(self, bodies: int) -> None:
@@ -99,10 +160,17 @@ class Feed:
         self._layers.find()
         robots = list(services.stage.prims("robot"))
         focus = services.world.entities.state(robots[0].entity_name).position if robots else (0.0, 0.0, 0.0)
-        drawings = [draw(run) for run in graphs]
+        names = [robot.entity_name for robot in robots]
         self.page.tell(
             LiveScene(
-                self._title, services.world.bodies(), drawings, self._driver.topics(), self._layers.beams(), focus
+                self._title,
+                services.world.bodies(),
+                [summarize(run, names) for run in graphs],
+                list_robots(self._session),
+                self._driver.topics(),
+                self._layers.beams(),
+                focus,
+                self._definitions,
             )
         )
 
@@ -113,6 +181,8 @@ class Feed:
             "time": clock.time,
             "tick": clock.frame,
             "state": session.state,
+            "failure": session.failure,
+            "seed": session.services.seed,
             "pace": session.pace,
             "rate": self._rate.of(now, session.ticks * clock.delta),
             "messages": getattr(session.services.network, "sent", 0),
@@ -120,9 +190,10 @@ class Feed:
         }
         wanted = set(self._viewers.graphs.values())
         runs = [run for run in session.graphs if run.name in wanted]
-        values = {run.name: port_values(run) for run in runs}
+        values = {run.name: values_of(run) for run in runs}
         scans = self._layers.scans(self._viewers.layers)
-        return LiveState(facts, poses, scans, values, self._costs.since_last(session.ticks, runs))
+        robots = states_of(session, set(self._viewers.robots.values()))
+        return LiveState(facts, poses, scans, values, self._costs.since_last(session.ticks, runs), robots)
 
 
 class _Rate:
