@@ -100,7 +100,7 @@ class Feed:
         self._error = self._session.failure if error is not None else ""
         if isinstance(error, NodeError):
             self.problems.add(error.node, str(error))
-        if self._error and self._viewers.number:
+        if self._error:  # for those who come later, too
             self._next_panes = 0.0
             self._tell(time.monotonic())
 
@@ -146,9 +146,7 @@ class Feed:
     def close(self) -> None:
         """Tell viewers that the run has ended, and end the page."""
         self._topics.end()
-        if not self.page.lost:
-            self.page.tell(Ended(self._error))
-        self.page.close()
+        self.page.close(Ended(self._error))
 
     def _tell_scene(self, bodies: int) -> None:
         """Send the scene if it is another one than before: other graphs, or another number of bodies."""

@@ -15,8 +15,9 @@ _RENDERED = re.compile(r"(?:(?P<place>.+?):(?P<column>\d+): )?(?P<severity>error
 
 
 def finding_rows(findings: Sequence[Finding | str]) -> list[Mapping[str, Any]]:
-    """Severity, code, message, place and help of each finding; a text is one that was rendered."""
-    return [_row(finding) if isinstance(finding, Finding) else _row_of_text(finding) for finding in findings[:MOST]]
+    """Severity, code, message, place and help of each finding, errors first; a text is a finding that was rendered."""
+    rows = [_row(finding) if isinstance(finding, Finding) else _row_of_text(finding) for finding in findings[:MOST]]
+    return sorted(rows, key=lambda row: ("error", "warning", "note").index(row["severity"]))
 
 
 def _row(finding: Finding) -> Mapping[str, Any]:

@@ -115,7 +115,7 @@ class Page:
                 self.lost = not self._closed
                 return
             with self._news:
-                if self._frame is told[-1] or self._closed:
+                if self._frame is told[-1]:
                     self._frame = None
 
     def _read(self) -> None:
@@ -124,9 +124,11 @@ class Page:
                 self._asked(json.loads(self._connection.recv_bytes()))
         self.lost = not self._closed
 
-    def close(self) -> None:
-        """Send what is left, and end the process; safe to call twice."""
+    def close(self, last: object = None) -> None:
+        """Send what is left and a last object, and end the process; safe to call twice."""
         with self._news:
+            self._waiting += [one for one in (self._frame, last) if one is not None and not self._closed]
+            self._frame = None
             self._closed = True
             self._news.notify_all()
         for writer in self._threads[:1]:

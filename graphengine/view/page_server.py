@@ -72,6 +72,10 @@ class Viewer:
         """Wait for something to send."""
         await self._news.wait()
         self._news.clear()
+        return self.drain()
+
+    def drain(self) -> list[str]:
+        """Take what there is to send."""
         found = [*self._answers, *self._waiting.values()]
         self._answers.clear()
         self._waiting.clear()
@@ -130,17 +134,18 @@ class PageServer:
             viewer.put(kind, text)
 
     def end(self, text: str) -> None:
-        """Send a last message to every viewer and disconnect it."""
+        """Send every viewer what is left and a last message, and disconnect it."""
 
-        async def tell(connection: ServerConnection) -> None:
+        async def tell(viewer: Viewer) -> None:
             with contextlib.suppress(ConnectionClosed):
-                await connection.send(text)
-                await connection.close(1001, "the run has ended")
+                for left in (*viewer.drain(), text):
+                    await viewer.connection.send(left)
+                await viewer.connection.close(1001, "the run has ended")
 
         async def tell_all() -> None:
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(FAREWELL):
-                    await asyncio.gather(*(tell(viewer.connection) for viewer in self.viewers.values()))
+                    await asyncio.gather(*map(tell, self.viewers.values()))
 
         asyncio.run_coroutine_threadsafe(tell_all(), self._loop).result()
 

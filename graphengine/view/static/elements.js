@@ -18,8 +18,9 @@ export function put(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
-export function brief(value) {
-  return typeof value === "number" ? String(+value.toPrecision(6)) : (value ?? "");
+// A number with so many digits that count; anything else as it is.
+export function brief(value, digits = 6) {
+  return typeof value === "number" ? String(+value.toPrecision(digits)) : (value ?? "");
 }
 
 // A paragraph about something, whose long name may break after a dot or a slash.

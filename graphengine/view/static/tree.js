@@ -40,7 +40,7 @@ function graphItem(graph, level) {
 function pickGraph(name, variable = "") {
   showTab("graph");
   select(variable ? `variable:${variable}` : "graph",
-    { graph: name, node: name === selected.graph && variable ? selected.node : "" });
+    { graph: name, node: "" });
 }
 
 function sensorGroup(robot) {
@@ -167,7 +167,7 @@ on("frame", ({ values }) => {
   for (const [key, one] of items) {
     if (!key.startsWith("variable:")) continue;
     const own = `variable:${selected.graph}/`;
-    put(one.row.querySelector(".live"), key.startsWith(own) ? String(brief(live[`variable:${key.slice(own.length)}`])) : "");
+    put(one.row.querySelector(".live"), key.startsWith(own) ? String(brief(live[`variable:${key.slice(own.length)}`], 4)) : "");
   }
 });
 
@@ -178,17 +178,21 @@ on("problems", (found) => {
 });
 
 function showProblems() {
-  const counts = new Map();
+  const counts = new Map(), failing = new Set();
   for (const one of items.values()) {
     if (!one.key.startsWith("graph:")) continue;
-    for (const [path, { count }] of Object.entries(problems)) {
+    for (const [path, { count, severity }] of Object.entries(problems)) {
       if (!path.startsWith(`${one.prim}/`)) continue;
-      for (const above of [one, one.parent]) if (above) counts.set(above, (counts.get(above) ?? 0) + count);
+      for (const above of [one, one.parent].filter(Boolean)) {
+        counts.set(above, (counts.get(above) ?? 0) + count);
+        if (severity === "error") failing.add(above);
+      }
     }
   }
   for (const one of items.values()) {
     const count = counts.get(one) ?? 0, badge = one.row.querySelector(".badge");
     put(badge, count ? String(count) : "");
+    badge.classList.toggle("error", failing.has(one));
     badge.title = count ? `${count} problems of nodes` : "";
   }
 }
