@@ -142,6 +142,14 @@ class ServiceClient(ServiceEndpoint):
 class Network:
     """Endpoints for the topics and services that nodes claim."""
 
+    sent = 0
+    """Messages sent since the start."""
+
+    @property
+    def subscribers(self) -> int:
+        """Number of readers of all topics that nodes publish."""
+        return 0
+
     def publisher(self, claim: EndpointClaim) -> Publisher:
         """An endpoint to write to."""
         return Publisher(claim)
