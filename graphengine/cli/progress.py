@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 
 from graphengine.cli import terminal
 
-DELAY = 1.0
+DELAY = 2.0
 """Seconds of wall time before the bar appears."""
 PERIOD = 0.1
 """Seconds of wall time between two looks at how far the work is."""
@@ -42,14 +42,13 @@ def _show(what: str, done: Callable[[], float], total: float | None, over: threa
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-    console = terminal.make_console()
-    bar = BarColumn(max(min(40, console.width - len(what) - 15), 4))
+    bar = BarColumn(max(min(40, terminal.width() - len(what) - 15), 4))
     percent, left = TextColumn("{task.percentage:>3.0f} %"), TimeRemainingColumn(compact=True)
     columns = (bar, TimeElapsedColumn()) if total is None else (bar, percent, left)
     display = Progress(
         TextColumn("{task.description}", markup=False),
         *columns,
-        console=console,
+        console=terminal.make_console(),
         auto_refresh=False,
         transient=True,
         redirect_stdout=terminal.shows_stdout(),

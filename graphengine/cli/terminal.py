@@ -18,6 +18,14 @@ def can_overwrite() -> bool:
     return sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") not in ("dumb", "unknown")
 
 
+def width() -> int:
+    """Columns of the terminal as it is now, whatever the environment says."""
+    try:
+        return os.get_terminal_size(sys.stderr.fileno()).columns or 80
+    except OSError:
+        return 80
+
+
 def shows_stdout() -> bool:
     """Whether the standard output is a terminal too, so that what is printed there has to go above the display."""
     return sys.stdout is not None and sys.stdout.isatty()
@@ -51,11 +59,11 @@ def overwrite(line: Live, parts: Iterable[tuple[str, str]], gap: str) -> None:
     """Show as many parts, each with its style, as fit in the width of the terminal."""
     from rich.text import Text
 
-    shown, width = Text(no_wrap=True, overflow="crop"), line.console.width - 1
+    shown, most = Text(no_wrap=True, overflow="crop"), width() - 1
     for part, style in parts:
         before = gap if shown else ""
-        if shown and len(shown) + len(before) + len(part) > width:
+        if shown and len(shown) + len(before) + len(part) > most:
             break
         shown.append(before).append(part, style)
-    shown.truncate(width)
+    shown.truncate(most)
     line.update(shown, refresh=True)
