@@ -46,10 +46,12 @@ def _scan(scan: Any, width: int, picture: bool) -> list[str]:
     ranges = np.asarray(scan.ranges, np.float64)
     hits = np.isfinite(ranges) & (ranges >= scan.range_min) & (ranges <= scan.range_max)
     rate = f", {1.0 / scan.scan_time:.4g} Hz" if scan.scan_time > 0.0 else ""
+    limits = f"can measure {scan.range_min:.4g} to {scan.range_max:.4g} m"
     lines = [
-        f"{len(ranges)} beams from {first:.1f} to {last:.1f} deg{rate}, "
-        f"can measure {scan.range_min:.4g} to {scan.range_max:.4g} m",
-        f"ranges {_extent(ranges[hits])} m, {len(ranges) - int(hits.sum())} without return",
+        f"{len(ranges)} beams from {first:.1f} to {last:.1f} deg{rate}, {limits}",
+        f"ranges {_extent(ranges[hits])} m, {len(ranges) - int(hits.sum())} without return"
+        if hits.any()
+        else "no return",
     ]
     if len(scan.intensities):
         lines.append(f"intensities {_extent(scan.intensities)}")

@@ -18,7 +18,7 @@ from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import ROOT, Graphrun, live, process
-from tests.waiting import PATIENCE, eventually
+from tests.waiting import eventually
 
 SUMMARY = re.compile(
     r"(\d+) ticks?, ([\d.]+) s of simulation in [\d.]+ s \(x[\d.]+\), [\d.]+ ms a tick, (\d+) messages?\n\Z"
