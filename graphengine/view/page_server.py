@@ -40,7 +40,8 @@ _POLICY = (
     "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; frame-ancestors 'self'; "
     "base-uri 'none'; form-action 'none'"
 )
-_FILES = {"/": "page.html", "/page.css": "page.css", "/page.js": "page.js"}
+_STATIC = resources.files(__package__).joinpath("static")
+_FILES = {"/": "page.html", **{f"/{file.name}": file.name for file in _STATIC.iterdir()}}
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
 
@@ -168,7 +169,7 @@ class PageServer:
             return None
         if path in _FILES:
             name = _FILES[path]
-            body = resources.files(__package__).joinpath("static", name).read_bytes()
+            body = _STATIC.joinpath(name).read_bytes()
             return _response(200, mimetypes.guess_type(name)[0] or "text/plain", body)
         if path == SCENE:
             return _response(303, "text/plain", b"", Location=f"{SCENE}/")

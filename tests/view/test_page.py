@@ -21,7 +21,7 @@ from websockets.sync.client import ClientConnection, connect
 import graphengine as ge
 from graphengine.cli import main as graphrun
 from graphengine.testing import session
-from graphengine.view.feed import _shown
+from graphengine.view.live_graphs import short_value
 
 pytestmark = pytest.mark.xdist_group("view")
 
@@ -219,7 +219,7 @@ def test_values_are_shown_short_and_what_is_no_value_by_its_class() -> None:
         ((0,) * 9, "(0, 0, 0, 0, 0, 0, 0, 0, …)"),
         (Odd(), "Odd"),
     ):
-        assert _shown(value) == text
+        assert short_value(value) == text
 
 
 def test_files_of_the_working_directory_are_no_modules_of_the_page(

@@ -1,0 +1,119 @@
+"""Draws the graphs of a session, and follows the values of their ports and the cost of their nodes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from graphengine.compiler.graph import Graph
+from graphengine.drawing import svg
+from graphengine.drawing.view_model import make_graph_view
+from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import UsageError
+from graphengine.format.files import near
+from graphengine.runtime.graph_run import GraphRun
+from graphengine.runtime.profile import Profile
+from graphengine.view.wire import GraphDrawing
+
+MOST_ELEMENTS, LONGEST_TEXT = 8, 200
+"""Of an array and of a text that are written out."""
+
+
+class NodeCosts:
+    """Counts runs and firings of the nodes of graphs, and times them, while somebody looks at them."""
+
+    def __init__(self) -> None:
+        self._profile = Profile(every=1)
+        self._observed: Sequence[GraphRun] = ()
+        """Graphs whose nodes are timed."""
+        self._counted: dict[str, tuple[int, int, float]] = {}
+
+    def end(self) -> None:
+        """Time no nodes any more."""
+        self._profile.end()
+
+    def since_last(self, ticks: int, runs: Sequence[GraphRun]) -> Mapping[str, Mapping[str, tuple[int, int, float]]]:
+        """How often nodes ran and fired since the last call, and microseconds of a run, by graph and node."""
+        if runs != self._observed:
+            self._profile.end()
+            self._observed = runs
+        self._profile.begin_tick(ticks, list(runs))
+        found: dict[str, dict[str, tuple[int, int, float]]] = {run.name: {} for run in runs}
+        for node in self._profile.nodes():
+            graph = next((name for name in found if node.path.startswith(f"{name}/")), None)
+            if graph is None:
+                continue
+            runs_before, fired_before, seconds = self._counted.get(node.path, (0, 0, 0.0))
+            self._counted[node.path] = node.runs, node.fired, node.seconds
+            ran = node.runs - runs_before
+            each = (node.seconds - seconds) / ran * 1e6 if ran else 0.0
+            found[graph][node.path.removeprefix(f"{graph}/")] = ran, node.fired - fired_before, each
+        return found
+
+
+def draw(run: GraphRun) -> GraphDrawing:
+    """Draw a graph as `graphrun show` does."""
+    graph = run.executor.graph
+    try:
+        drawing = svg.draw([make_graph_view(graph, Findings())], named=True)
+    except UsageError as error:  # it is too large, or the layout library is missing
+        drawing = f"<p>{svg.escape(str(error))}</p>"
+    return GraphDrawing(run.name, drawing, _nodes_of(graph), str(graph.flat.loaded.document.path))
+
+
+def _nodes_of(graph: Graph) -> dict[str, dict[str, Any]]:
+    wired = {(wire.target, wire.target_field) for wire in (*graph.data_wires, *graph.exec_wires)}
+    return {
+        instance.id: {
+            "type": instance.cls.type_name,
+            "place": near(str(instance.span)),
+            "ports": [
+                {
+                    "name": port.name,
+                    "side": port.side,
+                    "unit": port.unit,
+                    "doc": port.doc,
+                    "type": str(port.type),
+                    "wired": (instance.index, port.field) in wired,
+                }
+                for port in instance.cls.fields.values()
+                if not port.is_exec
+            ],
+        }
+        for instance in graph.instances
+        if not instance.part_of
+    }
+
+
+def port_values(run: GraphRun) -> dict[str, Any]:
+    """The values of all ports of a graph by `Node.side:port`."""
+    found = {}
+    for instance, node in zip(run.executor.graph.instances, run.executor.nodes, strict=True):
+        if instance.part_of:
+            continue
+        for port in instance.cls.fields.values():
+            if not port.is_exec:
+                found[f"{instance.id}.{port.side}:{port.name}"] = short_value(getattr(node, port.field, None))
+    return found
+
+
+def short_value(value: Any) -> Any:
+    """A number as it is, anything else as a short text: of a large array shape and range, of an object its class."""
+    if isinstance(value, bool) or value is None:
+        return str(value).lower()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if isinstance(value, int):
+        return value
+    if isinstance(value, str):
+        return value[:LONGEST_TEXT]
+    if isinstance(value, np.ndarray) and value.size > MOST_ELEMENTS and np.issubdtype(value.dtype, np.number):
+        finite = value[np.isfinite(value)]
+        return f"{value.shape} " + (f"{finite.min():.4g} to {finite.max():.4g}" if finite.size else "not finite")
+    if isinstance(value, tuple | list | np.ndarray):
+        parts = [f"{part:.4g}" if isinstance(part, float) else str(short_value(part)) for part in value[:MOST_ELEMENTS]]
+        return "(" + ", ".join(parts) + (", …)" if len(value) > MOST_ELEMENTS else ")")
+    return type(value).__name__

@@ -1,0 +1,46 @@
+// The socket to the run. What it tells goes to those who listen, by kind; what a viewer asks goes to the run.
+const listeners = {};
+const answers = new Map();
+let socket, asked = 0;
+
+export function on(kind, take) {
+  (listeners[kind] ??= []).push(take);
+}
+
+function tell(kind, content) {
+  for (const take of listeners[kind] ?? []) take(content);
+}
+
+export function connect() {
+  const url = new URL("feed", location.href);
+  url.protocol = url.protocol.replace("http", "ws");
+  socket = new WebSocket(url);
+  socket.onmessage = (event) => {
+    const told = JSON.parse(event.data);
+    for (const kind in told) tell(kind, told[kind]);
+  };
+  socket.onopen = () => tell("open");
+  socket.onclose = () => {
+    tell("lost");
+    setTimeout(connect, 1000);
+  };
+}
+
+export function ask(what) {
+  if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(what));
+}
+
+// A command of the run; an error is shown in the header.
+export function command(name, args = {}) {
+  return new Promise((resolve) => {
+    const id = ++asked;
+    answers.set(id, resolve);
+    ask({ ask: "command", id, command: name, arguments: args });
+  });
+}
+
+on("answer", (answer) => {
+  document.getElementById("message").textContent = answer.error ?? "";
+  answers.get(answer.id)?.(answer);
+  answers.delete(answer.id);
+});

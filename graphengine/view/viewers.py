@@ -1,0 +1,123 @@
+"""Does in a session what the viewers of its page ask for."""
+
+from __future__ import annotations
+
+import contextlib
+from collections import deque
+from collections.abc import Mapping
+from concurrent.futures import Future
+from typing import Any, Protocol
+
+from graphengine.format.errors import GraphError, UsageError
+from graphengine.runtime.command_queue import Desk
+from graphengine.view.page_client import Page
+from graphengine.view.wire import Answer
+
+MAX_ASKED = 1000
+"""Messages of viewers that wait for the end of a tick; older ones are lost."""
+DEAD_MAN = 0.5
+"""Seconds of wall time after which a robot stops that no viewer drives any more."""
+
+
+class Driver(Protocol):
+    """Publishes the twists of viewers."""
+
+    def topics(self) -> Mapping[str, str]:
+        """The topic by which each robot is driven, by the robot's name; robots without one are left out."""
+
+    def drive(self, topic: str, twist: tuple[float, float, float] | None) -> None:
+        """Publish a twist until the next call: forward and sideways, m/s, and turn, rad/s; None stops the robot."""
+
+
+class Viewers:
+    """Those who look at the page of a session.
+
+    Args:
+        desk: where their commands are queued.
+        driver: publishes what they drive.
+        read_only: whether they may only look.
+
+    Attributes:
+        number: of viewers.
+        layers: layers of the 3D part that are shown.
+        graphs: the graph that each viewer looks at.
+    """
+
+    def __init__(self, desk: Desk, driver: Driver, *, read_only: bool) -> None:
+        self.number = 0
+        self.layers: frozenset[str] = frozenset()
+        self.graphs: dict[int, str] = {}
+        self._desk = desk
+        self._driver = driver
+        self._read_only = read_only
+        self._driven: dict[str, float] = {}
+        """When a viewer last drove on a topic, s of wall time."""
+        self._asked: deque[Mapping[str, Any]] = deque(maxlen=MAX_ASKED)
+
+    def ask(self, asked: Mapping[str, Any]) -> None:
+        """Queue what a viewer asks for; any thread may call it."""
+        self._asked.append(asked)
+
+    def obey(self, page: Page, now: float) -> None:
+        """Do what viewers asked for since the last call, and stop robots that nobody drives any more."""
+        while self._asked:
+            self._obey(page, self._asked.popleft(), now)
+        for topic, driven in list(self._driven.items()):
+            if now - driven > DEAD_MAN:
+                self._stop(topic)
+
+    def leave(self) -> None:
+        """Stop what viewers drove, as they are gone."""
+        for topic in list(self._driven):
+            self._stop(topic)
+
+    def _obey(self, page: Page, asked: Mapping[str, Any], now: float) -> None:
+        viewer, what = asked["viewer"], asked.get("ask")
+        if what == "show":
+            self.number, self.layers = asked["viewers"], frozenset(asked["layers"])
+        elif what == "gone":
+            self.graphs.pop(viewer, None)
+        elif what == "look":
+            self.graphs[viewer] = str(asked.get("graph", ""))
+        elif self._read_only:
+            page.tell(Answer(viewer, {"id": asked.get("id"), "error": "this page is for looking only"}))
+        elif what == "drive":
+            self._drive(page, asked, now)
+        elif what == "command":
+            self._command(page, viewer, asked)
+
+    def _command(self, page: Page, viewer: int, asked: Mapping[str, Any]) -> None:
+        name, arguments = asked.get("command"), asked.get("arguments", {})
+        try:
+            if not isinstance(name, str) or not isinstance(arguments, dict):
+                raise UsageError("write a command and its arguments")
+            done = self._desk.submit(name, arguments)
+        except UsageError as error:
+            page.tell(Answer(viewer, {"id": asked.get("id"), "error": str(error)}))
+            return
+
+        def answer(done: Future[Any]) -> None:
+            error = done.exception() if not done.cancelled() else UsageError("the run has ended")
+            told = {"error": str(error)} if error is not None else {"result": done.result()}
+            page.tell(Answer(viewer, {"id": asked.get("id"), **told}))
+
+        done.add_done_callback(answer)
+
+    def _drive(self, page: Page, asked: Mapping[str, Any], now: float) -> None:
+        topic, twist = asked.get("topic"), asked.get("twist")
+        if not isinstance(topic, str) or topic not in self._driver.topics().values():
+            return
+        if isinstance(twist, list) and len(twist) == 3 and all(type(x) in (int, float) and abs(x) < 1e3 for x in twist):
+            try:
+                self._driver.drive(topic, (float(twist[0]), float(twist[1]), float(twist[2])))
+            except GraphError as error:
+                page.tell(Answer(asked["viewer"], {"error": str(error)}))
+            else:
+                self._driven[topic] = now
+        elif topic in self._driven:
+            self._stop(topic)
+
+    def _stop(self, topic: str) -> None:
+        del self._driven[topic]
+        with contextlib.suppress(GraphError):  # the topic may have gone with its robot
+            self._driver.drive(topic, None)
