@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.run_status import StatusMeter
 from graphengine.view.layers import Layers
 from graphengine.view.live_graphs import NodeCosts, draw, port_values
 from graphengine.view.page_client import Page
@@ -59,7 +60,7 @@ class Feed:
         self._costs = NodeCosts()
         self._next = 0.0
         self._shown: tuple[object, ...] = ()
-        self._rate = _Rate()
+        self._meter = StatusMeter(session)
         self.page = Page(host, port, self._viewers.ask)
         self.url = self.page.url
 
@@ -76,7 +77,7 @@ class Feed:
             self._next = now + PERIOD
             poses = self._session.services.world.poses()
             self._tell_scene(len(poses))
-            self.page.show(self._state(now, poses))
+            self.page.show(self._state(poses))
 
     def _tell_loss(self) -> None:
         """Tell once that the page's process has ended, and stop what viewers drove."""
@@ -106,32 +107,10 @@ class Feed:
             )
         )
 
-    def _state(self, now: float, poses: NDArray[np.float64]) -> LiveState:
-        session = self._session
-        clock = session.clock
-        facts = {
-            "time": clock.time,
-            "tick": clock.frame,
-            "state": session.state,
-            "pace": session.pace,
-            "rate": self._rate.of(now, session.ticks * clock.delta),
-            "messages": getattr(session.services.network, "sent", 0),
-            "dropped": len(session.services.dropped.ticks) if session.services.dropped else 0,
-        }
+    def _state(self, poses: NDArray[np.float64]) -> LiveState:
         wanted = set(self._viewers.graphs.values())
-        runs = [run for run in session.graphs if run.name in wanted]
+        runs = [run for run in self._session.graphs if run.name in wanted]
         values = {run.name: port_values(run) for run in runs}
         scans = self._layers.scans(self._viewers.layers)
-        return LiveState(facts, poses, scans, values, self._costs.since_last(session.ticks, runs))
-
-
-class _Rate:
-    """Seconds of simulation in a second of wall time, over the last second."""
-
-    def __init__(self) -> None:
-        self._seen: deque[tuple[float, float]] = deque(maxlen=round(1.0 / PERIOD))
-
-    def of(self, now: float, simulated: float) -> float:
-        self._seen.append((now, simulated))
-        (begun, first), elapsed = self._seen[0], now - self._seen[0][0]
-        return (simulated - first) / elapsed if elapsed > 0.0 and begun < now else 0.0
+        costs = self._costs.since_last(self._session.ticks, runs)
+        return LiveState(asdict(self._meter.read()), poses, scans, values, costs)

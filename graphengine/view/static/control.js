@@ -11,7 +11,10 @@ on("frame", ({ facts }) => {
   $("time").textContent = `${facts.time.toFixed(2)} s`;
   $("state").textContent = facts.state;
   $("state").className = `state ${facts.state}`;
-  $("rate").textContent = `x${facts.rate.toFixed(2)}`;
+  $("rate").textContent = `x${facts.real_time_factor.toFixed(2)}`;
+  const { late_ticks: late, message_rate: rate, subscribers, dropped_values: dropped, recorded_bytes: size } = facts;
+  const recorded = size === null ? "" : `, ${(size / 1e6).toFixed(1)} MB recorded`;
+  $("counts").textContent = `${late} late, ${rate.toFixed(0)} messages/s, ${subscribers} subscribers, ${dropped} dropped${recorded}`;
   const pace = facts.pace === null ? "max" : String(facts.pace);
   if (document.activeElement !== $("pace")) $("pace").value = pace;
 });
