@@ -11,14 +11,15 @@ from typing import Any
 from graphengine.format.files import shipped
 
 SHELLS = ("bash", "zsh", "fish")
-INSTALL = """to try it in this shell, and to install it:
-  bash   eval "$(graphrun completion bash)"
-         mkdir -p ~/.local/share/bash-completion/completions
-         graphrun completion bash > ~/.local/share/bash-completion/completions/graphrun
-  zsh    eval "$(graphrun completion zsh)"       after: autoload -Uz compinit && compinit
-         graphrun completion zsh > ~/.zfunc/_graphrun     with fpath=(~/.zfunc $fpath) before compinit
-  fish   graphrun completion fish | source
-         graphrun completion fish > ~/.config/fish/completions/graphrun.fish
+INSTALL = """to use it in this shell:
+  eval "$(graphrun completion bash)"
+  eval "$(graphrun completion zsh)"        after: autoload -Uz compinit && compinit
+  graphrun completion fish | source
+
+to install it:
+  graphrun completion bash > ~/.local/share/bash-completion/completions/graphrun
+  graphrun completion zsh > ~/.zfunc/_graphrun        with fpath=(~/.zfunc $fpath) before compinit in ~/.zshrc
+  graphrun completion fish > ~/.config/fish/completions/graphrun.fish
 
 The names of included scenes and of installed node types are part of the script: print it again after an update.
 Topics are those of the run that `graphrun ctl` reaches."""
