@@ -67,6 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         return sub
 
     add("state", "show state, time and rate, robots and movable objects")
+    add("topics", "list the topics that the session publishes or reads")
     add("play", "start or resume the simulation")
     add("pause", "pause the simulation")
     add("stop", "reset everything to time 0 and wait for `play`")
@@ -193,10 +194,11 @@ def execute(arguments: argparse.Namespace) -> int:
     given = {name: value for name, value in arguments.arguments(arguments).items() if value is not None}
     with Client(find(arguments.run)) as client:
         told = client.ask(arguments.command, given)
-        state = _state(client) if arguments.command != "quit" else None
+        state = _state(client) if arguments.command not in ("quit", "topics", "view") else None
     if arguments.command == "view":
         print(clean(told["page"]))
-        return 0
+    elif arguments.command == "topics":
+        print(json.dumps(told) if arguments.json else clean("\n".join(told["topics"])))
     for warning in told.get("warnings", ()) if isinstance(told, dict) else ():
         print(clean(f"warning: {warning}"), file=sys.stderr)
     if state is not None and arguments.json:

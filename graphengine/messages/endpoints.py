@@ -78,8 +78,10 @@ class Sink(Protocol):
 class Publisher(TopicEndpoint):
     """One topic to write to."""
 
-    subscribers = 0
-    """Number of readers, recorders excluded."""
+    @property
+    def subscribers(self) -> int:
+        """Number of readers, recorders excluded."""
+        return 0
 
     @property
     def wanted(self) -> bool:
@@ -154,6 +156,14 @@ class ServiceClient(ServiceEndpoint):
 
 class Network:
     """Endpoints for the topics and services that nodes claim."""
+
+    sent = 0
+    """Messages sent since the start."""
+
+    @property
+    def subscribers(self) -> int:
+        """Number of readers of all topics that nodes publish."""
+        return 0
 
     publishers: Sequence[Publisher] = ()
     """Open publishers."""

@@ -42,7 +42,6 @@ class LiveNetwork(Network):
         self.outbox: list[tuple[Callable[[bytes], None], bytes]] = []
         """What was said in this tick, behind what sends it. All leaves at once: a reader that sleeps is woken once a tick."""
         self.sent = 0
-        """Messages sent since the start."""
         self.undecoded: Counter[str] = Counter()
         self.past_drops: Counter[str] = Counter()
         """Messages given up by publishers that are closed."""
@@ -180,6 +179,11 @@ class LiveNetwork(Network):
         for domain, state in transports.items():
             if domain in self._transports:
                 self._transports[domain].restore(state)
+
+    @property
+    def subscribers(self) -> int:
+        """Number of readers of all topics that nodes publish, recorders excluded."""
+        return sum(publisher.subscribers for publisher in self.publishers)
 
     @property
     def malformed(self) -> Counter[str]:

@@ -42,12 +42,12 @@ class LivePublisher(Publisher, Shared):
     @property
     def wanted(self) -> bool:
         """Whether a reader is there, or a sink."""
-        return self._writer.matched or bool(self._network.sinks)
+        return self._writer.matched > 0 or bool(self._network.sinks)
 
     @property
-    def subscribers(self) -> int:  # type: ignore[override]
+    def subscribers(self) -> int:
         """Number of readers, recorders excluded."""
-        return int(self._writer.matched)
+        return self._writer.matched
 
     @property
     def dropped(self) -> int:

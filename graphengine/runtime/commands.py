@@ -359,6 +359,14 @@ def _robot(session: SessionCore, prim: Prim) -> dict[str, Any]:
     }
 
 
+class Topics(Command):
+    """Return the type of each topic that the session publishes or reads, by name."""
+
+    def _apply(self, session: SessionCore) -> dict[str, dict[str, str]]:
+        claims = sorted(session.services.claims, key=lambda claim: claim.topic)
+        return {"topics": {claim.topic: claim.message_type for claim in claims if not claim.is_service}}
+
+
 class View(Command):
     """Tell the address of the page of a run with a page; a new one if its process was lost."""
 
@@ -376,7 +384,7 @@ class Quit(Command):
 
 
 _KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, Set, Impulse)
-_KINDS += (Press, Release, Checkpoint, Restore, State, View, Quit)
+_KINDS += (Press, Release, Checkpoint, Restore, State, Topics, View, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.__name__.lower(): kind for kind in _KINDS})
 

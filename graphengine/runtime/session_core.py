@@ -68,6 +68,8 @@ class SessionCore:
         runs the last files without errors. Empty when it runs what the files say."""
         self.open_page: Callable[[], str] | None = None
         """Returns the address of the session's web page, and starts the page again if its process was lost; None: no page."""
+        self.late_ticks = 0
+        """Ticks at a given pace that ended after the next one was due."""
         self._until = 0
         self._pace: float | None = None
         self._pacer: Pacer | None = None
@@ -244,8 +246,8 @@ class SessionCore:
                 continue
             else:
                 self._tick()
-                if paced is not None:
-                    paced.count()
+                if paced is not None and paced.count():
+                    self.late_ticks += 1
             if on_tick is not None and not on_tick(self):
                 self.interrupted = True
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +14,7 @@ from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import NodeError
 from graphengine.messages.definitions import Definitions
 from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.run_status import StatusMeter
 from graphengine.view.layers import Layers
 from graphengine.view.live_findings import finding_rows
 from graphengine.view.live_graphs import NodeCosts, describe, summarize, values_of
@@ -78,7 +79,7 @@ class Feed:
         self._next = self._next_panes = 0.0
         self._shown: tuple[object, ...] = ()
         self._shown_findings: Sequence[Finding | str] | None = None
-        self._rate = _Rate()
+        self._meter = StatusMeter(session)
         self.page = Page(host, port, self._viewers.ask)
         self.url = self.page.url
 
@@ -114,7 +115,7 @@ class Feed:
                 if run.name == self._viewers.graphs[viewer]:
                     self.page.tell(describe(viewer, run))
         self._viewers.waiting.clear()
-        self.page.show(self._state(now, poses))
+        self.page.show(self._state(poses))
         if now >= self._next_panes:
             self._next_panes = now + PANE_PERIOD
             self._tell_panes()
@@ -172,35 +173,12 @@ class Feed:
             )
         )
 
-    def _state(self, now: float, poses: NDArray[np.float64]) -> LiveState:
+    def _state(self, poses: NDArray[np.float64]) -> LiveState:
         session = self._session
-        clock = session.clock
-        facts = {
-            "time": clock.time,
-            "tick": clock.frame,
-            "state": session.state,
-            "failure": session.failure,
-            "seed": session.services.seed,
-            "pace": session.pace,
-            "rate": self._rate.of(now, session.ticks * clock.delta),
-            "messages": getattr(session.services.network, "sent", 0),
-            "dropped": len(session.services.dropped.ticks) if session.services.dropped else 0,
-        }
+        facts = {**asdict(self._meter.read()), "failure": session.failure, "seed": session.services.seed}
         wanted = set(self._viewers.graphs.values())
         runs = [run for run in session.graphs if run.name in wanted]
         values = {run.name: values_of(run) for run in runs}
         scans = self._layers.scans(self._viewers.layers)
         robots = states_of(session, set(self._viewers.robots.values()))
         return LiveState(facts, poses, scans, values, self._costs.since_last(session.ticks, runs), robots)
-
-
-class _Rate:
-    """Seconds of simulation in a second of wall time, over the last second."""
-
-    def __init__(self) -> None:
-        self._seen: deque[tuple[float, float]] = deque(maxlen=round(1.0 / PERIOD))
-
-    def of(self, now: float, simulated: float) -> float:
-        self._seen.append((now, simulated))
-        (begun, first), elapsed = self._seen[0], now - self._seen[0][0]
-        return (simulated - first) / elapsed if elapsed > 0.0 and begun < now else 0.0

@@ -62,7 +62,7 @@ class LiveState:
     """The state of a run after a tick.
 
     Attributes:
-        facts: time, state, rate and counters, as JSON has them.
+        facts: the fields of a `RunStatus`, as JSON has them.
         poses: of all bodies, shape (bodies, 7).
         scans: pose and distances (m, inf without a hit) of each lidar with a new sample, if that layer is shown.
         values: text of each port and variable, by `graph`, then `Node.side:port` or `variable:name`, of the graphs that are

@@ -2,9 +2,8 @@
 import { command, on } from "./connection.js";
 import { $, element, put } from "./elements.js";
 
-const EVERY = 1000; // ms between two figures of messages a second
 const LATE = 1500; // ms without a frame after which a run that plays is said to wait
-let playing = false, before = null, perSecond = "", latest = 0;
+let playing = false, latest = 0;
 
 on("stage", ({ title }) => {
   document.title = `${title} - graphrun`;
@@ -15,7 +14,7 @@ on("frame", ({ facts }) => {
   latest = performance.now();
   put($("time"), `${facts.time.toFixed(2)} s`);
   showState(facts.state);
-  put($("rate"), `×${facts.rate.toFixed(2)}`);
+  put($("rate"), `×${facts.real_time_factor.toFixed(2)}`);
   playing = facts.state === "playing";
   $("play").hidden = playing;
   $("pause").hidden = !playing;
@@ -48,20 +47,16 @@ function showFailure(text) {
   put($("failure"), text);
 }
 
-// Counters that this run has; those that it does not tell are left out.
+// The counters of the run; a run that is not recorded has no size of its recording.
 function showFacts(facts) {
-  const now = performance.now();
-  if (!before || now - before.now >= EVERY) {
-    if (before) perSecond = `${Math.max(0, (facts.messages - before.messages) * 1000 / (now - before.now)).toFixed(0)}`;
-    before = { now, messages: facts.messages };
-  }
   const shown = {
-    tick: facts.tick, "late ticks": facts.late, "messages/s": perSecond, subscribers: facts.subscribers,
-    "dropped values": facts.dropped, recorded: facts.recorded == null ? undefined : bytes(facts.recorded),
+    tick: facts.tick, "late ticks": facts.late_ticks, "messages/s": facts.message_rate.toFixed(0),
+    subscribers: facts.subscribers, "dropped values": facts.dropped_values,
+    recorded: facts.recorded_bytes === null ? null : bytes(facts.recorded_bytes),
   };
   for (const name in shown) {
     const id = `fact-${name.replace(/\W/g, "-")}`;
-    if (shown[name] === undefined || shown[name] === null) continue;
+    if (shown[name] === null) continue;
     if (!$(id)) {
       const fact = element("span", "", "fact");
       fact.append(`${name} `, element("b", "", "", { id }));
