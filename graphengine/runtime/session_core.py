@@ -64,8 +64,8 @@ class SessionCore:
         self.desk: Desk | None = None
         """Where others ask for what can be done; with one, a run goes on while it is paused or stopped."""
         self.findings: tuple[str, ...] = ()
-        """What is wrong with the files of the scene since they changed, a text each that begins with `path:line:column: `; the session
-        runs the last files without errors. Empty when it runs what the files say."""
+        """Errors of the changed files, which the session does not run: texts that begin with `path:line:column: `. Empty when the
+        session runs what its files say. The page and the terminal show them."""
         self.open_page: Callable[[], str] | None = None
         """Returns the address of the session's web page, and starts the page again if its process was lost; None: no page."""
         self.late_ticks = 0
@@ -313,7 +313,7 @@ class SessionCore:
 
         Raises:
             StateError: the session failed, and its time is to go on.
-            UsageError: a graph that is not its own reads something of a robot that is to go, a seed is given but the time goes on,
+            UsageError: a graph that is not its own reads something of a robot that is to go, a seed is given but time goes on,
                 or within a tick.
         """
         self._refuse_within_tick()

@@ -166,7 +166,7 @@ class Ticker:
             self.running = False
 
     def begin_anew(self, *scopes: ResetScope, seed: int | None = None) -> None:
-        """The world as at the start; with `time` also clocks and graphs as before the first tick, and with another seed if given."""
+        """The world as at the start; with `time` also clocks and graphs as before the first tick; `seed` replaces the seed."""
         services, world = self.services, self.services.world
         if seed is not None:
             services.seed = world.seed = seed

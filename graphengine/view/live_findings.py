@@ -11,7 +11,9 @@ from graphengine.view.live_graphs import place_of
 
 MOST = 1000
 """Findings that are shown."""
-_RENDERED = re.compile(r"(?:(?P<place>.+?):(?P<column>\d+): )?(?P<severity>error|warning|note) (?P<code>\w+): (?P<message>.*)")
+_RENDERED = re.compile(
+    r"(?:(?P<place>.+?):(?P<column>\d+): )?(?P<severity>error|warning|note) (?P<code>\w+): (?P<message>.*)"
+)
 
 
 def finding_rows(findings: Sequence[Finding | str]) -> list[Mapping[str, Any]]:

@@ -126,7 +126,9 @@ def test_a_message_holds_what_a_stranger_wrote_as_it_is(sim: ge.Session) -> None
         viewer.ask(ask="topics", open=True, topic=TEXT)
         return viewer.wait("message", lambda told: told["rows"])
 
-    assert viewed(sim, play)["rows"] == [{"depth": 0, "path": "data", "name": "data", "type": "string", "text": HOSTILE}]
+    assert viewed(sim, play)["rows"] == [
+        {"depth": 0, "path": "data", "name": "data", "type": "string", "text": HOSTILE}
+    ]
 
 
 def test_findings_have_a_place_and_come_again_when_they_change(sim: ge.Session, lab: Path) -> None:

@@ -9,8 +9,9 @@ const held = new Set();
 let driving = false, drives = {};
 
 on("stage", (stage) => {
+  const chosen = selected.robot in drives ? $("robot").value : selected.robot || $("robot").value;
   drives = stage.drives;
-  const robots = Object.keys(drives), chosen = $("robot").value;
+  const robots = Object.keys(drives);
   $("robot").replaceChildren(...robots.map((name) => new Option(name, name)));
   if (robots.includes(chosen)) $("robot").value = chosen;
   $("driving").hidden = $("wheel").hidden = robots.length === 0;
