@@ -77,7 +77,8 @@ class PageGuard:
         port = self.hosts[0].rpartition(":")[2]
         if _is_loopback(host.rpartition(":")[0].strip("[]")):
             forward = f"ssh -L {port}:127.0.0.1:{port} MACHINE"
-            return f"this page is on port {port}; forward the same port, as in `{forward}`, and open the address that graphrun printed"
+            then = "and open the address that graphrun printed"
+            return f"this page is on port {port}; forward the same port, as in `{forward}`, {then}"
         return "this page is served under another name"
 
     def _is_own(self, host: str) -> bool:
