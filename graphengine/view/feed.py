@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.runtime.command_queue import Desk
+from graphengine.view.layer_data import FloorMap
 from graphengine.view.layers import Layers
 from graphengine.view.live_graphs import NodeCosts, draw, port_values
 from graphengine.view.page_client import Page
@@ -35,6 +36,7 @@ class Feed:
         port: port of the page; 0 takes a free one.
         driver: publishes what viewers drive.
         lost: called once, if the page's process ends before `close`.
+        make_floor: makes the occupancy map of the scene.
         read_only: whether viewers may only look.
     """
 
@@ -48,6 +50,7 @@ class Feed:
         driver: Driver,
         lost: Callable[[str], None],
         *,
+        make_floor: Callable[[], FloorMap],
         read_only: bool = False,
     ) -> None:
         self._session = session
@@ -55,7 +58,7 @@ class Feed:
         self._driver = driver
         self._lost: Callable[[str], None] | None = lost
         self._viewers = Viewers(desk, driver, read_only=read_only)
-        self._layers = Layers(session.services)
+        self._layers = Layers(session.services, make_floor, read_only=read_only)
         self._costs = NodeCosts()
         self._next = 0.0
         self._shown: tuple[object, ...] = ()
@@ -96,15 +99,12 @@ class Feed:
         if present == self._shown:
             return
         self._shown = present
-        self._layers.find()
+        found = services.world.bodies()
         robots = list(services.stage.prims("robot"))
         focus = services.world.entities.state(robots[0].entity_name).position if robots else (0.0, 0.0, 0.0)
         drawings = [draw(run) for run in graphs]
-        self.page.tell(
-            LiveScene(
-                self._title, services.world.bodies(), drawings, self._driver.topics(), self._layers.beams(), focus
-            )
-        )
+        layers = self._layers.find(found.names)
+        self.page.tell(LiveScene(self._title, found, drawings, self._driver.topics(), layers, focus))
 
     def _state(self, now: float, poses: NDArray[np.float64]) -> LiveState:
         session = self._session
@@ -121,8 +121,8 @@ class Feed:
         wanted = set(self._viewers.graphs.values())
         runs = [run for run in session.graphs if run.name in wanted]
         values = {run.name: port_values(run) for run in runs}
-        scans = self._layers.scans(self._viewers.layers)
-        return LiveState(facts, poses, scans, values, self._costs.since_last(session.ticks, runs))
+        layers = self._layers.read(self._viewers.layers, now, clock.frame)
+        return LiveState(facts, poses, layers, values, self._costs.since_last(session.ticks, runs))
 
 
 class _Rate:

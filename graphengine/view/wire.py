@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.rotation import Pose
 from graphengine.devices.visible import Bodies
+from graphengine.view.layer_data import FrameLayers, SceneLayers
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class LiveScene:
         bodies: what is visible.
         graphs: in the order they run.
         drives: topic by which each robot is driven, of those that have one.
-        beams: unit vectors of each lidar's beams in its own frame, shape (beams, 3), by prim path.
+        layers: what the layers of the 3D part show beside bodies.
         focus: place that the camera looks at first, m.
     """
 
@@ -47,7 +47,7 @@ class LiveScene:
     bodies: Bodies
     graphs: Sequence[GraphDrawing]
     drives: Mapping[str, str]
-    beams: Mapping[str, NDArray[np.float32]]
+    layers: SceneLayers
     focus: tuple[float, float, float]
 
 
@@ -58,14 +58,14 @@ class LiveState:
     Attributes:
         facts: time, state, rate and counters, as JSON has them.
         poses: of all bodies, shape (bodies, 7).
-        scans: pose and distances (m, inf without a hit) of each lidar with a new sample, if that layer is shown.
+        layers: what the layers of the 3D part need that are shown.
         values: text of each port, by `graph`, then `Node.port`, of the graphs that are looked at.
         nodes: runs, firings and microseconds of a run since the last frame, by graph and node, likewise.
     """
 
     facts: Mapping[str, Any]
     poses: NDArray[np.float64]
-    scans: Mapping[str, tuple[Pose, NDArray[np.float32]]] = field(default_factory=dict)
+    layers: FrameLayers = field(default_factory=FrameLayers)
     values: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     nodes: Mapping[str, Mapping[str, tuple[int, int, float]]] = field(default_factory=dict)
 
