@@ -28,8 +28,8 @@ class VisibleShape:
         colour: red, green, blue and opacity, 0 to 1.
         mesh: name of its surface; empty for other kinds.
         texture: name of its texture, which is multiplied by the colour; empty without one.
-        repeats: repetitions of the texture in a metre along the shape's x and y axis, with its middle at the origin; zero
-            for meshes with texture coordinates.
+        repeats: repetitions of the texture in a metre along the shape's x and y axis, from the corner of the shape with the
+            least x and the greatest y; zero for meshes with texture coordinates.
     """
 
     kind: ShapeKind

@@ -12,6 +12,10 @@ from graphengine.physics.engine import mujoco
 
 _ROLES = (mujoco.mjtTextureRole.mjTEXROLE_RGB.value, mujoco.mjtTextureRole.mjTEXROLE_RGBA.value)
 _MESH, _FLAT = mujoco.mjtGeom.mjGEOM_MESH.value, mujoco.mjtTexture.mjTEXTURE_2D.value
+_ROUND = tuple(
+    kind.value for kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE)
+)
+"""Geoms that are as wide along y as along x; the second number of their size is another length."""
 
 
 def texture_of(model: mujoco.MjModel, geom: int) -> int:
@@ -43,6 +47,8 @@ def repeats(model: mujoco.MjModel, geom: int) -> tuple[float, float]:
     if model.mat_texuniform[material]:
         return x / 2, y / 2  # MuJoCo repeats a uniform texture over two metres
     half_x, half_y, _ = model.geom_size[geom].tolist()
+    if model.geom_type[geom] in _ROUND:
+        half_y = half_x
     return x / (2 * (half_x or 1.0)), y / (2 * (half_y or 1.0))
 
 

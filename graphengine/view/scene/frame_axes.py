@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from graphengine.view.layer_data import FrameLayers, SceneLayers
+from graphengine.view.layer_data import FrameLayers, Mount, SceneLayers
 from graphengine.view.scene.carried import Carried
 from graphengine.view.scene.layer import Layer, Poses
 
@@ -14,7 +15,7 @@ MOST_NAMES = 40
 """Frames up to which their names are shown; more would hide each other."""
 LENGTH = 0.12
 """Of an axis, m."""
-TEXT_HEIGHT = 0.03
+TEXT_HEIGHT = 0.018
 """Of a name, m."""
 
 
@@ -39,12 +40,12 @@ class FrameAxes(Layer):
         self._names = {
             row: self._scene.add_label(
                 f"{self.path}/names/{row}",
-                frame.name,
+                ", ".join(names),
                 font_size_mode="scene",
                 font_scene_height=TEXT_HEIGHT,
                 anchor="bottom-left",
             )
-            for row, frame in enumerate(layers.frames if count <= MOST_NAMES else ())
+            for row, names in _names(layers.frames if count <= MOST_NAMES else ()).items()
         }
 
     def _update(self, poses: Poses, frame: FrameLayers) -> None:
@@ -58,3 +59,13 @@ class FrameAxes(Layer):
         self._axes.batched_positions, self._axes.batched_wxyzs = positions, rotations
         for row, label in self._names.items():
             label.position = positions[row]
+
+
+def _names(frames: Sequence[Mount]) -> Mapping[int, Sequence[str]]:
+    """Names of the frames at each place, by the number of the first frame there."""
+    places: dict[tuple[int, ...], int] = {}
+    found: dict[int, list[str]] = {}
+    for row, frame in enumerate(frames):
+        place = (frame.body, *(round(x / TEXT_HEIGHT) for x in frame.pose[0]))
+        found.setdefault(places.setdefault(place, row), []).append(frame.name)
+    return found

@@ -31,9 +31,11 @@ class LidarHits(Layer):
     def _draw(self, layers: SceneLayers) -> None:
         self._carried = Carried.of([(lidar.mount.body, lidar.mount.pose) for lidar in layers.lidars])
         self._beams = {lidar.mount.name: lidar.beams for lidar in layers.lidars}
-        empty = np.zeros((0, 3), np.float32)
+        nothing = np.zeros((1, 3), np.float32)
         self._clouds: dict[str, Any] = {
-            path: self._scene.add_point_cloud(self.path + path, empty, empty, point_size=0.04, point_shape="circle")
+            path: self._scene.add_point_cloud(
+                self.path + path, nothing, nothing, point_size=0.04, point_shape="circle", visible=False
+            )
             for path in self._beams
         }
 
@@ -47,6 +49,9 @@ class LidarHits(Layer):
                 continue
             ranges, intensities = frame.scans[path]
             hit = np.isfinite(ranges)
+            cloud.visible = bool(hit.any())
+            if not cloud.visible:
+                continue
             turns = np.broadcast_to(rotations[row], (int(hit.sum()), 4))
             cloud.points = positions[row] + turned(turns, self._beams[path][hit] * ranges[hit, None])
             if self.colours == "range":

@@ -68,7 +68,8 @@ def textured_surface(shape: VisibleShape, bodies: Bodies) -> bytes:
     if shape.mesh in bodies.coordinates:
         across, down = bodies.coordinates[shape.mesh].reshape(-1, 2).T
     else:
-        across, down = 0.5 + corners[:, 0] * shape.repeats[0], 0.5 - corners[:, 1] * shape.repeats[1]
+        left, upper = shape.size[0], shape.size[0 if shape.kind in ("sphere", "cylinder", "capsule") else 1]
+        across, down = (corners[:, 0] + left) * shape.repeats[0], (upper - corners[:, 1]) * shape.repeats[1]
     red, green, blue, opacity = shape.colour
     material = PBRMaterial(  # type: ignore[no-untyped-call]
         baseColorTexture=_image(bodies.textures[shape.texture]),
