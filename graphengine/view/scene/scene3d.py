@@ -57,6 +57,10 @@ class Scene3D:
         """Entities by the rows of their bodies."""
         self._carried = Carried.of([])
         self._viewers: dict[int, ViewerControls] = {}
+        # Before the first viewer comes, whose browser would take seconds to build light and shadows of viser's own.
+        server.scene.set_up_direction("+z")
+        server.scene.configure_environment_map(None)
+        server.scene.configure_default_lights(enabled=False)
         self._add_panel()
         server.on_client_connect(self._welcome)
         server.on_client_disconnect(self._forget)
@@ -96,9 +100,6 @@ class Scene3D:
         """Draw another scene in the place of the one before."""
         scene = self._server.scene
         scene.reset()
-        scene.set_up_direction("+z")
-        scene.configure_environment_map(None)
-        scene.configure_default_lights(enabled=False)
         scene.add_light_ambient("/lights/ambient", intensity=1.2)
         scene.add_light_directional("/lights/sun", intensity=1.6, position=(4.0, -6.0, 10.0))
         self._scene = stage.layers
