@@ -105,15 +105,16 @@ class MoveHandles:
         if not name:
             return
         controls = self._scene.add_transform_controls("/move", scale=0.7, line_width=3.0, depth_test=False)
-        controls.on_drag_start(lambda _: self._hold(True))
-        controls.on_drag_end(lambda _: self._hold(False))
-        controls.on_update(lambda event: self._drag(event.target))
+        controls.on_update(self._drag)
         self._controls = controls
 
-    def _hold(self, held: bool) -> None:
-        self.held = held
-
-    def _drag(self, controls: viser.TransformControlsHandle) -> None:
-        w, x, y, z = controls.wxyz.tolist()
+    async def _drag(self, event: viser.TransformControlsEvent) -> None:  # viser keeps the order of those that are async
+        self.held = event.phase != "end"
+        w, x, y, z = event.target.wxyz.tolist()
         orientation = {"quaternion_xyzw": [x, y, z, w]}
-        self._waiting = {"entity": self._name, "position": controls.position.tolist(), "orientation": orientation}
+        if event.phase == "update" and event.target is self._controls:
+            self._waiting = {
+                "entity": self._name,
+                "position": event.target.position.tolist(),
+                "orientation": orientation,
+            }
