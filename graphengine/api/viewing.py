@@ -14,9 +14,13 @@ from graphengine.messages.names import join_namespaces
 
 if TYPE_CHECKING:
     from graphengine.api.runner import Runner
+    from graphengine.scene.loaded_scene import LoadedScene
+    from graphengine.view.layer_data import FloorMap
 
 EVERY = 0.1
 """Period of the commands of a viewer who drives, s of simulation."""
+MAP_HEIGHTS, MAP_CELL = (0.2, 0.62), 0.05
+"""Heights of obstacles and side of a cell of the occupancy map, m, as `graphrun map` has them by default."""
 TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 
 
@@ -99,8 +103,24 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
         functools.partial(findings_of, runner),
         runner.scene.definitions,
         lost,
+        make_floor=functools.partial(_make_floor, runner.scene),
         read_only=read_only,
     )
     runner.show(feed)
     runner.session.open_page = functools.partial(open_page, runner, host, port, read_only=read_only)
     return feed.url
+
+
+def _make_floor(scene: LoadedScene) -> FloorMap:
+    """The occupancy map that `graphrun map` makes of a scene.
+
+    Raises:
+        UsageError: the scene has no map.
+    """
+    from graphengine.physics.occupancy.occupancy_map import MapRequest, make_map
+    from graphengine.view.layer_data import FloorMap
+
+    if scene.world is None:
+        raise UsageError("a graph without a scene has no map")
+    made = make_map(scene.world, MapRequest(MAP_HEIGHTS, MAP_CELL))
+    return FloorMap(made.cells, (made.grid.west, made.grid.south), made.grid.cell)

@@ -8,6 +8,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.devices.contact_points import Contacts
 from graphengine.devices.entity import Box, Entity, EntityState, Move, Overlap
 from graphengine.devices.motion import Articulation, Body, Frame, Placement
 from graphengine.devices.rotation import Vector3
@@ -135,6 +136,9 @@ class World(Protocol):
 
     def poses(self) -> NDArray[np.float64]:
         """Position (m) and quaternion (x, y, z, w) of each body in the world frame, shape (bodies, 7); a fresh array."""
+
+    def contacts(self) -> Contacts:
+        """All contact points of the present state with their forces; contacts of bodies that sleep are left out."""
 
     def body(self, prim: Prim) -> Body:
         """The rigid body of a prim, or the one that carries it."""

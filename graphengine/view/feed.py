@@ -15,6 +15,7 @@ from graphengine.format.errors import NodeError
 from graphengine.messages.definitions import Definitions
 from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.run_status import StatusMeter
+from graphengine.view.layer_data import FloorMap
 from graphengine.view.layers import Layers
 from graphengine.view.live_findings import finding_rows
 from graphengine.view.live_graphs import NodeCosts, describe, summarize, values_of
@@ -46,6 +47,7 @@ class Feed:
         findings: returns the findings of the scene's files; texts are findings that were rendered.
         definitions: message types.
         lost: called once, if the page's process ends before `close`.
+        make_floor: makes the occupancy map of the scene.
         read_only: whether viewers may only look.
     """
 
@@ -62,6 +64,7 @@ class Feed:
         definitions: Definitions,
         lost: Callable[[str], None],
         *,
+        make_floor: Callable[[], FloorMap],
         read_only: bool = False,
     ) -> None:
         self._session = session
@@ -71,7 +74,7 @@ class Feed:
         self._definitions = definitions
         self._lost: Callable[[str], None] | None = lost
         self._viewers = Viewers(desk, driver, read_only=read_only)
-        self._layers = Layers(session.services)
+        self._layers = Layers(session.services, make_floor, read_only=read_only)
         self._costs = NodeCosts()
         self._topics = LiveTopics(session.services, listen)
         self.problems = NodeProblems(session.services.dropped)
@@ -115,7 +118,7 @@ class Feed:
                 if run.name == self._viewers.graphs[viewer]:
                     self.page.tell(describe(viewer, run))
         self._viewers.waiting.clear()
-        self.page.show(self._state(poses))
+        self.page.show(self._state(now, poses))
         if now >= self._next_panes:
             self._next_panes = now + PANE_PERIOD
             self._tell_panes()
@@ -156,29 +159,29 @@ class Feed:
         if present == self._shown:
             return
         self._shown = present
-        self._layers.find()
+        found = services.world.bodies()
         robots = list(services.stage.prims("robot"))
         focus = services.world.entities.state(robots[0].entity_name).position if robots else (0.0, 0.0, 0.0)
         names = [robot.entity_name for robot in robots]
         self.page.tell(
             LiveScene(
                 self._title,
-                services.world.bodies(),
+                found,
                 [summarize(run, names) for run in graphs],
-                list_robots(self._session),
                 self._driver.topics(),
-                self._layers.beams(),
+                self._layers.find(found.names),
                 focus,
+                list_robots(self._session),
                 self._definitions,
             )
         )
 
-    def _state(self, poses: NDArray[np.float64]) -> LiveState:
+    def _state(self, now: float, poses: NDArray[np.float64]) -> LiveState:
         session = self._session
         facts = {**asdict(self._meter.read()), "failure": session.failure, "seed": session.services.seed}
         wanted = set(self._viewers.graphs.values())
         runs = [run for run in session.graphs if run.name in wanted]
         values = {run.name: values_of(run) for run in runs}
-        scans = self._layers.scans(self._viewers.layers)
+        layers = self._layers.read(self._viewers.layers, now, session.clock.frame)
         robots = states_of(session, set(self._viewers.robots.values()))
-        return LiveState(facts, poses, scans, values, self._costs.since_last(session.ticks, runs), robots)
+        return LiveState(facts, poses, layers, values, self._costs.since_last(session.ticks, runs), robots)

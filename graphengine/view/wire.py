@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.rotation import Pose
 from graphengine.devices.visible import Bodies
 from graphengine.drawing.view_model import GraphView
-from graphengine.messages.definitions import Definitions
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.view.layer_data import FrameLayers, SceneLayers
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,21 +23,21 @@ class LiveScene:
         title: name of the scene.
         bodies: what is visible.
         graphs: in the order they run: name, robot, prim path, file and variables of each, as JSON has them.
-        robots: name, prim path, namespace, file and sensors of each, as JSON has them.
         drives: topic by which each robot is driven, of those that have one.
-        beams: unit vectors of each lidar's beams in its own frame, shape (beams, 3), by prim path.
+        layers: what the layers of the 3D part show beside bodies.
         focus: place that the camera looks at first, m.
+        robots: name, prim path, namespace, file and sensors of each, as JSON has them.
         definitions: message types.
     """
 
     title: str
     bodies: Bodies
     graphs: Sequence[Mapping[str, Any]]
-    robots: Sequence[Mapping[str, Any]]
     drives: Mapping[str, str]
-    beams: Mapping[str, NDArray[np.float32]]
+    layers: SceneLayers
     focus: tuple[float, float, float]
-    definitions: Definitions
+    robots: Sequence[Mapping[str, Any]] = ()
+    definitions: Definitions = DEFINITIONS
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ class LiveState:
     Attributes:
         facts: the fields of a `RunStatus`, as JSON has them.
         poses: of all bodies, shape (bodies, 7).
-        scans: pose and distances (m, inf without a hit) of each lidar with a new sample, if that layer is shown.
+        layers: what the layers of the 3D part need that are shown.
         values: text of each port and variable, by `graph`, then `Node.side:port` or `variable:name`, of the graphs that are
             looked at.
         nodes: runs, firings and microseconds of a run since the last frame, by graph and node, likewise.
@@ -73,7 +73,7 @@ class LiveState:
 
     facts: Mapping[str, Any]
     poses: NDArray[np.float64]
-    scans: Mapping[str, tuple[Pose, NDArray[np.float32]]] = field(default_factory=dict)
+    layers: FrameLayers = field(default_factory=FrameLayers)
     values: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     nodes: Mapping[str, Mapping[str, tuple[int, int, float]]] = field(default_factory=dict)
     robots: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)

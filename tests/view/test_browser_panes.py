@@ -148,7 +148,7 @@ def test_contrast_and_names_pass_axe_and_nothing_overlaps(
         assert "color-contrast" in [one["id"] for one in result["passes"]]
         found = result["violations"]
         nodes = [(one["id"], node["html"][:200], node["any"][:1]) for one in found for node in one["nodes"]]
-        return [f"{name}: {html} {why}" for name, html, why in nodes] + page.evaluate(OVERLAPS)
+        return [*(f"{name}: {html} {why}" for name, html, why in nodes), *page.evaluate(OVERLAPS)]
 
     def look(page: Any) -> list[str]:
         page.evaluate(axe)

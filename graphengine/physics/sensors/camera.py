@@ -127,6 +127,7 @@ class PinholeCamera(Sampled):
         self._skipped = 0
         self._segmented = False
         self._delivery: tuple[int, Picture | None] = (0, None)
+        self.latest: Picture | None = None
 
     @property
     def labels(self) -> Mapping[int, str]:
@@ -159,7 +160,12 @@ class PinholeCamera(Sampled):
         tick = self._simulation.tick
         if self._delivery[0] != tick:
             self._delivery = (tick, self._take(tick - self.latency))
+            self.latest = self._delivery[1] or self.latest
         return self._delivery[1]
+
+    def preview(self) -> Future[Picture]:
+        """Render what it sees at this instant in the background; samples and deliveries stay as they are."""
+        return self._expose(False)
 
     def picture(self, *, segmentation: bool = False) -> Picture:
         """What it sees at this instant, at once.

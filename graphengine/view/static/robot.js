@@ -46,7 +46,7 @@ function showNumbers() {
   const state = newest[selected.robot] ?? {};
   for (const cell of $("robot-side").querySelectorAll("[data-number]")) {
     const value = state[cell.dataset.number];
-    put(cell, typeof value === "number" ? value.toFixed(3) : "");
+    put(cell, typeof value === "number" ? value.toFixed(3).replace(/^-(0\.0+)$/, "$1") : "");
   }
 }
 
