@@ -27,8 +27,6 @@ DISTRIBUTIONS = {
 """Names of packages on PyPI, by the names of their modules where the two differ."""
 OF_ROS = {"rclpy", "rosidl_runtime_py"}
 """Modules of an installed ROS 2, which PyPI does not have."""
-BOUNDED = {"rich"}
-"""What is declared for its bound alone, without which pip takes an old version of what needs it."""
 OF_TESTS = {"pytest"}
 """What only a user's tests import, by a fixture that `graphengine.testing` makes for them."""
 
@@ -53,7 +51,7 @@ def test_what_is_imported_is_declared_and_what_is_declared_is_imported() -> None
     extras = PROJECT["optional-dependencies"]
     offered = [text for name, texts in extras.items() if name != "test" for text in texts]
     imported = {DISTRIBUTIONS.get(name, name) for name in modules - sys.stdlib_module_names - OF_ROS - OF_TESTS}
-    assert imported == declared(*PROJECT["dependencies"], *offered) - BOUNDED
+    assert imported == declared(*PROJECT["dependencies"], *offered)
 
 
 @pytest.mark.parametrize(

@@ -86,8 +86,8 @@ class Runner:
                 seed=options.seed,
                 domain_id=domain.id,
                 domain_from_environment=own.id if "ROS_DOMAIN_ID" in options.environ else None,
-                log=options.log,
-                fault=(options.fault or self._log_fault) if options.keep_going else None,
+                log=self._log,
+                fault=self._take_fault if options.keep_going else None,
                 bad_values=options.bad_values,
             )
             self.session.desk = self.desk
@@ -140,8 +140,18 @@ class Runner:
         closing.callback(server.close)
         return server
 
-    def _log_fault(self, error: NodeError) -> None:
-        self.options.log("error", "", str(error))
+    def _log(self, severity: str, node: str, text: str) -> None:
+        self.options.log(severity, node, text)
+        if self.feed is not None:
+            self.feed.problems.log(severity, node, text)
+
+    def _take_fault(self, error: NodeError) -> None:
+        if self.options.fault is not None:
+            self.options.fault(error)
+        else:
+            self.options.log("error", "", str(error))
+        if self.feed is not None:
+            self.feed.problems.add(error.node, str(error))
 
     def _open_channel(self, closing: ExitStack) -> None:
         if self.options.control is not None:
@@ -312,6 +322,8 @@ class Runner:
             self._end_recording(error)
         if self.session.state == "playing":
             self.session.pause()
+        if self.feed is not None:
+            self.feed.end_run(error)
 
     def close(self) -> None:
         """Close the session, then the recording and the network; safe to call twice.

@@ -147,18 +147,19 @@ class Session:
         self._runner.session.interrupt()
 
     @reading
-    def reset(self, *scopes: ResetScope) -> None:
+    def reset(self, *scopes: ResetScope, seed: int | None = None) -> None:
         """Reset the whole session or a part of it. Inputs changed by `set` keep their values.
 
         >>> sim.reset("state")
 
         Args:
             scopes: `time`: clock and graphs; `state`: bodies and joints; `spawned`: removes spawned robots. None given: all.
+            seed: seed of all random generators from now on, if the time is reset; None keeps the seed.
 
         Raises:
             UsageError: a graph outside a spawned robot reads from that robot, so it cannot be removed.
         """
-        self._runner.command("reset", scope=list(scopes) or "all")
+        self._runner.command("reset", scope=list(scopes) or "all", seed=seed)
 
     @acting
     def checkpoint(self) -> Checkpoint:

@@ -66,6 +66,11 @@ class Subscription(Generic[M]):
         return self._decode(self._kept[-1]) if self._kept else None
 
     @property
+    def latest_data(self) -> bytes | None:
+        """The newest message as it was sent, in CDR; None before the first."""
+        return self._kept[-1] if self._kept else None
+
+    @property
     def messages(self) -> list[M]:
         """The kept messages, oldest first; their arrays are read-only."""
         return [self._decode(data) for data in tuple(self._kept)]

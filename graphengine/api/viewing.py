@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
-from graphengine.api.topics import Publication
+from graphengine.api.topics import Publication, Subscription
+from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import UsageError
 from graphengine.messages.names import join_namespaces
 
 if TYPE_CHECKING:
     from graphengine.api.runner import Runner
+    from graphengine.scene.loaded_scene import LoadedScene
+    from graphengine.view.layer_data import FloorMap
 
 EVERY = 0.1
 """Period of the commands of a viewer who drives, s of simulation."""
+MAP_HEIGHTS, MAP_CELL = (0.2, 0.62), 0.05
+"""Heights of obstacles and side of a cell of the occupancy map, m, as `graphrun map` has them by default."""
 TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 
 
@@ -58,6 +63,11 @@ class TwistPublisher:
             self._driven[topic] = made
 
 
+def findings_of(runner: Runner) -> Sequence[Finding | str]:
+    """Findings of the scene's files, and of those files that were changed since."""
+    return [*runner.session.findings, *runner.scene.findings.sorted()]
+
+
 def missing_packages() -> list[str]:
     """Packages of the extra `view` that are not installed."""
     return [name for name in ("viser", "graphlay") if importlib.util.find_spec(name) is None]
@@ -79,8 +89,38 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
     def lost(text: str) -> None:
         runner.options.log("warning", "", text)
 
-    title = runner.scene.path.stem
-    feed = Feed(runner.session, runner.desk, title, host, port, TwistPublisher(runner), lost, read_only=read_only)
+    def listen(topic: str) -> Subscription[Any]:
+        return Subscription(runner, topic, None, keep=1)
+
+    feed = Feed(
+        runner.session,
+        runner.desk,
+        runner.scene.path.stem,
+        host,
+        port,
+        TwistPublisher(runner),
+        listen,
+        functools.partial(findings_of, runner),
+        runner.scene.definitions,
+        lost,
+        make_floor=functools.partial(_make_floor, runner.scene),
+        read_only=read_only,
+    )
     runner.show(feed)
     runner.session.open_page = functools.partial(open_page, runner, host, port, read_only=read_only)
     return feed.url
+
+
+def _make_floor(scene: LoadedScene) -> FloorMap:
+    """The occupancy map that `graphrun map` makes of a scene.
+
+    Raises:
+        UsageError: the scene has no map.
+    """
+    from graphengine.physics.occupancy.occupancy_map import MapRequest, make_map
+    from graphengine.view.layer_data import FloorMap
+
+    if scene.world is None:
+        raise UsageError("a graph without a scene has no map")
+    made = make_map(scene.world, MapRequest(MAP_HEIGHTS, MAP_CELL))
+    return FloorMap(made.cells, (made.grid.west, made.grid.south), made.grid.cell)

@@ -31,6 +31,7 @@ VERBS = {
     "tf": "show the frame tree of a live network",
     "teleop": "drive a robot from the keyboard",
     "nodes": "list node types and their ports",
+    "completion": "print the script by which bash, zsh or fish completes commands of graphrun",
     "schema": "print the JSON Schema of graph, scene or robot files, for editors",
 }
 
@@ -92,8 +93,8 @@ def add_verb(verbs: Any, name: str, summary: str, **more: Any) -> Any:
     return verbs.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.", **more)
 
 
-def make_parser(verb: str | None = None) -> argparse.ArgumentParser:
-    """The parser of the command line; only the given verb adds its arguments."""
+def make_parser(*whole: str) -> argparse.ArgumentParser:
+    """The parser of the command line; only the given verbs add their arguments."""
     parser = Parser(
         prog="graphrun", description="OmniGraph-style ActionGraphs in YAML, run against MuJoCo, seen by ROS 2."
     )
@@ -104,7 +105,7 @@ def make_parser(verb: str | None = None) -> argparse.ArgumentParser:
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name, summary in VERBS.items():
         sub = add_verb(verbs, name, summary)
-        if name == verb:
+        if name in whole:
             module = importlib.import_module(f"graphengine.cli.{MODULES.get(name, name).replace('-', '_')}")
             module.add_arguments(sub)
             sub.set_defaults(function=module.execute)
@@ -123,7 +124,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         atexit.register(gc.freeze)  # the collection at exit takes up to a second after a run, and frees nothing of use
     try:
         given = list(sys.argv[1:] if arguments is None else arguments)
-        parser = make_parser(next((word for word in given if word in VERBS), None))
+        parser = make_parser(*[word for word in given if word in VERBS][:1])
         parser.set_defaults(verbose="--verbose" in given)
         return _execute(parser.parse_args(given))
     except KeyboardInterrupt:

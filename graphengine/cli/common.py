@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from graphengine.cli.progress import progress
 from graphengine.cli.quantities import whole
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import CheckError, GraphError, NodeError, UsageError
@@ -216,7 +217,9 @@ def load(arguments: argparse.Namespace) -> LoadedScene:
     """Load and check the scene in the given file."""
     from graphengine.scene import build
 
-    return build.load(find_file(arguments.file), make_options(arguments))
+    path = find_file(arguments.file)
+    with progress(f"loading {path.name}"):
+        return build.load(path, make_options(arguments))
 
 
 def open_scene(arguments: argparse.Namespace) -> Scene | None:
@@ -229,7 +232,8 @@ def open_file(path: Path, options: Options, modules: Sequence[str] = (), *, grap
     from graphengine.api.scene_loading import open_scene
 
     try:
-        opened = open_scene(path, options, modules, graphs=graphs)
+        with progress(f"loading {path.name}"):
+            opened = open_scene(path, options, modules, graphs=graphs)
     except CheckError as error:
         print_findings(error.findings, notes=False)
         return None

@@ -3,29 +3,37 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import re
 import sys
 import time
 from typing import TYPE_CHECKING, Any
 
+from graphengine.cli import terminal
 from graphengine.cli.common import clean, counted, explain
 from graphengine.format.errors import CheckError, NodeError, StateError
+from graphengine.runtime.run_status import RunStatus, StatusMeter
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
+
+    from rich.live import Live
 
     from graphengine.ros.network import LiveNetwork
     from graphengine.runtime.session_core import SessionCore
 
 LATE_PICTURE = """a picture came too late and was dropped
   drawing does not keep up: make pictures smaller or fewer, or run slower, as with --rate 0.5"""
+GAP = "  "
+"""Between two facts of the status line."""
 
 
 class Console:
     """Prints a run's status (a live line on a terminal, else plain lines), messages of nodes, and a summary at the end.
 
     A closed terminal or a full disk does not end the run.
+
+    Args:
+        quiet: print only warnings, errors and what was lost.
     """
 
     LIVE, PLAIN = 0.25, 10.0  # seconds of wall time between two lines
@@ -33,31 +41,38 @@ class Console:
     network: LiveNetwork
     """Of the session, to be set before the first tick."""
 
-    def __init__(self) -> None:
-        self.terminal = sys.stderr is not None and sys.stderr.isatty()
+    def __init__(self, *, quiet: bool = False) -> None:
+        self.quiet = quiet
         self.said: set[tuple[str, str, str]] = set()
         self.faults = 0
-        self.last_sent = 0
-        self.last_ticks = 0
         self.last_line = ""
-        self.begin()
+        self._overwrites = terminal.can_overwrite()
+        self._period = self.LIVE if self._overwrites else self.PLAIN
+        self._live: Live | None = None
 
-    def begin(self) -> None:
-        """Start measuring time and work of the run, without its setup."""
+    def begin(self, session: SessionCore) -> None:
+        """Start the status line, and measuring time and work of the run without its setup."""
+        if self._overwrites and not self.quiet:
+            self._live = terminal.start_live_line()
         self.start = self.last = time.perf_counter()
-        self.cpu_start = self.last_cpu = time.thread_time()
+        self.cpu_start = time.thread_time()
+        self._meter = StatusMeter(session)
 
-    def tell(self, text: str, end: str = "\n") -> None:
+    def tell(self, text: str) -> None:
         """Print and flush; output errors are ignored."""
         with contextlib.suppress(OSError):
-            print(text, end=end, file=sys.stderr, flush=True)
+            print(text, file=sys.stderr, flush=True)
+
+    def inform(self, text: str) -> None:
+        """Print and flush, unless the console is quiet."""
+        if not self.quiet:
+            self.tell(text)
 
     def say(self, severity: str, node: str, message: str) -> None:
         """Print a node's message; a repeated first line is printed once."""
         key = (severity, node, message.partition("\n")[0])
-        if key not in self.said:
+        if key not in self.said and not (self.quiet and severity == "info"):
             self.said.add(key)
-            self._clear_line()
             # Further lines are indented, so that a text of the network cannot pass for a message of the run.
             self.tell(clean(re.sub(r"\n(?! )", "\n  ", f"{severity}: {node + ': ' if node else ''}{message}")))
 
@@ -78,7 +93,6 @@ class Console:
             return
         else:
             lines = [f"error: {error}", "the run goes on with the files before"]
-        self._clear_line()
         for line in lines:
             self.tell(clean(line))
 
@@ -89,43 +103,28 @@ class Console:
         for camera in session.services.world.dropped_pictures:
             self.say("warning", camera, LATE_PICTURE)
         now = time.perf_counter()
-        if now - self.last >= (self.LIVE if self.terminal else self.PLAIN):
-            self._show(self._line(session, now - self.last))
-            self.last, self.last_cpu = now, time.thread_time()
-            self.last_sent, self.last_ticks = self.network.sent, session.ticks
+        if now - self.last >= self._period and not self.quiet:
+            self.last = now
+            self._show(_facts(self._meter.read()))
         return True
 
-    def _line(self, session: SessionCore, elapsed: float) -> str:
-        """The status line: time, state and the speed since the last line."""
-        ticks = session.ticks - self.last_ticks
-        if not ticks and session.state != "playing":
-            return f"t {session.time:9.2f} s   {session.state}"
-        factor = ticks * session.clock.delta / elapsed
-        tick = (time.thread_time() - self.last_cpu) / ticks if ticks else 0.0
-        out = (self.network.sent - self.last_sent) / elapsed
-        return (
-            f"t {session.time:9.2f} s   real time x{factor:<6.2f} tick {tick * 1e3:6.2f} ms   out {out:6.0f} messages/s"
-        )
-
-    def _show(self, line: str) -> None:
+    def _show(self, facts: list[tuple[str, str]]) -> None:
         """Overwrite the live line on a terminal; elsewhere print the line unless it is unchanged."""
-        if self.terminal:
-            self.tell(f"\r{line[: self._columns()]}\x1b[K", end="")
-        elif line != self.last_line:
+        if self._live is not None:
+            with contextlib.suppress(OSError):
+                terminal.overwrite(self._live, facts, GAP)
+            return
+        line = GAP.join(fact for fact, _ in facts)
+        if line != self.last_line:
             self.tell(line)
         self.last_line = line
 
-    def _columns(self) -> int | None:
-        """Longest line that can be overwritten, as it does not wrap; None if the output is not a terminal."""
-        try:
-            columns = os.get_terminal_size(sys.stderr.fileno()).columns
-        except OSError:
-            columns = 0
-        return columns - 1 if columns else None
-
     def _clear_line(self) -> None:
-        if self.terminal:
-            self.tell("\r\x1b[K", end="")
+        """End the live line."""
+        if self._live is not None:
+            with contextlib.suppress(OSError):
+                self._live.stop()
+            self._live = None
 
     def summarize(self, session: SessionCore) -> None:
         """Print the summary: what was done and how fast."""
@@ -148,7 +147,22 @@ class Console:
         ):
             for topic, number in sorted(messages.items()):
                 self.tell(f"{fate}: {counted(number, 'message')} of {topic}")
-        self.tell(
+        self.inform(
             f"{counted(ticks, 'tick')}, {simulated:.3f} s of simulation in {wall:.3f} s (x{simulated / wall:.2f}), "
             f"{tick * 1e3:.3f} ms a tick, {counted(self.network.sent, 'message')}{faults}"
         )
+
+
+def _facts(status: RunStatus) -> list[tuple[str, str]]:
+    """The facts of the status line, the most important first, each with its style."""
+    late, dropped, size = status.late_ticks, status.dropped_values, status.recorded_bytes
+    facts = [
+        (f"t {status.time:.2f} s", "bold"),
+        (f"x{status.real_time_factor:.2f}", "") if status.state == "playing" else (status.state, "cyan"),
+        (f"{late} late", "yellow" if late else ""),
+        (f"{status.message_rate:.0f} messages/s", ""),
+        (counted(status.subscribers, "subscriber"), ""),
+        (f"{dropped} dropped", "yellow" if dropped else ""),
+    ]
+    facts += [(f"REC {size / 1e6:.1f} MB", "red")] if size is not None else []
+    return facts + ([(f"{status.tick_cpu * 1e3:.2f} ms a tick", "")] if status.tick_cpu else [])

@@ -67,6 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         return sub
 
     add("state", "show state, time and rate, robots and movable objects")
+    add("topics", "list the topics that the session publishes or reads")
     add("play", "start or resume the simulation")
     add("pause", "pause the simulation")
     add("stop", "reset everything to time 0 and wait for `play`")
@@ -75,9 +76,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("quit", "end the run, as Ctrl-C does")
     step = add("step", "run single ticks of a paused session", "ticks")
     step.add_argument("ticks", metavar="TICKS", nargs="?", type=whole, default=1, help="number of ticks (default 1)")
-    reset = add("reset", "reset the session, which then continues", "scope")
+    reset = add("reset", "reset the session, which then continues", "scope", "seed")
     scope = "time: clock, graphs and sensors; state: poses and joints; spawned: remove spawned robots (default all)"
     reset.add_argument("--scope", choices=SCOPES, action="append", help=scope)
+    reset.add_argument("--seed", type=whole, help="new seed of all random generators (default: as before)")
     rate = add("rate", "set the speed of simulation time", "factor")
     rate.add_argument("factor", metavar="FACTOR", type=_rate, help="realtime, max, or a factor of real time")
     _add_robots(add)
@@ -193,12 +195,13 @@ def execute(arguments: argparse.Namespace) -> int:
     given = {name: value for name, value in arguments.arguments(arguments).items() if value is not None}
     with Client(find(arguments.run)) as client:
         told = client.ask(arguments.command, given)
-        state = _state(client) if arguments.command != "quit" else None
+        state = _state(client) if arguments.command not in ("quit", "topics", "view") else None
     if arguments.command == "view":
         print(clean(told["page"]))
-        return 0
-    if arguments.command == "reload":
+    elif arguments.command == "reload":
         print(clean(told["text"]))
+    elif arguments.command == "topics":
+        print(json.dumps(told) if arguments.json else clean("\n".join(told["topics"])))
     for warning in told.get("warnings", ()) if isinstance(told, dict) else ():
         print(clean(f"warning: {warning}"), file=sys.stderr)
     if state is not None and arguments.json:

@@ -19,6 +19,7 @@ from graphengine.cli.common import (
     print_findings,
     refuse_to_overwrite,
 )
+from graphengine.cli.progress import progress
 from graphengine.cli.quantities import duration
 from graphengine.format.atomic_write import write_together
 from graphengine.format.diagnostics import Findings
@@ -86,7 +87,8 @@ def execute(arguments: argparse.Namespace) -> int:
     _check_usage(arguments)
     findings = Findings()
     origin = _origin(arguments, findings)
-    imported = import_robot(origin, findings) if origin is not None else None
+    with progress("importing"):
+        imported = import_robot(origin, findings) if origin is not None else None
     print_findings(findings, notes=False)
     if imported is None:
         print(f"{arguments.output} is not written", file=sys.stderr)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import add_allow_argument, add_repeatable, clean, open_file, reading_options
+from graphengine.cli.progress import progress
 from graphengine.cli.quantities import number
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PrimError, UsageError
@@ -72,19 +73,20 @@ def execute(arguments: argparse.Namespace) -> int:
         return 1
     begin, bounds = time.perf_counter(), arguments.bounds
     try:
-        made = scene.occupancy_map(
-            stem,
-            heights=tuple(arguments.z),
-            cell=arguments.cell,
-            bounds=(tuple(bounds[:2]), tuple(bounds[2:])) if bounds else None,
-            origin=tuple(arguments.origin),
-            free=[tuple(point) for point in arguments.seeds],
-            select=arguments.select,
-            include=arguments.include,
-            exclude=arguments.exclude,
-            image=arguments.format,
-            convention=arguments.convention,
-        )
+        with progress("mapping"):
+            made = scene.occupancy_map(
+                stem,
+                heights=tuple(arguments.z),
+                cell=arguments.cell,
+                bounds=(tuple(bounds[:2]), tuple(bounds[2:])) if bounds else None,
+                origin=tuple(arguments.origin),
+                free=[tuple(point) for point in arguments.seeds],
+                select=arguments.select,
+                include=arguments.include,
+                exclude=arguments.exclude,
+                image=arguments.format,
+                convention=arguments.convention,
+            )
     except PrimError as error:
         raise UsageError("\n  ".join([error.message, *filter(None, error.help)])) from None
     seconds = time.perf_counter() - begin

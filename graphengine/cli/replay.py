@@ -73,6 +73,7 @@ def execute(arguments: argparse.Namespace) -> int:
 def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable[[str], str]) -> int:
     from graphengine.api.scene import start_runner
     from graphengine.api.scene_loading import open_scene
+    from graphengine.cli.progress import progress
     from graphengine.format.errors import CheckError, RecordingError, UsageError
     from graphengine.recording import platform_info
     from graphengine.recording.replay import Replay
@@ -96,7 +97,8 @@ def _replay(arguments: argparse.Namespace, recording: Recording, plain: Callable
             warn(f"{line}; results may differ in their last bits")
         run = Replay(session, runner.network, recording, arguments.ignore, warn)
         try:
-            found = run.run()
+            with progress("replaying", lambda: recording.share_read, 1.0):
+                found = run.run()
         except RecordingError as error:
             raise RecordingError(f"{error}\n  up to there {_counted(run)} are identical") from None
         for pattern in sorted(run.idle_patterns) if found is None else ():

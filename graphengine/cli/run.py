@@ -67,6 +67,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--view-port", metavar="PORT", type=int, default=0, help="port of the page (default: a free port)"
     )
     parser.add_argument("--view-read-only", action="store_true", help="viewers can see the run but not control it")
+    quiet = "print only warnings, errors and what was lost: no status line, no summary"
+    parser.add_argument("--quiet", action="store_true", help=quiet)
     parser.add_argument("--force", action="store_true", help="let --record overwrite an existing file")
 
 
@@ -100,7 +102,7 @@ def execute(arguments: argparse.Namespace) -> int:
     scene = open_scene(arguments)
     if scene is None:
         return 1
-    console = Console()
+    console = Console(quiet=arguments.quiet)
     options = RunOptions(
         transport=arguments.transport,
         keep_going=arguments.keep_going,
@@ -129,11 +131,11 @@ def execute(arguments: argparse.Namespace) -> int:
         what += f"; Foxglove at {runner.foxglove.url}" if runner.foxglove else ""
         rays = session.services.world.rays_in_use
         what += (f"; rays {rays}" if rays else "") + (f"; recorded to {arguments.record}" if arguments.record else "")
-        console.tell(clean(what))
+        console.inform(clean(what))
         if arguments.view:
             page = open_page(runner, arguments.view_host, arguments.view_port, read_only=arguments.view_read_only)
             console.tell(f"see it: {page}")
-        console.begin()
+        console.begin(session)
         try:
             runner.run(arguments.duration, arguments.rate, on_tick, paused=arguments.paused)
             session.end()

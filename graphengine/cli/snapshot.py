@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.cli.common import add_file_arguments, clean, open_scene, table
+from graphengine.cli.progress import progress
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
 
@@ -100,7 +101,8 @@ def _take(scene: Scene, arguments: argparse.Namespace) -> tuple[Picture | Image,
     if arguments.depth and prim is None:
         raise UsageError(f"--depth: {arguments.camera} is a view without depth; name the prim of a camera")
     with start_runner(scene, RunOptions(domain=0, log=_log)) as runner:
-        runner.run(arguments.at, math.inf)
+        with progress("simulating", lambda: runner.session.time, arguments.at):
+            runner.run(arguments.at, math.inf)
         world = simulated(runner.session.services.world)
         picture = look(world, arguments.camera, arguments.size, segmentation=arguments.segmentation)
         return picture, world.studio.labels

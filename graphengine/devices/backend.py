@@ -8,6 +8,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.devices.contact_points import Contacts
 from graphengine.devices.entity import Box, Entity, EntityState, Move, Overlap
 from graphengine.devices.motion import Articulation, Body, Frame, Placement
 from graphengine.devices.rotation import Vector3
@@ -83,6 +84,9 @@ class World(Protocol):
     def substeps(self) -> int:
         """Physics steps in a tick."""
 
+    seed: int
+    """Seed of the sensors' noise."""
+
     realtime: bool
     """Whether ticks follow the wall clock. If so, late pictures are dropped, otherwise ticks wait for them."""
 
@@ -135,6 +139,9 @@ class World(Protocol):
 
     def poses(self) -> NDArray[np.float64]:
         """Return position (m) and quaternion (x, y, z, w) of each body in the world frame: a new array, shape (bodies, 7)."""
+
+    def contacts(self) -> Contacts:
+        """All contact points of the present state with their forces; contacts of bodies that sleep are left out."""
 
     def body(self, prim: Prim) -> Body:
         """Return the rigid body of a prim, or the rigid body that carries the prim."""

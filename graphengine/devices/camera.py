@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -84,6 +85,16 @@ class Camera(TickSensor, Protocol):
     def delivered(self) -> Picture | None:
         """Return the picture delivered in this tick, shared by all callers; None if this tick delivers none."""
 
+    @property
+    def latest(self) -> Picture | None:
+        """The newest picture that was delivered to any caller; None before the first."""
+
+    def preview(self) -> Future[Picture]:
+        """Render a picture of this instant in the background; samples and deliveries stay as they are.
+
+        The future raises RenderError if OpenGL is missing or fails.
+        """
+
 
 def pinhole(size: tuple[int, int], horizontal_fov: float) -> tuple[float, float, float, float]:
     """Return fx, fy, cx, cy (pixels) of a camera with a centred lens and square pixels.
@@ -102,9 +113,10 @@ def pinhole(size: tuple[int, int], horizontal_fov: float) -> tuple[float, float,
     "camera", Camera, usd="Camera", title="a camera", rank=2, child="Camera", orientation=LOOKING_FORWARD, in_rigs=True
 )
 class CameraStub(Stub):
-    """A camera that delivers pictures set by tests, at first none; `requests` counts calls of `request`."""
+    """A camera that delivers pictures set by tests, at first none; `requests` and `previews` count calls."""
 
     requests = 0
+    previews = 0
     _picture: Picture | None = None
 
     def __init__(self, prim: Prim, size: tuple[int, int] | None = None) -> None:
@@ -150,3 +162,17 @@ class CameraStub(Stub):
     def delivered(self) -> Picture | None:
         """Return the picture set by the test."""
         return self._picture
+
+    @property
+    def latest(self) -> Picture | None:
+        """The picture set by the test."""
+        return self._picture
+
+    def preview(self) -> Future[Picture]:
+        """The picture set by the test, else a black one."""
+        self.previews += 1
+        width, height = self.size
+        black = np.zeros((height, width, 3), np.uint8)
+        made: Future[Picture] = Future()
+        made.set_result(self._picture or Picture(0.0, 0, black, np.full((height, width), np.inf, np.float32)))
+        return made

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from graphengine.devices import rotation
 from graphengine.devices.backend import Friction, Light, select_joints
+from graphengine.devices.contact_points import Contacts
 from graphengine.devices.device import device_of
 from graphengine.devices.entity import Entity
 from graphengine.devices.rotation import IDENTITY, ORIGIN, Quaternion, Vector3
@@ -52,6 +53,7 @@ class DryWorld(Stateful):
         self.tick_period = tick_period
         self.substeps = substeps
         self.realtime = False
+        self.seed = 0
         self.dropped_pictures: dict[str, int] = {}
         self.clamps_commands = True
         self.clamped_commands: dict[str, int] = {}
@@ -70,6 +72,10 @@ class DryWorld(Stateful):
     def poses(self) -> NDArray[np.float64]:
         """Return an array of no poses."""
         return np.zeros((0, 7))
+
+    def contacts(self) -> Contacts:
+        """None: nothing touches."""
+        return Contacts()
 
     def set_gravity(self, gravity: Vector3) -> None:
         """Set the value of `gravity`, without other effects."""

@@ -28,6 +28,9 @@ class VisibleShape:
         pose: pose in the body's frame.
         colour: red, green, blue and opacity, 0 to 1.
         mesh: for a mesh, the name of its surface in `Bodies.surfaces`; empty for other kinds.
+        texture: name of its texture in `Bodies.textures`, which is multiplied by the colour; empty without one.
+        repeats: repetitions of the texture in a metre along the shape's x and y axis, from the corner of the shape with the
+            least x and the greatest y; zero for meshes with texture coordinates.
     """
 
     kind: ShapeKind
@@ -36,6 +39,8 @@ class VisibleShape:
     pose: Pose
     colour: tuple[float, float, float, float]
     mesh: str = ""
+    texture: str = ""
+    repeats: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +52,14 @@ class Bodies:
         moving: for each body, whether it can move.
         shapes: visible shapes.
         surfaces: surfaces of meshes, by name.
+        textures: textures by name, shape (height, width, channels), the upper row first.
+        coordinates: texture coordinates of the corners of a mesh's triangles, from the upper left of the texture, shape
+            (triangles, 3, 2), by the mesh's name; meshes without any are left out.
     """
 
     names: Sequence[str] = ()
     moving: Sequence[bool] = ()
     shapes: Sequence[VisibleShape] = ()
     surfaces: Mapping[str, Surface] = field(default_factory=dict)
+    textures: Mapping[str, NDArray[np.uint8]] = field(default_factory=dict)
+    coordinates: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)

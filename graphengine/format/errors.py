@@ -115,7 +115,16 @@ class ControlError(GraphError):
 
 
 class NodeError(GraphError):
-    """An exception in a node's `compute`, which is chained as the cause."""
+    """An exception in a node's `compute`, which is chained as the cause.
+
+    Args:
+        message: the problem, its place and the inputs of the node.
+        node: prim path of the node; empty if the error belongs to none.
+    """
+
+    def __init__(self, message: str, node: str = "") -> None:
+        super().__init__(message)
+        self.node = node
 
 
 class PhysicsError(GraphError):

@@ -117,6 +117,10 @@ class Definitions:
         kept: dict[str, Definition] = vars(self).setdefault("_known", made)
         return kept
 
+    def __reduce__(self) -> str | tuple[Any, ...]:
+        """Pickle the folders; another process reads their files again."""
+        return "DEFINITIONS" if self is DEFINITIONS else (Definitions, (self._folders, self._below))
+
     def extended(self, given: Sequence[Path] = (), installed: Sequence[Path] = ()) -> Definitions:
         """These and the types of folders; see `Folders`."""
         return Definitions(Folders(given, installed), self) if given or installed else self

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +66,23 @@ class TopicEndpoint:
         """Leave the topic; the context of the node does so. Safe to call twice."""
 
 
+class Sink(Protocol):
+    """Takes encoded messages, such as a recorder."""
+
+    def write(self, claim: EndpointClaim, data: bytes) -> None:
+        """Take one encoded message that a node published."""
+
+    def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
+        """Take what a subscription sees from this tick on."""
+
+
 class Publisher(TopicEndpoint):
     """One topic to write to."""
+
+    @property
+    def subscribers(self) -> int:
+        """Number of readers, recorders excluded."""
+        return 0
 
     @property
     def wanted(self) -> bool:
@@ -142,6 +157,23 @@ class ServiceClient(ServiceEndpoint):
 
 class Network:
     """Endpoints for the topics and services that nodes claim."""
+
+    sent = 0
+    """Messages sent since the start."""
+
+    @property
+    def subscribers(self) -> int:
+        """Number of readers of all topics that nodes publish."""
+        return 0
+
+    publishers: Sequence[Publisher] = ()
+    """Open publishers."""
+
+    def tap(self, sink: Sink) -> None:
+        """Let a sink take what is sent and delivered anyway: no message is built for it."""
+
+    def untap(self, sink: Sink) -> None:
+        """End `tap`."""
 
     def publisher(self, claim: EndpointClaim) -> Publisher:
         """An endpoint to write to."""

@@ -82,7 +82,7 @@ class SimulationCore(Stateful):
         PhysicsError: it cannot begin, or diverged while it settled.
     """
 
-    kept = ("_start", "clamped_commands", "dropped_pictures", "steps", "tick")
+    kept = ("_start", "clamped_commands", "dropped_pictures", "seed", "steps", "tick")
 
     def __init__(
         self,
@@ -99,6 +99,7 @@ class SimulationCore(Stateful):
         self.tick_period = (tick_rate.denominator, tick_rate.numerator)
         self.substeps = substeps
         self.seed = seed
+        """Of the sensors' noise; a new value takes effect with the next sample."""
         self.tick = 0
         self.steps = 0
         """Physics steps since the start."""

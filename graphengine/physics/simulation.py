@@ -9,11 +9,13 @@ from typing import Any, TypeVar
 import numpy as np
 
 from graphengine.devices.backend import Friction, Light
+from graphengine.devices.contact_points import Contacts
 from graphengine.devices.device import device_of
 from graphengine.devices.rotation import Vector3, vector
 from graphengine.devices.stage import Prim
 from graphengine.devices.visible import Bodies
 from graphengine.physics.core import SimulationCore
+from graphengine.physics.dynamics.contact_points import contact_points
 from graphengine.physics.dynamics.held_bodies import PlacedBody, find_mover
 from graphengine.physics.dynamics.motion_handles import CarriedPrim, Joints
 from graphengine.physics.dynamics.mujoco_entities import MujocoEntities
@@ -67,6 +69,10 @@ class Simulation(SimulationCore):
     def poses(self) -> Floats:
         """Position (m) and quaternion (x, y, z, w) of each body in the world frame, shape (bodies, 7); a fresh array."""
         return np.hstack([self.data.xpos, self.data.xquat[:, [1, 2, 3, 0]]])
+
+    def contacts(self) -> Contacts:
+        """All contact points of the present state with their forces; contacts of bodies that sleep are left out."""
+        return contact_points(self.model, self.forces.now())
 
     def body(self, prim: Prim) -> CarriedPrim:
         """The rigid body of a prim, or the one that carries it, with the pose of the prim."""

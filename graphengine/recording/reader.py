@@ -69,7 +69,9 @@ class Recording:
         self._hashes: dict[str, str] = {}
         self._types: dict[int, str] = {}
         self._streams: dict[int, Stream | None] = {}
-        self._records = read_records(path)
+        self._first = self._at = self._size = 0
+        """Bytes of the file: where its messages begin, how far it was read, and all."""
+        self._records = read_records(path, self._move)
         manifest: Manifest | None = None
         begun = False
         for record in self._records:
@@ -79,6 +81,7 @@ class Recording:
                 manifest = self._manifest(record)
             elif isinstance(record, Message):
                 self._records = chain((record,), self._records)
+                self._first = self._at
                 break
             self._take(record)
         else:
@@ -88,6 +91,14 @@ class Recording:
             raise self._bad("it holds no run: what `graphrun run --record` writes can be replayed")
         self.manifest = manifest
         self.times = TickTimes(manifest.period)
+
+    def _move(self, at: int, size: int) -> None:
+        self._at, self._size = at, size
+
+    @property
+    def share_read(self) -> float:
+        """How much of the messages was read, from 0 to 1."""
+        return (self._at - self._first) / max(self._size - self._first, 1)
 
     def ticks(self) -> Iterator[Tick]:
         """Every tick of the run in order, those in which nothing happened too, and how it ended unless that is cut off.

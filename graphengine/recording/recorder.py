@@ -99,6 +99,11 @@ class Recorder(ExternalInputs):
         session.inbox = self
         network.sinks.append(self)
 
+    @property
+    def recorded_bytes(self) -> int:  # type: ignore[override]  # which others have as an attribute
+        """Size of the file, without what is still to be written."""
+        return self._writer.size
+
     def begin_tick(self) -> float:
         """The wall clock."""
         self._tick += 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
@@ -27,24 +27,30 @@ class _OtherCompressionError(Exception):
     """A chunk of another program; the argument is how it is packed."""
 
 
-def read_records(path: Path) -> Iterator[McapRecord]:
+def read_records(path: Path, moved: Callable[[int, int], None] = lambda at, size: None) -> Iterator[McapRecord]:
     """All records before the index, those in chunks too; they end where the file was cut off.
+
+    Args:
+        path: of the file.
+        moved: called after each read with the number of bytes that were read, and the size of the file.
 
     Raises:
         RecordingError: the file cannot be read, is no MCAP file, or is damaged.
     """
     try:
         with open_regular(path) as file:
-            yield from _records(path, file)
+            yield from _records(path, file, moved)
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {error.strerror}") from None
 
 
-def _records(path: Path, file: BinaryIO) -> Iterator[McapRecord]:
-    reader = StreamReader(_Bounded(file), emit_chunks=True)  # type: ignore[arg-type]  # it asks for nothing but `read`
+def _records(path: Path, file: BinaryIO, moved: Callable[[int, int], None]) -> Iterator[McapRecord]:
+    bounded = _Bounded(file)
+    reader = StreamReader(bounded, emit_chunks=True)  # type: ignore[arg-type]  # it asks for nothing but `read`
     records, at = reader.records, 0
     try:
         while (record := next(records, None)) is not None and not isinstance(record, DataEnd):
+            moved(file.tell(), bounded.size)
             if isinstance(record, Chunk):
                 yield from _inside(record)
             else:
@@ -124,7 +130,7 @@ class _Bounded:
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
-        self._size = os.fstat(file.fileno()).st_size
+        self.size = os.fstat(file.fileno()).st_size
 
     def read(self, count: int) -> bytes:
-        return self._file.read(min(count, self._size))
+        return self._file.read(min(count, self.size))

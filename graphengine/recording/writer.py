@@ -73,6 +73,11 @@ class RecordingWriter:
         self._failed = False
         self._waiting.append((self._thread.submit(self._do, self._begin), 0))
 
+    @property
+    def size(self) -> int:
+        """Bytes in the file, which must not be closed."""
+        return os.fstat(self._raw.fileno()).st_size
+
     def note(self, name: str, values: Mapping[str, str]) -> None:
         """Add metadata."""
         self._hand_over(partial(self._mcap.add_metadata, name, dict(values)))

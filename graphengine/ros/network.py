@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.messages.endpoints import EndpointClaim, Network
+from graphengine.messages.endpoints import EndpointClaim, Network, Sink
 from graphengine.ros.endpoint_handover import Handover, HeldEndpoint
 from graphengine.ros.qos_diagnostics import Watch
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
@@ -20,16 +20,6 @@ E = TypeVar("E", bound=HeldEndpoint)
 
 LOOK_EVERY = 30
 """Ticks after which subscriptions with alternatives look again what others publish."""
-
-
-class Sink(Protocol):
-    """Something that wants every message, such as a recorder."""
-
-    def write(self, claim: EndpointClaim, data: bytes) -> None:
-        """Take one encoded message that a node published."""
-
-    def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
-        """Take what a subscription sees from this tick on."""
 
 
 class LiveNetwork(Network):
@@ -51,10 +41,11 @@ class LiveNetwork(Network):
     ) -> None:
         self.definitions = definitions
         self.sinks: list[Sink] = []
+        """Want every message, such as a recorder."""
+        self.taps: list[Sink] = []
         self.outbox: list[tuple[Callable[[bytes], None], bytes]] = []
         """What was said in this tick, behind what sends it. All leaves at once: a reader that sleeps is woken once a tick."""
         self.sent = 0
-        """Messages sent since the start."""
         self.undecoded: Counter[str] = Counter()
         self.past_drops: Counter[str] = Counter()
         """Messages given up by publishers that are closed."""
@@ -72,6 +63,14 @@ class LiveNetwork(Network):
         self._clients: list[LiveClient] = []
         self._handover: Handover | None = None
         self.transport(0)
+
+    def tap(self, sink: Sink) -> None:
+        """Let a sink take what is sent and delivered anyway: no message is built for it."""
+        self.taps.append(sink)
+
+    def untap(self, sink: Sink) -> None:
+        """End `tap`."""
+        self.taps.remove(sink)
 
     def transport(self, handle: int) -> Transport:
         """The transport of a ROS 2 context's handle."""
@@ -146,7 +145,7 @@ class LiveNetwork(Network):
         for end in self.hearing:
             arrived = end.freeze()
             if arrived:
-                for sink in self.sinks:
+                for sink in (*self.sinks, *self.taps):
                     sink.deliver(end.claim, arrived)
         self.look()
 
@@ -205,6 +204,11 @@ class LiveNetwork(Network):
         for domain, state in transports.items():
             if domain in self._transports:
                 self._transports[domain].restore(state)
+
+    @property
+    def subscribers(self) -> int:
+        """Number of readers of all topics that nodes publish, recorders excluded."""
+        return sum(publisher.subscribers for publisher in self.publishers)
 
     @property
     def malformed(self) -> Counter[str]:

@@ -45,7 +45,12 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
     @property
     def wanted(self) -> bool:
         """Whether a reader is there, or a sink."""
-        return self._writer.matched or bool(self._network.sinks)
+        return self._writer.matched > 0 or bool(self._network.sinks)
+
+    @property
+    def subscribers(self) -> int:
+        """Number of readers, recorders excluded."""
+        return self._writer.matched
 
     @property
     def dropped(self) -> int:
@@ -63,6 +68,8 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
             self.largest = len(data)
         for sink in self._network.sinks:
             sink.write(self.claim, data)
+        for tap in self._network.taps:
+            tap.write(self.claim, data)
 
 
 class LiveSubscription(HeldEndpoint, Subscription, Stateful):

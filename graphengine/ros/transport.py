@@ -83,8 +83,8 @@ class Writer(Protocol):
     """One topic to write encoded messages to."""
 
     @property
-    def matched(self) -> bool:
-        """Whether a reader is there now."""
+    def matched(self) -> int:
+        """Number of readers that are there now; a transport that does not count them may return a bool."""
 
     @property
     def dropped(self) -> int:

@@ -119,10 +119,12 @@ class Reset(Command):
     recorded = True
 
     scope: Annotated[tuple[Scope, ...], Field(strict=False, min_length=1), BeforeValidator(_several)] = ("all",)
+    seed: int | None = None
+    """Seed of all random generators from then on, if the time is reset; by default it stays."""
 
     def _apply(self, session: SessionCore) -> None:
         scopes: list[ResetScope] = [scope for scope in SCOPES if scope in self.scope or "all" in self.scope]
-        session.reset(*scopes)
+        session.reset(*scopes, seed=self.seed)
 
 
 class Rate(Command):
@@ -373,6 +375,14 @@ def _robot(session: SessionCore, prim: Prim) -> dict[str, Any]:
     }
 
 
+class Topics(Command):
+    """Return the type of each topic that the session publishes or reads, by name."""
+
+    def _apply(self, session: SessionCore) -> dict[str, dict[str, str]]:
+        claims = sorted(session.services.claims, key=lambda claim: claim.topic)
+        return {"topics": {claim.topic: claim.message_type for claim in claims if not claim.is_service}}
+
+
 class View(Command):
     """Tell the address of the page of a run with a page; a new one if its process was lost."""
 
@@ -390,7 +400,7 @@ class Quit(Command):
 
 
 _KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, Set, Impulse)
-_KINDS += (Press, Release, Reload, Checkpoint, Restore, State, View, Quit)
+_KINDS += (Press, Release, Reload, Checkpoint, Restore, State, Topics, View, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.__name__.lower(): kind for kind in _KINDS})
 

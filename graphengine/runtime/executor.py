@@ -393,7 +393,8 @@ class Executor:
         return NodeError(
             f"{instance.span}: node {instance.id} ({type(node).type_name}) raised {type(error).__name__}: {error}\n"
             f"  {when}, in graph {self.graph.name}\n"
-            f"  inputs: {shown or 'none'}"
+            f"  inputs: {shown or 'none'}",
+            f"{self.graph.prim_path}/{instance.id}",
         )
 
 

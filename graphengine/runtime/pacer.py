@@ -29,8 +29,10 @@ class Pacer:
         """Seconds until the next tick is due; negative when it is late."""
         return self._due - time.perf_counter()
 
-    def count(self) -> None:
-        """A tick ran."""
+    def count(self) -> bool:
+        """Count a tick that ran; return whether it was late: it ended after the next one was due."""
         self._due += self.period
-        if -self.early() > self.PATIENCE * self.period:
+        late = -self.early()
+        if late > self.PATIENCE * self.period:
             self.begin()
+        return late > 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from graphengine.format.errors import UnknownEntityError, UsageError
@@ -16,6 +16,11 @@ class Roster:
     def spawned(self) -> Sequence[str]:
         """Names of the robots that were spawned and are still there, oldest first."""
         return ()
+
+    @property
+    def uses(self) -> Mapping[str, str]:
+        """Robot file or description of each robot, as `use` in a scene file, by the robot's name."""
+        return {}
 
     def add(self, name: str, use: RobotUse) -> None:
         """Put a robot into the scene, and run its graphs after the others. On `stop` it goes back to where it was put.

@@ -74,6 +74,8 @@ class SessionCore:
         session runs what its files say. The page and the terminal show them."""
         self.open_page: Callable[[], str] | None = None
         """Returns the address of the session's web page, and starts the page again if its process was lost; None: no page."""
+        self.late_ticks = 0
+        """Ticks at a given pace that ended after the next one was due."""
         self._until = 0
         self.last = math.inf
         """Number of the tick after which `run` ends."""
@@ -89,6 +91,11 @@ class SessionCore:
     def graphs(self) -> Sequence[GraphRun]:
         """In the order they run: the scene's, then each robot's."""
         return self._ticker.graphs
+
+    @property
+    def failure(self) -> str:
+        """The error after which the session failed; empty if it did not."""
+        return self._failure
 
     @property
     def ticks(self) -> int:
@@ -249,8 +256,8 @@ class SessionCore:
                 continue
             else:
                 self._tick()
-                if paced is not None:
-                    paced.count()
+                if paced is not None and paced.count():
+                    self.late_ticks += 1
             if on_tick is not None and not on_tick(self):
                 self.interrupted = True
 
@@ -302,7 +309,7 @@ class SessionCore:
         self._set("stopped")
         self.inbox.command("stop", {})
 
-    def reset(self, *scopes: ResetScope) -> None:
+    def reset(self, *scopes: ResetScope, seed: int | None = None) -> None:
         """Begin anew, wholly or in part, and go on as before: playing, paused or stopped. A session that failed is paused.
 
         Args:
@@ -312,13 +319,17 @@ class SessionCore:
                 `state`: bodies and joints go to where they were at the start, robots that came to where they were put, with
                 the commands that they had then. Time, and what graphs know, goes on.
                 `spawned`: robots that came while the session ran are removed.
+            seed: of all random generators from now on; None keeps it.
 
         Raises:
             StateError: the session failed, and its time is to go on.
-            UsageError: a graph that is not its own reads something of a robot that is to go, or within a tick.
+            UsageError: a graph that is not its own reads something of a robot that is to go, a seed is given but time goes on,
+                or within a tick.
         """
         self._refuse_within_tick()
         wanted = [scope for scope in SCOPES if scope in scopes or not scopes]
+        if seed is not None and "time" not in wanted:
+            raise UsageError("random numbers begin anew with the time: a seed needs the scope `time`")
         if self.state == "failed":
             if "time" not in wanted:
                 raise StateError("the session failed; only a reset of its time lets it go on")
@@ -329,8 +340,8 @@ class SessionCore:
                 self.inbox.command("delete", {"name": name})
             wanted.remove("spawned")
         if wanted:
-            self._begin_anew(*wanted)
-            self.inbox.command("reset", {"scope": wanted})
+            self._begin_anew(*wanted, seed=seed)
+            self.inbox.command("reset", {"scope": wanted, **({"seed": seed} if seed is not None else {})})
         self._set(self.state)
 
     def reload(self) -> Reloaded:
@@ -387,12 +398,12 @@ class SessionCore:
         self.pace = self._pace
         self._set(self.state)
 
-    def _begin_anew(self, *scopes: ResetScope) -> None:
+    def _begin_anew(self, *scopes: ResetScope, seed: int | None = None) -> None:
         """Parts of the session as before the first tick; a play ends before its time does."""
         if "time" in scopes:
             self._end_play()
             self._failure = ""
-        self._ticker.begin_anew(*scopes)
+        self._ticker.begin_anew(*scopes, seed=seed)
 
     def _end_play(self) -> None:
         """Tell graphs that a play ends, if there was one."""

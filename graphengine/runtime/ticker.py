@@ -258,9 +258,11 @@ class Ticker:
         finally:
             self.running = False
 
-    def begin_anew(self, *scopes: ResetScope) -> None:
-        """The world as at the start; with `time` also clocks and graphs as before the first tick."""
+    def begin_anew(self, *scopes: ResetScope, seed: int | None = None) -> None:
+        """The world as at the start; with `time` also clocks and graphs as before the first tick; `seed` replaces the seed."""
         services, world = self.services, self.services.world
+        if seed is not None:
+            services.seed = world.seed = seed
         if "time" in scopes:
             world.zero_commands()
         if "state" in scopes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from graphengine.compiler.graph import Graph
@@ -83,6 +83,11 @@ class SceneRoster(Roster):
         """Names of the robots that were spawned and are still there, oldest first."""
         stage = self._services.stage
         return [name for name, robot in self._robots.items() if stage.find(robot.prim_path).facts.get("spawned")]
+
+    @property
+    def uses(self) -> Mapping[str, str]:
+        """Robot file or description of each robot, as `use` in a scene file, by the robot's name."""
+        return {name: robot.placement.use.use for name, robot in self._robots.items()}
 
     def add(self, name: str, use: RobotUse) -> None:
         """Put a robot into the scene, and run its graphs after the others."""

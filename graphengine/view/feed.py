@@ -3,25 +3,34 @@
 from __future__ import annotations
 
 import time
-from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.format.diagnostics import Finding
+from graphengine.format.errors import NodeError
+from graphengine.messages.definitions import Definitions
 from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.run_status import StatusMeter
+from graphengine.view.layer_data import FloorMap
 from graphengine.view.layers import Layers
-from graphengine.view.live_graphs import NodeCosts, draw, port_values
+from graphengine.view.live_findings import finding_rows
+from graphengine.view.live_graphs import NodeCosts, describe, summarize, values_of
+from graphengine.view.live_robots import list_robots, states_of
+from graphengine.view.live_topics import Listen, LiveTopics
+from graphengine.view.node_problems import NodeProblems
 from graphengine.view.page_client import Page
 from graphengine.view.viewers import Driver, Viewers
-from graphengine.view.wire import LiveScene, LiveState
+from graphengine.view.wire import Ended, LiveScene, LiveState, PaneContent
 
 if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
 
-PERIOD = 0.05
-"""Seconds of wall time between two frames."""
+PERIOD, PANE_PERIOD = 0.05, 0.25
+"""Seconds of wall time between two frames, and between two contents of panes."""
 
 
 class Feed:
@@ -34,7 +43,11 @@ class Feed:
         host: address of the page.
         port: port of the page; 0 takes a free one.
         driver: publishes what viewers drive.
+        listen: subscribes to a topic that a viewer looks at.
+        findings: returns the findings of the scene's files; texts are findings that were rendered.
+        definitions: message types.
         lost: called once, if the page's process ends before `close`.
+        make_floor: makes the occupancy map of the scene.
         read_only: whether viewers may only look.
     """
 
@@ -46,20 +59,30 @@ class Feed:
         host: str,
         port: int,
         driver: Driver,
+        listen: Listen,
+        findings: Callable[[], Sequence[Finding | str]],
+        definitions: Definitions,
         lost: Callable[[str], None],
         *,
+        make_floor: Callable[[], FloorMap],
         read_only: bool = False,
     ) -> None:
         self._session = session
         self._title = title
         self._driver = driver
+        self._findings = findings
+        self._definitions = definitions
         self._lost: Callable[[str], None] | None = lost
         self._viewers = Viewers(desk, driver, read_only=read_only)
-        self._layers = Layers(session.services)
+        self._layers = Layers(session.services, make_floor, read_only=read_only)
         self._costs = NodeCosts()
-        self._next = 0.0
+        self._topics = LiveTopics(session.services, listen)
+        self.problems = NodeProblems(session.services.dropped)
+        self._error = ""
+        self._next = self._next_panes = 0.0
         self._shown: tuple[object, ...] = ()
-        self._rate = _Rate()
+        self._shown_findings: Sequence[Finding | str] | None = None
+        self._meter = StatusMeter(session)
         self.page = Page(host, port, self._viewers.ask)
         self.url = self.page.url
 
@@ -72,22 +95,62 @@ class Feed:
         self._viewers.obey(self.page, now)
         if not self._viewers.number:
             self._costs.end()
+            self._topics.end()
         elif now >= self._next and not self.page.busy:
-            self._next = now + PERIOD
-            poses = self._session.services.world.poses()
-            self._tell_scene(len(poses))
-            self.page.show(self._state(now, poses))
+            self._tell(now)
+
+    def end_run(self, error: BaseException | None) -> None:
+        """Show the error that ended the ticks, if there was one."""
+        self._error = self._session.failure if error is not None else ""
+        if isinstance(error, NodeError):
+            self.problems.add(error.node, str(error))
+        if self._error:  # for those who come later, too
+            self._next_panes = 0.0
+            self._tell(time.monotonic())
+
+    def _tell(self, now: float) -> None:
+        """Send a frame, and what panes show if it is time to."""
+        self._next = now + PERIOD
+        poses = self._session.services.world.poses()
+        self._tell_scene(len(poses))
+        for viewer in self._viewers.waiting:
+            for run in self._session.graphs:
+                if run.name == self._viewers.graphs[viewer]:
+                    self.page.tell(describe(viewer, run))
+        self._viewers.waiting.clear()
+        self.page.show(self._state(now, poses))
+        if now >= self._next_panes:
+            self._next_panes = now + PANE_PERIOD
+            self._tell_panes()
+
+    def _tell_panes(self) -> None:
+        problems, findings = self.problems.news(), self._findings()
+        if problems is not None:
+            self.page.tell(PaneContent("problems", problems))
+        if findings != self._shown_findings:
+            self._shown_findings = findings
+            self.page.tell(PaneContent("findings", finding_rows(findings)))
+        if not self._viewers.topics:
+            self._topics.end()
+            return
+        self._topics.watch({topic for topic in self._viewers.topics.values() if topic})
+        self.page.tell(PaneContent("topics", self._topics.rows(self._session.time)))
+        for message in self._topics.messages():
+            self.page.tell(message)
 
     def _tell_loss(self) -> None:
-        """Tell once that the page's process has ended, and stop what viewers drove."""
+        """Tell once that the page's process has ended, and stop what viewers drove and looked at."""
         self._viewers.leave()
+        self._topics.end()
+        self._costs.end()
         if self._lost is not None:
             self._lost("the process of the page has ended; the run goes on\n  `graphrun ctl view` opens a new page")
             self._lost = None
 
     def close(self) -> None:
-        """End the page."""
-        self.page.close()
+        """Tell viewers that the run has ended, and end the page."""
+        self._topics.end()
+        self.page.close(Ended(self._error))
 
     def _tell_scene(self, bodies: int) -> None:
         """Send the scene if it is another one than before: other graphs, or another number of bodies."""
@@ -96,42 +159,29 @@ class Feed:
         if present == self._shown:
             return
         self._shown = present
-        self._layers.find()
+        found = services.world.bodies()
         robots = list(services.stage.prims("robot"))
         focus = services.world.entities.state(robots[0].entity_name).position if robots else (0.0, 0.0, 0.0)
-        drawings = [draw(run) for run in graphs]
+        names = [robot.entity_name for robot in robots]
         self.page.tell(
             LiveScene(
-                self._title, services.world.bodies(), drawings, self._driver.topics(), self._layers.beams(), focus
+                self._title,
+                found,
+                [summarize(run, names) for run in graphs],
+                self._driver.topics(),
+                self._layers.find(found.names),
+                focus,
+                list_robots(self._session),
+                self._definitions,
             )
         )
 
     def _state(self, now: float, poses: NDArray[np.float64]) -> LiveState:
         session = self._session
-        clock = session.clock
-        facts = {
-            "time": clock.time,
-            "tick": clock.frame,
-            "state": session.state,
-            "pace": session.pace,
-            "rate": self._rate.of(now, session.ticks * clock.delta),
-            "messages": getattr(session.services.network, "sent", 0),
-            "dropped": len(session.services.dropped.ticks) if session.services.dropped else 0,
-        }
+        facts = {**asdict(self._meter.read()), "failure": session.failure, "seed": session.services.seed}
         wanted = set(self._viewers.graphs.values())
         runs = [run for run in session.graphs if run.name in wanted]
-        values = {run.name: port_values(run) for run in runs}
-        scans = self._layers.scans(self._viewers.layers)
-        return LiveState(facts, poses, scans, values, self._costs.since_last(session.ticks, runs))
-
-
-class _Rate:
-    """Seconds of simulation in a second of wall time, over the last second."""
-
-    def __init__(self) -> None:
-        self._seen: deque[tuple[float, float]] = deque(maxlen=round(1.0 / PERIOD))
-
-    def of(self, now: float, simulated: float) -> float:
-        self._seen.append((now, simulated))
-        (begun, first), elapsed = self._seen[0], now - self._seen[0][0]
-        return (simulated - first) / elapsed if elapsed > 0.0 and begun < now else 0.0
+        values = {run.name: values_of(run) for run in runs}
+        layers = self._layers.read(self._viewers.layers, now, session.clock.frame)
+        robots = states_of(session, set(self._viewers.robots.values()))
+        return LiveState(facts, poses, layers, values, self._costs.since_last(session.ticks, runs), robots)

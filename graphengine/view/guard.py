@@ -60,7 +60,7 @@ class PageGuard:
         """
         host = headers.get("Host", "")
         if not self._is_own(host):
-            return Refusal(403, "this page is served under another name")
+            return Refusal(403, self._other_name(host))
         origin = headers.get("Origin")
         if origin is not None and not (origin.startswith("http://") and self._is_own(origin.removeprefix("http://"))):
             return Refusal(403, "the request comes from another page")
@@ -72,6 +72,15 @@ class PageGuard:
             return Refusal(403, "open the address that graphrun printed: it holds the token of this run")
         return None
 
+    def _other_name(self, host: str) -> str:
+        """Why a name is refused, and what to do where a port was forwarded to another one."""
+        port = self.hosts[0].rpartition(":")[2]
+        if _is_loopback(host.rpartition(":")[0].strip("[]")):
+            forward = f"ssh -L {port}:127.0.0.1:{port} MACHINE"
+            then = "and open the address that graphrun printed"
+            return f"this page is on port {port}; forward the same port, as in `{forward}`, {then}"
+        return "this page is served under another name"
+
     def _is_own(self, host: str) -> bool:
         name, _, port = host.rpartition(":")
         return host in self.hosts or (
@@ -80,6 +89,10 @@ class PageGuard:
 
     def _is_token(self, given: str) -> bool:
         return hmac.compare_digest(given.encode(), self.token.encode())
+
+
+def _is_loopback(name: str) -> bool:
+    return name == "localhost" or (_is_address(name) and ipaddress.ip_address(name).is_loopback)
 
 
 def _is_address(name: str) -> bool:

@@ -2,19 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.devices.contact_points import Contacts
 from graphengine.devices.lidar import Lidar
-from graphengine.devices.rotation import Pose
+from graphengine.devices.stage import Prim
+from graphengine.view.camera_pictures import CameraPictures
+from graphengine.view.floor_map import FloorMaker
+from graphengine.view.layer_data import (
+    CAMERAS,
+    CONTACTS,
+    FLOOR,
+    LIDAR,
+    FloorMap,
+    FrameLayers,
+    Mount,
+    SceneLayers,
+    SeenCamera,
+    SeenEntity,
+    SeenLidar,
+)
 
 if TYPE_CHECKING:
     from graphengine.node.context.session_services import Services
 
-LIDAR = "lidar"
+NO_FRAMES = ("scope", "robot", "joint", "material", "graph", "body", "light")
+"""Kinds of prims that are no frames in TF."""
 
 
 class Layers:
@@ -22,26 +40,90 @@ class Layers:
 
     Args:
         services: of the session.
+        make_floor: makes the occupancy map of its scene.
+        read_only: whether viewers may only look.
     """
 
-    def __init__(self, services: Services) -> None:
+    def __init__(self, services: Services, make_floor: Callable[[], FloorMap], *, read_only: bool = False) -> None:
         self._services = services
+        self._read_only = read_only
         self._lidars: dict[str, Lidar] = {}
+        self._pictures = CameraPictures(services)
+        self._floor = FloorMaker(make_floor)
 
-    def find(self) -> None:
-        """Look again what there is; call it after robots have come or gone."""
-        prims = self._services.stage.prims("lidar")
-        self._lidars = {prim.path: self._services.world.device(Lidar, prim) for prim in prims}
+    def find(self, bodies: Sequence[str]) -> SceneLayers:
+        """Look again what there is; call it after robots have come or gone.
 
-    def beams(self) -> Mapping[str, NDArray[np.float32]]:
-        """Unit vectors of each lidar's beams in its own frame, shape (beams, 3), by prim path."""
-        return {path: lidar.directions.astype(np.float32) for path, lidar in self._lidars.items()}
+        Args:
+            bodies: names of the bodies in the order of their poses.
+        """
+        services, rows = self._services, {name: row for row, name in enumerate(bodies)}
+        lidars = list(services.stage.prims("lidar"))
+        self._lidars = {prim.path: services.world.device(Lidar, prim) for prim in lidars}
+        cameras = _one_of_each_rig(services.stage.prims("camera"), {p.prim for p in services.render_products.values()})
+        self._pictures.find(cameras)
+        return SceneLayers(
+            [
+                _mount(prim, rows, prim.frame_name)
+                for robot in services.stage.prims("robot")
+                for prim in robot.descendants()
+                if prim.kind not in NO_FRAMES
+            ],
+            [SeenLidar(_mount(prim, rows), self._lidars[prim.path].directions.astype(np.float32)) for prim in lidars],
+            [_camera(prim, rows) for prim in cameras],
+            list(self._entities(rows)),
+            self._read_only,
+        )
 
-    def scans(self, shown: Collection[str]) -> Mapping[str, tuple[Pose, NDArray[np.float32]]]:
-        """Pose and distances, m, of each lidar, if that layer is shown."""
-        if LIDAR not in shown:
-            return {}
-        world, stage = self._services.world, self._services.stage
-        return {
-            path: (world.frame(stage.find(path)).pose(), lidar.scan().ranges) for path, lidar in self._lidars.items()
-        }
+    def _entities(self, rows: Mapping[str, int]) -> Iterable[SeenEntity]:
+        world = self._services.world
+        for entity in world.entities.all():
+            prim = world.stage.find(entity.prim_path)
+            parts = [part for part in prim.descendants() if part.body in rows]
+            if entity.kind != "static" and parts:
+                mass = sum(world.mass(part) for part in parts)
+                bodies = [rows[part.body] for part in parts if part.body is not None]
+                yield SeenEntity(_mount(prim, rows, entity.name), entity.kind == "robot", bodies, mass)
+
+    def read(self, shown: Collection[str], now: float, tick: int) -> FrameLayers:
+        """What those layers need that are shown; the others cost nothing.
+
+        Args:
+            shown: names of the layers.
+            now: wall time, s.
+            tick: number of the present tick.
+        """
+        floor = self._floor.take() if FLOOR in shown else None
+        notes = {CAMERAS: self._pictures.error, FLOOR: self._floor.error}
+        return FrameLayers(
+            self._scans() if LIDAR in shown else {},
+            self._services.world.contacts() if CONTACTS in shown else Contacts(),
+            self._pictures.take(now, tick) if CAMERAS in shown else {},
+            floor,
+            {layer: note for layer, note in notes.items() if note and layer in shown},
+        )
+
+    def _scans(self) -> Mapping[str, tuple[NDArray[np.float32], NDArray[np.float32]]]:
+        samples = {path: lidar.scan() for path, lidar in self._lidars.items()}
+        return {path: (sample.ranges, sample.intensities) for path, sample in samples.items()}
+
+
+def _one_of_each_rig(cameras: Iterable[Prim], read: Collection[str]) -> Sequence[Prim]:
+    """The cameras whose pictures graphs may receive, and of each rig without one of those the first."""
+    chosen: dict[Prim | None, Prim] = {}
+    for prim in cameras:
+        first = chosen.setdefault(prim.parent, prim)
+        if prim.path in read and first.path not in read:
+            chosen[prim.parent] = prim
+    return list(chosen.values())
+
+
+def _mount(prim: Prim, rows: Mapping[str, int], name: str = "") -> Mount:
+    body, pose = prim.carrier()
+    return Mount(name or prim.path, rows.get(body or "", 0), pose)
+
+
+def _camera(prim: Prim, rows: Mapping[str, int]) -> SeenCamera:
+    width, height = prim.facts["size"]
+    across = math.tan(math.radians(prim.facts["fov_deg"][0]) / 2)
+    return SeenCamera(_mount(prim, rows), 2 * math.atan(across * height / width), width / height)

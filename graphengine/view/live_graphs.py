@@ -1,22 +1,23 @@
-"""Draws the graphs of a session, and follows the values of their ports and the cost of their nodes."""
+"""Describes the graphs of a session, and follows the values of their ports and variables and the cost of their nodes."""
 
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from graphengine.compiler.graph import Graph
-from graphengine.drawing import svg
 from graphengine.drawing.view_model import make_graph_view
-from graphengine.format.diagnostics import Findings
+from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.profile import Profile
-from graphengine.view.wire import GraphDrawing
+from graphengine.view.wire import GraphDetails
 
 MOST_ELEMENTS, LONGEST_TEXT = 8, 200
 """Of an array and of a text that are written out."""
@@ -54,14 +55,33 @@ class NodeCosts:
         return found
 
 
-def draw(run: GraphRun) -> GraphDrawing:
-    """Draw a graph as `graphrun show` does."""
+def summarize(run: GraphRun, robots: Sequence[str]) -> dict[str, Any]:
+    """Name, robot, prim path, file and variables of a graph; the robot is empty for a graph of the scene."""
+    graph = run.executor.graph
+    robot, _, short = graph.name.partition("/")
+    belongs = robot in robots and bool(short)
+    path = str(graph.flat.loaded.document.path)
+    return {
+        "name": graph.name,
+        "robot": robot if belongs else "",
+        "short": short if belongs else graph.name,
+        "prim": graph.prim_path,
+        "file": near(path),
+        "copy": os.path.abspath(path),
+        "variables": list(run.variables),
+    }
+
+
+def describe(viewer: int, run: GraphRun) -> GraphDetails:
+    """What is drawn and told of a graph that a viewer looks at."""
     graph = run.executor.graph
     try:
-        drawing = svg.draw([make_graph_view(graph, Findings())], named=True)
-    except UsageError as error:  # it is too large, or the layout library is missing
-        drawing = f"<p>{svg.escape(str(error))}</p>"
-    return GraphDrawing(run.name, drawing, _nodes_of(graph), str(graph.flat.loaded.document.path))
+        view = make_graph_view(graph, Findings())
+    except UsageError as error:  # it is too large
+        return GraphDetails(viewer, run.name, str(error), _nodes_of(graph))
+    # Without the classes of nodes: the page's process may not have the modules that define them.
+    view.nodes = [replace(node, instance=None) for node in view.nodes]
+    return GraphDetails(viewer, run.name, view, _nodes_of(graph))
 
 
 def _nodes_of(graph: Graph) -> dict[str, dict[str, Any]]:
@@ -69,7 +89,7 @@ def _nodes_of(graph: Graph) -> dict[str, dict[str, Any]]:
     return {
         instance.id: {
             "type": instance.cls.type_name,
-            "place": near(str(instance.span)),
+            **place_of(instance.span),
             "ports": [
                 {
                     "name": port.name,
@@ -88,9 +108,14 @@ def _nodes_of(graph: Graph) -> dict[str, dict[str, Any]]:
     }
 
 
-def port_values(run: GraphRun) -> dict[str, Any]:
-    """The values of all ports of a graph by `Node.side:port`."""
-    found = {}
+def place_of(span: Span) -> dict[str, str]:
+    """A place as it is shown, and `path:line` with the absolute path, as editors take it."""
+    return {"place": near(str(span)), "copy": f"{os.path.abspath(span.source.path)}:{span.line}"}
+
+
+def values_of(run: GraphRun) -> dict[str, Any]:
+    """The values of all ports of a graph by `Node.side:port`, and of its variables by `variable:name`."""
+    found = {f"variable:{name}": short_value(variable.value) for name, variable in run.variables.items()}
     for instance, node in zip(run.executor.graph.instances, run.executor.nodes, strict=True):
         if instance.part_of:
             continue
@@ -111,7 +136,7 @@ def short_value(value: Any) -> Any:
     if isinstance(value, str):
         return value[:LONGEST_TEXT]
     if isinstance(value, np.ndarray) and value.size > MOST_ELEMENTS and np.issubdtype(value.dtype, np.number):
-        finite = value[np.isfinite(value)]
+        finite = value if np.issubdtype(value.dtype, np.integer) else value[np.isfinite(value)]
         return f"{value.shape} " + (f"{finite.min():.4g} to {finite.max():.4g}" if finite.size else "not finite")
     if isinstance(value, tuple | list | np.ndarray):
         parts = [f"{part:.4g}" if isinstance(part, float) else str(short_value(part)) for part in value[:MOST_ELEMENTS]]

@@ -17,6 +17,8 @@ from graphengine.format.errors import UsageError
 
 ALLOWED = 20.0
 """Seconds in which the page has to come up."""
+FAREWELL = 1.0
+"""Seconds that `close` waits until everything is sent."""
 
 
 class Page:
@@ -104,7 +106,7 @@ class Page:
                 self._news.wait_for(lambda: self._waiting or self._frame is not None or self._closed)
                 told = [*self._waiting, *([self._frame] if self._frame is not None else [])]
                 self._waiting.clear()
-                if self._closed:
+                if self._closed and not told:
                     return
             try:
                 for one in told:
@@ -122,11 +124,15 @@ class Page:
                 self._asked(json.loads(self._connection.recv_bytes()))
         self.lost = not self._closed
 
-    def close(self) -> None:
-        """End the process; safe to call twice."""
+    def close(self, last: object = None) -> None:
+        """Send what is left and a last object, and end the process; safe to call twice."""
         with self._news:
+            self._waiting += [one for one in (self._frame, last) if one is not None and not self._closed]
+            self._frame = None
             self._closed = True
             self._news.notify_all()
+        for writer in self._threads[:1]:
+            writer.join(FAREWELL)
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)  # which wakes both threads
         self._socket.close()

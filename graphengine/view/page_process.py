@@ -11,19 +11,25 @@ import json
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Mapping
 from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
 
+from graphengine.drawing import svg
 from graphengine.format.errors import UsageError
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.view.message_rows import message_rows
 from graphengine.view.page_server import PageServer, Viewer
-from graphengine.view.scene3d import Scene3D
-from graphengine.view.wire import Answer, LiveScene, LiveState
+from graphengine.view.scene.scene3d import Scene3D
+from graphengine.view.wire import Answer, Ended, GraphDetails, LiveScene, LiveState, PaneContent, TopicMessage
 
-WHAT = ("command", "look", "drive", "gone")
+WHAT = ("command", "look", "select", "topics", "drive", "gone")
 """What viewers may ask."""
+OF_SCENE = -1
+"""Stands for the number of a viewer in what the 3D part asks."""
 
 
 class PageProcess:
@@ -39,19 +45,24 @@ class PageProcess:
         self._run = run
         self._sending = threading.Lock()
         self._greeting: dict[str, str] = {}
+        self._definitions = DEFINITIONS
         self.server = PageServer(host, port, self._ask, lambda: self._greeting)
-        self._scene = Scene3D(self.server.viser.scene)
-        self._lidar = self.server.viser.gui.add_checkbox("Lidar", True, hint="what lidars hit, coloured by distance")
-        self._lidar.on_update(lambda _: self._tell_shown())
+        self._scene = Scene3D(self.server.viser, self._tell_shown, self._command)
 
     def _tell_shown(self) -> None:
-        layers = ["lidar"] if self._lidar.value else []
-        self._tell({"viewer": -1, "ask": "show", "viewers": len(self.server.viewers), "layers": layers})
+        layers = list(self._scene.shown)
+        self._tell({"viewer": OF_SCENE, "ask": "show", "viewers": len(self.server.viewers), "layers": layers})
+
+    def _command(self, client: int, name: str, arguments: Mapping[str, Any]) -> None:
+        """Send a command of a viewer of the 3D part, whose number is viser's."""
+        self._tell({"viewer": OF_SCENE, "ask": "command", "id": client, "command": name, "arguments": arguments})
 
     def _ask(self, viewer: Viewer, message: Mapping[str, Any]) -> None:
         what = message.get("ask")
         if what in ("come", "gone"):
             self._tell_shown()
+        if what == "select" and isinstance(name := message.get("robot"), str):
+            self._scene.select(name)
         if what in WHAT:
             self._tell({**message, "viewer": viewer.number})
 
@@ -73,28 +84,58 @@ class PageProcess:
     def _take(self, told: object) -> None:
         if isinstance(told, LiveState):
             with self.server.viser.atomic():
-                self._scene.move(told.poses)
-                self._scene.scan(told.scans)
-            self._show("frame", {"facts": told.facts, "values": told.values, "nodes": told.nodes})
+                self._scene.update(told)
+            frame = {"facts": told.facts, "values": told.values, "nodes": told.nodes, "robots": told.robots}
+            self._show("frame", frame)
         elif isinstance(told, LiveScene):
             self._show_stage(told)
+        elif isinstance(told, PaneContent):
+            self._show(told.kind, told.content)
+        elif isinstance(told, TopicMessage):
+            self._show_message(told)
+        elif isinstance(told, GraphDetails):
+            graph = {"name": told.name, "svg": _draw(told), "nodes": told.nodes}
+            self.server.answer(told.viewer, _text({"graph": graph}))
+        elif isinstance(told, Answer) and told.viewer == OF_SCENE:
+            if "error" in told.told:
+                self._scene.tell(told.told["id"], told.told["error"])
         elif isinstance(told, Answer):
-            self.server.answer(told.viewer, json.dumps({"answer": told.told}))
+            self.server.answer(told.viewer, _text({"answer": told.told}))
+        elif isinstance(told, Ended):
+            self.server.end(_text({"ended": {"error": told.error}}))
 
     def _show_stage(self, stage: LiveScene) -> None:
         x, y, z = stage.focus
         camera = self.server.viser.initial_camera
         camera.position, camera.look_at = (x - 3.5, y - 3.5, z + 2.5), (x, y, z)
-        self._scene.show(stage.bodies, stage.beams)
-        graphs = [
-            {"name": graph.name, "svg": graph.svg, "nodes": graph.nodes, "file": graph.file} for graph in stage.graphs
-        ]
-        self._show("stage", {"title": stage.title, "graphs": graphs, "drives": stage.drives})
+        self._scene.show(stage)
+        self._definitions = stage.definitions
+        shown = {"title": stage.title, "graphs": stage.graphs, "robots": stage.robots, "drives": stage.drives}
+        self._show("stage", shown)
 
-    def _show(self, kind: str, content: Mapping[str, Any]) -> None:
-        text = json.dumps({kind: content}, allow_nan=False, default=_plain)
+    def _show(self, kind: str, content: Any) -> None:
+        text = _text({kind: content})
         self._greeting[kind] = text
         self.server.broadcast(kind, text)
+
+    def _show_message(self, told: TopicMessage) -> None:
+        rows = message_rows(told.data, told.type, self._definitions) if told.data is not None else []
+        message = {"topic": told.topic, "type": told.type, "size": told.size, "rows": rows}
+        self.server.broadcast(f"message of {told.topic}", _text({"message": message}))
+
+
+def _draw(graph: GraphDetails) -> str:
+    """The drawing of a graph as `graphrun show` makes it; a paragraph with the reason if that is not possible."""
+    try:
+        if isinstance(graph.view, str):
+            raise UsageError(graph.view)
+        return svg.draw([graph.view], named=True)
+    except UsageError as error:  # it is too large, or the layout library is missing
+        return f"<p>{svg.escape(str(error))}</p>"
+
+
+def _text(told: Mapping[str, Any]) -> str:
+    return json.dumps(told, allow_nan=False, default=_plain)
 
 
 def _plain(value: Any) -> Any:
@@ -105,6 +146,8 @@ def _plain(value: Any) -> Any:
 
 def main() -> None:
     """Serve the page."""
+    # A viewer may go while his camera is set.
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection")
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the run, whose end ends this process
     descriptor, host, port = sys.argv[1:]
     run = Connection(int(descriptor))

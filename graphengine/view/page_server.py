@@ -31,6 +31,8 @@ from graphengine.format.errors import UsageError
 from graphengine.view.guard import PageGuard, Refusal, Welcome
 
 MAX_VIEWERS = 8
+FAREWELL = 1.0
+"""Seconds in which viewers have to take the last message."""
 MAX_MESSAGE = 1_000_000
 """Bytes of a message from a browser."""
 EVERY_ADDRESS = ("0.0.0.0", "::")
@@ -49,8 +51,9 @@ Handler = Callable[[ServerConnection], Awaitable[None]]
 class Viewer:
     """A browser that takes the feed: of what it has not read yet only the newest of each kind is kept."""
 
-    def __init__(self, number: int) -> None:
+    def __init__(self, number: int, connection: ServerConnection) -> None:
         self.number = number
+        self.connection = connection
         self._waiting: dict[str, str] = {}
         self._answers: list[str] = []
         self._news = asyncio.Event()
@@ -69,6 +72,10 @@ class Viewer:
         """Wait for something to send."""
         await self._news.wait()
         self._news.clear()
+        return self.drain()
+
+    def drain(self) -> list[str]:
+        """Take what there is to send."""
         found = [*self._answers, *self._waiting.values()]
         self._answers.clear()
         self._waiting.clear()
@@ -126,6 +133,22 @@ class PageServer:
         for viewer in self.viewers.values():
             viewer.put(kind, text)
 
+    def end(self, text: str) -> None:
+        """Send every viewer what is left and a last message, and disconnect it."""
+
+        async def tell(viewer: Viewer) -> None:
+            with contextlib.suppress(ConnectionClosed):
+                for left in (*viewer.drain(), text):
+                    await viewer.connection.send(left)
+                await viewer.connection.close(1001, "the run has ended")
+
+        async def tell_all() -> None:
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(FAREWELL):
+                    await asyncio.gather(*map(tell, self.viewers.values()))
+
+        asyncio.run_coroutine_threadsafe(tell_all(), self._loop).result()
+
     def close(self) -> None:
         """Disconnect all viewers."""
         with contextlib.redirect_stdout(None):
@@ -180,7 +203,7 @@ class PageServer:
 
     async def _feed(self, connection: ServerConnection) -> None:
         """Send a viewer what is new, and pass on what it asks for."""
-        viewer = Viewer(next(self._numbers))
+        viewer = Viewer(next(self._numbers), connection)
         self.viewers[viewer.number] = viewer
         for kind, text in self._greet().items():
             viewer.put(kind, text)

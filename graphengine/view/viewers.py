@@ -15,6 +15,8 @@ from graphengine.view.wire import Answer
 
 MAX_ASKED = 1000
 """Messages of viewers that wait for the end of a tick; older ones are lost."""
+LONGEST_NAME = 1000
+"""Characters of a name that a viewer asks for."""
 DEAD_MAN = 0.5
 """Seconds of wall time after which a robot stops that no viewer drives any more."""
 
@@ -41,12 +43,18 @@ class Viewers:
         number: of viewers.
         layers: layers of the 3D part that are shown.
         graphs: the graph that each viewer looks at.
+        waiting: viewers who look at a graph that they have not got yet.
+        robots: the robot that each viewer selected.
+        topics: the topic that each viewer with an open topics pane looks at; empty for none.
     """
 
     def __init__(self, desk: Desk, driver: Driver, *, read_only: bool) -> None:
         self.number = 0
         self.layers: frozenset[str] = frozenset()
         self.graphs: dict[int, str] = {}
+        self.waiting: set[int] = set()
+        self.robots: dict[int, str] = {}
+        self.topics: dict[int, str] = {}
         self._desk = desk
         self._driver = driver
         self._read_only = read_only
@@ -76,9 +84,18 @@ class Viewers:
         if what == "show":
             self.number, self.layers = asked["viewers"], frozenset(asked["layers"])
         elif what == "gone":
-            self.graphs.pop(viewer, None)
+            for choices in (self.graphs, self.robots, self.topics):
+                choices.pop(viewer, None)
+            self.waiting.discard(viewer)
         elif what == "look":
-            self.graphs[viewer] = str(asked.get("graph", ""))
+            self.graphs[viewer] = _name(asked, "graph")
+            self.waiting.add(viewer)
+        elif what == "select":
+            self.robots[viewer] = _name(asked, "robot")
+        elif what == "topics":
+            self.topics.pop(viewer, None)
+            if asked.get("open") is True:
+                self.topics[viewer] = _name(asked, "topic")
         elif self._read_only:
             page.tell(Answer(viewer, {"id": asked.get("id"), "error": "this page is for looking only"}))
         elif what == "drive":
@@ -121,3 +138,8 @@ class Viewers:
         del self._driven[topic]
         with contextlib.suppress(GraphError):  # the topic may have gone with its robot
             self._driver.drive(topic, None)
+
+
+def _name(asked: Mapping[str, Any], what: str) -> str:
+    name = asked.get(what)
+    return name[:LONGEST_NAME] if isinstance(name, str) else ""

@@ -9,25 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.rotation import Pose
 from graphengine.devices.visible import Bodies
-
-
-@dataclass(frozen=True, slots=True)
-class GraphDrawing:
-    """A graph of the run.
-
-    Attributes:
-        name: `robot/graph`.
-        svg: its drawing, of which each node carries its name; empty without the layout library.
-        nodes: its nodes by name, with what the page tells of their ports.
-        file: its file.
-    """
-
-    name: str
-    svg: str
-    nodes: Mapping[str, Mapping[str, Any]]
-    file: str
+from graphengine.drawing.view_model import GraphView
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.view.layer_data import FrameLayers, SceneLayers
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,18 +22,39 @@ class LiveScene:
     Attributes:
         title: name of the scene.
         bodies: what is visible.
-        graphs: in the order they run.
+        graphs: in the order they run: name, robot, prim path, file and variables of each, as JSON has them.
         drives: topic by which each robot is driven, of those that have one.
-        beams: unit vectors of each lidar's beams in its own frame, shape (beams, 3), by prim path.
+        layers: what the layers of the 3D part show beside bodies.
         focus: place that the camera looks at first, m.
+        robots: name, prim path, namespace, file and sensors of each, as JSON has them.
+        definitions: message types.
     """
 
     title: str
     bodies: Bodies
-    graphs: Sequence[GraphDrawing]
+    graphs: Sequence[Mapping[str, Any]]
     drives: Mapping[str, str]
-    beams: Mapping[str, NDArray[np.float32]]
+    layers: SceneLayers
     focus: tuple[float, float, float]
+    robots: Sequence[Mapping[str, Any]] = ()
+    definitions: Definitions = DEFINITIONS
+
+
+@dataclass(frozen=True, slots=True)
+class GraphDetails:
+    """A graph that a viewer looks at.
+
+    Attributes:
+        viewer: number of the viewer.
+        name: `robot/graph`.
+        view: what is drawn; a text if it cannot be drawn.
+        nodes: its nodes by name, with what the page tells of their ports.
+    """
+
+    viewer: int
+    name: str
+    view: GraphView | str
+    nodes: Mapping[str, Mapping[str, Any]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,18 +62,51 @@ class LiveState:
     """The state of a run after a tick.
 
     Attributes:
-        facts: time, state, rate and counters, as JSON has them.
+        facts: the fields of a `RunStatus`, as JSON has them.
         poses: of all bodies, shape (bodies, 7).
-        scans: pose and distances (m, inf without a hit) of each lidar with a new sample, if that layer is shown.
-        values: text of each port, by `graph`, then `Node.port`, of the graphs that are looked at.
+        layers: what the layers of the 3D part need that are shown.
+        values: text of each port and variable, by `graph`, then `Node.side:port` or `variable:name`, of the graphs that are
+            looked at.
         nodes: runs, firings and microseconds of a run since the last frame, by graph and node, likewise.
+        robots: pose and velocity of the robots that are selected, by name.
     """
 
     facts: Mapping[str, Any]
     poses: NDArray[np.float64]
-    scans: Mapping[str, tuple[Pose, NDArray[np.float32]]] = field(default_factory=dict)
+    layers: FrameLayers = field(default_factory=FrameLayers)
     values: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     nodes: Mapping[str, Mapping[str, tuple[int, int, float]]] = field(default_factory=dict)
+    robots: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class PaneContent:
+    """What a pane of the page shows, in the place of what it showed before.
+
+    Attributes:
+        kind: of the pane, such as `topics`.
+        content: as JSON has it.
+    """
+
+    kind: str
+    content: Any
+
+
+@dataclass(frozen=True, slots=True)
+class TopicMessage:
+    """The newest message of a topic that a viewer looks at.
+
+    Attributes:
+        topic: full name.
+        type: as in `nav_msgs/msg/Odometry`.
+        size: bytes of the message.
+        data: the message in CDR; None before the first one, and of one that is too large to be shown.
+    """
+
+    topic: str
+    type: str
+    size: int
+    data: bytes | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,3 +120,14 @@ class Answer:
 
     viewer: int
     told: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """The end of the run: nothing follows.
+
+    Attributes:
+        error: text of the error that ended it; empty if there was none.
+    """
+
+    error: str

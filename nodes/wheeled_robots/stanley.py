@@ -43,9 +43,10 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
     from the front axle to the path, v the measured speed. A small e decays as exp(-`gains[0]` t). The turn rate is
     tan(d) / b times `linearVelocity`.
 
-    The speeds on the path are scaled to a maximum of `maxVelocity`; over the last third of the path they are
-    multiplied by sqrt(3 r / L), where r of the length L remains. Each execution reduces the difference between measured speed and path speed by the fraction `gains[1]`. If the
-    base passes the end of the path without reaching the target, it turns towards the target and drives straight to it.
+    The speeds on the path are scaled to a maximum of `maxVelocity`; over the last third of the path's length L they are
+    multiplied by sqrt(3 r / L), where r remains. Each execution reduces the difference between measured speed and path speed by
+    the fraction `gains[1]`. If the base passes the end of the path without reaching the target, it turns towards the target and
+    drives straight to it.
     """
 
     current_speed: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s", doc="velocity of the base; z is ignored")

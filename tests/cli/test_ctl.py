@@ -17,6 +17,7 @@ import pytest
 from graphengine.cli import make_parser
 from graphengine.runtime.commands import COMMANDS, parse
 from tests.cli.harness import Graphrun, Live, Result, live
+from tests.cli.screen import frames
 
 MEMORY = ("--transport", "memory")
 CUBE = '<robot name="cube"><link name="base_link"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" \
@@ -243,9 +244,17 @@ def test_the_time_of_a_run_is_that_of_the_simulation(ctl: Graphrun, project: Pat
     assert run.said.splitlines()[-1].startswith("60 ticks, 1.000 s of simulation in ")
 
 
+def test_topics_are_those_of_the_run_without_its_services(ctl: Graphrun, project: Path) -> None:
+    with paused("mine.yaml", *MEMORY, cwd=project):
+        assert ctl("topics").out == "/clock\n"
+        assert json.loads(ctl("topics", "--json").out) == {"topics": {"/clock": "rosgraph_msgs/msg/Clock"}}
+    with paused("dd100_flat", *MEMORY):
+        assert "/dd100_0000/cmd_vel" in ctl("topics").lines
+
+
 def test_a_terminal_shows_that_a_run_is_paused(project: Path) -> None:
-    with paused("mine.yaml", *MEMORY, cwd=project, columns=100) as run:
-        assert run.hear(lambda said: "t      0.00 s   paused" in said)
+    with paused("mine.yaml", *MEMORY, cwd=project, columns=100, env={"TERM": "xterm"}) as run:
+        assert run.hear(lambda said: "t 0.00 s  paused  0 late" in " ".join(frames(said)))
 
 
 # The command line

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
@@ -218,6 +219,42 @@ def test_echo_asks_for_what_all_publishers_offer(topic: Graphrun, peer: DdsTrans
 def test_echo_needs_no_publisher_where_the_type_is_given(topic: Graphrun, peer: DdsTransport) -> None:
     result = topic("echo", "--once", "/later", STRING, "--timeout", "0.05")
     assert (result.code, result.out, result.err) == (1, "", "nothing arrived on /later within 0.05 s\n")
+
+
+def make_scan() -> Any:
+    """A scan of 1000 beams."""
+    ranges = np.linspace(1.0, 10.0, 1000, dtype=np.float32)
+    header = messages.header(12.5, "lidar")
+    return messages.LaserScan(header, -1.0, 1.0, 0.002, 0.0, 0.1, 0.1, 25.0, ranges, ranges[:0])
+
+
+def test_echo_of_a_scan_is_a_summary_when_asked_and_yaml_for_scripts(topic: Graphrun, peer: DdsTransport) -> None:
+    latch(peer, "/scan", make_scan())
+    assert topic("echo", "--once", "--summary", "/scan", code=0, err="").lines == [
+        "LaserScan of frame 'lidar' at 12.500 s",
+        "  1000 beams from -57.3 to 57.3 deg, 10 Hz, can measure 0.1 to 25 m",
+        "  ranges 1 to 10 m, 0 without return",
+        *topic("echo", "--once", "--summary", "/scan").lines[3:4],
+        "---",
+    ]
+    document = yaml.safe_load(topic("echo", "--once", "/scan").out.removesuffix("---\n"))
+    assert (len(document["ranges"]), document["range_max"]) == (129, 25.0)
+    assert len(yaml.safe_load(topic("echo", "--once", "-f", "/scan").out.removesuffix("---\n"))["ranges"]) == 1000
+
+
+@pytest.mark.parametrize("columns", [80, 40])
+def test_on_a_terminal_echo_of_a_scan_is_a_summary_that_fits(domain_id: int, columns: int) -> None:
+    run = ("topic", "echo", "--once", "/scan", "--transport", "dds", "--spin-time", str(PATIENCE))
+    env = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    with contextlib.closing(DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))) as peer:
+        latch(peer, "/scan", make_scan())
+        with live(*run, columns=columns, out=True, env=env) as echo:
+            echo.hear(lambda said: False)
+            *_, line, end = echo.said.splitlines()
+        assert (line[:13], line[-9:], len(line), end) == ("  -57.3 deg ▁", " 57.3 deg", columns, "---")
+        with live(*run, "-l", "3", columns=columns, out=True, env=env) as echo:
+            echo.hear(lambda said: False)
+            assert "ranges:" in echo.said
 
 
 def test_echo_drops_what_a_peer_with_another_definition_sends_and_warns(

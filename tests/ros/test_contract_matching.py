@@ -76,6 +76,15 @@ def test_matched_follows_readers_that_come_and_go(bob: AnyTransport, join: Join)
         assert eventually(lambda: not writer.matched)
 
 
+@pytest.mark.parametrize("kind", ["memory", "dds"], indirect=True)
+def test_matched_counts_readers(bob: AnyTransport, join: Join) -> None:
+    writer = join("alice").writer("/chatter", STRING, QoS())
+    readers = [bob.reader("/chatter", STRING, QoS(), Inbox()) for _ in range(3)]
+    assert eventually(lambda: writer.matched == 3)
+    readers[0].close()
+    assert eventually(lambda: writer.matched == 2)
+
+
 def test_a_writer_that_is_closed_refuses_and_is_not_matched(alice: AnyTransport, join: Join) -> None:
     writer = alice.writer("/chatter", STRING, QoS())
     join("bob").reader("/chatter", STRING, QoS(), Inbox())

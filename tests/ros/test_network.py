@@ -104,6 +104,17 @@ def test_a_picture_is_copied_once_on_its_way_from_the_camera_to_the_transport() 
     assert pixels.nbytes <= peak < pixels.nbytes + 10_000
 
 
+def test_subscribers_of_all_topics_are_counted_and_recorders_are_not() -> None:
+    transport, network = in_memory()
+    network.sinks.append(Taker())
+    network.publisher(claim("publish"))
+    network.publisher(EndpointClaim("/node", "graph", "/rgb", IMAGE, "publish", QoS()))
+    assert network.subscribers == 0
+    for topic, kind in (("/cmd_vel", TWIST), ("/cmd_vel", TWIST), ("/rgb", IMAGE), ("/other", IMAGE)):
+        transport.reader(topic, kind, QoS(), lambda data: None)
+    assert network.subscribers == 3
+
+
 def test_messages_that_came_faster_than_ticks_took_them_are_counted() -> None:
     transport, network = in_memory()
     subscription = network.subscription(claim("subscribe", depth=3))

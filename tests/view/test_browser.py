@@ -3,77 +3,18 @@
 from __future__ import annotations
 
 import re
-import shutil
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from typing import Any
 
 import pytest
 
-import graphengine as ge
 from graphengine.testing import session
 from tests.waiting import eventually
 
 pytest.importorskip("viser", reason="the extra view is not installed")
-sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 
-CHROMIUM = shutil.which("chromium")
-FLAGS = ["--no-sandbox", "--no-first-run", "--disable-background-networking", "--disable-component-update"]
-FLAGS += [
-    "--disable-quic",
-    "--disable-sync",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-]
+from tests.view.chromium import browser, needs_chromium, seconds, seen, until
 
-pytestmark = [
-    pytest.mark.xdist_group("view"),
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: apt-get install chromium"),
-]
-
-
-@contextmanager
-def browser(url: str) -> Iterator[Any]:
-    """The page in Chromium; what its scripts raise fails the test."""
-    raised: list[str] = []
-    with sync_api.sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        page = chromium.new_page(viewport={"width": 1280, "height": 800})
-        page.set_default_timeout(60_000)
-        page.on("pageerror", lambda error: raised.append(str(error)))
-        page.goto(url)
-        yield page
-        chromium.close()
-    assert raised == []
-
-
-def seen(sim: ge.Session, look: Callable[[Any], Any]) -> Any:
-    """Run a session in real time while a browser looks at it; what the look found."""
-    url = sim.view()
-
-    def open_and_look() -> Any:
-        with browser(url) as page:
-            return look(page)
-
-    with ThreadPoolExecutor(1) as pool:
-        looked = pool.submit(open_and_look)
-        while not looked.done():
-            sim.run(5.0, rate=1.0, until=lambda _: looked.done())
-        return looked.result()
-
-
-def seconds(page: Any) -> float:
-    """The time that the page shows."""
-    return float(page.inner_text("#time").removesuffix(" s"))
-
-
-def until(page: Any, condition: str) -> None:
-    """Wait until an expression of the page holds."""
-    assert eventually(lambda: page.evaluate(f"() => Boolean({condition})"), lambda: page.wait_for_timeout(50)), (
-        condition
-    )
+pytestmark = [pytest.mark.xdist_group("view"), needs_chromium]
 
 
 def test_the_page_shows_the_run_and_controls_it() -> None:
@@ -94,6 +35,14 @@ def test_the_page_shows_the_run_and_controls_it() -> None:
         page.keyboard.up("w")
         until(page, f"document.querySelector('{velocity}').textContent.startsWith('(0,')")
 
+        page.click("#world", position={"x": 200, "y": 300})  # the 3D part takes the focus
+        assert page.evaluate("() => document.activeElement.id") == "world"
+        page.keyboard.down("w")
+        until(page, f"document.querySelector('{velocity}').textContent.startsWith('(0.5')")
+        page.click("#title")  # and loses it
+        until(page, f"document.querySelector('{velocity}').textContent.startsWith('(0,')")
+        page.keyboard.up("w")
+
         page.click("#pause")
         until(page, "document.getElementById('state').textContent === 'paused'")
         found["held"] = seconds(page), seconds(page)
@@ -103,8 +52,8 @@ def test_the_page_shows_the_run_and_controls_it() -> None:
         until(page, f"document.querySelector('{row}').value === '0.25'")
         page.fill(row, '"fast"')
         page.press(row, "Enter")
-        until(page, "document.getElementById('message').textContent !== ''")
-        found["message"] = page.inner_text("#message")
+        until(page, "!document.getElementById('message').hidden")
+        found["message"] = page.inner_text("#message-text")
         page.click("#play")
         until(page, "document.getElementById('state').textContent === 'playing'")
         wide = "Math.max(0, ...[...document.querySelectorAll('canvas')].map((canvas) => canvas.width))"

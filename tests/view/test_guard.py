@@ -46,6 +46,13 @@ def test_without_it_or_from_elsewhere_a_request_is_refused(headers: dict[str, st
     assert verdict.status == 403
 
 
+@pytest.mark.parametrize("host", ["localhost:9000", "127.0.0.1:9000", "[::1]:9000"])
+def test_a_port_that_is_forwarded_to_another_one_is_refused_with_what_to_do(host: str) -> None:
+    verdict = GUARD.check(f"/?token={GUARD.token}", {"Host": host})
+    assert isinstance(verdict, Refusal)
+    assert "ssh -L 8000:127.0.0.1:8000" in verdict.reason
+
+
 @pytest.mark.parametrize("host", ["192.168.1.5:8000", "[fe80::1]:8000", "machine:8000"])
 def test_a_page_on_every_address_takes_addresses_for_names(host: str) -> None:
     guard = PageGuard(("machine:8000", "localhost:8000"), every_address=True)

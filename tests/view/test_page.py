@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
+import re
 import signal
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,70 +15,16 @@ import pytest
 
 pytest.importorskip("viser", reason="the extra view is not installed")
 
-from websockets.sync.client import ClientConnection, connect
-
 import graphengine as ge
 from graphengine.cli import main as graphrun
 from graphengine.testing import session
 from graphengine.view.live_graphs import short_value
+from tests.view.harness import Viewer, viewed
 
 pytestmark = pytest.mark.xdist_group("view")
 
 CMD_VEL = "/dd100_0000/cmd_vel"
 LIMIT = "DiffController.inputs:maxLinearSpeed"
-
-
-class Viewer:
-    """A browser of which only the feed is played."""
-
-    def __init__(self, url: str) -> None:
-        base, _, token = url.partition("/?token=")
-        port = base.rpartition(":")[2]
-        cookie = {"Cookie": f"graphrun_{port}={token}"}
-        self.socket: ClientConnection = connect(f"ws://127.0.0.1:{port}/feed", additional_headers=cookie, max_size=None)
-        self.stage: Any = None
-        self.frame: Any = None
-        self._asked = 0
-
-    def ask(self, **what: Any) -> None:
-        """Send something."""
-        self.socket.send(json.dumps(what))
-
-    def until(self, condition: Callable[[Any], object]) -> Any:
-        """Read until a frame fulfils a condition."""
-        while self.frame is None or not condition(self.frame):
-            self._read()
-        return self.frame
-
-    def command(self, name: str, **arguments: Any) -> Any:
-        """Ask for a command and wait for its answer."""
-        self._asked += 1
-        self.ask(ask="command", id=self._asked, command=name, arguments=arguments)
-        while True:
-            told = self._read()
-            if told.get("answer", {}).get("id") == self._asked:
-                return told["answer"]
-
-    def _read(self) -> Any:
-        told = json.loads(self.socket.recv(timeout=60))
-        self.stage, self.frame = told.get("stage", self.stage), told.get("frame", self.frame)
-        return told
-
-
-def viewed(sim: ge.Session, play: Callable[[Viewer], Any], **options: Any) -> Any:
-    """Run a session in real time while a viewer plays; the result of the play."""
-    url = sim.view(**options)
-    with ThreadPoolExecutor(1) as pool:
-
-        def play_and_leave() -> Any:
-            viewer = Viewer(url)
-            with viewer.socket:
-                return play(viewer)
-
-        played = pool.submit(play_and_leave)
-        while not played.done():
-            sim.run(5.0, rate=1.0, until=lambda _: played.done())
-        return played.result()
 
 
 @pytest.fixture
@@ -91,15 +36,19 @@ def sim() -> Iterator[ge.Session]:
 def test_a_viewer_sees_the_graphs_and_the_time(sim: ge.Session) -> None:
     def play(viewer: Viewer) -> Any:
         viewer.until(lambda frame: frame["facts"]["time"] > 0.2)
-        return viewer.stage
+        viewer.ask(ask="look", graph="dd100/cmd_vel")
+        return viewer.stage, viewer.wait("graph")
 
-    stage = viewed(sim, play)
+    stage, graph = viewed(sim, play)
     assert stage["title"] == "dd100_flat"
     assert [graph["name"] for graph in stage["graphs"]] == [graph.name for graph in sim._runner.session.graphs]
     assert stage["drives"] == {"dd100": CMD_VEL}
-    nodes = stage["graphs"][-1]["nodes"]
-    assert all(f'data-node="{name}"' in stage["graphs"][-1]["svg"] for name in nodes)
-    assert nodes["DiffController"]["place"].endswith("cmd_vel.yaml:15:3")
+    assert [(robot["name"], robot["namespace"]) for robot in stage["robots"]] == [("dd100", "dd100_0000")]
+    assert {sensor["kind"] for sensor in stage["robots"][0]["sensors"]} >= {"lidar", "camera", "imu"}
+    assert graph["name"] == "dd100/cmd_vel"
+    assert all(f'data-node="{name}"' in graph["svg"] for name in graph["nodes"])
+    assert graph["nodes"]["DiffController"]["place"].endswith("cmd_vel.yaml:15:3")
+    assert re.fullmatch(r"/.*/graphs/dd100/cmd_vel\.yaml:15", graph["nodes"]["DiffController"]["copy"])
 
 
 def test_live_values_are_those_of_the_session_and_only_of_the_graph_that_is_looked_at(sim: ge.Session) -> None:
@@ -181,6 +130,10 @@ def test_only_robots_are_driven(sim: ge.Session, topic: object) -> None:
     "asked",
     [
         {"ask": "look", "graph": [], "viewer": "x"},
+        {"ask": "select", "robot": {}},
+        {"ask": "topics", "open": True, "topic": 7},
+        {"ask": "topics", "open": True, "topic": "/no_such_topic"},
+        {"ask": "topics", "open": "yes"},
         {"ask": "look", "viewer": None},
         {"ask": "show", "viewers": "many"},
         {"ask": "command", "command": 7, "viewer": {}},

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import shutil
 import sys
 import time
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.live import Live, absolute, add_live_arguments, count, positive, show
 from graphengine.cli.topic.expression import Filter, make_filter
@@ -37,7 +38,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-str", action="store_true", help="print only the length of strings")
     parser.add_argument("-f", "--full-length", action="store_true", help="do not cut long arrays and strings")
     cut = f"maximum number of elements and characters to print (default {TRUNCATED})"
-    parser.add_argument("-l", "--truncate-length", metavar="N", type=count, default=TRUNCATED, help=cut)
+    parser.add_argument("-l", "--truncate-length", metavar="N", type=count, help=cut)
+    summary = (
+        "print a few lines on each scan, image and point cloud: sizes, extents, a sparkline or picture; the default on a"
+        " terminal, unless another option says how to print"
+    )
+    parser.add_argument("--summary", action="store_true", help=summary)
     add_quality_arguments(parser, "sensor_data")
     add_live_arguments(parser)
 
@@ -102,8 +108,24 @@ def _text(
     part = TypedValue.of(message, definitions).find(arguments.field or "")
     if not wanted(part.value):
         return None
+    if part.value is message and _wants_summary(arguments) and (summary := _summary(message)) is not None:
+        return f"{summary}\n---"
     if not part.is_message:
         return f"{to_plain_text(part)}\n---"
-    longest = None if arguments.full_length else arguments.truncate_length
+    longest = TRUNCATED if arguments.truncate_length is None else arguments.truncate_length
+    longest = None if arguments.full_length else longest
     style = Style(longest, not arguments.no_arr, not arguments.no_str, arguments.flow_style)
     return to_csv(part, style) if arguments.csv else f"{to_yaml(part, style)}---"
+
+
+def _wants_summary(arguments: argparse.Namespace) -> bool:
+    """Whether summaries are asked for, or the output is a terminal and no option says how to print."""
+    chosen = ("csv", "flow_style", "no_arr", "no_str", "full_length")
+    plain = arguments.truncate_length is None and not any(getattr(arguments, option) for option in chosen)
+    return arguments.summary or (plain and sys.stdout.isatty())
+
+
+def _summary(message: Any) -> str | None:
+    from graphengine.messages.message_summary import summarize
+
+    return summarize(message, shutil.get_terminal_size().columns, picture=sys.stdout.isatty())

@@ -59,11 +59,12 @@ class Services:
             {path: generator.bit_generator.state for path, generator in self.generators.items()},
             {path: (product, product.save()) for path, product in self.render_products.items()},
             dict(self.handles),
+            self.seed,
         )
 
     def restore(self, saved: Any) -> None:
         """Return to a saved state; queues, generators and render products created since are discarded."""
-        keys, dropped, queues, generators, products, handles = saved
+        keys, dropped, queues, generators, products, handles, self.seed = saved
         self.keys.restore(keys)
         if self.dropped is not None:
             self.dropped.restore(dropped)

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graphengine.devices.rotation import vector
 from graphengine.devices.visible import Bodies, ShapeKind, Surface, VisibleShape
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.geoms import mesh_faces, mesh_vertices
+from graphengine.physics.pictures import textures
 from graphengine.physics.pictures.frame_capture import SEEN
 from graphengine.physics.sensors.rays import geom_colours
 
@@ -29,33 +31,49 @@ _KINDS: Mapping[int, ShapeKind] = {
 def visible_bodies(model: mujoco.MjModel) -> Bodies:
     """All bodies of a model, and the shapes that pictures show."""
     shapes: list[VisibleShape] = []
-    surfaces: dict[str, Surface] = {}
-    colours = geom_colours(model).tolist()
+    meshes: dict[str, int] = {}
+    painted: dict[str, int] = {}
+    colours = geom_colours(model)
     for geom in range(model.ngeom):
         kind = _KINDS.get(int(model.geom_type[geom]))
-        red, green, blue, opacity = colours[geom]
-        if kind is None or not SEEN[model.geom_group[geom]] or opacity == 0.0:
+        if kind is None or not SEEN[model.geom_group[geom]] or colours[geom, 3] == 0.0:
             continue
-        name = ""
-        if kind == "mesh":
-            mesh = int(model.geom_dataid[geom])
-            name = model.mesh(mesh).name
-            if name not in surfaces:
-                surfaces[name] = (
-                    mesh_vertices(model, mesh).astype(np.float32),
-                    np.asarray(mesh_faces(model, mesh), np.int32),
-                )
-        w, x, y, z = model.geom_quat[geom].tolist()
-        pose = (vector(model.geom_pos[geom]), (x, y, z, w))
-        shapes.append(
-            VisibleShape(
-                kind,
-                vector(model.geom_size[geom]),
-                int(model.geom_bodyid[geom]),
-                pose,
-                (red, green, blue, opacity),
-                name,
-            )
-        )
-    moving = ((model.body_weldid != 0) | (model.body_mocapid >= 0)).tolist()
-    return Bodies([model.body(body).name for body in range(model.nbody)], moving, shapes, surfaces)
+        shape = _shape(model, geom, kind, colours[geom])
+        shapes.append(shape)
+        if shape.mesh:
+            meshes[shape.mesh] = int(model.geom_dataid[geom])
+        if shape.texture:
+            painted[shape.texture] = textures.texture_of(model, geom)
+    corners = {name: textures.corner_coordinates(model, mesh) for name, mesh in meshes.items() if painted}
+    return Bodies(
+        [model.body(body).name for body in range(model.nbody)],
+        ((model.body_weldid != 0) | (model.body_mocapid >= 0)).tolist(),
+        shapes,
+        {name: _surface(model, mesh) for name, mesh in meshes.items()},
+        {name: textures.pixels(model, texture) for name, texture in painted.items()},
+        {name: found for name, found in corners.items() if found is not None},
+    )
+
+
+def _surface(model: mujoco.MjModel, mesh: int) -> Surface:
+    return mesh_vertices(model, mesh).astype(np.float32), np.asarray(mesh_faces(model, mesh), np.int32)
+
+
+def _shape(model: mujoco.MjModel, geom: int, kind: ShapeKind, colour: NDArray[np.float32]) -> VisibleShape:
+    texture = textures.texture_of(model, geom)
+    flat = texture >= 0 and textures.is_flat(model, texture)
+    if texture >= 0 and not flat:
+        colour = colour.copy()
+        colour[:3] *= textures.pixels(model, texture)[..., :3].mean(axis=(0, 1)) / 255
+    red, green, blue, opacity = colour.tolist()
+    w, x, y, z = model.geom_quat[geom].tolist()
+    return VisibleShape(
+        kind,
+        vector(model.geom_size[geom]),
+        int(model.geom_bodyid[geom]),
+        (vector(model.geom_pos[geom]), (x, y, z, w)),
+        (red, green, blue, opacity),
+        model.mesh(int(model.geom_dataid[geom])).name if kind == "mesh" else "",
+        f"texture {texture}" if flat else "",
+        textures.repeats(model, geom) if flat else (0.0, 0.0),
+    )

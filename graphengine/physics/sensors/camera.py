@@ -127,6 +127,7 @@ class PinholeCamera(Sampled):
         self._skipped = 0
         self._segmented = False
         self._delivery: tuple[int, Picture | None] = (0, None)
+        self.latest: Picture | None = None
 
     @property
     def labels(self) -> Mapping[int, str]:
@@ -159,7 +160,12 @@ class PinholeCamera(Sampled):
         tick = self._simulation.tick
         if self._delivery[0] != tick:
             self._delivery = (tick, self._take(tick - self.latency))
+            self.latest = self._delivery[1] or self.latest
         return self._delivery[1]
+
+    def preview(self) -> Future[Picture]:
+        """Render what it sees at this instant in the background; samples and deliveries stay as they are."""
+        return self._expose(False)
 
     def picture(self, *, segmentation: bool = False) -> Picture:
         """What it sees at this instant, at once.
@@ -188,7 +194,7 @@ class PinholeCamera(Sampled):
 
     def _expose(self, segmentation: bool) -> Future[Picture]:
         studio, index = self._studio, self.index
-        generator = self._sampling.random(index) if any(self._noise) else None
+        generator = self._noise_of(index) if any(self._noise) else None
         pose = self.pose()
         shot = studio.capture(pose, self._lens, segmentation=segmentation)
         boxes = studio.boxes(pose) if segmentation else None

@@ -93,8 +93,8 @@ class InertialUnit(CarriedPrim):
         seconds, ticks = simulation.tick_period
         steps = simulation.substeps
         tick, step = (seconds, ticks), (seconds, ticks * steps)
-        self._by_tick = _Samples(Sampling(self.rate, tick, simulation.seed, prim.path), tick, steps)
-        self._by_step = _Samples(Sampling(self.rate, step, simulation.seed, prim.path), step, 1)
+        self._by_tick = _Samples(Sampling(self.rate, tick, prim.path), tick, steps)
+        self._by_step = _Samples(Sampling(self.rate, step, prim.path), step, 1)
         self._noise = np.repeat((facts["acceleration_noise"], facts["angular_velocity_noise"]), 3)
         self._bias = np.array((*facts["acceleration_bias"], *facts["angular_velocity_bias"]), float)
         self._sample: ImuSample | None = None
@@ -163,7 +163,8 @@ class InertialUnit(CarriedPrim):
         ax, ay, az, gx, gy, gz, wx, wy, wz = mean.values
         reading = np.array((ax, ay, az, wx, wy, wz)) + self._bias
         if self._noise.any() and mean.index >= 0:
-            reading += self._noise * self._by_tick.sampling.random(mean.index).standard_normal(6)
+            generator = self._by_tick.sampling.random(self._simulation.seed, mean.index)
+            reading += self._noise * generator.standard_normal(6)
         ax, ay, az, wx, wy, wz = reading.tolist()
         return ImuSample(time, mean.index, (ax, ay, az), (gx, gy, gz), (wx, wy, wz), mean.orientation)
 

@@ -160,7 +160,7 @@ class RaySensor(TickSampled[S]):
     def _measured(self, distances: Floats, index: int) -> Floats:
         """Distances within range with the noise of a sample, rounded to the resolution."""
         if self.noise_std:
-            distances = distances + self._sampling.random(index).normal(0.0, self.noise_std, len(distances))
+            distances = distances + self._noise_of(index).normal(0.0, self.noise_std, len(distances))
         if self._resolution:
             distances = np.round(distances / self._resolution) * self._resolution
         return np.clip(distances, *self.ranges) if self.noise_std or self._resolution else distances

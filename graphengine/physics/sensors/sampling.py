@@ -28,14 +28,13 @@ class Sampling:
     Args:
         rate: samples a second.
         tick_period: seconds between two ticks, as numerator and denominator.
-        seed: of the session.
         prim_path: of the sensor.
     """
 
-    def __init__(self, rate: float, tick_period: tuple[int, int], seed: int, prim_path: str) -> None:
+    def __init__(self, rate: float, tick_period: tuple[int, int], prim_path: str) -> None:
         period = Fraction(*tick_period) * Fraction(repr(rate))
         self._samples, self._ticks = period.numerator, period.denominator
-        self._key = key_of(seed, prim_path)
+        self._prim_path = prim_path
 
     def newest(self, tick: int) -> int:
         """Number of the newest sample whose time has come at a tick."""
@@ -45,9 +44,9 @@ class Sampling:
         """Whether a new sample falls into a tick; the first tick has one."""
         return tick == 1 or (tick > 1 and self.newest(tick) > self.newest(tick - 1))
 
-    def random(self, sample: int) -> np.random.Generator:
-        """The generator of one sample's noise."""
-        return np.random.Generator(np.random.Philox(key=self._key, counter=sample << 128))
+    def random(self, seed: int, sample: int) -> np.random.Generator:
+        """The generator of one sample's noise, with the session's seed."""
+        return np.random.Generator(np.random.Philox(key=key_of(seed, self._prim_path), counter=sample << 128))
 
 
 class Sampled(CarriedPrim):
@@ -55,7 +54,7 @@ class Sampled(CarriedPrim):
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self.rate: float = prim.facts.get("rate", 30.0)
-        self._sampling = Sampling(self.rate, simulation.tick_period, simulation.seed, prim.path)
+        self._sampling = Sampling(self.rate, simulation.tick_period, prim.path)
         super().__init__(simulation, prim)
 
     @property
@@ -67,6 +66,10 @@ class Sampled(CarriedPrim):
     def index(self) -> int:
         """Number of the newest sample since play."""
         return self._sampling.newest(self._simulation.tick)
+
+    def _noise_of(self, index: int) -> np.random.Generator:
+        """The generator of a sample's noise."""
+        return self._sampling.random(self._simulation.seed, index)
 
 
 class TickSampled(Sampled, Generic[S]):
@@ -96,5 +99,5 @@ class TickSampled(Sampled, Generic[S]):
         return sample
 
     def _make_sample(self, index: int) -> S:
-        """Make sample `index` from the present state; its noise comes from `self._sampling.random(index)`."""
+        """Make sample `index` from the present state; its noise comes from `self._noise_of(index)`."""
         raise NotImplementedError

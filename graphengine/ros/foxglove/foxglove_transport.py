@@ -142,9 +142,9 @@ class _Writer:
         self.end = end
 
     @property
-    def matched(self) -> bool:
-        """Whether a reader is there, or a client subscribes."""
-        return self._inner.matched or self.end.wanted
+    def matched(self) -> int:
+        """Number of readers; all clients that subscribe count as one."""
+        return self._inner.matched + self.end.wanted
 
     @property
     def dropped(self) -> int:

@@ -1,13 +1,13 @@
 // The socket to the run. What it tells goes to those who listen, by kind; what a viewer asks goes to the run.
 const listeners = {};
 const answers = new Map();
-let socket, asked = 0;
+let socket, asked = 0, ended = false;
 
 export function on(kind, take) {
   (listeners[kind] ??= []).push(take);
 }
 
-function tell(kind, content) {
+export function tell(kind, content) {
   for (const take of listeners[kind] ?? []) take(content);
 }
 
@@ -21,6 +21,7 @@ export function connect() {
   };
   socket.onopen = () => tell("open");
   socket.onclose = () => {
+    if (ended) return;
     tell("lost");
     setTimeout(connect, 1000);
   };
@@ -30,7 +31,7 @@ export function ask(what) {
   if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(what));
 }
 
-// A command of the run; an error is shown in the header.
+// A command of the run; its answer has a result or an error, which is shown as a message too.
 export function command(name, args = {}) {
   return new Promise((resolve) => {
     const id = ++asked;
@@ -40,7 +41,8 @@ export function command(name, args = {}) {
 }
 
 on("answer", (answer) => {
-  document.getElementById("message").textContent = answer.error ?? "";
+  tell("notice", answer.error ?? "");
   answers.get(answer.id)?.(answer);
   answers.delete(answer.id);
 });
+on("ended", () => { ended = true; });

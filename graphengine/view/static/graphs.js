@@ -1,114 +1,99 @@
-// The graphs of the run: their drawings, and the ports of the selected node.
-import { ask, command, on } from "./connection.js";
-import { $, element } from "./elements.js";
-import { plot, plotArea, plotted } from "./plot.js";
+// The drawing of the selected graph: which nodes ran, what they cost, and what went wrong in them.
+import { ask, on } from "./connection.js";
+import { $, place, put } from "./elements.js";
+import { onSelect, select, selected } from "./selection.js";
 
-let graph = null, node = null;
+const SVG = "http://www.w3.org/2000/svg";
+const SMALLEST = 0.62; // of a drawing's own size, with texts that can be read; a larger graph is scrolled
+let graphs = [], problems = {}, drawn = "";
+export let details = { nodes: {} }; // of the selected graph
 
-on("open", () => { if (graph) ask({ ask: "look", graph: graph.name }); });
+export const graphFacts = () => graphs.find((one) => one.name === selected.graph);
+export const problemOf = (node) => problems[`${graphFacts()?.prim}/${node}`];
 
-on("stage", ({ graphs }) => {
-  $("graphs").replaceChildren(...graphs.map(tab));
-  select(graphs.find((one) => one.name === graph?.name) ?? graphs[graphs.length - 1]);
+on("stage", (stage) => {
+  graphs = stage.graphs;
+  look();
+});
+on("open", look);
+onSelect((what) => {
+  if (selected.graph !== drawn) look();
+  if (what === "node") markSelected();
 });
 
-on("frame", ({ facts, nodes, values }) => {
-  if (graph) showGraph(nodes[graph.name] ?? {}, values[graph.name] ?? {}, facts.time);
+function look() {
+  const graph = graphFacts();
+  $("graph-file").replaceChildren(...(graph ? [place(graph.file, graph.copy)] : []));
+  if (graph) ask({ ask: "look", graph: graph.name });
+}
+
+on("graph", (graph) => {
+  if (graph.name !== selected.graph) return;
+  details = graph;
+  drawn = graph.name;
+  $("drawing").innerHTML = graph.svg; // made by the run, which escapes all names in it
+  const picture = $("drawing").querySelector("svg");
+  if (picture) {
+    const { width, height } = picture.viewBox.baseVal;
+    Object.assign(picture.style, { minWidth: `${width * SMALLEST}px`, minHeight: `${height * SMALLEST}px` });
+  }
+  for (const box of boxes()) prepare(box);
+  if (!(selected.node in graph.nodes)) selected.node = "";
+  markSelected();
+  showProblems();
 });
 
-function tab(one) {
-  const button = element("button", one.name);
-  button.setAttribute("role", "tab");
-  button.onclick = () => select(one);
-  return button;
-}
+const boxes = () => $("drawing").querySelectorAll("[data-node]");
 
-function select(one) {
-  graph = one;
-  for (const button of $("graphs").children)
-    button.setAttribute("aria-selected", String(button.textContent === one?.name));
-  $("drawing").innerHTML = one?.svg ?? "";
-  for (const box of $("drawing").querySelectorAll("[data-node]")) {
-    box.addEventListener("click", () => selectNode(box.dataset.node));
-    const cost = document.createElementNS("http://www.w3.org/2000/svg", "text");
-    cost.setAttribute("class", "cost");
-    cost.setAttribute("y", "-5");
-    box.append(cost);
-  }
-  selectNode(node in (one?.nodes ?? {}) ? node : null);
-  if (one) ask({ ask: "look", graph: one.name });
-}
-
-function selectNode(name) {
-  node = name;
-  plot(null);
-  for (const box of $("drawing").querySelectorAll("[data-node]"))
-    box.classList.toggle("selected", box.dataset.node === name);
-  if (!name) {
-    $("side").innerHTML = '<p class="hint">Select a node of the graph to see its ports.</p>';
-    return;
-  }
-  const facts = graph.nodes[name];
-  const table = document.createElement("table");
-  for (const side of ["inputs", "outputs", "state"]) {
-    const ports = facts.ports.filter((one) => one.side === side);
-    if (ports.length) table.append(sideRow(side), ...ports.map((one) => portRow(name, one)));
-  }
-  $("side").replaceChildren(
-    element("h2", name), element("p", facts.type, "place"), element("p", facts.place, "place"), plotArea(), table);
-}
-
-function sideRow(side) {
-  const line = document.createElement("tr");
-  const head = element("th", side);
-  head.colSpan = 2;
-  line.append(head);
-  return line;
-}
-
-function portRow(name, one) {
-  const line = document.createElement("tr");
-  line.dataset.port = `${name}.${one.side}:${one.name}`;
-  line.title = `${one.name}: ${one.type}${one.unit ? ` in ${one.unit}` : ""}${one.wired ? ", wired" : ""}`;
-  const about = element("td", one.name);
-  if (one.unit) about.append(element("span", ` ${one.unit}`, "unit"));
-  if (one.doc) about.append(element("div", one.doc, "doc"));
-  line.append(about, element("td", "", "value"));
-  if (one.side === "inputs" && !one.wired) edit(line, name, one);
-  else line.addEventListener("click", () => choosePort(line));
-  return line;
-}
-
-function edit(line, name, one) {
-  const field = Object.assign(document.createElement("input"), { size: 14 });
-  field.setAttribute("aria-label", one.name);
-  field.onkeydown = (event) => {
-    if (event.key !== "Enter") return;
-    let value = field.value;
-    try { value = JSON.parse(value); } catch { /* a text */ }
-    command("set", { address: `${graph.name}/${name}.${one.name}`, value });
-    field.blur();
+function prepare(box) {
+  const name = box.dataset.node;
+  const attributes = { tabindex: 0, role: "button", "aria-label": `node ${name}` };
+  for (const key in attributes) box.setAttribute(key, attributes[key]);
+  box.onclick = () => select("node", { node: name });
+  box.onkeydown = (event) => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    event.preventDefault();
+    select("node", { node: name });
   };
-  line.children[1].append(field);
+  box.append(drawing("text", { class: "cost", y: -5 }));
 }
 
-function choosePort(line) {
-  plot(line.dataset.port);
-  for (const other of $("side").querySelectorAll("tr")) other.classList.toggle("plotted", other === line);
+function drawing(kind, attributes, text = "") {
+  const made = document.createElementNS(SVG, kind);
+  for (const key in attributes) made.setAttribute(key, attributes[key]);
+  made.textContent = text;
+  return made;
 }
 
-function showGraph(runs, values, time) {
-  for (const box of $("drawing").querySelectorAll("[data-node]")) {
+function markSelected() {
+  for (const box of boxes()) box.classList.toggle("selected", box.dataset.node === selected.node);
+}
+
+on("frame", ({ nodes }) => {
+  const runs = nodes[drawn] ?? {};
+  for (const box of boxes()) {
     const [ran, , cost] = runs[box.dataset.node] ?? [0, 0, 0];
     box.classList.toggle("ran", ran > 0);
-    if (ran) box.querySelector(".cost").textContent = `${cost.toFixed(1)} µs`;
+    if (ran) put(box.querySelector(".cost"), `${cost.toFixed(1)} µs`);
   }
-  for (const line of $("side").querySelectorAll("[data-port]")) {
-    const value = values[line.dataset.port];
-    const text = typeof value === "number" ? String(+value.toPrecision(6)) : (value ?? "");
-    const field = line.querySelector("input");
-    if (!field) line.children[1].textContent = text;
-    else if (document.activeElement !== field) field.value = text;
+});
+
+on("problems", (found) => {
+  problems = found;
+  showProblems();
+});
+
+// A node with problems has their number at its corner; the last one is told beside the pointer.
+function showProblems() {
+  for (const box of boxes()) {
+    const problem = problemOf(box.dataset.node);
+    box.querySelector(".problem")?.remove();
+    box.classList.toggle("troubled", Boolean(problem));
+    if (!problem) continue;
+    const count = String(problem.count), wide = 10 + 7 * count.length, right = Number(box.querySelector(".box").getAttribute("width"));
+    const mark = drawing("g", { class: `problem ${problem.severity}`, transform: `translate(${right - wide + 6} -9)` });
+    mark.append(drawing("title", {}, `${count} problems, the last: ${problem.text}`),
+      drawing("rect", { width: wide, height: 18, rx: 9 }), drawing("text", { x: wide / 2, y: 13, "text-anchor": "middle" }, count));
+    box.append(mark);
   }
-  plotted(values, time);
 }

@@ -1,6 +1,7 @@
 // The keyboard drives while a key is held down; a released key, a lost focus and a hidden page stop the robot.
 import { ask, on } from "./connection.js";
 import { $ } from "./elements.js";
+import { onSelect, selected } from "./selection.js";
 
 const KEYS = { KeyW: [0.5, 0, 0], ArrowUp: [0.5, 0, 0], KeyS: [-0.5, 0, 0], ArrowDown: [-0.5, 0, 0],
   KeyA: [0, 0, 1], ArrowLeft: [0, 0, 1], KeyD: [0, 0, -1], ArrowRight: [0, 0, -1] };
@@ -8,10 +9,18 @@ const held = new Set();
 let driving = false, drives = {};
 
 on("stage", (stage) => {
+  const chosen = selected.robot in drives ? $("robot").value : selected.robot || $("robot").value;
   drives = stage.drives;
   const robots = Object.keys(drives);
   $("robot").replaceChildren(...robots.map((name) => new Option(name, name)));
+  if (robots.includes(chosen)) $("robot").value = chosen;
   $("driving").hidden = $("wheel").hidden = robots.length === 0;
+});
+
+onSelect(() => {
+  if (!(selected.robot in drives) || $("robot").value === selected.robot) return;
+  release();
+  $("robot").value = selected.robot;
 });
 
 function drive() {
@@ -29,19 +38,29 @@ function release() {
   drive();
 }
 
+function press(event) {
+  if ($("wheel").getAttribute("aria-pressed") !== "true" || !KEYS[event.code]) return;
+  if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest?.("input, select, textarea")) return;
+  event.preventDefault();
+  event.stopImmediatePropagation(); // the 3D part moves its camera with these keys, the tree its cursor
+  held.add(event.code);
+  drive();
+}
+
+// Listens in a window: keys go to the one that has the focus, and a click into the 3D part gives it to that frame.
+function listen(other) {
+  other.addEventListener("keydown", press, true);
+  other.addEventListener("keyup", (event) => { if (held.delete(event.code)) drive(); }, true);
+  other.addEventListener("blur", release);
+}
+
+listen(window);
+$("world").addEventListener("load", () => listen($("world").contentWindow));
 $("wheel").onclick = () => {
   const pressed = $("wheel").getAttribute("aria-pressed") !== "true";
   $("wheel").setAttribute("aria-pressed", String(pressed));
   if (!pressed) release();
 };
-addEventListener("keydown", (event) => {
-  if ($("wheel").getAttribute("aria-pressed") !== "true" || !KEYS[event.code]) return;
-  if (event.target.matches("input, select")) return;
-  event.preventDefault();
-  held.add(event.code);
-  drive();
-});
-addEventListener("keyup", (event) => { if (held.delete(event.code)) drive(); });
-addEventListener("blur", release);
+$("robot").onchange = release;
 document.addEventListener("visibilitychange", () => { if (document.hidden) release(); });
 setInterval(() => { if (held.size) drive(); }, 100);

@@ -2,7 +2,12 @@
 import { connect } from "./connection.js";
 import { $ } from "./elements.js";
 import "./control.js";
+import "./tree.js";
+import "./robot.js";
 import "./graphs.js";
+import "./node.js";
+import "./topics.js";
+import "./findings.js";
 import "./keyboard.js";
 
 $("world").src = matchMedia("(prefers-color-scheme: dark)").matches ? "3d/?darkMode" : "3d/";

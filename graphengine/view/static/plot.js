@@ -26,7 +26,7 @@ export function plotted(values, time) {
   if (points.at(-1)?.[0] > time) points.length = 0; // the time was reset
   points.push([time, value]);
   while (points[0][0] < time - SECONDS) points.shift();
-  const canvas = $("side").querySelector("canvas");
+  const canvas = $("node-side").querySelector("canvas");
   canvas.hidden = false;
   const [wide, high] = [(canvas.width = canvas.clientWidth), (canvas.height = canvas.clientHeight)];
   const numbers = points.map(([, number]) => number);
@@ -42,5 +42,5 @@ export function plotted(values, time) {
   }
   context.stroke();
   const range = `${+low.toPrecision(4)} to ${+top.toPrecision(4)}`;
-  $("side").querySelector(".caption").textContent = `${port}: ${range} in the last ${SECONDS} s`;
+  $("node-side").querySelector(".caption").textContent = `${port}: ${range} in the last ${SECONDS} s`;
 }

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
+from PIL import Image
 
 from graphengine.physics.pictures.visible_bodies import visible_bodies
 from graphengine.testing import session
@@ -69,3 +71,55 @@ def test_poses_are_those_of_the_bodies_with_the_scalar_last() -> None:
         assert row.tolist() == pytest.approx([*pose.position, *pose.orientation])
         poses[:] = 0.0
         assert world.poses().any()
+
+
+def textured(shapes: str, folder: Path) -> mujoco.MjModel:
+    """A model with a picture of 4 x 2 pixels, of which the upper left one is red, and a cube texture."""
+    pixels = np.full((2, 4, 3), 100, np.uint8)
+    pixels[0, 0] = 255, 0, 0
+    Image.fromarray(pixels).save(folder / "picture.png")
+    return mujoco.MjModel.from_xml_string(f"""
+<mujoco>
+  <asset>
+    <texture name="picture" type="2d" file="{folder / "picture.png"}"/>
+    <texture name="cube" type="cube" builtin="flat" rgb1="0.5 0.5 0.5" width="8" height="8"/>
+    <material name="tiled" texture="picture" texrepeat="4 3" texuniform="true"/>
+    <material name="stretched" texture="picture" texrepeat="4 3"/>
+    <material name="cubic" texture="cube" rgba="1 0.5 0 1"/>
+    <mesh name="sheet" vertex="0 0 0  1 0 0  0 1 0  0 0 1" texcoord="0 0  1 0  0 1  1 1"
+      face="0 2 1  0 1 3  0 3 2  1 2 3"/>
+  </asset>
+  <worldbody>{shapes}</worldbody>
+</mujoco>""")
+
+
+def test_a_texture_is_told_once_with_its_upper_row_first(tmp_path: Path) -> None:
+    plane = '<geom type="plane" size="3 2 1" material="{}"/>'
+    bodies = visible_bodies(textured(plane.format("tiled") + plane.format("stretched"), tmp_path))
+    (texture,) = bodies.textures.values()
+    assert texture.shape == (2, 4, 3)
+    assert texture[0, 0].tolist() == [255, 0, 0]
+    assert {shape.texture for shape in bodies.shapes} == set(bodies.textures)
+
+
+def test_a_texture_repeats_by_the_metre_or_by_the_size_of_its_shape(tmp_path: Path) -> None:
+    shapes = [
+        '<geom type="plane" size="3 2 1" material="tiled"/>',
+        '<geom type="box" size="2 0.5 1" material="stretched"/>',
+        '<geom type="cylinder" size="0.5 7" material="stretched"/>',
+    ]
+    found = [shape.repeats for shape in visible_bodies(textured("".join(shapes), tmp_path)).shapes]
+    assert found == [(2.0, 1.5), (1.0, 3.0), (4.0, 3.0)]
+
+
+def test_a_mesh_with_texture_coordinates_tells_them_for_each_corner(tmp_path: Path) -> None:
+    bodies = visible_bodies(textured('<geom type="mesh" mesh="sheet" material="stretched"/>', tmp_path))
+    (shape,) = bodies.shapes
+    assert shape.repeats == (0.0, 0.0)
+    assert bodies.coordinates["sheet"].shape == (len(bodies.surfaces["sheet"][1]), 3, 2)
+
+
+def test_a_cube_texture_colours_a_shape_by_its_mean(tmp_path: Path) -> None:
+    (shape,) = visible_bodies(textured('<geom size="1" material="cubic"/>', tmp_path)).shapes
+    assert shape.texture == ""
+    assert shape.colour == pytest.approx((0.5, 0.25, 0.0, 1.0), abs=0.01)

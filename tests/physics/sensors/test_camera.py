@@ -316,3 +316,19 @@ def test_the_d455_sees_the_warehouse_in_front_of_the_robot(ship: Ship) -> None:
     assert not any(path.startswith("/dd100") for path in seen)
     assert np.median(picture.depth[99]) == pytest.approx(0.0645 * focal / 8 / 49.5, rel=0.05)  # the floor, below it
     simulation.close()
+
+
+def test_a_preview_shows_this_instant_and_changes_no_picture_that_is_delivered() -> None:
+    simulation, camera = filming(FALLING, colour_noise=3.0)
+    other, plain = filming(FALLING, colour_noise=3.0)
+    delivered = {}
+    for tick in range(1, 21):
+        simulation.step()
+        simulation.begin_tick(tick)
+        preview = camera.preview()
+        camera.request()
+        if (picture := camera.delivered()) is not None:
+            delivered[tick] = picture
+            assert camera.latest is picture
+        assert preview.result().time == simulation.time
+    assert digest(delivered) == digest(play(other, plain, 20))

@@ -62,7 +62,7 @@ class DdsWriter(DdsEnd):
 
     def __init__(self, name: str, remove: Remove, entity: Any) -> None:
         super().__init__(name, remove, entity)
-        self.matched = False
+        self.matched = 0
         self.entity = entity
         self._lock = threading.Lock()
 
@@ -75,18 +75,18 @@ class DdsWriter(DdsEnd):
         self._send(self.entity, data + bytes(-len(data) & 3) if len(data) & 3 else data)
 
     def refresh(self) -> None:
-        """Look whether readers are there."""
+        """Look how many readers are there."""
         # Two threads that look must not note down what they saw in the wrong order.
         with self._lock:
             try:
-                self.matched = self.entity.get_publication_matched_status().current_count > 0
+                self.matched = self.entity.get_publication_matched_status().current_count
             except DDSException:
-                self.matched = False
+                self.matched = 0
 
     def end(self) -> None:
         """Have no readers."""
         with self._lock:
-            self.matched = False
+            self.matched = 0
 
 
 class DdsReader(DdsEnd):

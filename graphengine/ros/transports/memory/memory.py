@@ -55,9 +55,9 @@ class MemoryWriter(_MemoryEnd):
         self.kept = deque(maxlen=(None if unlimited else self.qos.depth) if latched else 0)
 
     @property
-    def matched(self) -> bool:
-        """Whether a reader is there, or the transport stands for one."""
-        return self.is_open and (self.transport.wants_all or bool(self.readers))
+    def matched(self) -> int:
+        """Number of readers; at least 1 if the transport stands for one."""
+        return max(len(self.readers), int(self.transport.wants_all)) if self.is_open else 0
 
     def write(self, data: bytes) -> None:
         """Hand one message to every reader that matches, at once.

@@ -40,11 +40,11 @@ class RclWriter(RclEnd):
     """A publisher of rclpy; it does not count messages that readers lose."""
 
     kind = "publisher"
-    matched = False
+    matched = 0
 
     def count(self, event: Any) -> None:
         """Take rclpy's event that readers came or went."""
-        self.matched = event.current_count > 0
+        self.matched = event.current_count
 
     def write(self, data: bytes) -> None:
         """Send one message.
@@ -63,7 +63,7 @@ class RclWriter(RclEnd):
     def end(self) -> None:
         """Have no readers."""
         super().end()
-        self.matched = False
+        self.matched = 0
 
 
 class RclReader(RclEnd):

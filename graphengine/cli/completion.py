@@ -1,0 +1,132 @@
+"""`graphrun completion`: print the script by which a shell completes verbs, options, scenes, node types and topics."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from graphengine.format.files import shipped
+
+SHELLS = ("bash", "zsh", "fish")
+INSTALL = """to use it in this shell:
+  eval "$(graphrun completion bash)"
+  eval "$(graphrun completion zsh)"        after: autoload -Uz compinit && compinit
+  graphrun completion fish | source
+
+to install it:
+  graphrun completion bash > ~/.local/share/bash-completion/completions/graphrun
+  graphrun completion zsh > ~/.zfunc/_graphrun        with fpath=(~/.zfunc $fpath) before compinit in ~/.zshrc
+  graphrun completion fish > ~/.config/fish/completions/graphrun.fish
+
+The names of included scenes and of installed node types are part of the script: print it again after an update.
+Topics are those of the run that `graphrun ctl` reaches."""
+TOPICS = "graphrun ctl topics 2>/dev/null"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.epilog = INSTALL
+    parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help="bash, zsh or fish")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print the script; return 0."""
+    import shtab
+
+    from graphengine.cli import VERBS, make_parser
+
+    parser = make_parser(*VERBS)
+    _complete_values(parser)
+    print(shtab.complete(parser, arguments.shell))
+    return 0
+
+
+def _complete_values(parser: argparse.ArgumentParser) -> None:
+    """Say of each argument of a parser and its verbs how its values are completed."""
+    import shtab
+
+    scenes, graphs = _names("scene"), _names("graph")
+    by_metavar = {
+        "SCENE": _files("scene", scenes),
+        "SCENE|GRAPH": _files("scene_or_graph", [*scenes, *graphs]),
+        "GRAPH": _files("graph", graphs),
+        "TOPIC": _TOPICS,
+        "FOLDER": shtab.DIRECTORY,
+        "URDF|XACRO": shtab.FILE,
+    }
+    for verb, action in _actions(parser, ""):
+        complete = by_metavar.get(str(action.metavar), shtab.FILE if action.type is Path else None)
+        if (verb, action.dest) == ("nodes", "name"):
+            complete = _words("node_types", _node_types())
+        if complete is not None:
+            action.complete = complete  # type: ignore[attr-defined]  # where shtab looks
+        elif action.choices is not None and not isinstance(action.choices, dict):
+            action.choices = [str(choice).partition(" ")[0] for choice in action.choices]  # without what it means
+
+
+def _actions(parser: argparse.ArgumentParser, verb: str) -> Iterator[tuple[str, argparse.Action]]:
+    """All arguments, each with the verb that it belongs to."""
+    for action in parser._actions:
+        yield verb, action
+        if isinstance(action, argparse._SubParsersAction):
+            for name, below in action.choices.items():
+                yield from _actions(below, name)
+
+
+def _names(kind: str) -> list[str]:
+    """The names by which `graphrun run` finds the included files of a kind."""
+    folder = shipped() / f"{kind}s"
+    paths = sorted(path for path in folder.rglob("*.yaml") if re.search(rf"^{kind}:", path.read_text("utf-8"), re.M))
+    return [str(path.relative_to(folder).with_suffix("")) for path in paths]
+
+
+def _node_types() -> list[str]:
+    """Registered and short names of all node types, without importing those that are built in."""
+    from graphengine.compiler.registry import default_registry
+
+    registry = default_registry()
+    return sorted({*registry.owners, *registry.short_names})
+
+
+def _words(name: str, words: Iterable[str]) -> dict[str, Any]:
+    """How shells complete one of some words, in the form of shtab."""
+    function, all_words = f"_graphrun_{name}", " ".join(words)
+    return {
+        "bash": function,
+        "zsh": function,
+        "fish": all_words,
+        "preamble": {
+            "bash": f'{function}() {{\n  compgen -W "{all_words}" -- "$1"\n}}',
+            "zsh": f"{function}() {{\n  compadd -- {all_words}\n}}",
+        },
+    }
+
+
+def _files(name: str, words: Iterable[str]) -> dict[str, Any]:
+    """How shells complete the name of an included file, or a YAML file of the working directory."""
+    function, all_words = f"_graphrun_{name}_files", " ".join(words)
+    local = (f'compgen -W "{all_words}"', "compgen -f -X '!*.yaml'", "compgen -f -X '!*.yml'", "compgen -d")
+    return {
+        "bash": function,
+        "zsh": function,
+        "fish": f"{all_words} (__fish_complete_suffix .yaml)",
+        "preamble": {
+            "bash": f"{function}() {{\n" + "".join(f'  {one} -- "$1"\n' for one in local) + "}",
+            "zsh": f"{function}() {{\n  compadd -- {all_words}\n  _files -g '*.(yaml|yml)'\n}}",
+        },
+    }
+
+
+_TOPICS = {
+    "bash": "_graphrun_topics",
+    "zsh": "_graphrun_topics",
+    "fish": f"({TOPICS})",
+    "preamble": {
+        "bash": f'_graphrun_topics() {{\n  compgen -W "$({TOPICS})" -- "$1"\n}}',
+        "zsh": f'_graphrun_topics() {{\n  compadd -- ${{(f)"$({TOPICS})"}}\n}}',
+    },
+}

@@ -1,0 +1,63 @@
+"""A progress bar for work that takes some seconds; only on a terminal, and only once the work has taken a while."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+from graphengine.cli import terminal
+
+DELAY = 2.0
+"""Seconds of wall time before the bar appears."""
+PERIOD = 0.1
+"""Seconds of wall time between two looks at how far the work is."""
+
+
+@contextmanager
+def progress(what: str, done: Callable[[], float] = lambda: 0.0, total: float | None = None) -> Iterator[None]:
+    """Show a bar while a block runs.
+
+    Args:
+        what: name of the work, shown beside the bar.
+        done: returns how much is done; called from another thread.
+        total: how much there is; None for a bar that only moves.
+    """
+    if not terminal.can_overwrite():
+        yield
+        return
+    over = threading.Event()
+    thread = threading.Thread(target=_show, args=(what, done, total, over), name="progress", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+
+
+def _show(what: str, done: Callable[[], float], total: float | None, over: threading.Event) -> None:
+    """Draw the bar until the work is over."""
+    if over.wait(DELAY):
+        return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    bar = BarColumn(max(min(40, terminal.width() - len(what) - 15), 4))
+    percent, left = TextColumn("{task.percentage:>3.0f} %"), TimeRemainingColumn(compact=True)
+    columns = (bar, TimeElapsedColumn()) if total is None else (bar, percent, left)
+    display = Progress(
+        TextColumn("{task.description}", markup=False),
+        *columns,
+        console=terminal.make_console(),
+        auto_refresh=False,
+        transient=True,
+        redirect_stdout=terminal.shows_stdout(),
+    )
+    with suppress(OSError):  # a closed terminal does not end the work
+        try:
+            terminal.start(display)
+            task = display.add_task(what, total=total)
+            while not over.wait(PERIOD):
+                display.update(task, completed=done(), refresh=True)
+        finally:
+            display.stop()

@@ -1,0 +1,61 @@
+"""Two-dimensional textures of a model, and how they lie on geoms.
+
+Cube textures are left out: geoms have the mean colour of theirs.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.physics.engine import mujoco
+
+_ROLES = (mujoco.mjtTextureRole.mjTEXROLE_RGB.value, mujoco.mjtTextureRole.mjTEXROLE_RGBA.value)
+_MESH, _FLAT = mujoco.mjtGeom.mjGEOM_MESH.value, mujoco.mjtTexture.mjTEXTURE_2D.value
+_ROUND = tuple(
+    kind.value for kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE)
+)
+"""Geoms that are as wide along y as along x; the second number of their size is another length."""
+
+
+def texture_of(model: mujoco.MjModel, geom: int) -> int:
+    """Number of the colour texture of a geom's material; -1 without one."""
+    material = int(model.geom_matid[geom])
+    found = [int(model.mat_texid[material, role]) for role in _ROLES] if material >= 0 else []
+    return max(found, default=-1)
+
+
+def is_flat(model: mujoco.MjModel, texture: int) -> bool:
+    """Whether a texture is two-dimensional."""
+    return bool(model.tex_type[texture] == _FLAT)
+
+
+def pixels(model: mujoco.MjModel, texture: int) -> NDArray[np.uint8]:
+    """A texture, shape (height, width, channels), the upper row first; a view of the model's data."""
+    shape = int(model.tex_height[texture]), int(model.tex_width[texture]), int(model.tex_nchannel[texture])
+    start = int(model.tex_adr[texture])
+    found: NDArray[np.uint8] = model.tex_data[start : start + shape[0] * shape[1] * shape[2]].reshape(shape)
+    return found
+
+
+def repeats(model: mujoco.MjModel, geom: int) -> tuple[float, float]:
+    """Repetitions of the texture in a metre along the geom's x and y axis; zero for meshes with texture coordinates."""
+    if model.geom_type[geom] == _MESH and model.mesh_texcoordadr[model.geom_dataid[geom]] >= 0:
+        return 0.0, 0.0
+    material = int(model.geom_matid[geom])
+    x, y = model.mat_texrepeat[material].tolist()
+    if model.mat_texuniform[material]:
+        return x / 2, y / 2  # MuJoCo repeats a uniform texture over two metres
+    half_x, half_y, _ = model.geom_size[geom].tolist()
+    if model.geom_type[geom] in _ROUND:
+        half_y = half_x
+    return x / (2 * (half_x or 1.0)), y / (2 * (half_y or 1.0))
+
+
+def corner_coordinates(model: mujoco.MjModel, mesh: int) -> NDArray[np.float32] | None:
+    """Texture coordinates of each triangle's corners, shape (triangles, 3, 2), from the upper left; None without any."""
+    if model.mesh_texcoordadr[mesh] < 0:
+        return None
+    first, face, count = model.mesh_texcoordadr[mesh], model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    corners: NDArray[np.float32] = model.mesh_texcoord[first + model.mesh_facetexcoord[face : face + count]]
+    return corners.astype(np.float32)

@@ -1,0 +1,40 @@
+"""Makes the occupancy map of a scene in the background, the first time that it is shown."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+from graphengine.format.errors import GraphError
+from graphengine.view.layer_data import FloorMap
+
+
+class FloorMaker:
+    """Makes a map once, in a thread.
+
+    Args:
+        make: makes the map; it takes from 0.1 s to some seconds.
+
+    Attributes:
+        error: why there is no map; empty while there may be one.
+    """
+
+    def __init__(self, make: Callable[[], FloorMap]) -> None:
+        self._make = make
+        self._made: FloorMap | None = None
+        self._thread: threading.Thread | None = None
+        self.error = ""
+
+    def take(self) -> FloorMap | None:
+        """The map when it is ready, once; the first call begins to make it."""
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="floor map", daemon=True)
+            self._thread.start()
+        made, self._made = self._made, None
+        return made
+
+    def _run(self) -> None:
+        try:
+            self._made = self._make()
+        except GraphError as error:
+            self.error = str(error)

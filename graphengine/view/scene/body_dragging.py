@@ -1,0 +1,120 @@
+"""What a viewer does to an entity with the mouse: pull it, which pushes it, or move it by handles.
+
+The mouse tells of each of its moves; the run gets a command at most each `PERIOD`, with the newest of them.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.view.layer_data import SeenEntity
+from graphengine.view.scene.carried import Floats
+
+if TYPE_CHECKING:
+    import viser
+
+PERIOD = 0.1
+"""Time between two commands, s: of wall time, and of pushes of simulation too."""
+STIFFNESS = 15.0
+"""Force of a push for each metre between the body and the mouse, N for each kg of the entity."""
+FARTHEST = 3.0
+"""Distance from which on a pull has one force, m."""
+
+Command = Callable[[str, dict[str, Any]], None]
+Vector = NDArray[np.float64]
+
+
+class Pull:
+    """A pull at an entity: a push towards the mouse, again and again until the mouse is released.
+
+    Args:
+        command: sends a command to the run.
+    """
+
+    def __init__(self, command: Command) -> None:
+        self._command = command
+        self._held: tuple[SeenEntity, Vector, Vector] | None = None
+        self._next = 0.0
+        self._last = -PERIOD
+
+    def hold(self, entity: SeenEntity, grip: Vector, mouse: Vector) -> None:
+        """Pull an entity at a point of it towards the mouse, both in the world, m."""
+        self._held = entity, grip, mouse
+
+    def release(self) -> None:
+        """Pull no more."""
+        self._held = None
+
+    def update(self, seconds: float) -> None:
+        """Push if it is time to; `seconds` is the time of the simulation, in which a push acts."""
+        held, now = self._held, time.monotonic()
+        if held is None or now < self._next or 0.0 <= seconds - self._last < PERIOD:
+            return
+        self._next, self._last = now + PERIOD, seconds
+        entity, grip, mouse = held
+        way = mouse - grip
+        length = float(np.linalg.norm(way))
+        if length > FARTHEST:
+            way *= FARTHEST / length
+        force = (STIFFNESS * entity.mass * way).tolist()
+        push = {"entity": entity.mount.name, "force": force, "duration": PERIOD, "at": grip.tolist()}
+        self._command("push", push)
+
+
+class MoveHandles:
+    """Handles about an entity by which a viewer moves it.
+
+    Args:
+        scene: the viewer's own.
+        command: sends a command to the run.
+    """
+
+    def __init__(self, scene: viser.SceneApi, command: Command) -> None:
+        self._scene = scene
+        self._command = command
+        self._controls: viser.TransformControlsHandle | None = None
+        self._name = ""
+        self._waiting: dict[str, Any] | None = None
+        self._next = 0.0
+        self.held = False
+        """Whether the viewer drags one of them."""
+
+    def update(self, name: str, position: Floats, rotation: Floats) -> None:
+        """Move the entity of a name to where its handles are, if it is time to; else the handles to where it is.
+
+        An empty name has no handles.
+        """
+        if name != self._name:
+            self._show(name)
+        waiting, now = self._waiting, time.monotonic()
+        if waiting is not None and now >= self._next:
+            self._waiting, self._next = None, now + PERIOD
+            self._command("move", waiting)
+        elif self._controls is not None and waiting is None and not self.held:
+            self._controls.position, self._controls.wxyz = position, rotation
+
+    def _show(self, name: str) -> None:
+        if self._controls is not None:
+            self._controls.remove()
+        self._controls, self._name, self.held, self._waiting = None, name, False, None
+        if not name:
+            return
+        controls = self._scene.add_transform_controls("/move", scale=0.7, line_width=3.0, depth_test=False)
+        controls.on_update(self._drag)
+        self._controls = controls
+
+    async def _drag(self, event: viser.TransformControlsEvent) -> None:  # viser keeps the order of those that are async
+        self.held = event.phase != "end"
+        w, x, y, z = event.target.wxyz.tolist()
+        orientation = {"quaternion_xyzw": [x, y, z, w]}
+        if event.phase == "update" and event.target is self._controls:
+            self._waiting = {
+                "entity": self._name,
+                "position": event.target.position.tolist(),
+                "orientation": orientation,
+            }

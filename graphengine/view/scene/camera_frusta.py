@@ -1,0 +1,61 @@
+"""The layer of cameras: what they see, drawn where they look."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graphengine.view.layer_data import CAMERAS, FrameLayers, SceneLayers
+from graphengine.view.scene.carried import Carried, multiplied
+from graphengine.view.scene.layer import Layer, Poses
+
+if TYPE_CHECKING:
+    import viser
+
+ABOUT_X = np.array([[0.0, 1.0, 0.0, 0.0]], np.float32)
+"""Half a turn, from a camera that looks along -z with y up to one that looks along z with y down."""
+SIZE = 0.15
+"""Of a frustum, whose volume viser makes the same for all fields of view."""
+
+
+class CameraFrusta(Layer):
+    """A frustum with a picture for each camera."""
+
+    name = CAMERAS
+    title = "Cameras"
+    hint = (
+        "One camera of each rig with its picture, some times a second; rendering them takes processor time of the run"
+    )
+
+    def _draw(self, layers: SceneLayers) -> None:
+        self._carried = Carried.of([(camera.mount.body, camera.mount.pose) for camera in layers.cameras])
+        self._last: Poses | None = None
+        self._frusta: dict[str, viser.CameraFrustumHandle] = {
+            camera.mount.name: self._scene.add_camera_frustum(
+                self.path + camera.mount.name,
+                fov=camera.field_of_view,
+                aspect=camera.aspect,
+                scale=SIZE,
+                thickness=0.01,
+                color=(90, 110, 140),
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            for camera in layers.cameras
+        }
+
+    def _update(self, poses: Poses, frame: FrameLayers) -> None:
+        """Put the cameras where their bodies are, and show new pictures."""
+        if not self.shown or not self._frusta:
+            return
+        for path, pixels in frame.pictures.items():
+            if path in self._frusta:
+                self._frusta[path].image = pixels
+        if self._last is not None and np.array_equal(poses, self._last):
+            return
+        self._last = poses
+        positions, rotations = self._carried.at(poses)
+        rotations = multiplied(rotations, np.repeat(ABOUT_X, len(rotations), axis=0))
+        for frustum, position, rotation in zip(self._frusta.values(), positions, rotations, strict=True):
+            frustum.position, frustum.wxyz = position, rotation

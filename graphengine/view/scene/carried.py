@@ -1,0 +1,68 @@
+"""Poses of frames that are fixed to bodies, for many frames at once; quaternions here are (w, x, y, z), as in viser."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.rotation import Pose
+
+Floats = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class Carried:
+    """Frames that bodies carry.
+
+    Attributes:
+        rows: row of each frame's body in the poses, shape (n,).
+        positions: in the frames of their bodies, m, shape (n, 3).
+        rotations: likewise, shape (n, 4).
+    """
+
+    rows: NDArray[np.intp]
+    positions: Floats
+    rotations: Floats
+
+    @classmethod
+    def of(cls, frames: Sequence[tuple[int, Pose]]) -> Carried:
+        """Frames by the row of the body and the pose in it, whose quaternion is (x, y, z, w)."""
+        positions = np.array([pose[0] for _, pose in frames], np.float32).reshape(-1, 3)
+        rotations = np.array([pose[1] for _, pose in frames], np.float32).reshape(-1, 4)[:, [3, 0, 1, 2]]
+        return cls(np.array([row for row, _ in frames], np.intp), positions, rotations)
+
+    def at(self, poses: NDArray[np.float64]) -> tuple[Floats, Floats]:
+        """Positions and rotations in the world.
+
+        Args:
+            poses: position and quaternion (x, y, z, w) of each body, shape (bodies, 7).
+        """
+        bodies = poses[self.rows].astype(np.float32)
+        turns = bodies[:, [6, 3, 4, 5]]
+        return bodies[:, :3] + turned(turns, self.positions), multiplied(turns, self.rotations)
+
+
+def multiplied(a: Floats, b: Floats) -> Floats:
+    """Products of quaternions, row by row."""
+    aw, ax, ay, az = a.T
+    bw, bx, by, bz = b.T
+    product: Floats = np.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ],
+        axis=1,
+    )
+    return product
+
+
+def turned(q: Floats, v: Floats) -> Floats:
+    """Vectors rotated by quaternions, row by row."""
+    t = 2.0 * np.cross(q[:, 1:], v)
+    found: Floats = v + q[:, :1] * t + np.cross(q[:, 1:], t)
+    return found

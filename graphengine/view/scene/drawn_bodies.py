@@ -1,0 +1,101 @@
+"""Draws the bodies of a world: surfaces once, then the poses of those that move."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graphengine.devices.visible import Bodies, VisibleShape
+from graphengine.view.scene.carried import Carried
+from graphengine.view.scene.layer import Poses
+from graphengine.view.scene.shape_surfaces import is_textured, scale, surface, textured_surface
+
+if TYPE_CHECKING:
+    import viser
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """Shapes that share a surface; `handle` is viser's, whose instances are the shapes."""
+
+    handle: Any
+    shapes: Carried
+
+    def place(self, poses: Poses) -> None:
+        """Put the shapes where their bodies are."""
+        self.handle.batched_positions, self.handle.batched_wxyzs = self.shapes.at(poses)
+
+
+class DrawnBodies:
+    """Some bodies, which are switched on and off together.
+
+    Args:
+        scene: where they are drawn.
+        path: of the node above them.
+
+    Attributes:
+        shown: whether they are switched on.
+        batches: what they are drawn by.
+    """
+
+    def __init__(self, scene: viser.SceneApi, path: str) -> None:
+        self._scene = scene
+        self._path = path
+        self._last: Poses | None = None
+        self.shown = True
+        self.batches: Sequence[Batch] = ()
+
+    def draw(self, bodies: Bodies, chosen: Collection[int]) -> None:
+        """Draw the bodies of these rows; all that was drawn before is gone."""
+        self._root = self._scene.add_frame(self._path, show_axes=False, visible=self.shown)
+        groups: defaultdict[tuple[object, ...], list[VisibleShape]] = defaultdict(list)
+        for shape in bodies.shapes:
+            if shape.body not in chosen:
+                continue
+            form: tuple[object, ...]
+            if is_textured(shape, bodies):
+                form = (shape.kind, shape.mesh, shape.size, shape.texture, shape.repeats, shape.colour)
+            else:
+                # A box, sphere, ellipsoid or cylinder is a scaled unit one; a capsule has no such.
+                form = (shape.kind, shape.mesh, shape.size if shape.kind == "capsule" else ())
+            groups[form].append(shape)
+        self.batches = [
+            self._draw(f"{self._path}/{number}", shapes, bodies) for number, shapes in enumerate(groups.values())
+        ]
+        self._last = None
+
+    def update(self, poses: Poses) -> None:
+        """Put bodies where they are now; those that have not moved cost nothing."""
+        self._root.visible = self.shown
+        last, self._last = self._last, poses
+        changed = (poses != last).any(axis=1) if last is not None and last.shape == poses.shape else None
+        for batch in self.batches:
+            if changed is None or changed[batch.shapes.rows].any():
+                batch.place(poses)
+
+    def _draw(self, name: str, shapes: Sequence[VisibleShape], bodies: Bodies) -> Batch:
+        carried = Carried.of([(shape.body, shape.pose) for shape in shapes])
+        if is_textured(shapes[0], bodies):
+            glb = textured_surface(shapes[0], bodies)
+            handle: Any = self._scene.add_batched_glb(name, glb, carried.rotations, carried.positions, lod="off")
+            return Batch(handle, carried)
+        vertices, faces = surface(shapes[0], bodies)
+        colours = np.array([shape.colour for shape in shapes])
+        handle = self._scene.add_batched_meshes_simple(
+            name,
+            vertices,
+            faces,
+            batched_wxyzs=carried.rotations,
+            batched_positions=carried.positions,
+            batched_scales=np.array([scale(shape) for shape in shapes], np.float32),
+            batched_colors=(colours[:, :3] * 255).round().astype(np.uint8),
+            batched_opacities=colours[:, 3].astype(np.float32) if (colours[:, 3] < 1.0).any() else None,
+            flat_shading=True,
+            side="double" if shapes[0].kind in ("plane", "mesh") else "front",
+            lod="off",
+        )
+        return Batch(handle, carried)

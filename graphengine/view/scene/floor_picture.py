@@ -1,0 +1,56 @@
+"""The layer of the occupancy map, drawn just above the floor."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.view.layer_data import FLOOR, FloorMap, FrameLayers, SceneLayers
+from graphengine.view.scene.layer import Layer, Poses
+
+HEIGHT = 0.02
+"""Of the picture above z = 0, m; from afar a browser cannot tell less apart."""
+OCCUPIED, FREE = (20, 24, 40, 235), (60, 150, 90, 80)
+"""Red, green, blue and opacity; what is unknown is left out."""
+
+
+class FloorPicture(Layer):
+    """The map that `graphrun map` makes: occupied cells dark, free ones green."""
+
+    name = FLOOR
+    title = "Map"
+    hint = "The occupancy map of the scene as it begins, as graphrun map makes it: obstacles dark, free floor green"
+    _floor: FloorMap | None = None
+
+    def _draw(self, layers: SceneLayers) -> None:
+        if self._floor is not None:
+            self._show(self._floor)
+
+    def _update(self, poses: Poses, frame: FrameLayers) -> None:
+        """Show the map when it has come."""
+        if frame.floor is not None:
+            self._floor = frame.floor
+            self._show(frame.floor)
+
+    def _show(self, floor: FloorMap) -> None:
+        rows, columns = floor.cells.shape
+        width, height = columns * floor.cell, rows * floor.cell
+        middle = (floor.corner[0] + width / 2, floor.corner[1] + height / 2, HEIGHT)
+        self._scene.add_image(
+            f"{self.path}/cells",
+            picture(floor),
+            width,
+            height,
+            format="png",
+            cast_shadow=False,
+            receive_shadow=False,
+            position=middle,
+        )
+
+
+def picture(floor: FloorMap) -> NDArray[np.uint8]:
+    """The map as an image, shape (rows, columns, 4), from south to north: viser draws the first row at the least y."""
+    pixels = np.zeros((*floor.cells.shape, 4), np.uint8)
+    pixels[floor.cells == 100] = OCCUPIED
+    pixels[floor.cells == 0] = FREE
+    return pixels

@@ -1,0 +1,71 @@
+"""The layer of frames: the axes of the robots' links, sensors and frames, with their names in TF."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from graphengine.view.layer_data import FrameLayers, Mount, SceneLayers
+from graphengine.view.scene.carried import Carried
+from graphengine.view.scene.layer import Layer, Poses
+
+MOST_NAMES = 40
+"""Frames up to which their names are shown; more would hide each other."""
+LENGTH = 0.12
+"""Of an axis, m."""
+TEXT_HEIGHT = 0.018
+"""Of a name, m."""
+
+
+class FrameAxes(Layer):
+    """Axes in red, green and blue for x, y and z."""
+
+    name = "frames"
+    title = "Frames"
+    hint = "Links, sensors and frames of robots, named as in TF; x red, y green, z blue"
+
+    def _draw(self, layers: SceneLayers) -> None:
+        self._carried = Carried.of([(frame.body, frame.pose) for frame in layers.frames])
+        self._last: Poses | None = None
+        count = len(layers.frames)
+        self._axes: Any = self._scene.add_batched_axes(
+            f"{self.path}/axes",
+            np.tile(np.array([1.0, 0.0, 0.0, 0.0], np.float32), (count, 1)),
+            np.zeros((count, 3), np.float32),
+            axes_length=LENGTH,
+            axes_radius=LENGTH / 24,
+        )
+        self._names = {
+            row: self._scene.add_label(
+                f"{self.path}/names/{row}",
+                ", ".join(names),
+                font_size_mode="scene",
+                font_scene_height=TEXT_HEIGHT,
+                anchor="bottom-left",
+            )
+            for row, names in _names(layers.frames if count <= MOST_NAMES else ()).items()
+        }
+
+    def _update(self, poses: Poses, frame: FrameLayers) -> None:
+        """Put the axes where their bodies are."""
+        if not self.shown or not len(self._carried.rows):
+            return
+        if self._last is not None and np.array_equal(poses, self._last):
+            return
+        self._last = poses
+        positions, rotations = self._carried.at(poses)
+        self._axes.batched_positions, self._axes.batched_wxyzs = positions, rotations
+        for row, label in self._names.items():
+            label.position = positions[row]
+
+
+def _names(frames: Sequence[Mount]) -> Mapping[int, Sequence[str]]:
+    """Names of the frames at each place, by the number of the first frame there."""
+    places: dict[tuple[int, ...], int] = {}
+    found: dict[int, list[str]] = {}
+    for row, frame in enumerate(frames):
+        place = (frame.body, *(round(x / TEXT_HEIGHT) for x in frame.pose[0]))
+        found.setdefault(places.setdefault(place, row), []).append(frame.name)
+    return found

@@ -1,0 +1,67 @@
+"""The layer of what lidars hit."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.view.layer_data import LIDAR, FrameLayers, SceneLayers
+from graphengine.view.scene.carried import Carried, Floats, turned
+from graphengine.view.scene.layer import Layer, Poses
+
+FAR = 10.0
+"""Distance from which on hits have one colour, m."""
+BRIGHTEST = 255.0
+"""Intensity of a white surface."""
+NEAR_TO_FAR = ((220, 40, 40), (250, 190, 40), (120, 200, 60), (40, 180, 160), (40, 90, 220))
+DARK_TO_BRIGHT = ((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37))
+
+
+class LidarHits(Layer):
+    """Points where lidars hit something; `colours` says what their colours show."""
+
+    name = LIDAR
+    title = "Lidar"
+    hint = "What lidars hit"
+    shown = True
+    colours: Literal["range", "intensity"] = "range"
+
+    def _draw(self, layers: SceneLayers) -> None:
+        self._carried = Carried.of([(lidar.mount.body, lidar.mount.pose) for lidar in layers.lidars])
+        self._beams = {lidar.mount.name: lidar.beams for lidar in layers.lidars}
+        nothing = np.zeros((1, 3), np.float32)
+        self._clouds: dict[str, Any] = {
+            path: self._scene.add_point_cloud(
+                self.path + path, nothing, nothing, point_size=0.04, point_shape="circle", visible=False
+            )
+            for path in self._beams
+        }
+
+    def _update(self, poses: Poses, frame: FrameLayers) -> None:
+        """Show the hits of a frame."""
+        if not frame.scans:
+            return
+        positions, rotations = self._carried.at(poses)
+        for row, (path, cloud) in enumerate(self._clouds.items()):
+            if path not in frame.scans:
+                continue
+            ranges, intensities = frame.scans[path]
+            hit = np.isfinite(ranges)
+            cloud.visible = bool(hit.any())
+            if not cloud.visible:
+                continue
+            turns = np.broadcast_to(rotations[row], (int(hit.sum()), 4))
+            cloud.points = positions[row] + turned(turns, self._beams[path][hit] * ranges[hit, None])
+            if self.colours == "range":
+                cloud.colors = _mixed(NEAR_TO_FAR, ranges[hit] / FAR)
+            else:
+                cloud.colors = _mixed(DARK_TO_BRIGHT, intensities[hit] / BRIGHTEST)
+
+
+def _mixed(steps: tuple[tuple[int, int, int], ...], where: Floats) -> NDArray[np.uint8]:
+    """Colours between the first step at 0 and the last at 1 and beyond."""
+    columns = np.array(steps, float).T
+    parts = [np.interp(where, np.linspace(0.0, 1.0, len(steps)), column) for column in columns]
+    return np.stack(parts, axis=1).astype(np.uint8)

@@ -1,0 +1,76 @@
+"""The layer of trails: the ways that robots went, which the page remembers."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+from graphengine.view.layer_data import FrameLayers, SceneLayers
+from graphengine.view.scene.carried import Carried, Floats
+from graphengine.view.scene.layer import Layer, Poses
+
+STEP = 0.05
+"""Distance between two points of a trail, m."""
+MOST_POINTS = 1000
+"""Of a trail; of a longer one the end is shown."""
+JUMP = 1.0
+"""Distance between two frames from which on a robot was put elsewhere, and its trail begins anew, m."""
+PERIOD = 0.25
+"""Wall time between two drawings, s."""
+LIFT = 0.03
+"""Height of trails above the origins of robots, m."""
+COLOURS = ((31, 119, 180), (255, 127, 14), (44, 160, 44), (214, 39, 40), (148, 103, 189), (23, 190, 207))
+
+
+class RobotTrails(Layer):
+    """A line for each robot."""
+
+    name = "trails"
+    title = "Trails"
+    hint = "The ways that robots went"
+
+    def _draw(self, layers: SceneLayers) -> None:
+        robots = [entity.mount for entity in layers.entities if entity.robot]
+        self._carried = Carried.of([(mount.body, mount.pose) for mount in robots])
+        self._trails: list[deque[Floats]] = [deque(maxlen=MOST_POINTS) for _ in robots]
+        self._grown: set[int] = set()
+        self._next = 0.0
+        self._lines: list[Any] = [
+            self._scene.add_line_segments(
+                f"{self.path}/{row}",
+                np.zeros((1, 2, 3), np.float32),
+                COLOURS[row % len(COLOURS)],
+                thickness=0.025,
+                visible=False,
+            )
+            for row in range(len(robots))
+        ]
+
+    def _update(self, poses: Poses, frame: FrameLayers) -> None:
+        """Remember where robots are, and draw the trails now and then."""
+        if not self._trails:
+            return
+        positions, _ = self._carried.at(poses)
+        for row, (trail, position) in enumerate(zip(self._trails, positions, strict=True)):
+            way = float(np.linalg.norm(position - trail[-1])) if trail else STEP
+            if way > JUMP:
+                trail.clear()
+            if way >= STEP:
+                trail.append(position)
+                self._grown.add(row)
+        now = time.monotonic()
+        if self.shown and self._grown and now >= self._next:
+            self._next = now + PERIOD
+            for row in self._grown:
+                self._show(row)
+            self._grown.clear()
+
+    def _show(self, row: int) -> None:
+        points, line = np.array(self._trails[row]), self._lines[row]
+        line.visible = len(points) > 1
+        if len(points) > 1:
+            points[:, 2] += LIFT
+            line.points = np.stack([points[:-1], points[1:]], axis=1)

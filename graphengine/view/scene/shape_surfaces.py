@@ -1,0 +1,102 @@
+"""Triangles of shapes, plain or with a texture."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from PIL import Image
+from trimesh.visual import TextureVisuals
+from trimesh.visual.material import PBRMaterial
+
+from graphengine.devices.visible import Bodies, Surface, VisibleShape
+
+FLOOR = 200.0
+"""Side of the square that stands for an infinite plane, m."""
+MANY_TRIANGLES = 200_000
+"""Triangles of a surface beyond which it is drawn by fewer, without its texture."""
+LARGEST_TEXTURE = 1024
+"""Most pixels of a texture in a row or column; a larger one is made smaller."""
+
+Scale = tuple[float, float, float]
+
+
+def scale(shape: VisibleShape) -> Scale:
+    """Factors by which `surface` is stretched to the size of a shape."""
+    x, y, z = shape.size
+    if shape.kind == "sphere":
+        return x, x, x
+    if shape.kind == "cylinder":
+        return x, x, y
+    if shape.kind == "plane":
+        return x or FLOOR / 2, y or FLOOR / 2, 1.0
+    return (1.0, 1.0, 1.0) if shape.kind in ("capsule", "mesh") else (x, y, z)
+
+
+def surface(shape: VisibleShape, bodies: Bodies) -> Surface:
+    """The surface of a shape of unit size; of a capsule or mesh in its own size."""
+    if shape.kind == "mesh":
+        vertices, faces = bodies.surfaces[shape.mesh]
+        if len(faces) <= MANY_TRIANGLES:
+            return vertices, faces
+        made = trimesh.Trimesh(vertices, faces).simplify_quadric_decimation(face_count=MANY_TRIANGLES)
+    elif shape.kind == "capsule":
+        made = trimesh.creation.capsule(height=2 * shape.size[1], radius=shape.size[0], count=(24, 24))
+    elif shape.kind == "cylinder":
+        made = trimesh.creation.cylinder(radius=1.0, height=2.0, sections=32)
+    elif shape.kind in ("sphere", "ellipsoid"):
+        made = trimesh.creation.icosphere(subdivisions=3)
+    elif shape.kind == "plane":
+        corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
+        return corners, np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+    else:
+        made = trimesh.creation.box(extents=(2.0, 2.0, 2.0))
+    return np.asarray(made.vertices, np.float32), np.asarray(made.faces, np.int32)
+
+
+def is_textured(shape: VisibleShape, bodies: Bodies) -> bool:
+    """Whether a shape is drawn with its texture."""
+    return bool(shape.texture) and (not shape.mesh or len(bodies.surfaces[shape.mesh][1]) <= MANY_TRIANGLES)
+
+
+def textured_surface(shape: VisibleShape, bodies: Bodies) -> bytes:
+    """The surface of a shape in its own size with its texture, as a binary glTF file."""
+    vertices, faces = surface(shape, bodies)
+    corners = (vertices * np.array(scale(shape), np.float32))[faces.ravel()]
+    if shape.mesh in bodies.coordinates:
+        across, down = bodies.coordinates[shape.mesh].reshape(-1, 2).T
+    else:
+        left, upper = shape.size[0], shape.size[0 if shape.kind in ("sphere", "cylinder", "capsule") else 1]
+        across, down = (corners[:, 0] + left) * shape.repeats[0], (upper - corners[:, 1]) * shape.repeats[1]
+    red, green, blue, opacity = shape.colour
+    material = PBRMaterial(  # type: ignore[no-untyped-call]
+        baseColorTexture=_image(bodies.textures[shape.texture]),
+        baseColorFactor=[*(np.array((red, green, blue)) ** 2.2).tolist(), opacity],  # glTF has linear colours
+        metallicFactor=0.0,
+        roughnessFactor=1.0,
+        doubleSided=shape.kind in ("plane", "mesh"),
+        alphaMode="BLEND" if opacity < 1.0 else "OPAQUE",
+    )
+    coordinates = np.stack([across, 1.0 - down], axis=1)  # trimesh counts from the lower left
+    made = trimesh.Trimesh(
+        corners,
+        np.arange(len(corners)).reshape(-1, 3),
+        visual=TextureVisuals(uv=coordinates, material=material),  # type: ignore[no-untyped-call]
+        process=False,
+    )
+    exported = made.export(file_type="glb")
+    assert isinstance(exported, bytes)
+    return exported
+
+
+def _image(pixels: NDArray[np.uint8]) -> Image.Image:
+    """A texture as an encoded image, no larger than needed."""
+    image = Image.fromarray(pixels[..., 0] if pixels.shape[2] == 1 else pixels)
+    if image.mode == "L":
+        image = image.convert("RGB")
+    image.thumbnail((LARGEST_TEXTURE, LARGEST_TEXTURE))
+    encoded = io.BytesIO()
+    image.save(encoded, "PNG" if image.mode == "RGBA" else "JPEG", quality=90)
+    return Image.open(encoded)

@@ -1,0 +1,101 @@
+"""What each viewer of the 3D part has for himself: the entity that he selected, whether his camera follows it, and handles."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graphengine.view.layer_data import SeenEntity
+from graphengine.view.scene.body_dragging import MoveHandles, Pull
+from graphengine.view.scene.carried import Floats
+
+if TYPE_CHECKING:
+    import viser
+
+NOTHING = "nothing"
+ORIGIN = np.zeros(3, np.float32)
+FARTHEST = 8.0
+"""Distance from which on a camera comes nearer when it begins to follow, m."""
+UNTOUCHED = 0.25
+"""Time for which a viewer has not turned the camera before it follows again, s: each step would undo a part of the turn."""
+
+
+class ViewerControls:
+    """The controls of one viewer.
+
+    Args:
+        client: the viewer.
+        entities: what can be selected, by name.
+        command: sends a command to the run.
+        read_only: whether he may only look.
+    """
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        entities: Mapping[str, SeenEntity],
+        command: Callable[[str, dict[str, Any]], None],
+        *,
+        read_only: bool,
+    ) -> None:
+        self._client = client
+        self._handles = MoveHandles(client.scene, command)
+        self.pull = Pull(command)
+        gui = client.gui
+        hint = "a robot or an object; a click on it in the picture selects it, another one lets it go"
+        self._selected: Any = gui.add_dropdown("Selected", (NOTHING, *entities), order=100, hint=hint)
+        self._follows = gui.add_checkbox("Follow it", True, order=101, hint="the camera stays with what is selected")
+        self._away, self._rest = np.zeros(3), 0.0
+        self._moves = gui.add_checkbox(
+            "Move it", False, order=102, visible=not read_only, hint="shows handles about what is selected"
+        )
+
+    @property
+    def selected(self) -> str:
+        """Name of the selected entity; empty without one."""
+        value = str(self._selected.value)
+        return value if value != NOTHING else ""
+
+    def offer(self, entities: Mapping[str, SeenEntity]) -> None:
+        """Let the viewer select among other entities; one that is no longer there is let go."""
+        self._selected.options = (NOTHING, *entities)
+
+    def click(self, name: str) -> None:
+        """Select an entity, or let it go if it is selected."""
+        self._selected.value = NOTHING if name == self.selected else name
+
+    def update(self, seconds: float, poses: Mapping[str, tuple[Floats, Floats]]) -> None:
+        """Let camera and handles follow the selected entity, and push what is pulled at.
+
+        Args:
+            seconds: time of the simulation.
+            poses: of the entities that viewers selected.
+        """
+        self.pull.update(seconds)
+        name = self.selected
+        position, rotation = poses.get(name, (ORIGIN, ORIGIN))
+        self._handles.update(name if name in poses and self._moves.value else "", position, rotation)
+        if name in poses and self._follows.value and not self._handles.held:
+            self._follow(position.astype(float))
+
+    def _follow(self, position: np.ndarray[Any, Any]) -> None:
+        """Look at a place from the side and distance to which the viewer has turned the camera."""
+        camera = self._client.camera
+        away, now = camera.position - camera.look_at, time.monotonic()
+        if not np.allclose(away, self._away, atol=1e-3):
+            self._away, self._rest = away, now + UNTOUCHED
+        if now < self._rest:
+            return
+        distance = float(np.linalg.norm(away))
+        if distance > FARTHEST and np.linalg.norm(camera.look_at - position) > 1.0:
+            away *= FARTHEST / distance
+        with self._client.atomic():
+            camera.position = position + away
+            camera.look_at = position
+
+    def tell(self, error: str) -> None:
+        """Show why a command was refused."""
+        self._client.add_notification("Not done", error, color="red", auto_close_seconds=5.0)

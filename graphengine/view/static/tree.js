@@ -1,0 +1,198 @@
+// The tree of prims: robots with their graphs and sensors, graphs with their variables. What is picked here is shown elsewhere.
+import { ask, on } from "./connection.js";
+import { $, brief, element, put } from "./elements.js";
+import { onSelect, select, selected } from "./selection.js";
+import { showTab } from "./tabs.js";
+
+const FEW_ROBOTS = 3; // so many are unfolded at first
+const items = new Map(); // by key, in the order of the tree
+const unfolded = new Map(); // what a viewer unfolded or folded, by key
+let problems = {};
+
+on("stage", ({ title, graphs, robots }) => {
+  items.clear();
+  const few = robots.length <= FEW_ROBOTS;
+  const own = graphs.filter((one) => !one.robot);
+  const tops = robots.map((robot) => {
+    const parts = graphs.filter((one) => one.robot === robot.name).map((one) => graphItem(one, 2));
+    if (robot.sensors.length) parts.push(sensorGroup(robot));
+    return item(`robot:${robot.name}`, robot.name, robot.spawned ? "spawned" : "robot", 1, robot.prim,
+      () => select("robot", { robot: robot.name }), parts, few);
+  });
+  if (own.length)
+    tops.unshift(item("scene", title, "scene", 1, "/", null, own.map((one) => graphItem(one, 2)), few));
+  $("tree").replaceChildren(...tops.map((top) => top.line));
+  if (!robots.some((one) => one.name === selected.robot)) selected.robot = "";
+  const known = graphs.some((one) => one.name === selected.graph);
+  if (!known) select("graph", { graph: graphs.at(-1)?.name ?? "", node: "" });
+  mark();
+  filter();
+  showProblems();
+});
+
+function graphItem(graph, level) {
+  const variables = graph.variables.map((name) => item(`variable:${graph.name}/${name}`, name, "variable", level + 1,
+    `${graph.name}/${name}`, () => pickGraph(graph.name, name), []));
+  return item(`graph:${graph.name}`, graph.short, "graph", level, graph.prim, () => pickGraph(graph.name), variables, true,
+    graph.name);
+}
+
+function pickGraph(name, variable = "") {
+  showTab("graph");
+  select(variable ? `variable:${variable}` : "graph",
+    { graph: name, node: "" });
+}
+
+function sensorGroup(robot) {
+  const pick = () => select("robot", { robot: robot.name });
+  const sensors = robot.sensors.map((one) => item(`sensor:${one.prim}`, one.name, one.kind, 3, one.prim, pick, []));
+  return item(`sensors:${robot.name}`, "sensors", `${sensors.length}`, 2, robot.prim, null, sensors);
+}
+
+// One item: `open` tells whether it is unfolded at first, `words` what the filter finds it by.
+function item(key, label, kind, level, prim, pick, children, open = false, words = label) {
+  const line = element("li", "", "", { role: "treeitem", "aria-level": level, "aria-label": `${kind} ${label}`, tabindex: -1 });
+  const row = element("div", "", `item ${kind}`, { title: prim });
+  row.style.paddingLeft = `${(level - 1) * 14 + 4}px`;
+  const fold = element("span", children.length ? "▸" : "", "fold", { "aria-hidden": "true" });
+  row.append(fold, element("span", label, "label"), element("span", "", "live"), element("span", kind, "kind"),
+    element("span", "", "badge"));
+  line.append(row);
+  const made = { key, line, row, pick, children, parent: null, prim, found: `${words} ${prim} ${kind}`.toLowerCase() };
+  if (children.length) {
+    const group = element("ul", "", "", { role: "group" });
+    group.append(...children.map((child) => child.line));
+    line.append(group);
+    for (const child of children) child.parent = made;
+  }
+  fold.onclick = (event) => { event.stopPropagation(); unfold(made, !isUnfolded(made)); };
+  row.onclick = () => { focus(made); pickItem(made); };
+  items.set(key, made);
+  made.open = unfolded.get(key) ?? open;
+  showFold(made, made.open);
+  return made;
+}
+
+const isUnfolded = (one) => one.line.getAttribute("aria-expanded") === "true";
+
+function showFold(one, open) {
+  if (one.children.length) one.line.setAttribute("aria-expanded", String(open));
+}
+
+function unfold(one, open) {
+  one.open = open;
+  unfolded.set(one.key, open);
+  showFold(one, open);
+}
+
+function pickItem(one) {
+  if (one.pick) one.pick();
+  else unfold(one, !isUnfolded(one));
+}
+
+// The keyboard, as the pattern for trees has it: one item takes the focus, the arrows move it.
+function shownItems() {
+  return [...$("tree").querySelectorAll("[role=treeitem]")]
+    .filter((line) => line.offsetParent !== null)
+    .map((line) => [...items.values()].find((one) => one.line === line));
+}
+
+function focus(one) {
+  for (const other of items.values()) other.line.tabIndex = other === one ? 0 : -1;
+  one.line.focus();
+}
+
+$("tree").onkeydown = (event) => {
+  if (event.ctrlKey || event.altKey || event.metaKey) return;
+  const shown = shownItems(), at = shown.findIndex((one) => one.line === document.activeElement), one = shown[at];
+  if (!one) return;
+  const moves = {
+    ArrowDown: () => shown[at + 1] && focus(shown[at + 1]),
+    ArrowUp: () => shown[at - 1] && focus(shown[at - 1]),
+    Home: () => focus(shown[0]),
+    End: () => focus(shown.at(-1)),
+    ArrowRight: () => (one.children.length && !isUnfolded(one) ? unfold(one, true) : one.children[0] && focus(one.children[0])),
+    ArrowLeft: () => (one.children.length && isUnfolded(one) ? unfold(one, false) : one.parent && focus(one.parent)),
+    Enter: () => pickItem(one),
+    " ": () => pickItem(one),
+  };
+  if (!moves[event.key]) return;
+  event.preventDefault();
+  moves[event.key]();
+};
+
+// The filter: an item stays if all words are found in it, in one above it or in one below it.
+function filter() {
+  const words = $("filter").value.toLowerCase().split(/\s+/).filter(Boolean);
+  const look = (one, above) => {
+    const text = `${above} ${one.found}`;
+    const hit = words.every((word) => text.includes(word));
+    const below = one.children.map((child) => look(child, text)).some(Boolean);
+    one.line.hidden = !hit && !below;
+    if (words.length) showFold(one, below && one.children.some((child) => !child.line.hidden));
+    else showFold(one, one.open);
+    return hit || below;
+  };
+  const tops = [...items.values()].filter((one) => !one.parent).map((one) => look(one, ""));
+  $("no-match").hidden = tops.some(Boolean) || !tops.length;
+}
+
+$("filter").oninput = filter;
+$("filter").onkeydown = (event) => {
+  if (event.key === "ArrowDown") { event.preventDefault(); if (shownItems()[0]) focus(shownItems()[0]); }
+  if (event.key === "Escape") { $("filter").value = ""; filter(); }
+};
+
+// What is selected, here and elsewhere; the item of a graph that is folded away is unfolded.
+function mark() {
+  let target = null;
+  for (const one of items.values()) {
+    const chosen = one.key === `graph:${selected.graph}` || one.key === `robot:${selected.robot}`;
+    one.line.setAttribute("aria-selected", String(chosen));
+    one.row.classList.toggle("selected", chosen);
+    if (one.key === `graph:${selected.graph}`) target = one;
+    one.line.tabIndex = -1;
+  }
+  (target ?? [...items.values()].find((one) => !one.parent) ?? { line: {} }).line.tabIndex = 0;
+}
+
+onSelect((what) => {
+  mark();
+  if (what === "robot") ask({ ask: "select", robot: selected.robot });
+});
+on("open", () => { if (selected.robot) ask({ ask: "select", robot: selected.robot }); });
+
+on("frame", ({ values }) => {
+  const live = values[selected.graph] ?? {};
+  for (const [key, one] of items) {
+    if (!key.startsWith("variable:")) continue;
+    const own = `variable:${selected.graph}/`;
+    put(one.row.querySelector(".live"), key.startsWith(own) ? String(brief(live[`variable:${key.slice(own.length)}`], 4)) : "");
+  }
+});
+
+// Problems of nodes are counted at their graphs, and at the robots of these.
+on("problems", (found) => {
+  problems = found;
+  showProblems();
+});
+
+function showProblems() {
+  const counts = new Map(), failing = new Set();
+  for (const one of items.values()) {
+    if (!one.key.startsWith("graph:")) continue;
+    for (const [path, { count, severity }] of Object.entries(problems)) {
+      if (!path.startsWith(`${one.prim}/`)) continue;
+      for (const above of [one, one.parent].filter(Boolean)) {
+        counts.set(above, (counts.get(above) ?? 0) + count);
+        if (severity === "error") failing.add(above);
+      }
+    }
+  }
+  for (const one of items.values()) {
+    const count = counts.get(one) ?? 0, badge = one.row.querySelector(".badge");
+    put(badge, count ? String(count) : "");
+    badge.classList.toggle("error", failing.has(one));
+    badge.title = count ? `${count} problems of nodes` : "";
+  }
+}

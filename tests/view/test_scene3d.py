@@ -1,0 +1,304 @@
+"""The 3D part of the page: what is drawn of a frame, and what a viewer does with camera and mouse."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("viser", reason="the extra view is not installed")
+
+import msgspec
+from viser import _messages
+from websockets.sync.client import ClientConnection, connect
+
+from graphengine.devices.contact_points import Contacts
+from graphengine.devices.rotation import IDENTITY, NOWHERE, ORIGIN
+from graphengine.devices.visible import Bodies, VisibleShape
+from graphengine.testing import session
+from graphengine.view.layer_data import (
+    FloorMap,
+    FrameLayers,
+    Mount,
+    SceneLayers,
+    SeenCamera,
+    SeenEntity,
+    SeenLidar,
+)
+from graphengine.view.page_server import PageServer
+from graphengine.view.scene import body_dragging, robot_trails, viewer_controls
+from graphengine.view.scene.floor_picture import picture
+from graphengine.view.scene.scene3d import Scene3D
+from graphengine.view.wire import LiveScene, LiveState
+from tests.waiting import eventually
+
+pytestmark = pytest.mark.xdist_group("view")
+
+SHAPES = [VisibleShape("box", (0.5, 0.5, 0.1), row, NOWHERE, (0.5, 0.5, 0.5, 1.0)) for row in range(3)]
+BODIES = Bodies(["world", "bot/base", "crate"], [False, True, True], SHAPES)
+BOT = SeenEntity(Mount("bot", 1, NOWHERE), True, [1], 10.0)
+CRATE = SeenEntity(Mount("crate", 2, NOWHERE), False, [2], 2.0)
+LAYERS = SceneLayers(
+    [Mount("base_link", 1, NOWHERE), Mount("same_place", 1, NOWHERE), Mount("mast", 1, ((0.0, 0.0, 1.0), IDENTITY))],
+    [SeenLidar(Mount("/bot/lidar", 1, NOWHERE), np.array([[1, 0, 0], [0, 1, 0]], np.float32))],
+    [SeenCamera(Mount("/bot/camera", 1, NOWHERE), 1.0, 1.5)],
+    [BOT, CRATE],
+)
+QUARTER = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
+
+
+def frame(x: float = 0.0, time: float = 0.0, layers: FrameLayers | None = None, turn: Any = IDENTITY) -> LiveState:
+    """A frame with the robot at x, and the crate 2 m beside it."""
+    poses = np.array([[*ORIGIN, *IDENTITY], [x, 0, 0, *turn], [0, 2, 0, *IDENTITY]])
+    return LiveState({"time": time}, poses, layers or FrameLayers())
+
+
+class Page:
+    """A 3D part with a viewer, of whose browser what it sends is played."""
+
+    def __init__(self, *, read_only: bool = False) -> None:
+        self.commands: list[tuple[str, dict[str, Any]]] = []
+        self.server = PageServer("127.0.0.1", 0, lambda viewer, message: None, dict)
+        self.scene = Scene3D(self.server.viser, lambda: None, lambda _, *command: self.commands.append(command))
+        layers = SceneLayers(LAYERS.frames, LAYERS.lidars, LAYERS.cameras, LAYERS.entities, read_only)
+        self.stage = LiveScene("test", BODIES, [], {}, layers, ORIGIN)
+        self.scene.show(self.stage)
+        token = self.server.url.partition("token=")[2]
+        self.socket: ClientConnection = connect(
+            f"ws://127.0.0.1:{self.server.port}/3d",
+            additional_headers={"Cookie": f"graphrun_{self.server.port}={token}"},
+            subprotocols=["viser-v1.1.1"],  # type: ignore[list-item]
+            max_size=None,
+        )
+        self.look((0.0, -5.0, 3.0), ORIGIN)
+        assert eventually(lambda: self.scene._viewers)
+        ((number, self.viewer),) = self.scene._viewers.items()
+        self.camera = self.server.viser.get_clients()[number].camera
+
+    def send(self, message: Any) -> None:
+        self.socket.send(msgspec.msgpack.encode(message.as_serializable_dict()))
+
+    def look(self, position: Any, look_at: Any) -> None:
+        """Turn the camera."""
+        pose = {"wxyz": (1.0, 0.0, 0.0, 0.0), "position": position, "look_at": look_at, "up_direction": (0, 0, 1)}
+        lens = {"fov": 1.0, "near": 0.01, "far": 1000.0, "image_height": 400, "image_width": 600}
+        self.send(_messages.ViewerCameraMessage(**pose, **lens))
+
+    def click(self, node: str) -> None:
+        """Click on the first shape of a node."""
+        ray = {"ray_origin": (0.0, 0.0, 1.0), "ray_direction": (0.0, 0.0, -1.0), "screen_pos": (0.5, 0.5)}
+        self.send(_messages.SceneNodeClickMessage(node, 0, modifier=None, **ray))
+
+    def drag(self, phase: Any, to: tuple[float, float, float]) -> None:
+        """Pull at the robot from its origin."""
+        place = {"start_position": ORIGIN, "start_screen_pos": (0.5, 0.5), "end_position": to, "end_screen_pos": (0, 0)}
+        self.send(
+            _messages.SceneNodeDragMessage(
+                phase,
+                "/robots/0",
+                0,
+                button="left",
+                modifier="cmd/ctrl",
+                **place,  # type: ignore[arg-type]
+            )
+        )
+
+    def node(self, path: str) -> Any:
+        return self.server.viser.scene.get_handle_by_name(path)
+
+    def switch(self, title: str) -> None:
+        """Switch a layer on."""
+        for layer in self.scene._layers:
+            layer.shown = layer.shown or layer.title == title
+
+
+@pytest.fixture
+def page() -> Iterator[Page]:
+    made = Page()
+    yield made
+    made.socket.close()
+    made.server.close()
+
+
+def test_bodies_are_where_the_poses_say(page: Page) -> None:
+    page.scene.update(frame(3.0))
+    assert page.node("/robots/0").batched_positions.tolist() == [[3, 0, 0]]
+    assert page.node("/objects/0").batched_positions.tolist() == [[0, 2, 0]]
+    assert page.node("/world/0").batched_positions.tolist() == [[0, 0, 0]]
+
+
+def test_hits_of_a_lidar_turn_with_it_and_have_the_colours_of_range_or_intensity(page: Page) -> None:
+    scan = FrameLayers({"/bot/lidar": (np.array([2, np.inf], np.float32), np.array([255, 0], np.float32))})
+    page.scene.update(frame(1.0, layers=scan, turn=QUARTER))
+    cloud = page.node("/lidar/bot/lidar")
+    assert np.asarray(cloud.points) == pytest.approx(np.array([[1, 2, 0]]), abs=2e-3)
+    red, _, blue = cloud.colors[0].tolist()
+    assert red > blue
+    page.scene._layers[0].colours = "intensity"  # type: ignore[attr-defined]
+    page.scene.update(frame(1.0, layers=scan))
+    assert cloud.colors[0].tolist() == [253, 231, 37]
+    page.scene.update(frame(1.0, layers=FrameLayers({"/bot/lidar": (np.full(2, np.inf, np.float32),) * 2})))
+    assert not cloud.visible
+
+
+def test_a_trail_is_the_way_of_a_robot_and_begins_anew_where_it_is_put(
+    page: Page, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(robot_trails, "PERIOD", 0.0)
+    page.switch("Trails")
+    for x in np.arange(0.0, 1.0, 0.02):
+        page.scene.update(frame(float(x)))
+    line = page.node("/trails/0")
+    steps = np.diff(line.points[:, :, 0], axis=1)
+    assert len(line.points) == 16
+    assert (steps >= 0.05 - 1e-6).all()
+    assert line.points[0, 0, 0] == pytest.approx(0.0)
+    page.scene.update(frame(5.0))
+    assert not line.visible
+    for x in (5.1, 5.2):
+        page.scene.update(frame(x))
+    assert line.points[:, :, 0].min() == pytest.approx(5.0)
+
+
+def test_arrows_show_the_forces_on_what_can_be_moved(page: Page) -> None:
+    page.switch("Contacts")
+    bodies, force = np.array([[0, 1], [1, 0]]), np.array([[0, 0, 50.0], [0, 0, -50.0]])
+    contacts = Contacts(np.array([[1.0, 0, 0], [2, 0, 0]]), np.array([[0, 0, 1.0], [0, 0, -1]]), force, bodies)
+    page.scene.update(frame(layers=FrameLayers(contacts=contacts)))
+    arrows = page.node("/contacts/forces")
+    assert arrows.points.tolist() == [[[1, 0, 0], [1, 0, 0.5]], [[2, 0, 0], [2, 0, 0.5]]]
+    page.scene.update(frame())
+    assert not arrows.visible
+
+
+def test_frames_at_one_place_share_a_name_and_move_with_their_bodies(page: Page) -> None:
+    page.switch("Frames")
+    page.scene.update(frame(2.0))
+    assert page.node("/frames/axes").batched_positions[:, 0].tolist() == [2, 2, 2]
+    assert page.node("/frames/names/0").text == "base_link, same_place"
+    assert page.node("/frames/names/2").position.tolist() == [2, 0, 1]
+
+
+def test_a_camera_looks_along_its_axis_and_shows_its_picture(page: Page) -> None:
+    page.switch("Cameras")
+    pixels = np.full((4, 6, 3), 9, np.uint8)
+    page.scene.update(frame(2.0, layers=FrameLayers(pictures={"/bot/camera": pixels})))
+    frustum = page.node("/cameras/bot/camera")
+    assert frustum.position.tolist() == [2, 0, 0]
+    assert np.abs(frustum.wxyz).tolist() == [0, 1, 0, 0]  # viser's look along z, cameras of a stage along -z
+    assert frustum.image is pixels
+
+
+def test_the_map_is_drawn_over_the_area_that_it_covers(page: Page) -> None:
+    cells = np.array([[100, 0, -1]], np.int8)
+    floor = FloorMap(cells, (-1.0, 4.0), 2.0)
+    page.scene.update(frame(layers=FrameLayers(floor=floor)))
+    drawn = page.node("/map/cells")
+    assert (drawn.render_width, drawn.render_height) == (6.0, 2.0)
+    assert drawn.position[:2].tolist() == [2.0, 5.0]
+    dark, free, unknown = picture(floor)[0]
+    assert dark[:3].sum() < free[:3].sum()
+    assert unknown[3] == 0
+    page.scene.show(page.stage)
+    assert page.node("/map/cells") is not None
+
+
+def test_a_click_selects_a_robot_and_the_camera_follows_it_until_the_next_click(
+    page: Page, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(viewer_controls, "UNTOUCHED", 0.0)
+    page.scene.update(frame())
+    page.click("/robots/0")
+    assert eventually(lambda: page.viewer.selected == "bot")
+    page.scene.update(frame(1.0))
+    assert page.camera.look_at == pytest.approx([1, 0, 0])
+    assert page.camera.position == pytest.approx([1, -5, 3])
+    page.look((1.0, 4.0, 2.0), (1.0, 0.0, 0.0))
+    assert eventually(lambda: page.camera.position[1] == 4.0)
+    page.scene.update(frame(2.0))
+    assert page.camera.position == pytest.approx([2, 4, 2])
+    page.click("/robots/0")
+    assert eventually(lambda: page.viewer.selected == "")
+    page.scene.update(frame(3.0))
+    assert page.camera.look_at == pytest.approx([2, 0, 0])
+
+
+def test_an_entity_that_is_gone_is_let_go(page: Page) -> None:
+    page.viewer.click("crate")
+    layers = SceneLayers(entities=[BOT])
+    page.scene.show(LiveScene("test", BODIES, [], {}, layers, ORIGIN))
+    assert page.viewer.selected == ""
+
+
+def test_a_pull_pushes_at_most_each_tenth_of_a_second_until_it_ends(page: Page) -> None:
+    page.scene.update(frame())
+    page.drag("start", (0.1, 0.0, 0.0))
+    for step in range(20):
+        page.drag("update", (0.1 + step / 10, 0.0, 0.0))
+    held = lambda: page.viewer.pull._held is not None and page.viewer.pull._held[2][0] == 2.0  # noqa: E731
+    assert eventually(held)
+    for tick in range(10):
+        page.scene.update(frame(time=tick / 60))
+    ((name, push),) = page.commands
+    assert name == "push"
+    assert push["entity"] == "bot"
+    assert push["force"] == [pytest.approx(body_dragging.STIFFNESS * 10.0 * 2.0), 0.0, 0.0]
+    page.drag("end", (2.0, 0.0, 0.0))
+    assert eventually(lambda: not held())
+    page.scene.update(frame(time=9.0))
+    assert len(page.commands) == 1
+
+
+def test_handles_move_an_entity_to_where_they_are_dragged(page: Page) -> None:
+    page.viewer.click("crate")
+    page.viewer._moves.value = True
+    page.scene.update(frame())
+    controls = page.viewer._handles._controls
+    assert controls is not None
+    assert controls.position.tolist() == [0, 2, 0]
+    owner = page.camera.client.scene._owner_id
+    page.send(_messages.TransformControlsDragStartMessage("/move", owner))
+    for x in range(10):
+        page.send(_messages.TransformControlsUpdateMessage("/move", (1, 0, 0, 0), (float(x), 2.0, 0.5), owner))
+    assert eventually(lambda: (page.viewer._handles._waiting or {}).get("position") == [9.0, 2.0, 0.5])
+    for _ in range(5):
+        page.scene.update(frame())
+    ((name, move),) = page.commands
+    assert name == "move"
+    assert move["entity"] == "crate"
+    assert move["orientation"] == {"quaternion_xyzw": [0, 0, 0, 1]}
+    assert controls.position.tolist() == [9, 2, 0.5]  # held by the mouse
+    page.send(_messages.TransformControlsDragEndMessage("/move", owner))
+    assert eventually(lambda: not page.viewer._handles.held)
+    page.scene.update(frame())
+    assert controls.position.tolist() == [0, 2, 0]
+
+
+def test_who_may_only_look_has_nothing_to_pull_or_move_by() -> None:
+    page = Page(read_only=True)
+    page.scene.update(frame())
+    assert not page.viewer._moves.visible
+    page.drag("start", (1.0, 0.0, 0.0))
+    page.click("/robots/0")
+    assert eventually(lambda: page.viewer.selected == "bot")
+    page.scene.update(frame())
+    assert page.commands == []
+    page.socket.close()
+    page.server.close()
+
+
+def test_what_the_mouse_does_moves_bodies() -> None:
+    with session("dd100_flat") as sim:
+        pull = body_dragging.Pull(lambda name, arguments: sent.append(sim.submit(name, arguments)))
+        sent: list[Any] = []
+        pull.hold(SeenEntity(Mount("dd100", 1, NOWHERE), True, [1], 10.0), np.zeros(3), np.array([0.0, 2.0, 0.0]))
+        sim.run(0.5)
+        before = sim.robots["dd100"].pose.position[1]
+        pull.update(sim.time)
+        sim.run(0.5)
+        (done,) = sent
+        assert done.exception() is None
+        assert abs(sim.robots["dd100"].pose.position[1] - before) > 0.01
