@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.cli.common import add_file_arguments, counted, make_options, print_findings
+from graphengine.cli.progress import progress
 from graphengine.format.diagnostics import Findings, to_json
 from graphengine.format.errors import UsageError
 from graphengine.format.files import find_file, near
@@ -34,10 +35,11 @@ def execute(arguments: argparse.Namespace) -> int:
     options = make_options(arguments)
     findings = Findings()
     files = graphs = 0
-    for name in arguments.files:
-        given = _in_folder(Path(name)) if os.path.isdir(name) else [("", find_file(name))]
-        files += len(given)
-        graphs += _check(given, options, findings)
+    with progress("checking"):
+        for name in arguments.files:
+            given = _in_folder(Path(name)) if os.path.isdir(name) else [("", find_file(name))]
+            files += len(given)
+            graphs += _check(given, options, findings)
     errors, warnings = len(findings.errors), len(findings.warnings)
     if arguments.format == "json":
         print(to_json(findings.sorted()))

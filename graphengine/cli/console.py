@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import re
 import sys
 import time
@@ -53,7 +54,8 @@ class Console:
     def begin(self, session: SessionCore) -> None:
         """Start the status line, and measuring time and work of the run without its setup."""
         if self._overwrites and not self.quiet:
-            self._live = terminal.start_live_line()
+            with contextlib.suppress(OSError):
+                self._live = terminal.start_live_line()
         self.start = self.last = time.perf_counter()
         self.cpu_start = time.thread_time()
         self._meter = StatusMeter(session)
@@ -111,8 +113,11 @@ class Console:
     def _show(self, facts: list[tuple[str, str]]) -> None:
         """Overwrite the live line on a terminal; elsewhere print the line unless it is unchanged."""
         if self._live is not None:
-            with contextlib.suppress(OSError):
+            try:
                 terminal.overwrite(self._live, facts, GAP)
+            except OSError:  # the terminal was closed, and what cannot be written would pile up
+                self._clear_line()
+                self._period = math.inf
             return
         line = GAP.join(fact for fact, _ in facts)
         if line != self.last_line:

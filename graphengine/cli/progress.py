@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -42,7 +43,7 @@ def _show(what: str, done: Callable[[], float], total: float | None, over: threa
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-    bar = BarColumn(max(min(40, terminal.width() - len(what) - 15), 4))
+    bar = BarColumn(max(min(40, terminal.width(sys.stderr) - len(what) - 15), 4))
     percent, left = TextColumn("{task.percentage:>3.0f} %"), TimeRemainingColumn(compact=True)
     columns = (bar, TimeElapsedColumn()) if total is None else (bar, percent, left)
     display = Progress(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -18,10 +18,10 @@ def can_overwrite() -> bool:
     return sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") not in ("dumb", "unknown")
 
 
-def width() -> int:
-    """Columns of the terminal as it is now, whatever the environment says."""
+def width(stream: TextIO) -> int:
+    """Columns of the terminal that a stream goes to, whatever the environment says; 80 without a terminal."""
     try:
-        return os.get_terminal_size(sys.stderr.fileno()).columns or 80
+        return os.get_terminal_size(stream.fileno()).columns or 80
     except OSError:
         return 80
 
@@ -59,7 +59,7 @@ def overwrite(line: Live, parts: Iterable[tuple[str, str]], gap: str) -> None:
     """Show as many parts, each with its style, as fit in the width of the terminal."""
     from rich.text import Text
 
-    shown, most = Text(no_wrap=True, overflow="crop"), width() - 1
+    shown, most = Text(no_wrap=True, overflow="crop"), width(sys.stderr) - 1
     for part, style in parts:
         before = gap if shown else ""
         if shown and len(shown) + len(before) + len(part) > most:

@@ -100,7 +100,7 @@ class Recorder(ExternalInputs):
         network.sinks.append(self)
 
     @property
-    def recorded_bytes(self) -> int:  # type: ignore[override]  # which others have as an attribute
+    def recorded_bytes(self) -> int:
         """Size of the file, without what is still to be written."""
         return self._writer.size
 

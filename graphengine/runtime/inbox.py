@@ -12,10 +12,13 @@ from graphengine.format.files import Files
 class ExternalInputs:
     """Reads the wall clock of this machine, and keeps nothing. A recorder and a replay extend it."""
 
-    recorded_bytes: int | None = None
-    """Size of the recording, without what is still to be written; None if nothing is recorded."""
     exact = False
     """Whether a tick waits for its pictures at any pace, so that another run gets the same."""
+
+    @property
+    def recorded_bytes(self) -> int | None:
+        """Size of the recording, without what is still to be written; None if nothing is recorded."""
+        return None
 
     def begin_tick(self) -> float:
         """The wall clock (s since 1970) that nodes read in the tick which begins."""

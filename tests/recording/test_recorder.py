@@ -26,6 +26,7 @@ from graphengine.recording.writer import RecordingWriter
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.inbox import ExternalInputs
+from graphengine.runtime.run_status import StatusMeter
 from graphengine.scene import build
 from tests.jobs.harness import Recorder as Listener
 from tests.jobs.harness import nanoseconds, twist
@@ -397,3 +398,18 @@ def test_a_chunk_of_many_bytes_is_written_before_its_second_is_over(
         chunks = [r for r in StreamReader(file, emit_chunks=True).records if isinstance(r, Chunk)]
     size = len(messages.encode(messages.Clock(messages.Time(0, 0))))
     assert len(chunks) == -(-50 // -(-100 // size))
+
+
+def test_people_see_how_the_recording_grows_and_that_a_run_without_one_has_none(tmp_path: Path) -> None:
+    path, sizes = tmp_path / "grows.mcap", list[int]()
+
+    def look(tick: int, run: Run) -> None:
+        size = StatusMeter(run.session).read().recorded_bytes
+        assert size is not None
+        sizes.append(size)
+
+    run = record(path, 600, put(tmp_path / "clock.yaml", CLOCK), before=look)
+    assert sizes == sorted(sizes)
+    assert 0 <= sizes[0] < sizes[-1] <= path.stat().st_size
+    run.session.inbox = ExternalInputs()
+    assert StatusMeter(run.session).read().recorded_bytes is None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import os
 import re
 import signal
@@ -17,6 +18,7 @@ pytest.importorskip("viser", reason="the extra view is not installed")
 
 import graphengine as ge
 from graphengine.cli import main as graphrun
+from graphengine.runtime.run_status import RunStatus
 from graphengine.testing import session
 from graphengine.view.live_graphs import short_value
 from tests.view.harness import Viewer, viewed
@@ -31,6 +33,14 @@ LIMIT = "DiffController.inputs:maxLinearSpeed"
 def sim() -> Iterator[ge.Session]:
     with session("dd100_flat") as made:
         yield made
+
+
+def test_a_viewer_sees_the_facts_of_the_status_line(sim: ge.Session) -> None:
+    sim.subscribe("/dd100_0000/odom")
+    facts = viewed(sim, lambda viewer: viewer.until(lambda frame: frame["facts"]["messages"] > 0))["facts"]
+    assert set(facts) >= {field.name for field in dataclasses.fields(RunStatus)}
+    assert (facts["subscribers"], facts["dropped_values"], facts["recorded_bytes"]) == (1, 0, None)
+    assert facts["message_rate"] > 0.0
 
 
 def test_a_viewer_sees_the_graphs_and_the_time(sim: ge.Session) -> None:

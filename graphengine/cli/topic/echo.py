@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 import sys
 import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from graphengine.cli import terminal
 from graphengine.cli.live import Live, absolute, add_live_arguments, count, positive, show
 from graphengine.cli.topic.expression import Filter, make_filter
 from graphengine.cli.topic.qos_options import add_quality_arguments, quality_for
@@ -128,4 +128,4 @@ def _wants_summary(arguments: argparse.Namespace) -> bool:
 def _summary(message: Any) -> str | None:
     from graphengine.messages.message_summary import summarize
 
-    return summarize(message, shutil.get_terminal_size().columns, picture=sys.stdout.isatty())
+    return summarize(message, terminal.width(sys.stdout), picture=sys.stdout.isatty())
