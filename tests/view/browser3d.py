@@ -35,20 +35,15 @@ class Browser3D:
 
     def look(self, position: Any, look_at: Any) -> None:
         """Turn the camera."""
-        pose = {"wxyz": (1.0, 0.0, 0.0, 0.0), "position": position, "look_at": look_at, "up_direction": (0, 0, 1)}
-        lens = {"fov": 1.0, "near": 0.01, "far": 1000.0, "image_height": 400, "image_width": 600}
-        self.send(_messages.ViewerCameraMessage(**pose, **lens))
+        turn, up = (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+        self.send(_messages.ViewerCameraMessage(turn, position, 1.0, 0.01, 1000.0, 400, 600, look_at, up))
 
     def click(self, node: str) -> None:
         """Click on the first shape of a node."""
-        ray = {"ray_origin": (0.0, 0.0, 1.0), "ray_direction": (0.0, 0.0, -1.0), "screen_pos": (0.5, 0.5)}
-        self.send(_messages.SceneNodeClickMessage(node, 0, modifier=None, **ray))
+        self.send(_messages.SceneNodeClickMessage(node, 0, (0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.5, 0.5), None))
 
     def drag(self, phase: Any, to: tuple[float, float, float], grip: tuple[float, float, float] = ORIGIN) -> None:
         """Pull at a point of the first robot."""
-        start, end = (
-            {"start_position": grip, "start_screen_pos": (0, 0)},
-            {"end_position": to, "end_screen_pos": (0, 0)},
-        )
-        keys: dict[str, Any] = {"button": "left", "modifier": "cmd/ctrl"}
-        self.send(_messages.SceneNodeDragMessage(phase, "/robots/0", 0, **start, **end, **keys))
+        screen = (0.5, 0.5)
+        pull = _messages.SceneNodeDragMessage(phase, "/robots/0", 0, grip, screen, to, screen, "left", "cmd/ctrl")
+        self.send(pull)

@@ -231,7 +231,7 @@ def test_a_pull_brings_a_body_to_the_mouse_and_no_farther(monkeypatch: pytest.Mo
 
 def test_handles_move_an_entity_to_where_they_are_dragged(page: Page) -> None:
     page.viewer.click("crate")
-    page.viewer._moves.value = True
+    page.viewer._moves.value = True  # type: ignore[misc]
     page.scene.update(frame())
     controls = page.viewer._handles._controls
     assert controls is not None
