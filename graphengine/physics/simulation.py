@@ -15,7 +15,7 @@ from graphengine.devices.rotation import Vector3, vector
 from graphengine.devices.stage import Prim
 from graphengine.devices.visible import Bodies
 from graphengine.physics.core import SimulationCore
-from graphengine.physics.dynamics.contact_points import contact_points
+from graphengine.physics.dynamics.contact_forces import contact_points
 from graphengine.physics.dynamics.held_bodies import PlacedBody, find_mover
 from graphengine.physics.dynamics.motion_handles import CarriedPrim, Joints
 from graphengine.physics.dynamics.mujoco_entities import MujocoEntities

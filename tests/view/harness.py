@@ -61,6 +61,7 @@ class Viewer:
         port = base.rpartition(":")[2]
         cookie = {"Cookie": f"graphrun_{port}={token}"}
         self.socket: ClientConnection = connect(f"ws://127.0.0.1:{port}/feed", additional_headers=cookie, max_size=None)
+        self.url = url
         self.stage: Any = None
         self.frame: Any = None
         self.told: dict[str, Any] = {}

@@ -139,12 +139,12 @@ def test_frames_cameras_and_lidars_are_where_the_world_has_them(sim: ge.Session)
     services = sim._runner.session.services
     world, poses = services.world, services.world.poses()
     scene = layers_of(services).find(world.bodies().names)
-    mounts = [*(seen.mount for seen in (*scene.lidars, *scene.cameras))]
+    mounts = [seen.mount for seen in scene.lidars] + [seen.mount for seen in scene.cameras]
     assert len(mounts) == 2
     for mount in mounts:
         body = tuple(poses[mount.body, :3].tolist()), tuple(poses[mount.body, 3:].tolist())
         position, rotation = world.frame(world.stage.find(mount.name)).pose()
-        found = compose(body, mount.pose)  # type: ignore[arg-type]
+        found = compose(body, mount.pose)
         assert found[0] == pytest.approx(position)
         assert found[1] == pytest.approx(rotation)
     names = [frame.name for frame in scene.frames]

@@ -21,6 +21,7 @@ from graphengine.cli import main as graphrun
 from graphengine.runtime.run_status import RunStatus
 from graphengine.testing import session
 from graphengine.view.live_graphs import short_value
+from tests.view.browser3d import Browser3D
 from tests.view.harness import Viewer, viewed
 
 pytestmark = pytest.mark.xdist_group("view")
@@ -211,6 +212,33 @@ def test_what_viewers_did_is_recorded_and_replayed(tmp_path: Path) -> None:
     with session("dd100_flat", record=path) as sim:
         viewed(sim, play)
     assert graphrun(["replay", str(path)]) == 0
+
+
+def pull(viewer: Viewer) -> None:
+    """Pull at the robot in the 3D part for a second."""
+    browser = Browser3D(viewer.url)
+    with browser.socket:
+        begun = viewer.until(lambda frame: True)["facts"]["time"]
+        while viewer.frame["facts"]["time"] < begun + 1.0:
+            browser.drag("start", (2.0, 2.0, 0.1), (0.0, 0.0, 0.1))
+            viewer._read()
+
+
+def test_a_pull_at_a_robot_in_3d_pushes_it_and_a_replay_repeats_it(tmp_path: Path) -> None:
+    path = tmp_path / "pulled.mcap"
+    with session("dd100_flat", record=path) as sim:
+        sim.run(0.5)
+        before = np.array(sim.robots["dd100"].pose.position)
+        viewed(sim, pull)
+        assert np.linalg.norm(np.array(sim.robots["dd100"].pose.position) - before) > 0.02
+    assert graphrun(["replay", str(path)]) == 0
+
+
+def test_who_may_only_look_pulls_at_nothing(sim: ge.Session) -> None:
+    sim.run(0.5)
+    before = sim.robots["dd100"].pose
+    viewed(sim, pull, read_only=True)
+    assert sim.robots["dd100"].pose.position == pytest.approx(before.position, abs=1e-3)
 
 
 def test_a_killed_page_is_told_once_and_the_run_goes_on_and_can_be_seen_again() -> None:

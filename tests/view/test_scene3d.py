@@ -11,14 +11,11 @@ import pytest
 
 pytest.importorskip("viser", reason="the extra view is not installed")
 
-import msgspec
 from viser import _messages
-from websockets.sync.client import ClientConnection, connect
 
 from graphengine.devices.contact_points import Contacts
 from graphengine.devices.rotation import IDENTITY, NOWHERE, ORIGIN
 from graphengine.devices.visible import Bodies, VisibleShape
-from graphengine.testing import session
 from graphengine.view.layer_data import (
     FloorMap,
     FrameLayers,
@@ -33,6 +30,7 @@ from graphengine.view.scene import body_dragging, robot_trails, viewer_controls
 from graphengine.view.scene.floor_picture import picture
 from graphengine.view.scene.scene3d import Scene3D
 from graphengine.view.wire import LiveScene, LiveState
+from tests.view.browser3d import Browser3D
 from tests.waiting import eventually
 
 pytestmark = pytest.mark.xdist_group("view")
@@ -56,7 +54,7 @@ def frame(x: float = 0.0, time: float = 0.0, layers: FrameLayers | None = None, 
     return LiveState({"time": time}, poses, layers or FrameLayers())
 
 
-class Page:
+class Page(Browser3D):
     """A 3D part with a viewer, of whose browser what it sends is played."""
 
     def __init__(self, *, read_only: bool = False) -> None:
@@ -66,45 +64,10 @@ class Page:
         layers = SceneLayers(LAYERS.frames, LAYERS.lidars, LAYERS.cameras, LAYERS.entities, read_only)
         self.stage = LiveScene("test", BODIES, [], {}, layers, ORIGIN)
         self.scene.show(self.stage)
-        token = self.server.url.partition("token=")[2]
-        self.socket: ClientConnection = connect(
-            f"ws://127.0.0.1:{self.server.port}/3d",
-            additional_headers={"Cookie": f"graphrun_{self.server.port}={token}"},
-            subprotocols=["viser-v1.1.1"],  # type: ignore[list-item]
-            max_size=None,
-        )
-        self.look((0.0, -5.0, 3.0), ORIGIN)
+        super().__init__(self.server.url)
         assert eventually(lambda: self.scene._viewers)
         ((number, self.viewer),) = self.scene._viewers.items()
         self.camera = self.server.viser.get_clients()[number].camera
-
-    def send(self, message: Any) -> None:
-        self.socket.send(msgspec.msgpack.encode(message.as_serializable_dict()))
-
-    def look(self, position: Any, look_at: Any) -> None:
-        """Turn the camera."""
-        pose = {"wxyz": (1.0, 0.0, 0.0, 0.0), "position": position, "look_at": look_at, "up_direction": (0, 0, 1)}
-        lens = {"fov": 1.0, "near": 0.01, "far": 1000.0, "image_height": 400, "image_width": 600}
-        self.send(_messages.ViewerCameraMessage(**pose, **lens))
-
-    def click(self, node: str) -> None:
-        """Click on the first shape of a node."""
-        ray = {"ray_origin": (0.0, 0.0, 1.0), "ray_direction": (0.0, 0.0, -1.0), "screen_pos": (0.5, 0.5)}
-        self.send(_messages.SceneNodeClickMessage(node, 0, modifier=None, **ray))
-
-    def drag(self, phase: Any, to: tuple[float, float, float]) -> None:
-        """Pull at the robot from its origin."""
-        place = {"start_position": ORIGIN, "start_screen_pos": (0.5, 0.5), "end_position": to, "end_screen_pos": (0, 0)}
-        self.send(
-            _messages.SceneNodeDragMessage(
-                phase,
-                "/robots/0",
-                0,
-                button="left",
-                modifier="cmd/ctrl",
-                **place,  # type: ignore[arg-type]
-            )
-        )
 
     def node(self, path: str) -> Any:
         return self.server.viser.scene.get_handle_by_name(path)
@@ -238,8 +201,7 @@ def test_a_pull_pushes_at_most_each_tenth_of_a_second_until_it_ends(page: Page) 
     page.drag("start", (0.1, 0.0, 0.0))
     for step in range(20):
         page.drag("update", (0.1 + step / 10, 0.0, 0.0))
-    held = lambda: page.viewer.pull._held is not None and page.viewer.pull._held[2][0] == 2.0  # noqa: E731
-    assert eventually(held)
+    assert eventually(lambda: page.viewer.pull.held is not None and page.viewer.pull.held[1][0] == 2.0)
     for tick in range(10):
         page.scene.update(frame(time=tick / 60))
     ((name, push),) = page.commands
@@ -247,14 +209,29 @@ def test_a_pull_pushes_at_most_each_tenth_of_a_second_until_it_ends(page: Page) 
     assert push["entity"] == "bot"
     assert push["force"] == [pytest.approx(body_dragging.STIFFNESS * 10.0 * 2.0), 0.0, 0.0]
     page.drag("end", (2.0, 0.0, 0.0))
-    assert eventually(lambda: not held())
+    assert eventually(lambda: page.viewer.pull.held is None)
     page.scene.update(frame(time=9.0))
     assert len(page.commands) == 1
 
 
+def test_a_pull_brings_a_body_to_the_mouse_and_no_farther(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("time.monotonic", iter(np.arange(0.0, 1e6, 0.1)).__next__)
+    pushes: list[Any] = []
+    pull = body_dragging.Pull(lambda name, arguments: pushes.append(arguments))
+    pull.held = BOT, np.array([0.0, 1.5, 0.0])
+    place, speed, reached = 0.0, 0.0, []
+    for tick in range(600):
+        pull.update(tick / 60, {"bot": (np.array([0.0, place, 0.0], np.float32), np.zeros(4, np.float32))})
+        speed += pushes[-1]["force"][1] / BOT.mass / 60
+        place += speed / 60
+        reached.append(place)
+    assert max(reached) < 1.8
+    assert reached[-1] == pytest.approx(1.5, abs=0.02)
+
+
 def test_handles_move_an_entity_to_where_they_are_dragged(page: Page) -> None:
     page.viewer.click("crate")
-    page.viewer._moves.value = True
+    page.viewer._moves.value = True  # type: ignore[misc]
     page.scene.update(frame())
     controls = page.viewer._handles._controls
     assert controls is not None
@@ -288,17 +265,3 @@ def test_who_may_only_look_has_nothing_to_pull_or_move_by() -> None:
     assert page.commands == []
     page.socket.close()
     page.server.close()
-
-
-def test_what_the_mouse_does_moves_bodies() -> None:
-    with session("dd100_flat") as sim:
-        pull = body_dragging.Pull(lambda name, arguments: sent.append(sim.submit(name, arguments)))
-        sent: list[Any] = []
-        pull.hold(SeenEntity(Mount("dd100", 1, NOWHERE), True, [1], 10.0), np.zeros(3), np.array([0.0, 2.0, 0.0]))
-        sim.run(0.5)
-        before = sim.robots["dd100"].pose.position[1]
-        pull.update(sim.time)
-        sim.run(0.5)
-        (done,) = sent
-        assert done.exception() is None
-        assert abs(sim.robots["dd100"].pose.position[1] - before) > 0.01

@@ -6,7 +6,7 @@ The mouse tells of each of its moves; the run gets a command at most each `PERIO
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 PERIOD = 0.1
 """Time between two commands, s: of wall time, and of pushes of simulation too."""
-STIFFNESS = 15.0
-"""Force of a push for each metre between the body and the mouse, N for each kg of the entity."""
-FARTHEST = 3.0
+STIFFNESS, DAMPING = 15.0, 6.0
+"""Force of a push for each kg of the entity: N for each metre that it is to go, and against each m/s at which it moves."""
+FARTHEST = 2.0
 """Distance from which on a pull has one force, m."""
 
 Command = Callable[[str, dict[str, Any]], None]
@@ -30,40 +30,49 @@ Vector = NDArray[np.float64]
 
 
 class Pull:
-    """A pull at an entity: a push towards the mouse, again and again until the mouse is released.
+    """A pull at an entity: pushes towards a place, one after another, until the mouse is released.
+
+    They act on the centre of mass: at the point where the mouse took hold, they would turn over what is light.
 
     Args:
         command: sends a command to the run.
+
+    Attributes:
+        held: the entity, and the way from where the mouse took hold to where it is, m; None while nothing is pulled at.
     """
 
     def __init__(self, command: Command) -> None:
         self._command = command
-        self._held: tuple[SeenEntity, Vector, Vector] | None = None
+        self.held: tuple[SeenEntity, Vector] | None = None
+        self._seen: tuple[SeenEntity, Vector] | None = None
+        self._goal = np.zeros(3)
         self._next = 0.0
-        self._last = -PERIOD
+        self._last, self._before = -PERIOD, np.zeros(3)
+        """Time of the simulation at the last push, s, and where the entity was, m."""
 
-    def hold(self, entity: SeenEntity, grip: Vector, mouse: Vector) -> None:
-        """Pull an entity at a point of it towards the mouse, both in the world, m."""
-        self._held = entity, grip, mouse
+    def update(self, seconds: float, poses: Mapping[str, tuple[Floats, Floats]]) -> None:
+        """Push if it is time to.
 
-    def release(self) -> None:
-        """Pull no more."""
-        self._held = None
-
-    def update(self, seconds: float) -> None:
-        """Push if it is time to; `seconds` is the time of the simulation, in which a push acts."""
-        held, now = self._held, time.monotonic()
-        if held is None or now < self._next or 0.0 <= seconds - self._last < PERIOD:
+        Args:
+            seconds: time of the simulation, in which a push acts.
+            poses: of the entities by name.
+        """
+        held, now = self.held, time.monotonic()
+        if held is None or held[0].mount.name not in poses:
             return
-        self._next, self._last = now + PERIOD, seconds
-        entity, grip, mouse = held
-        way = mouse - grip
-        length = float(np.linalg.norm(way))
-        if length > FARTHEST:
-            way *= FARTHEST / length
-        force = (STIFFNESS * entity.mass * way).tolist()
-        push = {"entity": entity.mount.name, "force": force, "duration": PERIOD, "at": grip.tolist()}
-        self._command("push", push)
+        entity, way = held
+        position = poses[entity.mount.name][0].astype(float)
+        if held is not self._seen:
+            self._seen, self._goal = held, position + way
+        elapsed = seconds - self._last
+        if now < self._next or 0.0 <= elapsed < PERIOD:
+            return
+        velocity = (position - self._before) / elapsed if 0.0 < elapsed < 3 * PERIOD else np.zeros(3)
+        self._next, self._last, self._before = now + PERIOD, seconds, position
+        ahead = self._goal - position
+        ahead *= min(1.0, FARTHEST / max(float(np.linalg.norm(ahead)), FARTHEST))
+        force = entity.mass * (STIFFNESS * ahead - DAMPING * velocity)
+        self._command("push", {"entity": entity.mount.name, "force": force.tolist(), "duration": PERIOD})
 
 
 class MoveHandles:

@@ -128,7 +128,9 @@ class Scene3D:
         if note != self._note.content:
             self._note.content, self._note.visible = note, bool(note)
         viewers = list(self._viewers.values())
-        placed = zip(*self._carried.at(state.poses), strict=True) if any(viewer.selected for viewer in viewers) else ()
+        placed = (
+            zip(*self._carried.at(state.poses), strict=True) if any(viewer.needs_poses for viewer in viewers) else ()
+        )
         poses = dict(zip(self._entities, placed, strict=False))
         for viewer in viewers:
             viewer.update(state.facts["time"], poses)
@@ -166,9 +168,9 @@ class Scene3D:
             if viewer is None:
                 return
             if event.phase == "end" or entity is None:
-                viewer.pull.release()
+                viewer.pull.held = None
             else:
-                viewer.pull.hold(entity, np.array(event.start_position), np.array(event.end_position))
+                viewer.pull.held = entity, np.subtract(event.end_position, event.start_position)
 
         batch.handle.on_click(click)
         if not self._scene.read_only:

@@ -59,6 +59,11 @@ class ViewerControls:
         value = str(self._selected.value)
         return value if value != NOTHING else ""
 
+    @property
+    def needs_poses(self) -> bool:
+        """Whether something is selected or pulled at."""
+        return bool(self.selected) or self.pull.held is not None
+
     def offer(self, entities: Mapping[str, SeenEntity]) -> None:
         """Let the viewer select among other entities; one that is no longer there is let go."""
         self._selected.options = (NOTHING, *entities)
@@ -72,9 +77,9 @@ class ViewerControls:
 
         Args:
             seconds: time of the simulation.
-            poses: of the entities that viewers selected.
+            poses: of the entities, while a viewer needs them.
         """
-        self.pull.update(seconds)
+        self.pull.update(seconds, poses)
         name = self.selected
         position, rotation = poses.get(name, (ORIGIN, ORIGIN))
         self._handles.update(name if name in poses and self._moves.value else "", position, rotation)
