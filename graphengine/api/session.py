@@ -195,7 +195,7 @@ class Session:
 
         Raises:
             GraphError: a removed robot or a node cannot be restored.
-            UsageError: the checkpoint belongs to another session, or was made before a `reload` that changed something.
+            UsageError: the checkpoint belongs to another session.
         """
         self._runner.session.restore(checkpoint._inner)
         for publication, state in checkpoint._publications:
@@ -207,8 +207,8 @@ class Session:
 
         Changed graphs are exchanged and the world goes on. A node of the same name and type, with the same ports, keeps its
         state. An input keeps its value while its wire, or its value in the file, is the same. Unchanged topics keep their
-        endpoints. A change of the world or of a robot restarts the session at time 0, without spawned robots. After any
-        change, earlier checkpoints cannot be restored. Python modules with node types are not read again.
+        endpoints. A change of the world or of a robot restarts the session at time 0, without spawned robots. An earlier
+        checkpoint brings back what the files said then. Python modules with node types are not read again.
 
         >>> print(sim.reload())
         no file changed: no graph and nothing of the world is different

@@ -88,6 +88,8 @@ class Recorder(ExternalInputs):
         self._places: dict[str, Path] = {}
         """Where the files are that were attached, by name."""
         self._reloads = 0
+        self._exchanged: dict[str, str | None] = {}
+        """Attachments of the files as reloads found them, by name; None for files that have gone."""
         self._writer = RecordingWriter(path, scene.definitions, force=force)
         try:
             manifest = describe_run(scene, session.services, self._names, keep_going, modules)
@@ -125,10 +127,9 @@ class Recorder(ExternalInputs):
             RecordingError: a file that it read cannot be read again.
         """
         if name == "reload":
-            exchanged = self._attach_exchanged()
-            if not exchanged:
+            if not self._attach_exchanged() and not arguments["effective"]:
                 return
-            arguments = {"files": exchanged}
+            arguments = {"files": dict(self._exchanged)}
         if name == "spawn":
             arguments = {**arguments, "use": {**arguments["use"], "use": self._reference(arguments["use"]["use"])}}
         self._commands.append((name, arguments))
@@ -141,20 +142,21 @@ class Recorder(ExternalInputs):
             self._read = _contents(places)
             self._places |= places
 
-    def _attach_exchanged(self) -> dict[str, str | None]:
-        """Attach the changed files of a reload; return the name of each one's attachment, None for a file that has gone."""
+    def _attach_exchanged(self) -> bool:
+        """Attach the changed files of a reload; return whether there are any, or files that have gone."""
         self._reloads += 1
         digests = {name: _digest(data) for name, data in self._read.items()}
         changed = {name: data for name, data in self._read.items() if self._digests.get(name) != digests[name]}
         unread = [name for name in self._digests if name not in digests]
         gone = [name for name in unread if name in self._places and not self._places[name].exists()]
-        exchanged: dict[str, str | None] = {name: f"{RELOADED}/{self._reloads}/{name}" for name in changed}
-        self._write_attachments({str(exchanged[name]): data for name, data in changed.items()})
+        places = {name: f"{RELOADED}/{self._reloads}/{name}" for name in changed}
+        self._write_attachments({places[name]: data for name, data in changed.items()})
+        self._exchanged |= {**places, **dict.fromkeys(gone)}
         self._digests |= digests
         for name in gone:
             del self._digests[name]
         self._read = {}
-        return exchanged | dict.fromkeys(gone)
+        return bool(changed or gone)
 
     def _reference(self, use: str) -> str:
         """How the scene names a robot file, wherever the recording's files are laid out."""

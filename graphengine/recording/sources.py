@@ -84,6 +84,8 @@ class Workspace:
     def __init__(self, folder: Path) -> None:
         self._folder = folder.resolve()
         self._bytes = self._files = 0
+        self._originals: dict[str, Path | None] = {}
+        """Copies of the files that were exchanged, as they were added; None for those that were not there."""
         for place in PLACES:
             self.place(place).mkdir()
 
@@ -128,20 +130,33 @@ class Workspace:
         Raises:
             RecordingError: a name is not legal, or a file is not there.
         """
-        for name, other in files.items():
-            place = self.path(name)
-            try:
-                if other is None:
-                    place.unlink(missing_ok=True)
-                    continue
-                place.parent.mkdir(parents=True, exist_ok=True)
-                coming = place.with_name(
-                    f"{place.name}.coming"
-                )  # another inode is another file, whatever its times are
-                shutil.copyfile(self.path(other), coming)
-                coming.replace(place)
-            except OSError as error:
-                raise RecordingError(f"the recording's file {name!r} cannot be exchanged: {error.strerror}") from None
+        for name in files:
+            if name not in self._originals:
+                kept = self.path(f"{RELOADED}/0/{name}")
+                self._originals[name] = kept if self._copy(self.path(name), kept) else None
+        for name, original in self._originals.items():
+            other = files.get(name)
+            source = self.path(other) if other is not None else original if name not in files else None
+            if source is None:
+                self.path(name).unlink(missing_ok=True)
+            elif not self._copy(source, self.path(name)):
+                raise RecordingError(f"the recording has no file {other!r}, which a reload read")
+
+    @staticmethod
+    def _copy(source: Path, target: Path) -> bool:
+        """Copy a file; return whether there is one. The copy has an inode of its own, so it is seen to be another file."""
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            coming = target.with_name(f"{target.name}.coming")
+            shutil.copyfile(source, coming)
+            coming.replace(target)
+        except FileNotFoundError:
+            return False
+        except OSError as error:
+            raise RecordingError(
+                f"the recording's file {source.name!r} cannot be exchanged: {error.strerror}"
+            ) from None
+        return True
 
     def add(self, name: str, data: bytes) -> None:
         """Lay out a file.

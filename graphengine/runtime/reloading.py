@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Signature, near
@@ -75,6 +76,19 @@ class Reloader:
             GraphError: the changed scene cannot begin. After any error nothing has changed.
         """
         raise UsageError("a session without files has nothing to reload")
+
+    def save(self) -> Any:
+        """The version of the files that the session runs."""
+
+    def restore(self, saved: Any) -> None:
+        """Run another version of the files, at time 0.
+
+        Args:
+            saved: result of `save`, while the session ran that version.
+
+        Raises:
+            GraphError: physics or a node cannot begin; nothing has changed.
+        """
 
     def watched(self) -> Mapping[Path, Signature]:
         """The paths to watch, with the signatures of their files before they were read. Thread-safe."""

@@ -38,7 +38,8 @@ class SavedSession:
     name: str
     of: SessionCore
     version: int
-    """Of what the session ran."""
+    """Number of the version of the files that the session ran, and the version itself."""
+    files: Any
     robots: Any
     state: Any
     play: tuple[SessionState, str, bool]
@@ -62,8 +63,8 @@ class SessionCore:
         self.step_clock = ticker.step_clock
         self.roster = roster
         self.reloader = Reloader()
-        self.version = 0
-        """Number of times that graphs or the world were exchanged; a checkpoint can be restored only in its own version."""
+        self.version = self._versions = 0
+        """Number of the version of the files that the session runs."""
         self.state: SessionState = "stopped"
         self.inbox = ExternalInputs()
         """Reads the wall clock and takes commands; to be exchanged before the first tick."""
@@ -121,7 +122,8 @@ class SessionCore:
         self._checkpoints += 1
         name = name or f"checkpoint_{self._checkpoints}"
         play = self.state, self._failure, self._ended
-        made = SavedSession(name, self, self.version, self.roster.save(), self._ticker.save(), play)
+        version, files = self.version, self.reloader.save()
+        made = SavedSession(name, self, version, files, self.roster.save(), self._ticker.save(), play)
         self.inbox.command("checkpoint", {"name": name})
         return made
 
@@ -141,14 +143,15 @@ class SessionCore:
             kept: a checkpoint of this session.
 
         Raises:
-            UsageError: it is another session's, or older than a change of the files, or within a tick.
+            UsageError: it is another session's, or within a tick.
             GraphError: a robot that has gone, or a node, cannot be what it was.
         """
         self._refuse_within_tick()
         if kept.of is not self:
             raise UsageError(f"{kept.name} is a checkpoint of another session")
         if kept.version != self.version:
-            raise UsageError(f"{kept.name} was saved before the files of the scene changed, and fits them no more")
+            self.reloader.restore(kept.files)
+            self.version = kept.version
         self.roster.restore(kept.robots)
         self._ticker.restore(kept.state)
         state, self._failure, self._ended = kept.play
@@ -356,6 +359,7 @@ class SessionCore:
             StateError: the session failed.
         """
         self.admit()
+        before = self.version
         try:
             done = self.reloader.reload()
         except CheckError as error:
@@ -366,7 +370,7 @@ class SessionCore:
             self.findings = (str(error),)
             raise
         mended, self.findings = bool(self.findings), ()
-        self.inbox.command("reload", {})
+        self.inbox.command("reload", {"effective": self.version != before})
         return replace(done, mended=mended)
 
     def exchange(self, graphs: Sequence[Graph]) -> Exchange:
@@ -376,22 +380,24 @@ class SessionCore:
             GraphError: a node could not be set up; nothing has changed.
         """
         done = self._ticker.exchange(graphs)
-        self.version += bool(done)
+        if done:
+            self._begin_version()
         return done
+
+    def _begin_version(self) -> None:
+        self._versions += 1
+        self.version = self._versions
 
     def begin_with(self, ticker: Ticker, roster: Roster) -> None:
         """Restart at time 0 with another world, whose graphs are set up; go on playing, paused or stopped as before."""
-        self._end_play()
-        before, names = self._ticker, {run.name for run in ticker.graphs}
-        before.tell("at_close", [run for run in before.graphs if run.name not in names])
+        before = self._ticker
         if math.isfinite(self.last):
             left = (self.last - before.count) * before.clock.delta
             self.last = before.count + round(left / ticker.clock.delta)
         ticker.count = before.count
         self._ticker, self.services, self.roster = ticker, ticker.services, roster
         self.clock, self.step_clock = ticker.clock, ticker.step_clock
-        self.version += 1
-        self.held.clear()
+        self._begin_version()
         ticker.close(before.graphs)
         ticker.services.network.forget_calls()
         before.services.world.close()
@@ -401,14 +407,15 @@ class SessionCore:
     def _begin_anew(self, *scopes: ResetScope, seed: int | None = None) -> None:
         """Parts of the session as before the first tick; a play ends before its time does."""
         if "time" in scopes:
-            self._end_play()
+            self.end_play()
             self._failure = ""
         self._ticker.begin_anew(*scopes, seed=seed)
 
-    def _end_play(self) -> None:
-        """Tell graphs that a play ends, if there was one."""
+    def end_play(self, closing: Sequence[GraphRun] = ()) -> None:
+        """Let graphs do what they have for the end of a play, if there was one, and some of them for their own end."""
         if self.clock.frame:
             self._ticker.tell("at_stop", self.graphs)
+        self._ticker.tell("at_close", closing)
 
     def end(self) -> None:
         """Let graphs do what they have for the end of a play and for their own, once; nothing is to run after it.
@@ -418,8 +425,7 @@ class SessionCore:
         if self._ended or self._failure:
             return
         self._ended = True
-        self._end_play()
-        self._ticker.tell("at_close", self.graphs)
+        self.end_play(self.graphs)
 
     def close(self) -> None:
         """End, leave the network and release the world; safe to call twice."""

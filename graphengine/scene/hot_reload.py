@@ -17,11 +17,13 @@ from graphengine.node.context.session_services import Services
 from graphengine.runtime.reloading import Reloaded, Reloader
 from graphengine.runtime.roster import Roster
 from graphengine.runtime.session_core import SessionCore
+from graphengine.runtime.ticker import Ticker
 from graphengine.scene.loaded_scene import LoadedScene
 from graphengine.scene.scene_roster import SceneRoster, begin
 
 if TYPE_CHECKING:
     from graphengine.physics.loaded_world import LoadedWorld
+    from graphengine.physics.model.scenery import Scenery
 
 MAX_READINGS = 5
 """How often files are read again because they change while they are read."""
@@ -58,12 +60,24 @@ class SceneReloader(Reloader):
         """The paths of the scene's files and of missing files, with their signatures before they were read. Thread-safe."""
         return self._read.noted()
 
+    def save(self) -> tuple[LoadedScene, Files, Scenery | None]:
+        """The scene that the session runs, its files, and the descriptions of its robots, also of spawned ones."""
+        roster = self._session.roster
+        scenery = roster.world.scenery if isinstance(roster, SceneRoster) else None
+        return self._scene, _copy(self._files), scenery.copy(self._files) if scenery is not None else None
+
+    def restore(self, saved: tuple[LoadedScene, Files, Scenery | None]) -> None:
+        """Run another version of the scene, at time 0."""
+        scene, files, scenery = saved
+        self._session.begin_with(*self._begin(scene, scenery))
+        self._take(scene, files)
+
     def reload(self) -> Reloaded:
         """Read the files and run what they say now, between two ticks."""
         session = self._session
         for _ in range(MAX_READINGS):
             fresh = self._load_again(self._scene)
-            files = self._read = replace(fresh.files, used=dict(fresh.files.used), sought=dict(fresh.files.sought))
+            files = self._read = _copy(fresh.files)
             fresh.require_runnable()
             successor = self._successor(fresh, files, session.roster)
             session.inbox.reading(files)
@@ -72,7 +86,7 @@ class SceneReloader(Reloader):
         else:
             raise UsageError("the files change while they are read; reload when they are written")
         if successor is None:
-            done = self._begin_anew(fresh)
+            done = self._restart(fresh)
         else:
             exchange = session.exchange(successor.graphs)
             successor.move_in()
@@ -91,11 +105,14 @@ class SceneReloader(Reloader):
         gone = [path for path in files.sought if path in self._files.used]
         known = {finding.render() for finding in self._scene.findings.warnings}
         warnings = [finding.render() for finding in fresh.findings.warnings]
+        self._take(fresh, files)
+        return replace(done, files=(*changed, *gone), warnings=tuple(text for text in warnings if text not in known))
+
+    def _take(self, scene: LoadedScene, files: Files) -> None:
         for mine, theirs in ((self._files.used, files.used), (self._files.sought, files.sought)):
             mine.clear()
             mine.update(theirs)
-        self._scene, self._read = fresh, self._files
-        return replace(done, files=(*changed, *gone), warnings=tuple(text for text in warnings if text not in known))
+        self._scene, self._read = scene, self._files
 
     def _successor(self, fresh: LoadedScene, files: Files, roster: Roster) -> _Successor | None:
         """The graphs to run in the present world; None if the world or a robot has changed.
@@ -115,27 +132,39 @@ class SceneReloader(Reloader):
         graphs = _graphs(fresh, world, files, roster)
         return _Successor(graphs, lambda: roster.follow(fresh, world))
 
-    def _begin_anew(self, fresh: LoadedScene) -> Reloaded:
-        """Restart at time 0 with the world that the files describe now.
+    def _restart(self, fresh: LoadedScene) -> Reloaded:
+        """Restart at time 0 with the world that the files describe now; graphs send what they have for the end of a play."""
+        session, lost = self._session, tuple(self._session.roster.spawned)
+        ticker, roster = self._begin(fresh)
+        names = [graph.name for graph in fresh.planned]
+        session.end_play([run for run in session.graphs if run.name not in names])
+        session.begin_with(ticker, roster)
+        return Reloaded(changed=tuple(names), restarted=True, lost=lost)
+
+    def _begin(self, scene: LoadedScene, scenery: Scenery | None = None) -> tuple[Ticker, Roster]:
+        """Make a world, and set up the graphs of a scene in it.
+
+        Args:
+            scene: without errors.
+            scenery: descriptions of robots that come later; those of the scene if not given.
 
         Raises:
-            GraphError: physics or a node cannot begin; nothing has changed.
+            GraphError: physics or a node cannot begin.
         """
-        before, lost = self._session.services, tuple(self._session.roster.spawned)
-        loaded = fresh.world.copy(self._files, before.seed) if fresh.world is not None else None
+        before = self._session.services
+        loaded = scene.world.copy(self._files, before.seed) if scene.world is not None else None
+        if loaded is not None and scenery is not None:
+            loaded = replace(loaded, scenery=scenery.copy(self._files))
         world: World = loaded.simulation if loaded is not None else DryWorld(Stage())
         world.clamps_commands = before.world.clamps_commands
         services = Services(world, before.network, before.seed, before.domain_id, before.domain_from_environment)
         services.log, services.permissions, services.dropped = before.log, before.permissions, before.dropped
         try:
             with before.network.handing_over():
-                ticker, roster = begin(fresh, loaded, self._files, services, self._fault)
+                return begin(scene, loaded, self._files, services, self._fault)
         except BaseException:
             world.close()
             raise
-        self._session.begin_with(ticker, roster)
-        names = tuple(run.name for run in ticker.graphs)
-        return Reloaded(changed=names, restarted=True, lost=lost)
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +178,10 @@ class _Successor:
 
     graphs: Sequence[Graph]
     move_in: Callable[[], None] = lambda: None
+
+
+def _copy(files: Files) -> Files:
+    return replace(files, used=dict(files.used), sought=dict(files.sought))
 
 
 def _graphs(fresh: LoadedScene, world: LoadedWorld, files: Files, roster: SceneRoster) -> Sequence[Graph]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from graphengine.compiler.graph import Graph
@@ -92,13 +93,14 @@ class SceneRoster(Roster):
     def add(self, name: str, use: RobotUse) -> None:
         """Put a robot into the scene, and run its graphs after the others."""
         self._world.add(name, use)
-        self._begin(name)
+        beside = [run.executor.graph for run in self._ticker.graphs]
+        claims = self._services.claims
+        self._begin(name, lambda: self.plan(self._robots[name], self._scene, self._files, beside, claims))
 
-    def _begin(self, name: str) -> None:
+    def _begin(self, name: str, plan: Callable[[], Sequence[Graph]]) -> None:
         """Set up the graphs of a robot that was put into the world; after an error the robot is removed again."""
         try:
-            beside = [run.executor.graph for run in self._ticker.graphs]
-            self._ticker.add(self.plan(self._robots[name], self._scene, self._files, beside, self._services.claims))
+            self._ticker.add(plan())
         except BaseException:
             self._dismiss(name, ())
             raise
@@ -165,20 +167,27 @@ class SceneRoster(Roster):
                 raise UsageError(f"{name} cannot be removed: {reader} of graph {run.name} uses it")
         return own
 
-    def save(self) -> Sequence[tuple[RobotInstance, bool]]:
-        """The robots in their order, and which of them were spawned."""
-        return [(robot, name in self.spawned) for name, robot in self._robots.items()]
+    def save(self) -> Sequence[tuple[RobotInstance, bool, Sequence[Graph]]]:
+        """The robots in their order, which of them were spawned, and their graphs."""
+        graphs = [run.executor.graph for run in self._ticker.graphs]
+        return [
+            (robot, name in self.spawned, [graph for graph in graphs if graph.name.startswith(f"{name}/")])
+            for name, robot in self._robots.items()
+        ]
 
-    def restore(self, saved: Sequence[tuple[RobotInstance, bool]]) -> None:
+    def restore(self, saved: Sequence[tuple[RobotInstance, bool, Sequence[Graph]]]) -> None:
         """Put back the robots that were there when `save` was called, and remove the others."""
         pairs = zip(self._robots.values(), saved, strict=False)
         same = sum(1 for _ in itertools.takewhile(lambda pair: pair[0] is pair[1][0], pairs))
         for name in reversed(list(self._robots)[same:]):
             self._dismiss(name, self._own(name))
-        for robot, spawned in saved[same:]:
+        stage = self._services.stage
+        for robot, spawned, graphs in saved[same:]:
             self._world.put(robot.placement)
-            self._services.stage.find(robot.prim_path).facts["spawned"] = spawned
-            self._begin(robot.name)
+            stage.find(robot.prim_path).facts["spawned"] = spawned
+            scene, path = self._world.scenery.scene, robot.prim_path
+            write_namespaces(scene, stage, graphs, Findings(), within=path)
+            self._begin(robot.name, partial(list, graphs))
 
     def _dismiss(self, name: str, own: Sequence[GraphRun]) -> None:
         """Remove a robot, with its graphs and with what the session keeps for it."""

@@ -10,7 +10,7 @@ from graphengine.compiler.lint_registry import lint
 from graphengine.devices.motion import Articulation, JointSelection
 from graphengine.format.errors import BadValueError, GraphError, JointError
 from graphengine.format.wording import listing
-from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out, State
+from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out
 from graphengine.node.types import Double3s, Doubles, Ints, String, Target, Tokens
 from graphengine.nodes.touched import drives_of
 
@@ -48,8 +48,8 @@ class SelectedJointsNode(RobotNode):
     joint_names: Tokens = In(doc="names of the joints to use, in order; if empty, `jointIndices` selects them")
     joint_indices: Ints = In(doc="indices of the joints to use if `jointNames` is empty; if both are empty, all joints")
 
-    selection: JointSelection | None = State(default=None)
-    selected: tuple[object, object] = State(default=((), ()))
+    selection: JointSelection = Bound()
+    selected: tuple[object, object] = Bound()
 
     def setup(self, context: Context) -> None:
         """Bind the robot and the joints that the inputs select now."""
@@ -69,7 +69,7 @@ class SelectedJointsNode(RobotNode):
             BadValueError: a name or index is that of no joint of the robot.
         """
         names, indices = self.selected
-        if self.selection is not None and names is self.joint_names and indices is self.joint_indices:
+        if names is self.joint_names and indices is self.joint_indices:
             return self.selection
         try:
             return self.select()

@@ -142,7 +142,7 @@ def test_a_comment_is_recorded_as_it_may_matter_later(tmp_path: Path, edits: Edi
         ("[]", "does not say which files it read"),
         ('{"files": {"../a.yaml": null}}', "is no name that a file of a recording can have"),
         ('{"files": {"project/a.yaml": "/etc/passwd"}}', "is no name that a file of a recording can have"),
-        ('{"files": {"project/a.yaml": "project/none.yaml"}}', "cannot be exchanged: No such file"),
+        ('{"files": {"project/a.yaml": "project/none.yaml"}}', "has no file 'project/none.yaml', which a reload read"),
     ],
 )
 def test_a_reload_that_no_recorder_wrote_reads_nothing_outside_of_the_recording(

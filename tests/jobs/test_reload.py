@@ -235,14 +235,31 @@ def test_a_graph_comes_and_another_one_says_goodbye(library: Path, job: Job) -> 
     assert run(job, 1)
 
 
-def test_a_checkpoint_from_before_a_change_is_refused(library: Path, job: Job) -> None:
-    job.ask("checkpoint", name="before")
-    job.session.reload()
-    job.ask("restore", name="before")
-    change_every_graph(library)
-    job.session.reload()
-    with pytest.raises(UsageError, match="before was saved before the files of the scene changed"):
+@pytest.mark.parametrize("scene", ["dd100_flat", "demo"])
+@pytest.mark.parametrize("change", ["graphs", "world", "world and spawned"])
+def test_a_checkpoint_brings_back_what_the_files_said_then(library: Path, scene: str, change: str) -> None:
+    with begin(library, scene) as job:
+        run(job, 30, 1)
+        if change == "world and spawned":
+            job.spawn("late", LATE)
+            run(job, 10, 1)
+        job.ask("checkpoint", name="before")
+        robots = [prim.path for prim in job.session.services.stage.prims("robot")]
+        wanted = run(job, 40, 2)
+        change_every_graph(library)
+        if change != "graphs":
+            edit(library / f"scenes/{scene}.yaml", "  dd100:\n", "  other:\n")
+        assert job.session.reload().restarted == (change != "graphs")
+        job.ask("checkpoint", name="after")
+        later = run(job, 20, 3)
         job.ask("restore", name="before")
+        assert [prim.path for prim in job.session.services.stage.prims("robot")] == robots
+        assert run(job, 40, 2) == wanted
+        job.ask("restore", name="after")
+        assert run(job, 20, 3) == later
+        job.ask("restore", name="before")
+        assert job.session.reload().changed
+        run(job, 5)
 
 
 def test_peers_over_dds_lose_no_message_and_see_no_endpoint_come_or_go(library: Path, domain_id: int) -> None:

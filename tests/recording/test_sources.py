@@ -136,9 +136,16 @@ def test_files_are_exchanged_within_a_workspace(tmp_path: Path) -> None:
     workspace.add("project/a/y.yaml", b"gone")
     workspace.add("reloaded/1/project/a/x.yaml", b"new")
     inode = workspace.path("project/a/x.yaml").stat().st_ino
-    workspace.exchange({"project/a/x.yaml": "reloaded/1/project/a/x.yaml", "project/a/y.yaml": None, "project/z": None})
+    first = {"project/a/x.yaml": "reloaded/1/project/a/x.yaml", "project/a/y.yaml": None, "project/z": None}
+    workspace.exchange(first)
     assert workspace.path("project/a/x.yaml").read_bytes() == b"new"
     assert workspace.path("project/a/x.yaml").stat().st_ino != inode
     assert not workspace.path("project/a/y.yaml").exists()
+    workspace.exchange({"project/z": "reloaded/1/project/a/x.yaml"})
+    contents = {name: workspace.path(f"project/{name}").read_bytes() for name in ("a/x.yaml", "a/y.yaml", "z")}
+    assert contents == {"a/x.yaml": b"old", "a/y.yaml": b"gone", "z": b"new"}
+    workspace.exchange(first)
+    assert workspace.path("project/a/x.yaml").read_bytes() == b"new"
+    assert not workspace.path("project/z").exists()
     with pytest.raises(RecordingError, match="is no name"):
         workspace.exchange({"project/../../a": None})

@@ -71,15 +71,17 @@ class Services:
         for name in [name for name in self.queues if name not in queues]:
             del self.queues[name]
         for name, state in queues.items():
-            self.queues[name].restore(state)
+            self.queues.setdefault(name, EventQueue(name)).restore(state)
         for path in [path for path in self.generators if path not in generators]:
             del self.generators[path]
         for path, state in generators.items():
             self.reseed(path)
             self.generators[path].bit_generator.state = state
-        self.render_products = {path: product for path, (product, _) in products.items()}
-        for product, state in products.values():
-            product.restore(state)
+        present = self.render_products
+        self.render_products = {path: present.get(path, product) for path, (product, _) in products.items()}
+        for path, (product, state) in products.items():
+            if self.render_products[path] is product:  # the other one has cameras of another world
+                product.restore(state)
         self.handles = dict(handles)
 
     def warn(self, node: str, text: str) -> None:
