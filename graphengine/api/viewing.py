@@ -63,6 +63,13 @@ def missing_packages() -> list[str]:
     return [name for name in ("viser", "graphlay") if importlib.util.find_spec(name) is None]
 
 
+def check_packages() -> None:
+    """Raise UsageError if the extra `view` is not installed."""
+    missing = missing_packages()
+    if missing:
+        raise UsageError(f"the page needs {' and '.join(missing)}\n  pip install 'graphengine[view]'")
+
+
 def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
     """Start the page of a session, or another one after its process was lost; return the address.
 
@@ -71,9 +78,7 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
     """
     if runner.feed is not None and not runner.feed.page.lost:
         return runner.feed.url
-    missing = missing_packages()
-    if missing:
-        raise UsageError(f"the page needs {' and '.join(missing)}\n  pip install 'graphengine[view]'")
+    check_packages()
     from graphengine.view.feed import Feed
 
     def lost(text: str) -> None:

@@ -14,8 +14,8 @@ from graphengine.runtime.command_queue import Desk
 from graphengine.view.layers import Layers
 from graphengine.view.live_graphs import NodeCosts, draw, port_values
 from graphengine.view.page_client import Page
-from graphengine.view.viewers import Driver, Viewers
-from graphengine.view.wire import LiveScene, LiveState
+from graphengine.view.viewers import Driver, Playback, Viewers
+from graphengine.view.wire import LiveScene, LiveState, Marks
 
 if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
@@ -36,6 +36,7 @@ class Feed:
         driver: publishes what viewers drive.
         lost: called once, if the page's process ends before `close`.
         read_only: whether viewers may only look.
+        playback: the recording that the session replays; None for a run.
     """
 
     def __init__(
@@ -49,12 +50,15 @@ class Feed:
         lost: Callable[[str], None],
         *,
         read_only: bool = False,
+        playback: Playback | None = None,
     ) -> None:
         self._session = session
         self._title = title
         self._driver = driver
         self._lost: Callable[[str], None] | None = lost
-        self._viewers = Viewers(desk, driver, read_only=read_only)
+        self._viewers = Viewers(desk, driver, read_only=read_only, playback=playback)
+        self._playback = playback
+        self._marked = 0
         self._layers = Layers(session.services)
         self._costs = NodeCosts()
         self._next = 0.0
@@ -76,7 +80,12 @@ class Feed:
             self._next = now + PERIOD
             poses = self._session.services.world.poses()
             self._tell_scene(len(poses))
+            self._tell_marks()
             self.page.show(self._state(now, poses))
+
+    def forget_costs(self) -> None:
+        """Leave out of the costs of nodes what ran since the last frame."""
+        self._costs.forget()
 
     def _tell_loss(self) -> None:
         """Tell once that the page's process has ended, and stop what viewers drove."""
@@ -106,6 +115,13 @@ class Feed:
             )
         )
 
+    def _tell_marks(self) -> None:
+        """Send the events of a recording if there are more than before."""
+        marks = self._playback.marks() if self._playback is not None else ()
+        if len(marks) != self._marked:
+            self._marked = len(marks)
+            self.page.tell(Marks(marks))
+
     def _state(self, now: float, poses: NDArray[np.float64]) -> LiveState:
         session = self._session
         clock = session.clock
@@ -118,6 +134,8 @@ class Feed:
             "messages": getattr(session.services.network, "sent", 0),
             "dropped": len(session.services.dropped.ticks) if session.services.dropped else 0,
         }
+        if self._playback is not None:
+            facts |= self._playback.facts()
         wanted = set(self._viewers.graphs.values())
         runs = [run for run in session.graphs if run.name in wanted]
         values = {run.name: port_values(run) for run in runs}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any, Protocol
 
@@ -29,6 +29,23 @@ class Driver(Protocol):
         """Publish a twist until the next call: forward and sideways, m/s, and turn, rad/s; None stops the robot."""
 
 
+class Playback(Protocol):
+    """A recording that is shown in the place of a run."""
+
+    def obey(self, asked: Mapping[str, Any]) -> None:
+        """Do what a viewer asks for.
+
+        Raises:
+            UsageError: it asks for something else.
+        """
+
+    def facts(self) -> Mapping[str, Any]:
+        """What the page shows of it, as JSON has it; beside `recording`, facts that take the place of the session's."""
+
+    def marks(self) -> Sequence[Mapping[str, Any]]:
+        """The events that were found so far; events are only added."""
+
+
 class Viewers:
     """Those who look at the page of a session.
 
@@ -36,6 +53,7 @@ class Viewers:
         desk: where their commands are queued.
         driver: publishes what they drive.
         read_only: whether they may only look.
+        playback: the recording that they look at; None for a run.
 
     Attributes:
         number: of viewers.
@@ -43,13 +61,14 @@ class Viewers:
         graphs: the graph that each viewer looks at.
     """
 
-    def __init__(self, desk: Desk, driver: Driver, *, read_only: bool) -> None:
+    def __init__(self, desk: Desk, driver: Driver, *, read_only: bool, playback: Playback | None = None) -> None:
         self.number = 0
         self.layers: frozenset[str] = frozenset()
         self.graphs: dict[int, str] = {}
         self._desk = desk
         self._driver = driver
         self._read_only = read_only
+        self._playback = playback
         self._driven: dict[str, float] = {}
         """When a viewer last drove on a topic, s of wall time."""
         self._asked: deque[Mapping[str, Any]] = deque(maxlen=MAX_ASKED)
@@ -79,12 +98,22 @@ class Viewers:
             self.graphs.pop(viewer, None)
         elif what == "look":
             self.graphs[viewer] = str(asked.get("graph", ""))
+        elif self._playback is not None:
+            self._play(page, self._playback, asked)
         elif self._read_only:
             page.tell(Answer(viewer, {"id": asked.get("id"), "error": "this page is for looking only"}))
         elif what == "drive":
             self._drive(page, asked, now)
         elif what == "command":
             self._command(page, viewer, asked)
+
+    def _play(self, page: Page, playback: Playback, asked: Mapping[str, Any]) -> None:
+        try:
+            if asked.get("ask") != "playback":
+                raise UsageError("this is a recording: what happened in it cannot be changed")
+            playback.obey(asked)
+        except UsageError as error:
+            page.tell(Answer(asked["viewer"], {"id": asked.get("id"), "error": str(error)}))
 
     def _command(self, page: Page, viewer: int, asked: Mapping[str, Any]) -> None:
         name, arguments = asked.get("command"), asked.get("arguments", {})

@@ -71,6 +71,13 @@ class LiveState:
 
 
 @dataclass(frozen=True, slots=True)
+class Marks:
+    """The events of a recording, each with its tick, kind and text."""
+
+    marks: Sequence[Mapping[str, Any]]
+
+
+@dataclass(frozen=True, slots=True)
 class Answer:
     """What became of a command.
 

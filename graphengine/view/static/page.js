@@ -4,6 +4,7 @@ import { $ } from "./elements.js";
 import "./control.js";
 import "./graphs.js";
 import "./keyboard.js";
+import "./recording.js";
 
 $("world").src = matchMedia("(prefers-color-scheme: dark)").matches ? "3d/?darkMode" : "3d/";
 connect();

@@ -1,0 +1,200 @@
+"""The web page on which a recording is looked at: a clock that viewers start, stop and set, and a session that follows it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from graphengine.api.viewing import check_packages
+from graphengine.format.errors import UsageError
+from graphengine.format.wording import listing
+from graphengine.recording.player import RecordingPlayer
+
+if TYPE_CHECKING:
+    from graphengine.api.runner import Runner
+    from graphengine.view.feed import Feed
+
+SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+SLICE = 0.04
+"""Seconds of wall time for which the replay goes on between two frames."""
+LONGEST_SEEK = 0.3
+"""Seconds of wall time after which a slow seek shows how far it is."""
+IDLE = 0.02
+"""Seconds of wall time between two looks at what viewers ask for, where nothing is to be done."""
+
+
+class Playback:
+    """Plays a recording at a speed, and replays it in the background.
+
+    Args:
+        player: player of the recording.
+        clock: wall clock, s.
+    """
+
+    def __init__(self, player: RecordingPlayer, clock: Callable[[], float] = time.monotonic) -> None:
+        self.player = player
+        self.playing = False
+        self.speed = 1.0
+        self._delta = player.session.clock.delta
+        self._clock = clock
+        self._seen = clock()
+        self._goal = 0.0
+        """The tick to show, with the part of the next one that has passed."""
+        self._switching = 0.0
+        """Wall time that the last change to the shown tick took, s."""
+
+    def obey(self, asked: Mapping[str, Any]) -> None:
+        """Do what a viewer asks for.
+
+        Args:
+            asked: `do` is `play`, `pause`, `seek` with a `tick`, `step` with a number of `ticks`, or `speed` with a `factor`.
+
+        Raises:
+            UsageError: it is none of these.
+        """
+        do = asked.get("do")
+        if do == "play":
+            self.playing = True
+            if self._goal >= self.player.length:
+                self._goal = 0.0
+        elif do == "pause":
+            self.playing = False
+        elif do == "seek":
+            self.seek(_whole(asked.get("tick"), "tick"))
+        elif do == "step":
+            self.playing = False
+            self.seek(self.player.position + _whole(asked.get("ticks"), "ticks"))
+        elif do == "speed" and asked.get("factor") in SPEEDS:
+            self.speed = float(asked["factor"])
+        elif do == "speed":
+            raise UsageError(f"there is no such speed; {listing([f'{speed:g}' for speed in SPEEDS])}")
+        else:
+            raise UsageError(f"a recording knows no such thing; {listing(['play', 'pause', 'seek', 'step', 'speed'])}")
+
+    def seek(self, tick: int) -> None:
+        """Show a tick; one that is not replayed yet is shown as soon as it is."""
+        self._goal = float(min(max(tick, 0), self.player.length))
+
+    def show(self) -> None:
+        """Bring the session to the tick that is to be shown now."""
+        player, now = self.player, self._clock()
+        elapsed, self._seen = min(now - self._seen, 0.1), now
+        if self.playing and player.position == int(self._goal):  # else it waits for the session
+            self._goal += elapsed * self.speed / self._delta
+        if self._goal >= player.length and player.complete:
+            self._goal, self.playing = float(player.length), False
+        player.show(int(self._goal), LONGEST_SEEK)
+        self._switching = self._clock() - now
+
+    def build(self) -> None:
+        """Replay further for a slice of time; one as long as going there and back takes, if robots come and go between."""
+        self.player.build(max(SLICE, self._switching))
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing is to be done until a viewer asks for something."""
+        return self.player.complete and not self.playing and self.player.position == int(self._goal)
+
+    def facts(self) -> Mapping[str, Any]:
+        """What the page shows, as JSON has it."""
+        player = self.player
+        state = "playing" if self.playing else "paused"
+        return {
+            "state": "failed" if player.session.state == "failed" else state,
+            "rate": self.speed if self.playing else 0.0,
+            "recording": {
+                "position": player.position,
+                "built": player.built,
+                "length": max(player.length, player.built),
+                "complete": player.complete,
+                "seconds": self._delta,
+                "playing": self.playing,
+                "speed": self.speed,
+                "verdict": self.verdict(),
+                "different": player.difference is not None,
+            },
+        }
+
+    def verdict(self) -> str:
+        """How the replay compares with the recording, in one line."""
+        player = self.player
+        if player.difference is not None:
+            text = f"{player.difference}; from there on the replay is shown, not what was recorded"
+        else:
+            text = "identical" if player.complete else f"identical up to {player.built * self._delta:.1f} s"
+        if player.failure:
+            return f"{text}; ends with: {player.failure.partition(chr(10))[0]}"
+        cut_off = player.complete and player.recording.cut_off
+        return f"{text}; the run was cut off, and the recording ends here" if cut_off else text
+
+    def marks(self) -> Sequence[Mapping[str, Any]]:
+        """The events that were found so far."""
+        return [asdict(mark) for mark in self.player.marks.all]
+
+
+def open_recording_page(runner: Runner, playback: Playback, host: str, port: int) -> Feed:
+    """Start the page of a recording.
+
+    Args:
+        runner: runner of the session that the playback uses.
+        playback: what is shown.
+        host: address of the page.
+        port: port of the page; 0 takes a free one.
+
+    Raises:
+        UsageError: the extra `view` is not installed, or the address cannot be used.
+    """
+    check_packages()
+    from graphengine.view.feed import Feed
+
+    def lost(text: str) -> None:
+        raise UsageError("the process of the page has ended")
+
+    title = playback.player.recording.path.name
+    feed = Feed(runner.session, runner.desk, title, host, port, _NoDriver(), lost, playback=playback)
+    runner.show(feed)
+    return feed
+
+
+def play(playback: Playback, feed: Feed, complete: Callable[[], None]) -> None:
+    """Show the recording to the viewers of its page, until Ctrl-C or the end of the page's process.
+
+    Args:
+        playback: what is shown.
+        feed: feed of the page.
+        complete: called once, when the whole recording was replayed.
+
+    Raises:
+        UsageError: the page's process has ended.
+    """
+    told = False
+    while True:
+        playback.show()
+        feed.after_tick()
+        if not playback.player.complete:
+            playback.build()
+            feed.forget_costs()
+        elif not told:
+            told = True
+            complete()
+        if playback.idle:
+            time.sleep(IDLE)
+
+
+class _NoDriver:
+    """Drives nothing: what happened in a recording cannot be changed."""
+
+    def topics(self) -> Mapping[str, str]:
+        """No topics."""
+        return {}
+
+    def drive(self, topic: str, twist: tuple[float, float, float] | None) -> None:
+        """Never called, as there are no topics."""
+
+
+def _whole(number: Any, name: str) -> int:
+    if type(number) is not int or abs(number) > 10**15:
+        raise UsageError(f"{name}: write a whole number")
+    return number

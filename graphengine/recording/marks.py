@@ -1,0 +1,85 @@
+"""The events of a recording that a viewer wants to find: commands, resets, errors, contacts of robots."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from graphengine.devices.entity import Overlap
+
+MarkKind = Literal["command", "reset", "error", "contact"]
+
+MAX_MARKS = 500
+"""Of one kind."""
+LONGEST = 160
+"""Characters of a mark's text."""
+_RESETS = ("reset", "restore", "stop")
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """An event.
+
+    Attributes:
+        tick: the tick that it came before or happened in, from 1.
+        kind: what it is.
+        text: one line.
+    """
+
+    tick: int
+    kind: MarkKind
+    text: str
+
+
+class Marks:
+    """Collects the events of a replay.
+
+    Args:
+        gap: ticks after which a contact, or an error of the same text, counts as another one.
+    """
+
+    def __init__(self, gap: int = 60) -> None:
+        self.all: list[Mark] = []
+        """In the order they happened."""
+        self.tick = 0
+        """The tick that runs for the first time; 0 while none does, and nothing is marked."""
+        self.gap = gap
+        self._numbers: Counter[MarkKind] = Counter()
+        self._last: dict[tuple[MarkKind, str], int] = {}
+
+    def add(self, kind: MarkKind, text: str) -> None:
+        """Mark an event of the present tick."""
+        if not self.tick or self._numbers[kind] > MAX_MARKS:
+            return
+        self._numbers[kind] += 1
+        more = self._numbers[kind] > MAX_MARKS
+        line = f"there are more, which are not marked, than {MAX_MARKS}" if more else text.partition("\n")[0][:LONGEST]
+        self.all.append(Mark(self.tick, kind, line))
+
+    def add_commands(self, commands: Sequence[tuple[str, Any]]) -> None:
+        """Mark what was asked of the session."""
+        for name, arguments in commands:
+            told = json.dumps(arguments, ensure_ascii=False) if arguments else ""
+            self.add("reset" if name in _RESETS else "command", f"{name} {told}".strip())
+
+    def add_contacts(self, touching: Mapping[str, Overlap], robots: Sequence[str]) -> None:
+        """Mark contacts of robots where they begin."""
+        for robot in robots:
+            if robot in touching:
+                self._add_lasting("contact", f"{robot} touches {touching[robot].other}")
+
+    def log(self, severity: str, node: str, text: str) -> None:
+        """Mark an error that a node logs; the signature is that of a session's log."""
+        if severity == "error":
+            self._add_lasting("error", f"{node}: {text}" if node else text)
+
+    def _add_lasting(self, kind: MarkKind, text: str) -> None:
+        """Mark an event that may go on over many ticks where it begins."""
+        if not self.tick or self._numbers[kind] > MAX_MARKS:
+            return
+        before, self._last[kind, text] = self._last.get((kind, text), -self.gap), self.tick
+        if self.tick - before >= self.gap:
+            self.add(kind, text)
