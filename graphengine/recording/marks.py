@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -65,21 +65,27 @@ class Marks:
             told = json.dumps(arguments, ensure_ascii=False) if arguments else ""
             self.add("reset" if name in _RESETS else "command", f"{name} {told}".strip())
 
-    def add_contacts(self, touching: Mapping[str, Overlap], robots: Sequence[str]) -> None:
-        """Mark contacts of robots where they begin."""
-        for robot in robots:
-            if robot in touching:
-                self._add_lasting("contact", f"{robot} touches {touching[robot].other}")
+    def add_contacts(self, touching: Mapping[str, Overlap], robots: Callable[[], Collection[str]]) -> None:
+        """Mark contacts of robots where they begin.
+
+        Args:
+            touching: what each robot or object touches.
+            robots: returns the names of all robots; called where a contact begins.
+        """
+        for name, overlap in touching.items():
+            text = f"{name} touches {overlap.other}"
+            if self._begins("contact", text) and name in robots():
+                self.add("contact", text)
 
     def log(self, severity: str, node: str, text: str) -> None:
         """Mark an error that a node logs; the signature is that of a session's log."""
-        if severity == "error":
-            self._add_lasting("error", f"{node}: {text}" if node else text)
+        told = f"{node}: {text}" if node else text
+        if severity == "error" and self._begins("error", told):
+            self.add("error", told)
 
-    def _add_lasting(self, kind: MarkKind, text: str) -> None:
-        """Mark an event that may go on over many ticks where it begins."""
+    def _begins(self, kind: MarkKind, text: str) -> bool:
+        """Whether an event that may go on over many ticks has not been there for a while."""
         if not self.tick or self._numbers[kind] > MAX_MARKS:
-            return
+            return False
         before, self._last[kind, text] = self._last.get((kind, text), -self.gap), self.tick
-        if self.tick - before >= self.gap:
-            self.add(kind, text)
+        return self.tick - before >= self.gap

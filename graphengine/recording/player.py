@@ -15,10 +15,13 @@ from graphengine.recording.tick_inputs import TickInputs
 from graphengine.ros.network import LiveNetwork
 from graphengine.runtime.session_core import SavedSession, SessionCore
 
-SPACING = 5.0
+SPACING = 2.5
 """Seconds of simulation between two checkpoints."""
 MAX_CHECKPOINTS = 1000
-"""Beyond, every second one is dropped, and those that follow are twice as far apart: 20 s in a recording of 4 h."""
+"""Beyond, every second one is dropped, and those that follow are twice as far apart: 5 s after 42 minutes, 20 s after 3 hours."""
+STRIDE = 20
+"""Ticks that are run rather than skipped; and between checkpoints on the way to the shown tick, of which the last is kept, so that
+single steps back are fast."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +80,7 @@ class RecordingPlayer:
         self._at: int | None = 0
         """The tick after which the session is; None where it is within one."""
         self._head = self._shown = self._keep(0)
-        """The session after the last tick that was replayed, and as it was shown last."""
+        """The session after the last tick that was replayed, and at or shortly before the shown one."""
         self._checkpoints = [self._head]
 
     def build(self, seconds: float = math.inf) -> None:
@@ -115,13 +118,15 @@ class RecordingPlayer:
 
     def _go(self, tick: int, ends: float) -> None:
         """Bring the session to a tick: from where it is, or from the nearest checkpoint before."""
+        if self._at == tick:
+            return
         if self._at == self.built != self._head.tick and tick < self.built and self.session.state != "failed":
             self._head = self._keep(self.built)
         nearest = max(
             (kept for kept in (*self._checkpoints, self._head, self._shown) if kept.tick <= tick),
             key=lambda kept: kept.tick,
         )
-        if self._at is None or not nearest.tick <= self._at <= tick:
+        if self._at is None or self._at > tick or nearest.tick - self._at > STRIDE:
             self.session.restore(nearest.session)
             self.session.held.clear()
             self.session.held.update(nearest.held)
@@ -129,6 +134,8 @@ class RecordingPlayer:
         while self._at < tick:
             self._at += 1
             self.replay.repeat(self._inputs[self._at])
+            if self._at % STRIDE == 0 and self._at < tick:
+                self._shown = self._keep(self._at)
             if time.monotonic() >= ends:
                 break
 
@@ -153,14 +160,15 @@ class RecordingPlayer:
         self.marks.add_commands(tick.commands)
         error = self._run(tick)
         self._at = self.built = tick.number
-        services = self.session.services
-        if touching := services.world.entities.touching():
-            self.marks.add_contacts(touching, [prim.entity_name for prim in services.stage.prims("robot")])
+        self.marks.add_contacts(self.session.services.world.entities.touching(), self._robots)
         if error is not None:
             self._finish(str(error))
         elif self.built % self._spacing == 0:
             self._add_checkpoint()
         self.marks.tick = 0
+
+    def _robots(self) -> list[str]:
+        return [prim.entity_name for prim in self.session.services.stage.prims("robot")]
 
     def _replay_end(self, tick: Tick) -> None:
         """Compare what graphs send when the session ends; what is shown is the tick before."""
