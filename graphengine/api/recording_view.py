@@ -11,9 +11,9 @@ from graphengine.api.viewing import check_packages
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
 from graphengine.recording.player import RecordingPlayer
+from graphengine.runtime.command_queue import Desk
 
 if TYPE_CHECKING:
-    from graphengine.api.runner import Runner
     from graphengine.view.feed import Feed
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
@@ -134,11 +134,10 @@ class Playback:
         return [asdict(mark) for mark in self.player.marks.all]
 
 
-def open_recording_page(runner: Runner, playback: Playback, host: str, port: int) -> Feed:
-    """Start the page of a recording.
+def open_recording_page(playback: Playback, host: str, port: int) -> Feed:
+    """Start the page of a recording; the caller closes it.
 
     Args:
-        runner: runner of the session that the playback uses.
         playback: what is shown.
         host: address of the page.
         port: port of the page; 0 takes a free one.
@@ -153,34 +152,22 @@ def open_recording_page(runner: Runner, playback: Playback, host: str, port: int
         raise UsageError("the process of the page has ended")
 
     title = playback.player.recording.path.name
-    feed = Feed(runner.session, runner.desk, title, host, port, _NoDriver(), lost, playback=playback)
-    runner.show(feed)
-    return feed
+    return Feed(playback.player.session, Desk(), title, host, port, _NoDriver(), lost, playback=playback)
 
 
-def play(playback: Playback, feed: Feed, complete: Callable[[], None]) -> None:
-    """Show the recording to the viewers of its page, until Ctrl-C or the end of the page's process.
-
-    Args:
-        playback: what is shown.
-        feed: feed of the page.
-        complete: called once, when the whole recording was replayed.
+def turn(playback: Playback, feed: Feed) -> None:
+    """Do what viewers ask for, show them the recording as it is now, and replay further for a while.
 
     Raises:
         UsageError: the page's process has ended.
     """
-    told = False
-    while True:
-        playback.show()
-        feed.after_tick()
-        if not playback.player.complete:
-            playback.build()
-            feed.forget_costs()
-        elif not told:
-            told = True
-            complete()
-        if playback.idle:
-            time.sleep(IDLE)
+    playback.show()
+    feed.after_tick()
+    if not playback.player.complete:
+        playback.build()
+        feed.forget_costs()
+    elif playback.idle:
+        time.sleep(IDLE)
 
 
 class _NoDriver:

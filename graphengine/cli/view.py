@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from graphengine.cli.recorded_run import RecordedRun
     from graphengine.recording.marks import Marks
+    from graphengine.recording.player import RecordingPlayer
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,18 +48,34 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _view(arguments: argparse.Namespace, run: RecordedRun, marks: Marks) -> int:
-    from graphengine.api.recording_view import Playback, open_recording_page, play
-    from graphengine.cli.replay import verdict
+    from graphengine.api.recording_view import Playback, open_recording_page, turn
     from graphengine.recording.player import RecordingPlayer
 
-    runner = run.runner
+    def tell(text: str) -> None:
+        print(run.plain(text), file=sys.stderr, flush=True)
+
+    runner, told = run.runner, False
     with contextlib.closing(RecordingPlayer(runner.session, runner.network, run.recording, marks, run.warn)) as player:
         playback = Playback(player)
-        feed = open_recording_page(runner, playback, arguments.view_host, arguments.view_port)
-        print(f"see it: {feed.url}", file=sys.stderr, flush=True)
+        with contextlib.closing(open_recording_page(playback, arguments.view_host, arguments.view_port)) as feed:
+            tell(f"see it: {feed.url}")
+            while True:
+                turn(playback, feed)
+                if player.complete and not told:
+                    told = True
+                    tell(_summary(player))
 
-        def complete() -> None:
-            print(run.plain(player.failure or verdict(player.difference, player.replay)), file=sys.stderr, flush=True)
 
-        play(playback, feed, complete)
-    return 0
+def _summary(player: RecordingPlayer) -> str:
+    """How the whole replay compares with the recording, and with what it ends."""
+    from graphengine.cli.replay import verdict
+
+    found = player.difference
+    lines = [verdict(None, player.replay)] if found is None else ["\n  ".join([str(found), *found.lines])]
+    if player.failure:
+        lines.append(f"ends with: {player.failure}")
+    elif player.recording.cut_off:
+        lines.append(
+            f"the run was cut off: the recording ends at t = {player.recording.times.seconds(player.built):.3f} s"
+        )
+    return "\n".join(lines)

@@ -20,8 +20,8 @@ SPACING = 2.5
 MAX_CHECKPOINTS = 1000
 """Beyond, every second one is dropped, and those that follow are twice as far apart: 5 s after 42 minutes, 20 s after 3 hours."""
 STRIDE = 20
-"""Ticks that are run rather than skipped; and between checkpoints on the way to the shown tick, of which the last is kept, so that
-single steps back are fast."""
+"""Ticks that are run rather than skipped. Also the distance of checkpoints on the way to the shown tick, of which the last is
+kept, so that single steps back are fast."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +90,7 @@ class RecordingPlayer:
             seconds: wall time after which no further tick begins.
         """
         ends = time.monotonic() + seconds
-        if not self.complete and self.position < self.built and self._at == self.position != self._shown.tick:
+        if not self.complete and self._at == self.position != self._shown.tick:
             self._shown = self._keep(self.position)
         while not self.complete:
             self._go(self.built, math.inf)

@@ -23,7 +23,18 @@ from graphengine.runtime.commands import Spawn, parse
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.loaded_scene import Options
 from tests.jobs.harness import Recorder as Listener
-from tests.recording.harness import CLOCK, NOISY_ROBOT, NOISY_SCENE, SYSTEM_CLOCK, Run, at, playing, put, record, rewritten
+from tests.recording.harness import (
+    CLOCK,
+    NOISY_ROBOT,
+    NOISY_SCENE,
+    SYSTEM_CLOCK,
+    Run,
+    at,
+    playing,
+    put,
+    record,
+    rewritten,
+)
 
 TICKS = 130
 COMMANDS: dict[int, tuple[str, dict[str, Any]]] = {
