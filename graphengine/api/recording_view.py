@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
@@ -37,6 +38,7 @@ class Playback:
         self.player = player
         self.playing = False
         self.speed = 1.0
+        self.folder = f"{player.recording.workspace.folder}{os.sep}"
         self._delta = player.session.clock.delta
         self._clock = clock
         self._seen = clock()

@@ -8,8 +8,6 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from graphengine.devices.entity import Overlap
-
 MarkKind = Literal["command", "reset", "error", "contact"]
 
 MAX_MARKS = 500
@@ -20,7 +18,7 @@ _RESETS = ("reset", "restore", "stop")
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
+class RecordingMark:
     """An event.
 
     Attributes:
@@ -42,7 +40,7 @@ class Marks:
     """
 
     def __init__(self, gap: int = 60) -> None:
-        self.all: list[Mark] = []
+        self.all: list[RecordingMark] = []
         """In the order they happened."""
         self.tick = 0
         """The tick that runs for the first time; 0 while none does, and nothing is marked."""
@@ -51,34 +49,34 @@ class Marks:
         self._last: dict[tuple[MarkKind, str], int] = {}
 
     def add(self, kind: MarkKind, text: str) -> None:
-        """Mark an event of the present tick."""
+        """RecordingMark an event of the present tick."""
         if not self.tick or self._numbers[kind] > MAX_MARKS:
             return
         self._numbers[kind] += 1
         more = self._numbers[kind] > MAX_MARKS
         line = f"there are more, which are not marked, than {MAX_MARKS}" if more else text.partition("\n")[0][:LONGEST]
-        self.all.append(Mark(self.tick, kind, line))
+        self.all.append(RecordingMark(self.tick, kind, line))
 
     def add_commands(self, commands: Sequence[tuple[str, Any]]) -> None:
-        """Mark what was asked of the session."""
+        """RecordingMark what was asked of the session."""
         for name, arguments in commands:
             told = json.dumps(arguments, ensure_ascii=False) if arguments else ""
             self.add("reset" if name in _RESETS else "command", f"{name} {told}".strip())
 
-    def add_contacts(self, touching: Mapping[str, Overlap], robots: Callable[[], Collection[str]]) -> None:
-        """Mark contacts of robots where they begin.
+    def add_contacts(self, touching: Mapping[str, str], robots: Callable[[], Collection[str]]) -> None:
+        """RecordingMark contacts of robots where they begin.
 
         Args:
             touching: what each robot or object touches.
             robots: returns the names of all robots; called where a contact begins.
         """
-        for name, overlap in touching.items():
-            text = f"{name} touches {overlap.other}"
+        for name, other in touching.items():
+            text = f"{name} touches {other}"
             if self._begins("contact", text) and name in robots():
                 self.add("contact", text)
 
     def log(self, severity: str, node: str, text: str) -> None:
-        """Mark an error that a node logs; the signature is that of a session's log."""
+        """RecordingMark an error that a node logs; the signature is that of a session's log."""
         told = f"{node}: {text}" if node else text
         if severity == "error" and self._begins("error", told):
             self.add("error", told)

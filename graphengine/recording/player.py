@@ -160,7 +160,8 @@ class RecordingPlayer:
         self.marks.add_commands(tick.commands)
         error = self._run(tick)
         self._at = self.built = tick.number
-        self.marks.add_contacts(self.session.services.world.entities.touching(), self._robots)
+        touching = self.session.services.world.entities.touching()
+        self.marks.add_contacts({name: contact.other for name, contact in touching.items()}, self._robots)
         if error is not None:
             self._finish(str(error))
         elif self.built % self._spacing == 0:

@@ -14,8 +14,8 @@ from graphengine.runtime.command_queue import Desk
 from graphengine.view.layers import Layers
 from graphengine.view.live_graphs import NodeCosts, draw, port_values
 from graphengine.view.page_client import Page
-from graphengine.view.viewers import Driver, Playback, Viewers
-from graphengine.view.wire import LiveScene, LiveState, Marks
+from graphengine.view.viewers import Driver, RecordingControls, Viewers
+from graphengine.view.wire import LiveMarks, LiveScene, LiveState
 
 if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
@@ -50,7 +50,7 @@ class Feed:
         lost: Callable[[str], None],
         *,
         read_only: bool = False,
-        playback: Playback | None = None,
+        playback: RecordingControls | None = None,
     ) -> None:
         self._session = session
         self._title = title
@@ -108,7 +108,8 @@ class Feed:
         self._layers.find()
         robots = list(services.stage.prims("robot"))
         focus = services.world.entities.state(robots[0].entity_name).position if robots else (0.0, 0.0, 0.0)
-        drawings = [draw(run) for run in graphs]
+        folder = self._playback.folder if self._playback is not None else ""
+        drawings = [draw(run, folder) for run in graphs]
         self.page.tell(
             LiveScene(
                 self._title, services.world.bodies(), drawings, self._driver.topics(), self._layers.beams(), focus
@@ -120,7 +121,7 @@ class Feed:
         marks = self._playback.marks() if self._playback is not None else ()
         if len(marks) != self._marked:
             self._marked = len(marks)
-            self.page.tell(Marks(marks))
+            self.page.tell(LiveMarks(marks))
 
     def _state(self, now: float, poses: NDArray[np.float64]) -> LiveState:
         session = self._session

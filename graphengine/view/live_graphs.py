@@ -58,22 +58,28 @@ class NodeCosts:
         return found
 
 
-def draw(run: GraphRun) -> GraphDrawing:
-    """Draw a graph as `graphrun show` does."""
+def draw(run: GraphRun, folder: str = "") -> GraphDrawing:
+    """Draw a graph as `graphrun show` does.
+
+    Args:
+        run: the graph.
+        folder: beginning of the paths of its files that is left out.
+    """
     graph = run.executor.graph
     try:
         drawing = svg.draw([make_graph_view(graph, Findings())], named=True)
     except UsageError as error:  # it is too large, or the layout library is missing
         drawing = f"<p>{svg.escape(str(error))}</p>"
-    return GraphDrawing(run.name, drawing, _nodes_of(graph), str(graph.flat.loaded.document.path))
+    file = str(graph.flat.loaded.document.path).removeprefix(folder)
+    return GraphDrawing(run.name, drawing, _nodes_of(graph, folder), file)
 
 
-def _nodes_of(graph: Graph) -> dict[str, dict[str, Any]]:
+def _nodes_of(graph: Graph, folder: str) -> dict[str, dict[str, Any]]:
     wired = {(wire.target, wire.target_field) for wire in (*graph.data_wires, *graph.exec_wires)}
     return {
         instance.id: {
             "type": instance.cls.type_name,
-            "place": near(str(instance.span)),
+            "place": near(str(instance.span).removeprefix(folder)),
             "ports": [
                 {
                     "name": port.name,

@@ -20,7 +20,7 @@ import numpy as np
 from graphengine.format.errors import UsageError
 from graphengine.view.page_server import PageServer, Viewer
 from graphengine.view.scene3d import Scene3D
-from graphengine.view.wire import Answer, LiveScene, LiveState, Marks
+from graphengine.view.wire import Answer, LiveMarks, LiveScene, LiveState
 
 WHAT = ("command", "look", "drive", "playback", "gone")
 """What viewers may ask."""
@@ -78,7 +78,7 @@ class PageProcess:
             self._show("frame", {"facts": told.facts, "values": told.values, "nodes": told.nodes})
         elif isinstance(told, LiveScene):
             self._show_stage(told)
-        elif isinstance(told, Marks):
+        elif isinstance(told, LiveMarks):
             self._show("marks", {"all": told.marks})
         elif isinstance(told, Answer):
             self.server.answer(told.viewer, json.dumps({"answer": told.told}))

@@ -29,8 +29,14 @@ class Driver(Protocol):
         """Publish a twist until the next call: forward and sideways, m/s, and turn, rad/s; None stops the robot."""
 
 
-class Playback(Protocol):
-    """A recording that is shown in the place of a run."""
+class RecordingControls(Protocol):
+    """A recording that is shown in the place of a run.
+
+    Attributes:
+        folder: beginning of the paths of its files, which means nothing to viewers.
+    """
+
+    folder: str
 
     def obey(self, asked: Mapping[str, Any]) -> None:
         """Do what a viewer asks for.
@@ -61,7 +67,9 @@ class Viewers:
         graphs: the graph that each viewer looks at.
     """
 
-    def __init__(self, desk: Desk, driver: Driver, *, read_only: bool, playback: Playback | None = None) -> None:
+    def __init__(
+        self, desk: Desk, driver: Driver, *, read_only: bool, playback: RecordingControls | None = None
+    ) -> None:
         self.number = 0
         self.layers: frozenset[str] = frozenset()
         self.graphs: dict[int, str] = {}
@@ -107,7 +115,7 @@ class Viewers:
         elif what == "command":
             self._command(page, viewer, asked)
 
-    def _play(self, page: Page, playback: Playback, asked: Mapping[str, Any]) -> None:
+    def _play(self, page: Page, playback: RecordingControls, asked: Mapping[str, Any]) -> None:
         try:
             if asked.get("ask") != "playback":
                 raise UsageError("this is a recording: what happened in it cannot be changed")

@@ -71,7 +71,7 @@ class LiveState:
 
 
 @dataclass(frozen=True, slots=True)
-class Marks:
+class LiveMarks:
     """The events of a recording, each with its tick, kind and text."""
 
     marks: Sequence[Mapping[str, Any]]

@@ -72,13 +72,15 @@ def test_viewers_seek_and_see_the_values_of_that_time(player: RecordingPlayer) -
             viewer.ask(ask="playback", do="seek", tick=tick)
             frame = viewer.until(lambda frame: shown(frame)["position"] == tick and frame["values"])  # noqa: B023
             found.append((frame["facts"]["tick"], frame["values"]["dd100/cmd_vel"][LIMIT]))
-        return found, shown(viewer.frame)["verdict"]
+        place = viewer.stage["graphs"][-1]["nodes"]["DiffController"]["place"]
+        return found, shown(viewer.frame)["verdict"], place
 
-    (late, early), verdict = looked_at(player, play)
+    (late, early), verdict, place = looked_at(player, play)
     assert late == (150, 0.25)
     assert early[0] == 50
     assert early[1] > 0.25
     assert verdict == "identical"
+    assert place == "shipped/graphs/dd100/cmd_vel.yaml:15:3"
 
 
 def test_marks_come_to_viewers_who_come_later_too(player: RecordingPlayer) -> None:
