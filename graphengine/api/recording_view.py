@@ -44,8 +44,10 @@ class Playback:
         self._seen = clock()
         self._goal = 0.0
         """The tick to show, with the part of the next one that has passed."""
-        self._switching = 0.0
-        """Wall time that the last change to the shown tick took, s."""
+        self._away = False
+        """Whether the session is where the replay goes on, and not at the shown tick."""
+        self._return = 0.0
+        """Wall time that the last way back from there took, s; long where robots were spawned between."""
 
     def obey(self, asked: Mapping[str, Any]) -> None:
         """Do what a viewer asks for.
@@ -88,11 +90,15 @@ class Playback:
         if self._goal >= player.length and player.complete:
             self._goal, self.playing = float(player.length), False
         player.show(int(self._goal), LONGEST_SEEK)
-        self._switching = self._clock() - now
+        if self._away:
+            self._away, self._return = False, self._clock() - now
 
     def build(self) -> None:
-        """Replay further for a slice of time; one as long as going there and back takes, if robots come and go between."""
-        self.player.build(max(SLICE, self._switching))
+        """Replay further for a slice of time, at least as long as the way back takes; not while that would make playing jerk."""
+        if self.playing and self._return > SLICE and self.player.position < self.player.built:
+            return
+        self.player.build(max(SLICE, self._return))
+        self._away = True
 
     @property
     def idle(self) -> bool:

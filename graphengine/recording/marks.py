@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -60,8 +59,7 @@ class Marks:
     def add_commands(self, commands: Sequence[tuple[str, Any]]) -> None:
         """RecordingMark what was asked of the session."""
         for name, arguments in commands:
-            told = json.dumps(arguments, ensure_ascii=False) if arguments else ""
-            self.add("reset" if name in _RESETS else "command", f"{name} {told}".strip())
+            self.add("reset" if name in _RESETS else "command", f"{name} {_short(arguments)}".strip())
 
     def add_contacts(self, touching: Mapping[str, str], robots: Callable[[], Collection[str]]) -> None:
         """RecordingMark contacts of robots where they begin.
@@ -87,3 +85,17 @@ class Marks:
             return False
         before, self._last[kind, text] = self._last.get((kind, text), -self.gap), self.tick
         return self.tick - before >= self.gap
+
+
+def _short(value: Any, depth: int = 3) -> str:
+    """Arguments of a command without those that are not given, each after its name."""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, dict | list) and not depth:
+        return "…"
+    if isinstance(value, list):
+        return f"({', '.join(_short(part, depth - 1) for part in value)})"
+    if isinstance(value, dict):
+        parts = {name: _short(part, depth - 1) for name, part in value.items() if part is not None}
+        return ", ".join(f"{name} {part}" for name, part in parts.items() if part)
+    return str(value)

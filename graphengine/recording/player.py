@@ -87,13 +87,15 @@ class RecordingPlayer:
         """Replay ticks that were not replayed yet, keep checkpoints, and compare; the position stays.
 
         Args:
-            seconds: wall time after which no further tick begins.
+            seconds: wall time after which no further tick begins, without the time to get from the position to the first one.
         """
-        ends = time.monotonic() + seconds
-        if not self.complete and self._at == self.position != self._shown.tick:
+        if self.complete:
+            return
+        if self._at == self.position != self._shown.tick:
             self._shown = self._keep(self.position)
+        self._go(self.built, math.inf)
+        ends = time.monotonic() + seconds
         while not self.complete:
-            self._go(self.built, math.inf)
             self._build_tick()
             if time.monotonic() >= ends:
                 break

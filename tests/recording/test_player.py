@@ -176,7 +176,8 @@ def test_commands_and_resets_are_marked(played: RecordingPlayer) -> None:
     marks = {mark.tick: mark for mark in played.marks.all}
     assert set(marks) == set(COMMANDS)
     assert {tick for tick, mark in marks.items() if mark.kind == "reset"} == {45, 75, 90, 110}
-    assert marks[20].text == 'checkpoint {"name": "mine"}'
+    assert marks[20].text == "checkpoint name mine"
+    assert marks[30].text.startswith("push entity dd100, force (0, 1200, 0), duration 0.01667")
 
 
 def test_a_contact_of_a_robot_is_marked_where_it_begins(tmp_path: Path) -> None:

@@ -2,7 +2,8 @@
 import { ask, on } from "./connection.js";
 import { $, element } from "./elements.js";
 
-const SIGNS = { command: "◆", reset: "↺", error: "✕", contact: "●" };
+const SIGNS = { command: "◆", reset: "↺", contact: "●", error: "✕" }; // of several at a place the last is shown
+const PLACES = 80, LINES = 10;
 let shown = null, marks = [], asking = null;
 
 const play = (what) => ask({ ask: "playback", ...what });
@@ -34,15 +35,26 @@ on("marks", ({ all }) => {
 });
 
 function placeMarks() {
-  $("marks").replaceChildren(...marks.map((mark) => {
-    const text = `${seconds(mark.tick)} s: ${mark.text}`;
-    const button = element("button", SIGNS[mark.kind], mark.kind);
-    button.title = text;
-    button.setAttribute("aria-label", `${mark.kind}, ${text}`);
-    button.style.left = percent(mark.tick);
-    button.onclick = () => seek(mark.tick);
+  $("marks").replaceChildren(...groups().map((group) => {
+    const kind = Object.keys(SIGNS).findLast((one) => group.some((mark) => mark.kind === one));
+    const button = element("button", SIGNS[kind], kind);
+    const lines = group.map((mark) => `${seconds(mark.tick)} s: ${mark.text}`);
+    button.title = [...lines.slice(0, LINES), ...(lines.length > LINES ? [`and ${lines.length - LINES} more`] : [])].join("\n");
+    button.setAttribute("aria-label", button.title);
+    button.style.left = percent(group[0].tick);
+    button.onclick = () => seek(group[0].tick);
     return button;
   }));
+}
+
+// Marks that would cover each other share a button.
+function groups() {
+  const found = [];
+  for (const mark of marks) {
+    if (found.length && mark.tick - found.at(-1)[0].tick < shown.length / PLACES) found.at(-1).push(mark);
+    else found.push([mark]);
+  }
+  return found;
 }
 
 // Of the places that a moving slider passes, the last of each picture of the browser is asked for.
