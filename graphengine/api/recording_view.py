@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 SLICE = 0.04
 """Seconds of wall time for which the replay goes on between two frames."""
+WORTH = 4
+"""How many times as long as the way back to the shown tick the replay goes on."""
 LONGEST_SEEK = 0.3
 """Seconds of wall time after which a slow seek shows how far it is."""
 IDLE = 0.02
@@ -93,11 +95,15 @@ class Playback:
         if self._away:
             self._away, self._return = False, self._clock() - now
 
-    def build(self) -> None:
-        """Replay further for a slice of time, at least as long as the way back takes; not while that would make playing jerk."""
+    def build(self, interrupted: Callable[[], bool] = lambda: False) -> None:
+        """Replay further for a slice of time, a long one if the way back is; not while that would make playing jerk.
+
+        Args:
+            interrupted: asked after each tick; True ends it.
+        """
         if self.playing and self._return > SLICE and self.player.position < self.player.built:
             return
-        self.player.build(max(SLICE, self._return))
+        self.player.build(max(SLICE, WORTH * self._return), interrupted)
         self._away = True
 
     @property
@@ -115,7 +121,7 @@ class Playback:
             "recording": {
                 "position": player.position,
                 "built": player.built,
-                "length": max(player.length, player.built),
+                "length": player.length,
                 "complete": player.complete,
                 "seconds": self._delta,
                 "playing": self.playing,
@@ -172,7 +178,7 @@ def turn(playback: Playback, feed: Feed) -> None:
     playback.show()
     feed.after_tick()
     if not playback.player.complete:
-        playback.build()
+        playback.build(lambda: feed.asked)
         feed.forget_costs()
     elif playback.idle:
         time.sleep(IDLE)

@@ -83,11 +83,12 @@ class RecordingPlayer:
         """The session after the last tick that was replayed, and at or shortly before the shown one."""
         self._checkpoints = [self._head]
 
-    def build(self, seconds: float = math.inf) -> None:
+    def build(self, seconds: float = math.inf, interrupted: Callable[[], bool] = lambda: False) -> None:
         """Replay ticks that were not replayed yet, keep checkpoints, and compare; the position stays.
 
         Args:
             seconds: wall time after which no further tick begins, without the time to get from the position to the first one.
+            interrupted: asked after each tick; True ends it, too.
         """
         if self.complete:
             return
@@ -97,7 +98,7 @@ class RecordingPlayer:
         ends = time.monotonic() + seconds
         while not self.complete:
             self._build_tick()
-            if time.monotonic() >= ends:
+            if time.monotonic() >= ends or interrupted():
                 break
 
     def show(self, tick: int, seconds: float = math.inf) -> None:
@@ -162,6 +163,7 @@ class RecordingPlayer:
         self.marks.add_commands(tick.commands)
         error = self._run(tick)
         self._at = self.built = tick.number
+        self.length = max(self.length, self.built)
         touching = self.session.services.world.entities.touching()
         self.marks.add_contacts({name: contact.other for name, contact in touching.items()}, self._robots)
         if error is not None:

@@ -67,6 +67,11 @@ class Feed:
         self.page = Page(host, port, self._viewers.ask)
         self.url = self.page.url
 
+    @property
+    def asked(self) -> bool:
+        """Whether viewers wait for `after_tick` to do what they asked for."""
+        return self._viewers.waiting
+
     def after_tick(self) -> None:
         """Do what viewers asked for, and tell the page if it is time to; call it after each tick, and while there are none."""
         now = time.monotonic()

@@ -85,6 +85,11 @@ class Viewers:
         """Queue what a viewer asks for; any thread may call it."""
         self._asked.append(asked)
 
+    @property
+    def waiting(self) -> bool:
+        """Whether something that was asked for has not been done yet."""
+        return bool(self._asked)
+
     def obey(self, page: Page, now: float) -> None:
         """Do what viewers asked for since the last call, and stop robots that nobody drives any more."""
         while self._asked:

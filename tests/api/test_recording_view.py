@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -118,6 +119,21 @@ def test_time_waits_for_a_replay_that_is_slower(path: Path, clock: Clock) -> Non
         player.build()
         after(playback, clock, 0.05)
         assert player.position < 100
+
+
+def test_a_replay_with_a_long_way_back_goes_on_only_in_pauses_and_until_somebody_asks(path: Path) -> None:
+    ticking = itertools.count(step=0.2)  # each look at the clock finds that a fifth of a second has passed
+    with playing(path) as player:
+        playback = Playback(player, lambda: next(ticking))
+        playback.build(lambda: True)
+        playback.show()
+        assert (player.built, player.position) == (1, 0)
+        playback.obey({"do": "play"})
+        playback.build(lambda: True)
+        assert player.built == 1
+        playback.obey({"do": "pause"})
+        playback.build(lambda: True)
+        assert player.built == 2
 
 
 def test_the_verdict_tells_the_first_difference(path: Path) -> None:
