@@ -11,10 +11,11 @@ from graphengine.api.topics import Publication, Subscription
 from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import UsageError
 from graphengine.messages.names import join_namespaces
+from graphengine.scene.hot_reload import scene_of
 
 if TYPE_CHECKING:
     from graphengine.api.runner import Runner
-    from graphengine.scene.loaded_scene import LoadedScene
+    from graphengine.runtime.session_core import SessionCore
     from graphengine.view.layer_data import FloorMap
 
 EVERY = 0.1
@@ -63,14 +64,21 @@ class TwistPublisher:
             self._driven[topic] = made
 
 
-def findings_of(runner: Runner) -> Sequence[Finding | str]:
-    """Findings of the scene's files, and of those files that were changed since."""
-    return [*runner.session.findings, *runner.scene.findings.sorted()]
+def findings_of(session: SessionCore) -> Sequence[Finding | str]:
+    """Findings of changed files that the session does not run, and of the files that it runs."""
+    return [*session.findings, *scene_of(session).findings.sorted()]
 
 
 def missing_packages() -> list[str]:
     """Packages of the extra `view` that are not installed."""
     return [name for name in ("viser", "graphlay") if importlib.util.find_spec(name) is None]
+
+
+def check_packages() -> None:
+    """Raise UsageError if the extra `view` is not installed."""
+    missing = missing_packages()
+    if missing:
+        raise UsageError(f"the page needs {' and '.join(missing)}\n  pip install 'graphengine[view]'")
 
 
 def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
@@ -81,9 +89,7 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
     """
     if runner.feed is not None and not runner.feed.page.lost:
         return runner.feed.url
-    missing = missing_packages()
-    if missing:
-        raise UsageError(f"the page needs {' and '.join(missing)}\n  pip install 'graphengine[view]'")
+    check_packages()
     from graphengine.view.feed import Feed
 
     def lost(text: str) -> None:
@@ -100,10 +106,10 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
         port,
         TwistPublisher(runner),
         listen,
-        functools.partial(findings_of, runner),
+        functools.partial(findings_of, runner.session),
         runner.scene.definitions,
         lost,
-        make_floor=functools.partial(_make_floor, runner.scene),
+        make_floor=functools.partial(make_floor, runner.session),
         read_only=read_only,
     )
     runner.show(feed)
@@ -111,8 +117,8 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
     return feed.url
 
 
-def _make_floor(scene: LoadedScene) -> FloorMap:
-    """The occupancy map that `graphrun map` makes of a scene.
+def make_floor(session: SessionCore) -> FloorMap:
+    """The occupancy map that `graphrun map` makes of the scene of a session.
 
     Raises:
         UsageError: the scene has no map.
@@ -120,7 +126,8 @@ def _make_floor(scene: LoadedScene) -> FloorMap:
     from graphengine.physics.occupancy.occupancy_map import MapRequest, make_map
     from graphengine.view.layer_data import FloorMap
 
-    if scene.world is None:
+    world = scene_of(session).world
+    if world is None:
         raise UsageError("a graph without a scene has no map")
-    made = make_map(scene.world, MapRequest(MAP_HEIGHTS, MAP_CELL))
+    made = make_map(world, MapRequest(MAP_HEIGHTS, MAP_CELL))
     return FloorMap(made.cells, (made.grid.west, made.grid.south), made.grid.cell)

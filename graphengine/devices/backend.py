@@ -48,6 +48,9 @@ class Entities(Protocol):
     def overlaps(self, name: str) -> Sequence[Overlap]:
         """Return the overlaps of an entity with other objects, deepest first. Light contact does not count."""
 
+    def touching(self) -> Mapping[str, Overlap]:
+        """The deepest contact of each entity that touches anything but what carries it, after the last step."""
+
     def place(self, name: str, move: Move) -> None:
         """Move an entity without changing its joint states; `reset_state` moves it back.
 

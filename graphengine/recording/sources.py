@@ -82,7 +82,7 @@ class Workspace:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder.resolve()
+        self.folder = folder.resolve()
         self._bytes = self._files = 0
         self._originals: dict[str, Path | None] = {}
         """Copies of the files that were exchanged, as they were added; None for those that were not there."""
@@ -91,7 +91,7 @@ class Workspace:
 
     def place(self, name: str) -> Path:
         """The folder of one of `PLACES`."""
-        return self._folder / name
+        return self.folder / name
 
     def options(self, options: Options, scene: str = "") -> Options:
         """Options by which the files that are laid out here are read, and no others.
@@ -119,7 +119,7 @@ class Workspace:
         parts = PurePosixPath(name).parts
         if not (1 < len(parts) <= MAX_PARTS and parts[0] in PLACES and ".." not in parts and "\0" not in name):
             raise RecordingError(f"{shown(name)} is no name that a file of a recording can have")
-        return self._folder.joinpath(*parts)
+        return self.folder.joinpath(*parts)
 
     def exchange(self, files: Mapping[str, str | None]) -> None:
         """Put other files in the place of some.

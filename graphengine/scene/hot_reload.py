@@ -51,7 +51,8 @@ class SceneReloader(Reloader):
         fault: Callable[[NodeError], None] | None,
     ) -> None:
         self._session = session
-        self._scene, self._files = scene, files
+        self.scene, self._files = scene, files
+        """The scene that the session runs, and the record of its files."""
         self._load_again, self._fault = load_again, fault
         self._read = files
         """The files of the last reload, which may have failed."""
@@ -64,7 +65,7 @@ class SceneReloader(Reloader):
         """The scene that the session runs, its files, and the descriptions of its robots, also of spawned ones."""
         roster = self._session.roster
         scenery = roster.world.scenery if isinstance(roster, SceneRoster) else None
-        return self._scene, _copy(self._files), scenery.copy(self._files) if scenery is not None else None
+        return self.scene, _copy(self._files), scenery.copy(self._files) if scenery is not None else None
 
     def restore(self, saved: tuple[LoadedScene, Files, Scenery | None]) -> None:
         """Run another version of the scene, at time 0."""
@@ -76,7 +77,7 @@ class SceneReloader(Reloader):
         """Read the files and run what they say now, between two ticks."""
         session = self._session
         for _ in range(MAX_READINGS):
-            fresh = self._load_again(self._scene)
+            fresh = self._load_again(self.scene)
             files = self._read = _copy(fresh.files)
             fresh.require_runnable()
             successor = self._successor(fresh, files, session.roster)
@@ -103,7 +104,7 @@ class SceneReloader(Reloader):
         """Store the scene that the session runs now; return what was done, with the changed files and new warnings."""
         changed = [path for path, now in files.used.items() if self._files.used.get(path) != now]
         gone = [path for path in files.sought if path in self._files.used]
-        known = {finding.render() for finding in self._scene.findings.warnings}
+        known = {finding.render() for finding in self.scene.findings.warnings}
         warnings = [finding.render() for finding in fresh.findings.warnings]
         self._take(fresh, files)
         return replace(done, files=(*changed, *gone), warnings=tuple(text for text in warnings if text not in known))
@@ -112,7 +113,7 @@ class SceneReloader(Reloader):
         for mine, theirs in ((self._files.used, files.used), (self._files.sought, files.sought)):
             mine.clear()
             mine.update(theirs)
-        self._scene, self._read = scene, self._files
+        self.scene, self._read = scene, self._files
 
     def _successor(self, fresh: LoadedScene, files: Files, roster: Roster) -> _Successor | None:
         """The graphs to run in the present world; None if the world or a robot has changed.
@@ -120,7 +121,7 @@ class SceneReloader(Reloader):
         Raises:
             CheckError: a robot that was spawned, or a graph of it, has errors.
         """
-        before = self._scene.world
+        before = self.scene.world
         if before is None or fresh.world is None:
             return _Successor(fresh.planned) if before is fresh.world else None
         assert isinstance(roster, SceneRoster)
@@ -199,3 +200,9 @@ def _graphs(fresh: LoadedScene, world: LoadedWorld, files: Files, roster: SceneR
     for robot in spawned:
         graphs += roster.plan(robot, fresh, files, graphs, claimed)
     return graphs
+
+
+def scene_of(session: SessionCore) -> LoadedScene:
+    """Return the scene that a session runs, which a reload may have changed."""
+    assert isinstance(session.reloader, SceneReloader)
+    return session.reloader.scene

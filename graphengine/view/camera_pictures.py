@@ -14,7 +14,7 @@ from graphengine.devices.stage import Prim
 from graphengine.format.errors import RenderError
 
 if TYPE_CHECKING:
-    from graphengine.node.context.session_services import Services
+    from graphengine.runtime.session_core import SessionCore
 
 WIDTH = 320
 """Most pixels of a picture in a row."""
@@ -32,14 +32,14 @@ class CameraPictures:
     """Takes pictures of cameras without waiting for them.
 
     Args:
-        services: of the session.
+        session: what is seen.
 
     Attributes:
         error: why no more pictures are rendered; empty while they are.
     """
 
-    def __init__(self, services: Services) -> None:
-        self._services = services
+    def __init__(self, session: SessionCore) -> None:
+        self._session = session
         self._cameras: Sequence[Prim] = ()
         self._job: tuple[str, float, Future[Picture]] | None = None
         """Camera, beginning, s of wall time, and result of the picture that is being rendered."""
@@ -79,8 +79,8 @@ class CameraPictures:
 
     def _received(self, path: str, tick: int) -> Picture | None:
         """The newest picture of a camera that a graph received, if it is not old."""
-        seconds, ticks = self._services.world.tick_period
-        for product in self._services.render_products.values():
+        seconds, ticks = self._session.services.world.tick_period
+        for product in self._session.services.render_products.values():
             picture: Picture | None = (
                 product.camera.latest if product.prim == path and product.camera is not None else None
             )
@@ -100,7 +100,7 @@ class CameraPictures:
         prim = min(due, key=lambda prim: self._shown.get(prim.path, (0.0, None))[0])
         width, height = prim.facts["size"]
         small = min(width, WIDTH)
-        camera = self._services.world.device(Camera, prim, size=(small, max(1, round(height * small / width))))
+        camera = self._session.services.world.device(Camera, prim, size=(small, max(1, round(height * small / width))))
         self._shown[prim.path] = now, ("tick", tick)
         self._job = prim.path, now, camera.preview()
 

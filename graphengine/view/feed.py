@@ -23,8 +23,8 @@ from graphengine.view.live_robots import list_robots, states_of
 from graphengine.view.live_topics import Listen, LiveTopics
 from graphengine.view.node_problems import NodeProblems
 from graphengine.view.page_client import Page
-from graphengine.view.viewers import Driver, Viewers
-from graphengine.view.wire import Ended, LiveScene, LiveState, PaneContent
+from graphengine.view.viewers import Driver, RecordingControls, Viewers
+from graphengine.view.wire import Ended, LiveMarks, LiveScene, LiveState, PaneContent
 
 if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
@@ -49,6 +49,7 @@ class Feed:
         lost: called once, if the page's process ends before `close`.
         make_floor: makes the occupancy map of the scene.
         read_only: whether viewers may only look.
+        playback: the recording that the session replays; None for a run.
     """
 
     def __init__(
@@ -66,6 +67,7 @@ class Feed:
         *,
         make_floor: Callable[[], FloorMap],
         read_only: bool = False,
+        playback: RecordingControls | None = None,
     ) -> None:
         self._session = session
         self._title = title
@@ -73,10 +75,13 @@ class Feed:
         self._findings = findings
         self._definitions = definitions
         self._lost: Callable[[str], None] | None = lost
-        self._viewers = Viewers(desk, driver, read_only=read_only)
-        self._layers = Layers(session.services, make_floor, read_only=read_only)
+        self._viewers = Viewers(desk, driver, read_only=read_only, playback=playback)
+        self._playback = playback
+        self._folder = playback.folder if playback is not None else ""
+        self._marked = 0
+        self._layers = Layers(session, make_floor, read_only=read_only)
         self._costs = NodeCosts()
-        self._topics = LiveTopics(session.services, listen)
+        self._topics = LiveTopics(session, listen)
         self.problems = NodeProblems(session.services.dropped)
         self._error = ""
         self._next = self._next_panes = 0.0
@@ -85,6 +90,11 @@ class Feed:
         self._meter = StatusMeter(session)
         self.page = Page(host, port, self._viewers.ask)
         self.url = self.page.url
+
+    @property
+    def asked(self) -> bool:
+        """Whether viewers wait for `after_tick` to do what they asked for."""
+        return self._viewers.asked
 
     def after_tick(self) -> None:
         """Do what viewers asked for, and tell the page if it is time to; call it after each tick, and while there are none."""
@@ -116,8 +126,9 @@ class Feed:
         for viewer in self._viewers.waiting:
             for run in self._session.graphs:
                 if run.name == self._viewers.graphs[viewer]:
-                    self.page.tell(describe(viewer, run))
+                    self.page.tell(describe(viewer, run, self._folder))
         self._viewers.waiting.clear()
+        self._tell_marks()
         self.page.show(self._state(now, poses))
         if now >= self._next_panes:
             self._next_panes = now + PANE_PERIOD
@@ -137,6 +148,10 @@ class Feed:
         self.page.tell(PaneContent("topics", self._topics.rows(self._session.time)))
         for message in self._topics.messages():
             self.page.tell(message)
+
+    def forget_costs(self) -> None:
+        """Leave out of the costs of nodes what ran since the last frame."""
+        self._costs.forget()
 
     def _tell_loss(self) -> None:
         """Tell once that the page's process has ended, and stop what viewers drove and looked at."""
@@ -167,7 +182,7 @@ class Feed:
             LiveScene(
                 self._title,
                 found,
-                [summarize(run, names) for run in graphs],
+                [summarize(run, names, self._folder) for run in graphs],
                 self._driver.topics(),
                 self._layers.find(found.names),
                 focus,
@@ -176,9 +191,18 @@ class Feed:
             )
         )
 
+    def _tell_marks(self) -> None:
+        """Send the events of a recording if there are more than before."""
+        marks = self._playback.marks() if self._playback is not None else ()
+        if len(marks) != self._marked:
+            self._marked = len(marks)
+            self.page.tell(LiveMarks(marks))
+
     def _state(self, now: float, poses: NDArray[np.float64]) -> LiveState:
         session = self._session
         facts = {**asdict(self._meter.read()), "failure": session.failure, "seed": session.services.seed}
+        if self._playback is not None:
+            facts |= self._playback.facts()
         wanted = set(self._viewers.graphs.values())
         runs = [run for run in session.graphs if run.name in wanted]
         values = {run.name: values_of(run) for run in runs}

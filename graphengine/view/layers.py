@@ -29,7 +29,7 @@ from graphengine.view.layer_data import (
 )
 
 if TYPE_CHECKING:
-    from graphengine.node.context.session_services import Services
+    from graphengine.runtime.session_core import SessionCore
 
 NO_FRAMES = ("scope", "robot", "joint", "material", "graph", "body", "light")
 """Kinds of prims that are no frames in TF."""
@@ -39,16 +39,16 @@ class Layers:
     """What there is to show of a session.
 
     Args:
-        services: of the session.
+        session: what is seen; a reload may give it another world.
         make_floor: makes the occupancy map of its scene.
         read_only: whether viewers may only look.
     """
 
-    def __init__(self, services: Services, make_floor: Callable[[], FloorMap], *, read_only: bool = False) -> None:
-        self._services = services
+    def __init__(self, session: SessionCore, make_floor: Callable[[], FloorMap], *, read_only: bool = False) -> None:
+        self._session = session
         self._read_only = read_only
         self._lidars: dict[str, Lidar] = {}
-        self._pictures = CameraPictures(services)
+        self._pictures = CameraPictures(session)
         self._floor = FloorMaker(make_floor)
 
     def find(self, bodies: Sequence[str]) -> SceneLayers:
@@ -57,7 +57,7 @@ class Layers:
         Args:
             bodies: names of the bodies in the order of their poses.
         """
-        services, rows = self._services, {name: row for row, name in enumerate(bodies)}
+        services, rows = self._session.services, {name: row for row, name in enumerate(bodies)}
         lidars = list(services.stage.prims("lidar"))
         self._lidars = {prim.path: services.world.device(Lidar, prim) for prim in lidars}
         cameras = _one_of_each_rig(services.stage.prims("camera"), {p.prim for p in services.render_products.values()})
@@ -76,7 +76,7 @@ class Layers:
         )
 
     def _entities(self, rows: Mapping[str, int]) -> Iterable[SeenEntity]:
-        world = self._services.world
+        world = self._session.services.world
         for entity in world.entities.all():
             prim = world.stage.find(entity.prim_path)
             parts = [part for part in prim.descendants() if part.body in rows]
@@ -97,7 +97,7 @@ class Layers:
         notes = {CAMERAS: self._pictures.error, FLOOR: self._floor.error}
         return FrameLayers(
             self._scans() if LIDAR in shown else {},
-            self._services.world.contacts() if CONTACTS in shown else Contacts(),
+            self._session.services.world.contacts() if CONTACTS in shown else Contacts(),
             self._pictures.take(now, tick) if CAMERAS in shown else {},
             floor,
             {layer: note for layer, note in notes.items() if note and layer in shown},

@@ -11,7 +11,7 @@ from graphengine.messages.endpoints import EndpointClaim, Publisher
 from graphengine.view.wire import TopicMessage
 
 if TYPE_CHECKING:
-    from graphengine.node.context.session_services import Services
+    from graphengine.runtime.session_core import SessionCore
 
 WINDOW = 2.0
 """Seconds of simulation over which rates are averaged."""
@@ -61,12 +61,12 @@ class LiveTopics:
     """The topics of a session. Rates are those of simulation time, so they do not depend on the speed of the run.
 
     Args:
-        services: of the session.
+        session: what is seen.
         listen: subscribes to a topic that a viewer looks at.
     """
 
-    def __init__(self, services: Services, listen: Listen) -> None:
-        self._services = services
+    def __init__(self, session: SessionCore, listen: Listen) -> None:
+        self._session = session
         self._listen = listen
         self._traffic: _Traffic | None = None
         self._seen: deque[tuple[float, Mapping[str, tuple[int, int]]]] = deque()
@@ -78,7 +78,7 @@ class LiveTopics:
         """Measure nothing any more, and unsubscribe."""
         self.watch(())
         if self._traffic is not None:
-            self._services.network.untap(self._traffic)
+            self._session.services.network.untap(self._traffic)
             self._traffic = None
             self._seen.clear()
 
@@ -86,10 +86,10 @@ class LiveTopics:
         """Name, type, rate, bandwidth, subscribers and publishers of each topic at a time of the simulation, as JSON has them."""
         rates = self._rates(time)
         publishers: defaultdict[str, list[Publisher]] = defaultdict(list)
-        for publisher in self._services.network.publishers:
+        for publisher in self._session.services.network.publishers:
             publishers[publisher.topic].append(publisher)
         claims: defaultdict[str, list[EndpointClaim]] = defaultdict(list)
-        for claim in self._services.claims:
+        for claim in self._session.services.claims:
             if not claim.is_service:
                 claims[claim.topic].append(claim)
         return [
@@ -100,7 +100,7 @@ class LiveTopics:
         """Messages and bytes a second by topic; none before there are two times to compare."""
         if self._traffic is None:
             self._traffic = _Traffic()
-            self._services.network.tap(self._traffic)
+            self._session.services.network.tap(self._traffic)
         if self._seen and time < self._seen[-1][0]:  # the time was reset
             self._seen.clear()
         if not self._seen or time > self._seen[-1][0]:

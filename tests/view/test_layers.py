@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import graphengine as ge
-from graphengine.api.viewing import _make_floor
+from graphengine.api.viewing import make_floor
 from graphengine.devices.camera import CameraStub, Picture
 from graphengine.devices.dry_world import DryWorld
 from graphengine.devices.lidar import LidarStub
@@ -36,7 +37,7 @@ def sim() -> Iterator[ge.Session]:
 
 
 def layers_of(services: Services, floor: Any = lambda: FLAT) -> Layers:
-    return Layers(services, floor)
+    return Layers(SimpleNamespace(services=services), floor)  # type: ignore[arg-type]  # it reads nothing else
 
 
 def dry() -> tuple[Services, CameraStub, LidarStub]:
@@ -172,7 +173,7 @@ def test_contacts_are_told_while_their_layer_is_shown(sim: ge.Session) -> None:
 
 
 def test_the_map_lies_where_a_lidar_hits_what_stands_still(sim: ge.Session) -> None:
-    floor = _make_floor(sim._runner.scene)
+    floor = make_floor(sim._runner.session)
     services = sim._runner.session.services
     layers = layers_of(services)
     (seen,) = layers.find(services.world.bodies().names).lidars
