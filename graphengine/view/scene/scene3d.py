@@ -52,7 +52,6 @@ class Scene3D:
         self._bodies = {kind: DrawnBodies(server.scene, f"/{kind.lower()}") for kind in BODIES}
         self._layers = [layer(server.scene) for layer in LAYERS]
         self._scene = SceneLayers()
-        self._entities: dict[str, SeenEntity] = {}
         self._owners: dict[int, SeenEntity] = {}
         """Entities by the rows of their bodies."""
         self._carried = Carried.of([])
@@ -103,7 +102,6 @@ class Scene3D:
         scene.add_light_ambient("/lights/ambient", intensity=1.2)
         scene.add_light_directional("/lights/sun", intensity=1.6, position=(4.0, -6.0, 10.0))
         self._scene = stage.layers
-        self._entities = {entity.mount.name: entity for entity in stage.layers.entities}
         self._owners = {row: entity for entity in stage.layers.entities for row in entity.bodies}
         self._carried = Carried.of([(entity.mount.body, entity.mount.pose) for entity in stage.layers.entities])
         robots = {row for row, entity in self._owners.items() if entity.robot}
@@ -115,8 +113,6 @@ class Scene3D:
                 self._let_touch(batch)
         for layer in self._layers:
             layer.draw(stage.layers)
-        for viewer in list(self._viewers.values()):
-            viewer.offer(self._entities)
 
     def update(self, state: LiveState) -> None:
         """Show a frame."""
@@ -128,10 +124,13 @@ class Scene3D:
         if note != self._note.content:
             self._note.content, self._note.visible = note, bool(note)
         viewers = list(self._viewers.values())
+        for viewer in viewers:
+            if viewer.scene is not self._scene:
+                viewer.offer(self._scene)
         placed = (
             zip(*self._carried.at(state.poses), strict=True) if any(viewer.needs_poses for viewer in viewers) else ()
         )
-        poses = dict(zip(self._entities, placed, strict=False))
+        poses = dict(zip((entity.mount.name for entity in self._scene.entities), placed, strict=False))
         for viewer in viewers:
             viewer.update(state.facts["time"], poses)
 
@@ -148,9 +147,7 @@ class Scene3D:
 
     def _welcome(self, client: viser.ClientHandle) -> None:
         command = functools.partial(self._command, client.client_id)
-        self._viewers[client.client_id] = ViewerControls(
-            client, self._entities, command, read_only=self._scene.read_only
-        )
+        self._viewers[client.client_id] = ViewerControls(client, command)
 
     def _forget(self, client: viser.ClientHandle) -> None:
         self._viewers.pop(client.client_id, None)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graphengine.view.layer_data import SeenEntity
+from graphengine.view.layer_data import SceneLayers
 from graphengine.view.scene.body_dragging import MoveHandles, Pull
 from graphengine.view.scene.carried import Floats
 
@@ -28,30 +28,25 @@ class ViewerControls:
 
     Args:
         client: the viewer.
-        entities: what can be selected, by name.
         command: sends a command to the run.
-        read_only: whether he may only look.
+
+    Attributes:
+        pull: what he pulls at.
+        scene: what he selects from.
     """
 
-    def __init__(
-        self,
-        client: viser.ClientHandle,
-        entities: Mapping[str, SeenEntity],
-        command: Callable[[str, dict[str, Any]], None],
-        *,
-        read_only: bool,
-    ) -> None:
+    def __init__(self, client: viser.ClientHandle, command: Callable[[str, dict[str, Any]], None]) -> None:
         self._client = client
         self._handles = MoveHandles(client.scene, command)
         self.pull = Pull(command)
-        gui = client.gui
-        hint = "a robot or an object; a click on it in the picture selects it, another one lets it go"
-        self._selected: Any = gui.add_dropdown("Selected", (NOTHING, *entities), order=100, hint=hint)
-        self._follows = gui.add_checkbox("Follow it", True, order=101, hint="the camera stays with what is selected")
+        self.scene = SceneLayers(read_only=True)
+        gui, hint = client.gui, "a robot or an object; a click on it selects it, another one lets it go"
+        self._selected: Any = gui.add_dropdown("Selected", (NOTHING,), order=-3, hint=hint)
+        self._follows = gui.add_checkbox("Follow it", True, order=-2, hint="the camera stays with what is selected")
+        hint = "handles move what is selected; a drag with Ctrl or Cmd held pulls any robot or object"
+        self._moves = gui.add_checkbox("Move it", False, order=-1, visible=False, hint=hint)
         self._away, self._rest = np.zeros(3), 0.0
-        self._moves = gui.add_checkbox(
-            "Move it", False, order=102, visible=not read_only, hint="shows handles about what is selected"
-        )
+        """From where he looked last, m, and the wall time at which the camera follows again, s."""
 
     @property
     def selected(self) -> str:
@@ -64,9 +59,15 @@ class ViewerControls:
         """Whether something is selected or pulled at."""
         return bool(self.selected) or self.pull.held is not None
 
-    def offer(self, entities: Mapping[str, SeenEntity]) -> None:
-        """Let the viewer select among other entities; one that is no longer there is let go."""
-        self._selected.options = (NOTHING, *entities)
+    def offer(self, scene: SceneLayers) -> None:
+        """Let the viewer select in another scene; the only robot is selected when it comes, what has gone is let go."""
+        self.scene = scene
+        self._moves.visible = not scene.read_only
+        before, names = self._selected.options, [entity.mount.name for entity in scene.entities]
+        self._selected.options = (NOTHING, *names)
+        robots = [entity.mount.name for entity in scene.entities if entity.robot]
+        if len(robots) == 1 and robots[0] not in before:
+            self._selected.value = robots[0]
 
     def click(self, name: str) -> None:
         """Select an entity, or let it go if it is selected."""
