@@ -72,7 +72,7 @@ def test_viewers_seek_and_see_the_values_of_that_time(player: RecordingPlayer) -
             viewer.ask(ask="playback", do="seek", tick=tick)
             frame = viewer.until(lambda frame: shown(frame)["position"] == tick and frame["values"])  # noqa: B023
             found.append((frame["facts"]["tick"], frame["values"]["dd100/cmd_vel"][LIMIT]))
-        place = viewer.stage["graphs"][-1]["nodes"]["DiffController"]["place"]
+        place = viewer.wait("graph")["nodes"]["DiffController"]["place"]
         return found, shown(viewer.frame)["verdict"], place
 
     (late, early), verdict, place = looked_at(player, play)
