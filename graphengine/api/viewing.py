@@ -73,6 +73,13 @@ def missing_packages() -> list[str]:
     return [name for name in ("viser", "graphlay") if importlib.util.find_spec(name) is None]
 
 
+def check_packages() -> None:
+    """Raise UsageError if the extra `view` is not installed."""
+    missing = missing_packages()
+    if missing:
+        raise UsageError(f"the page needs {' and '.join(missing)}\n  pip install 'graphengine[view]'")
+
+
 def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
     """Start the page of a session, or another one after its process was lost; return the address.
 
@@ -81,9 +88,7 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
     """
     if runner.feed is not None and not runner.feed.page.lost:
         return runner.feed.url
-    missing = missing_packages()
-    if missing:
-        raise UsageError(f"the page needs {' and '.join(missing)}\n  pip install 'graphengine[view]'")
+    check_packages()
     from graphengine.view.feed import Feed
 
     def lost(text: str) -> None:
@@ -99,11 +104,11 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
         host,
         port,
         TwistPublisher(runner),
-        listen,
-        functools.partial(findings_of, runner),
-        runner.scene.definitions,
         lost,
         make_floor=functools.partial(_make_floor, runner.scene),
+        listen=listen,
+        findings=functools.partial(findings_of, runner),
+        definitions=runner.scene.definitions,
         read_only=read_only,
     )
     runner.show(feed)

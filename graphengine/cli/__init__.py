@@ -19,6 +19,7 @@ VERBS = {
     "run": "run a scene or a graph",
     "ctl": "control a running session: pause, step, reset, spawn, push",
     "replay": "replay a recorded run and compare the output byte by byte",
+    "view": "look at a recorded run on a web page: play it, go to any time, find where it differs",
     "check": "report all errors and warnings in scenes and graphs",
     "show": "show a graph's nodes and wires, its schedule, its generated code or a drawing",
     "snapshot": "render a picture of a scene, from above, in perspective or from one of its cameras",

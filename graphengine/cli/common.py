@@ -76,6 +76,16 @@ def add_import_argument(parser: argparse.ArgumentParser) -> None:
     add_repeatable(parser, "--import", "MODULE", "Python module with additional node types", dest="modules")
 
 
+def add_page_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add `--view-host` and `--view-port` for the web page."""
+    parser.add_argument(
+        "--view-host", metavar="ADDRESS", default="127.0.0.1", help="address of the page (default 127.0.0.1)"
+    )
+    parser.add_argument(
+        "--view-port", metavar="PORT", type=int, default=0, help="port of the page (default: a free port)"
+    )
+
+
 def add_permission_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the permissions of graphs: `--env` and `--allow-scripts`."""
     variable = "environment variable that graphs may read with IsaacReadEnvVar"

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
-    from graphengine.cli.common import add_file_arguments, add_transport_argument
+    from graphengine.cli.common import add_file_arguments, add_page_arguments, add_transport_argument
 
     add_file_arguments(parser)
     simulated = "simulation time to run: 10, 10s, 500ms, 2min"
@@ -55,12 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--view", action="store_true", help="serve a page that shows and controls the run; prints its address"
     )
-    parser.add_argument(
-        "--view-host", metavar="ADDRESS", default="127.0.0.1", help="address of the page (default 127.0.0.1)"
-    )
-    parser.add_argument(
-        "--view-port", metavar="PORT", type=int, default=0, help="port of the page (default: a free port)"
-    )
+    add_page_arguments(parser)
     parser.add_argument("--view-read-only", action="store_true", help="viewers can see the run but not control it")
     quiet = "print only warnings, errors and what was lost: no status line, no summary"
     parser.add_argument("--quiet", action="store_true", help=quiet)

@@ -45,6 +45,9 @@ class Entities(Protocol):
     def overlaps(self, name: str) -> Sequence[Overlap]:
         """Objects that an entity overlaps, deepest first. Light contact does not count."""
 
+    def touching(self) -> Mapping[str, Overlap]:
+        """The deepest contact of each entity that touches anything but what carries it, after the last step."""
+
     def place(self, name: str, move: Move) -> None:
         """Move an entity; its joint states stay, and `reset` puts it back.
 

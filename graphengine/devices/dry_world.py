@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partialmethod
 from typing import Any, TypeVar
@@ -15,7 +15,7 @@ from graphengine.devices import rotation
 from graphengine.devices.backend import Friction, Light, select_joints
 from graphengine.devices.contact_points import Contacts
 from graphengine.devices.device import device_of
-from graphengine.devices.entity import Entity
+from graphengine.devices.entity import Entity, Overlap
 from graphengine.devices.rotation import IDENTITY, ORIGIN, Quaternion, Vector3
 from graphengine.devices.stage import Prim, Stage
 from graphengine.devices.visible import Bodies
@@ -35,6 +35,10 @@ class DryEntities:
         """All robots, then all bodies that are not carried by another body."""
         robots = [Entity(prim.entity_name, prim.path, "robot", False) for prim in self._stage.prims("robot")]
         return [*robots, *(Entity(prim.name, prim.path, "object", False) for prim in self._stage.prims("body"))]
+
+    def touching(self) -> Mapping[str, Overlap]:
+        """Nothing: without physics there are no contacts."""
+        return {}
 
     def _refuse(self, name: str, *_: Any, **__: Any) -> Any:
         """Raise UnknownEntityError: entities have no state without physics."""

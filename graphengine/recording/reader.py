@@ -17,11 +17,13 @@ from graphengine.messages import messages
 from graphengine.recording import mcap_schema
 from graphengine.recording.manifest import Manifest
 from graphengine.recording.mcap_schema import Stream, TickTimes
-from graphengine.recording.records import read_records
+from graphengine.recording.records import read_extent, read_records
 from graphengine.recording.sources import Workspace
 
 MAX_MESSAGES = 1_000_000
 """In a tick."""
+MAX_DIGITS = 18
+"""Of the number of ticks."""
 
 
 @dataclass(slots=True)
@@ -127,6 +129,19 @@ class Recording:
             tick.whole = False
             yield tick
 
+    def length(self) -> int:
+        """Number of ticks, one that failed included, as the file tells it before they are read.
+
+        Raises:
+            RecordingError: the file cannot be read.
+        """
+        last, end = read_extent(self.path)
+        told = end.metadata if end is not None and end.name == mcap_schema.END else {}
+        text = told.get("ticks", "")
+        if text.isdecimal() and len(text) <= MAX_DIGITS:
+            return int(text) + bool(told.get("failure"))
+        return self.times.tick(last)
+
     def _take(self, record: McapRecord) -> None:
         """See to a record that is no message."""
         if isinstance(record, Schema):
@@ -142,7 +157,7 @@ class Recording:
             self.cut_off = False
             self.failure = record.metadata.get("failure", "")
             text = record.metadata.get("ticks", "")
-            if not text.isdecimal() or len(text) > 18:
+            if not text.isdecimal() or len(text) > MAX_DIGITS:
                 raise self._bad(f"its end says that there were {text[:20]!r} ticks")
             self._ended = int(text)
 

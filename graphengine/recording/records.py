@@ -6,6 +6,7 @@ import os
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
 
@@ -13,14 +14,20 @@ import lz4.frame
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import EndOfFile, InvalidMagic, McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, DataEnd, McapRecord, Message, Schema
-from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_stream
+from mcap.records import Channel, Chunk, DataEnd, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import MAGIC_SIZE, CRCValidationError, StreamReader, get_chunk_data_stream
 
 from graphengine.format.errors import RecordingError
 from graphengine.format.regular_files import open_regular
 
 MAX_CHUNK_BYTES = 500_000_000
 """Unpacked; a chunk of a recording holds four megabytes, and at most a tick more."""
+
+
+_HEAD = struct.Struct("<BQ")
+"""Kind and length of a record."""
+_TIMES = struct.Struct("<QQ")
+"""First and last log time, with which a chunk begins."""
 
 
 class _OtherCompressionError(Exception):
@@ -42,6 +49,35 @@ def read_records(path: Path, moved: Callable[[int, int], None] = lambda at, size
             yield from _records(path, file, moved)
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {error.strerror}") from None
+
+
+def read_extent(path: Path) -> tuple[int, Metadata | None]:
+    """The last log time (ns) of a recording and its last metadata, from the heads of its records; nothing is unpacked.
+
+    Raises:
+        RecordingError: the file cannot be read.
+    """
+    last, metadata = 0, b""
+    try:
+        with open_regular(path) as file:
+            size = os.fstat(file.fileno()).st_size
+            file.seek(MAGIC_SIZE)
+            while len(head := file.read(_HEAD.size)) == _HEAD.size:
+                opcode, length = _HEAD.unpack(head)
+                begin = file.tell()
+                if begin + length > size or opcode == Opcode.DATA_END:
+                    break
+                if opcode == Opcode.CHUNK:
+                    last = max(last, *_TIMES.unpack(file.read(_TIMES.size).ljust(_TIMES.size, b"\0")))
+                elif opcode == Opcode.METADATA:
+                    metadata = file.read(length)
+                file.seek(begin + length)
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read: {error.strerror}") from None
+    try:
+        return last, Metadata.read(ReadDataStream(BytesIO(metadata)))
+    except (EndOfFile, struct.error, ValueError):
+        return last, None
 
 
 def _records(path: Path, file: BinaryIO, moved: Callable[[int, int], None]) -> Iterator[McapRecord]:

@@ -45,6 +45,10 @@ class Difference:
     lines: tuple[str, ...]
     at_end: bool = False
 
+    def __str__(self) -> str:
+        when = f"{'at the end, after' if self.at_end else 'in'} tick {self.tick}, t = {self.time:.6f} s"
+        return f"different {when}{f': {self.topic}' if self.topic else ''}"
+
 
 class SilentTransport(MemoryTransport):
     """A network on which nobody hears anything: whatever arrives was recorded, what nodes tell each other too."""
@@ -122,16 +126,17 @@ class Replay(ExternalInputs):
             RecordingError: the recording is damaged.
         """
         for tick in self.recording.ticks():
-            failed = "" if tick.whole else self.recording.failure
-            error = self._do(tick, self.session.step if tick.whole or failed else self.session.end)
-            found = self._compare_failures(tick, error) if failed or error is not None else self._compare(tick)
+            found = self.compare(tick, self.repeat(tick))
             if found is not None:
                 return found
-            self.ticks += tick.whole
         return None
 
-    def _do(self, tick: Tick, run: Callable[[], None]) -> GraphError | None:
-        """Bring a tick's inputs, and run it; what ended it before its end."""
+    def repeat(self, tick: Tick) -> GraphError | None:
+        """Bring a tick's inputs, and run it or the session's end; return the error that ended it before its end.
+
+        Raises:
+            GraphError: a command of the tick cannot be carried out.
+        """
         self._sent.clear()  # before commands: graphs have something to send at a stop
         for name, arguments in tick.commands:
             _command(self.session, name, arguments)
@@ -140,10 +145,26 @@ class Replay(ExternalInputs):
         for stream, nodes, data in tick.delivered:
             self._bring(stream, nodes, data)
         try:
-            run()
+            if tick.whole or self.recording.failure:
+                self.session.step()
+            else:
+                self.session.end()
         except GraphError as error:
             return error
         return None
+
+    def compare(self, tick: Tick, error: GraphError | None) -> Difference | None:
+        """Compare the tick that was run last with the recording.
+
+        Args:
+            tick: the recorded one.
+            error: result of `repeat`.
+        """
+        failed = not tick.whole and bool(self.recording.failure)
+        found = self._compare_failures(tick, error) if failed or error is not None else self._compare_sent(tick)
+        if found is None:
+            self.ticks += tick.whole
+        return found
 
     def _bring(self, stream: Stream, nodes: Sequence[str], data: bytes) -> None:
         """Deliver a message to the nodes that saw it; to all that read its topic where those are no more."""
@@ -161,7 +182,7 @@ class Replay(ExternalInputs):
         self.idle_patterns.difference_update(patterns)
         return not patterns
 
-    def _compare(self, tick: Tick) -> Difference | None:
+    def _compare_sent(self, tick: Tick) -> Difference | None:
         recorded = [(stream, data) for stream, data in tick.sent if self._counts(stream.topic)]
         replayed = [(claim, data) for claim, data in self._sent if self._counts(claim.topic)]
         for index, ((stream, before), (claim, now)) in enumerate(zip(recorded, replayed, strict=False)):

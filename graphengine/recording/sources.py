@@ -81,14 +81,14 @@ class Workspace:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder.resolve()
+        self.folder = folder.resolve()
         self._bytes = self._files = 0
         for place in PLACES:
             self.place(place).mkdir()
 
     def place(self, name: str) -> Path:
         """The folder of one of `PLACES`."""
-        return self._folder / name
+        return self.folder / name
 
     def options(self, options: Options, scene: str = "") -> Options:
         """Options by which the files that are laid out here are read, and no others.
@@ -116,7 +116,7 @@ class Workspace:
         parts = PurePosixPath(name).parts
         if not (1 < len(parts) <= MAX_PARTS and parts[0] in PLACES and ".." not in parts and "\0" not in name):
             raise RecordingError(f"{shown(name)} is no name that a file of a recording can have")
-        return self._folder.joinpath(*parts)
+        return self.folder.joinpath(*parts)
 
     def add(self, name: str, data: bytes) -> None:
         """Lay out a file.

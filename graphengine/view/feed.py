@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import NodeError
-from graphengine.messages.definitions import Definitions
+from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.run_status import StatusMeter
 from graphengine.view.layer_data import FloorMap
@@ -23,7 +23,7 @@ from graphengine.view.live_robots import list_robots, states_of
 from graphengine.view.live_topics import Listen, LiveTopics
 from graphengine.view.node_problems import NodeProblems
 from graphengine.view.page_client import Page
-from graphengine.view.viewers import Driver, Viewers
+from graphengine.view.viewers import Driver, RecordingControls, Viewers
 from graphengine.view.wire import Ended, LiveScene, LiveState, PaneContent
 
 if TYPE_CHECKING:
@@ -43,12 +43,13 @@ class Feed:
         host: address of the page.
         port: port of the page; 0 takes a free one.
         driver: publishes what viewers drive.
-        listen: subscribes to a topic that a viewer looks at.
-        findings: returns the findings of the scene's files; texts are findings that were rendered.
-        definitions: message types.
         lost: called once, if the page's process ends before `close`.
         make_floor: makes the occupancy map of the scene.
+        listen: subscribes to a topic that a viewer looks at; None measures no topics.
+        findings: returns the findings of the scene's files; texts are findings that were rendered.
+        definitions: message types.
         read_only: whether viewers may only look.
+        playback: the recording that the session replays; None for a run.
     """
 
     def __init__(
@@ -59,13 +60,14 @@ class Feed:
         host: str,
         port: int,
         driver: Driver,
-        listen: Listen,
-        findings: Callable[[], Sequence[Finding | str]],
-        definitions: Definitions,
         lost: Callable[[str], None],
         *,
         make_floor: Callable[[], FloorMap],
+        listen: Listen | None = None,
+        findings: Callable[[], Sequence[Finding | str]] = tuple,
+        definitions: Definitions = DEFINITIONS,
         read_only: bool = False,
+        playback: RecordingControls | None = None,
     ) -> None:
         self._session = session
         self._title = title
@@ -73,10 +75,13 @@ class Feed:
         self._findings = findings
         self._definitions = definitions
         self._lost: Callable[[str], None] | None = lost
-        self._viewers = Viewers(desk, driver, read_only=read_only)
-        self._layers = Layers(session.services, make_floor, read_only=read_only)
+        self._viewers = Viewers(desk, driver, read_only=read_only, playback=playback)
+        self._playback = playback
+        self._folder = playback.folder if playback is not None else ""
+        self._marked = 0
+        self._layers = Layers(session.services, make_floor, read_only=read_only or playback is not None)
         self._costs = NodeCosts()
-        self._topics = LiveTopics(session.services, listen)
+        self._topics = LiveTopics(session.services, listen) if listen is not None else None
         self.problems = NodeProblems(session.services.dropped)
         self._error = ""
         self._next = self._next_panes = 0.0
@@ -85,6 +90,11 @@ class Feed:
         self._meter = StatusMeter(session)
         self.page = Page(host, port, self._viewers.ask)
         self.url = self.page.url
+
+    @property
+    def asked(self) -> bool:
+        """Whether viewers wait for `after_tick` to do what they asked for."""
+        return self._viewers.waiting
 
     def after_tick(self) -> None:
         """Do what viewers asked for, and tell the page if it is time to; call it after each tick, and while there are none."""
@@ -95,7 +105,7 @@ class Feed:
         self._viewers.obey(self.page, now)
         if not self._viewers.number:
             self._costs.end()
-            self._topics.end()
+            self._end_topics()
         elif now >= self._next and not self.page.busy:
             self._tell(now)
 
@@ -113,11 +123,12 @@ class Feed:
         self._next = now + PERIOD
         poses = self._session.services.world.poses()
         self._tell_scene(len(poses))
-        for viewer in self._viewers.waiting:
+        for viewer in self._viewers.newcomers:
             for run in self._session.graphs:
                 if run.name == self._viewers.graphs[viewer]:
-                    self.page.tell(describe(viewer, run))
-        self._viewers.waiting.clear()
+                    self.page.tell(describe(viewer, run, self._folder))
+        self._viewers.newcomers.clear()
+        self._tell_marks()
         self.page.show(self._state(now, poses))
         if now >= self._next_panes:
             self._next_panes = now + PANE_PERIOD
@@ -130,18 +141,26 @@ class Feed:
         if findings != self._shown_findings:
             self._shown_findings = findings
             self.page.tell(PaneContent("findings", finding_rows(findings)))
-        if not self._viewers.topics:
-            self._topics.end()
+        if self._topics is None or not self._viewers.topics:
+            self._end_topics()
             return
         self._topics.watch({topic for topic in self._viewers.topics.values() if topic})
         self.page.tell(PaneContent("topics", self._topics.rows(self._session.time)))
         for message in self._topics.messages():
             self.page.tell(message)
 
+    def _end_topics(self) -> None:
+        if self._topics is not None:
+            self._topics.end()
+
+    def forget_costs(self) -> None:
+        """Leave out of the costs of nodes what ran since the last frame."""
+        self._costs.forget()
+
     def _tell_loss(self) -> None:
         """Tell once that the page's process has ended, and stop what viewers drove and looked at."""
         self._viewers.leave()
-        self._topics.end()
+        self._end_topics()
         self._costs.end()
         if self._lost is not None:
             self._lost("the process of the page has ended; the run goes on\n  `graphrun ctl view` opens a new page")
@@ -149,7 +168,7 @@ class Feed:
 
     def close(self) -> None:
         """Tell viewers that the run has ended, and end the page."""
-        self._topics.end()
+        self._end_topics()
         self.page.close(Ended(self._error))
 
     def _tell_scene(self, bodies: int) -> None:
@@ -167,7 +186,7 @@ class Feed:
             LiveScene(
                 self._title,
                 found,
-                [summarize(run, names) for run in graphs],
+                [summarize(run, names, self._folder) for run in graphs],
                 self._driver.topics(),
                 self._layers.find(found.names),
                 focus,
@@ -176,9 +195,18 @@ class Feed:
             )
         )
 
+    def _tell_marks(self) -> None:
+        """Send the events of a recording if there are more than before."""
+        marks = self._playback.marks() if self._playback is not None else ()
+        if len(marks) != self._marked:
+            self._marked = len(marks)
+            self.page.tell(PaneContent("marks", {"all": marks}))
+
     def _state(self, now: float, poses: NDArray[np.float64]) -> LiveState:
         session = self._session
         facts = {**asdict(self._meter.read()), "failure": session.failure, "seed": session.services.seed}
+        if self._playback is not None:
+            facts |= self._playback.facts()
         wanted = set(self._viewers.graphs.values())
         runs = [run for run in session.graphs if run.name in wanted]
         values = {run.name: values_of(run) for run in runs}

@@ -36,6 +36,10 @@ class NodeCosts:
         """Time no nodes any more."""
         self._profile.end()
 
+    def forget(self) -> None:
+        """Leave out what ran since the last call."""
+        self._counted |= {node.path: (node.runs, node.fired, node.seconds) for node in self._profile.nodes()}
+
     def since_last(self, ticks: int, runs: Sequence[GraphRun]) -> Mapping[str, Mapping[str, tuple[int, int, float]]]:
         """How often nodes ran and fired since the last call, and microseconds of a run, by graph and node."""
         if runs != self._observed:
@@ -55,41 +59,48 @@ class NodeCosts:
         return found
 
 
-def summarize(run: GraphRun, robots: Sequence[str]) -> dict[str, Any]:
-    """Name, robot, prim path, file and variables of a graph; the robot is empty for a graph of the scene."""
+def summarize(run: GraphRun, robots: Sequence[str], folder: str = "") -> dict[str, Any]:
+    """Name, robot, prim path, file and variables of a graph; the robot is empty for a graph of the scene.
+
+    Args:
+        run: the graph.
+        robots: names of all robots.
+        folder: beginning of the paths of files that is left out, as files of recordings are unpacked into it.
+    """
     graph = run.executor.graph
     robot, _, short = graph.name.partition("/")
     belongs = robot in robots and bool(short)
     path = str(graph.flat.loaded.document.path)
+    shown = path.removeprefix(folder)
     return {
         "name": graph.name,
         "robot": robot if belongs else "",
         "short": short if belongs else graph.name,
         "prim": graph.prim_path,
-        "file": near(path),
-        "copy": os.path.abspath(path),
+        "file": near(shown),
+        "copy": os.path.abspath(shown) if shown == path else shown,
         "variables": list(run.variables),
     }
 
 
-def describe(viewer: int, run: GraphRun) -> GraphDetails:
-    """What is drawn and told of a graph that a viewer looks at."""
+def describe(viewer: int, run: GraphRun, folder: str = "") -> GraphDetails:
+    """What is drawn and told of a graph that a viewer looks at; `folder` is left out of the paths of files."""
     graph = run.executor.graph
     try:
         view = make_graph_view(graph, Findings())
     except UsageError as error:  # it is too large
-        return GraphDetails(viewer, run.name, str(error), _nodes_of(graph))
+        return GraphDetails(viewer, run.name, str(error), _nodes_of(graph, folder))
     # Without the classes of nodes: the page's process may not have the modules that define them.
     view.nodes = [replace(node, instance=None) for node in view.nodes]
-    return GraphDetails(viewer, run.name, view, _nodes_of(graph))
+    return GraphDetails(viewer, run.name, view, _nodes_of(graph, folder))
 
 
-def _nodes_of(graph: Graph) -> dict[str, dict[str, Any]]:
+def _nodes_of(graph: Graph, folder: str) -> dict[str, dict[str, Any]]:
     wired = {(wire.target, wire.target_field) for wire in (*graph.data_wires, *graph.exec_wires)}
     return {
         instance.id: {
             "type": instance.cls.type_name,
-            **place_of(instance.span),
+            **place_of(instance.span, folder),
             "ports": [
                 {
                     "name": port.name,
@@ -108,9 +119,11 @@ def _nodes_of(graph: Graph) -> dict[str, dict[str, Any]]:
     }
 
 
-def place_of(span: Span) -> dict[str, str]:
-    """A place as it is shown, and `path:line` with the absolute path, as editors take it."""
-    return {"place": near(str(span)), "copy": f"{os.path.abspath(span.source.path)}:{span.line}"}
+def place_of(span: Span, folder: str = "") -> dict[str, str]:
+    """A place as it is shown, and `path:line` as editors take it: with the absolute path, or that below `folder`."""
+    path = span.source.path.removeprefix(folder)
+    absolute = os.path.abspath(path) if path == span.source.path else path
+    return {"place": near(str(span).removeprefix(folder)), "copy": f"{absolute}:{span.line}"}
 
 
 def values_of(run: GraphRun) -> dict[str, Any]:

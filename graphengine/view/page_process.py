@@ -26,7 +26,7 @@ from graphengine.view.page_server import PageServer, Viewer
 from graphengine.view.scene.scene3d import Scene3D
 from graphengine.view.wire import Answer, Ended, GraphDetails, LiveScene, LiveState, PaneContent, TopicMessage
 
-WHAT = ("command", "look", "select", "topics", "drive", "gone")
+WHAT = ("command", "look", "select", "topics", "drive", "playback", "gone")
 """What viewers may ask."""
 OF_SCENE = -1
 """Stands for the number of a viewer in what the 3D part asks."""

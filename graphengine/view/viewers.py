@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any, Protocol
 
@@ -31,6 +31,29 @@ class Driver(Protocol):
         """Publish a twist until the next call: forward and sideways, m/s, and turn, rad/s; None stops the robot."""
 
 
+class RecordingControls(Protocol):
+    """A recording that is shown in the place of a run.
+
+    Attributes:
+        folder: beginning of the paths of its files, which means nothing to viewers.
+    """
+
+    folder: str
+
+    def obey(self, asked: Mapping[str, Any]) -> None:
+        """Do what a viewer asks for.
+
+        Raises:
+            UsageError: it asks for something else.
+        """
+
+    def facts(self) -> Mapping[str, Any]:
+        """What the page shows of it, as JSON has it; beside `recording`, facts that take the place of the session's."""
+
+    def marks(self) -> Sequence[Mapping[str, Any]]:
+        """The events that were found so far; events are only added."""
+
+
 class Viewers:
     """Those who look at the page of a session.
 
@@ -38,26 +61,30 @@ class Viewers:
         desk: where their commands are queued.
         driver: publishes what they drive.
         read_only: whether they may only look.
+        playback: the recording that they look at; None for a run.
 
     Attributes:
         number: of viewers.
         layers: layers of the 3D part that are shown.
         graphs: the graph that each viewer looks at.
-        waiting: viewers who look at a graph that they have not got yet.
+        newcomers: viewers who look at a graph that they have not got yet.
         robots: the robot that each viewer selected.
         topics: the topic that each viewer with an open topics pane looks at; empty for none.
     """
 
-    def __init__(self, desk: Desk, driver: Driver, *, read_only: bool) -> None:
+    def __init__(
+        self, desk: Desk, driver: Driver, *, read_only: bool, playback: RecordingControls | None = None
+    ) -> None:
         self.number = 0
         self.layers: frozenset[str] = frozenset()
         self.graphs: dict[int, str] = {}
-        self.waiting: set[int] = set()
+        self.newcomers: set[int] = set()
         self.robots: dict[int, str] = {}
         self.topics: dict[int, str] = {}
         self._desk = desk
         self._driver = driver
         self._read_only = read_only
+        self._playback = playback
         self._driven: dict[str, float] = {}
         """When a viewer last drove on a topic, s of wall time."""
         self._asked: deque[Mapping[str, Any]] = deque(maxlen=MAX_ASKED)
@@ -65,6 +92,11 @@ class Viewers:
     def ask(self, asked: Mapping[str, Any]) -> None:
         """Queue what a viewer asks for; any thread may call it."""
         self._asked.append(asked)
+
+    @property
+    def waiting(self) -> bool:
+        """Whether something that was asked for has not been done yet."""
+        return bool(self._asked)
 
     def obey(self, page: Page, now: float) -> None:
         """Do what viewers asked for since the last call, and stop robots that nobody drives any more."""
@@ -86,22 +118,32 @@ class Viewers:
         elif what == "gone":
             for choices in (self.graphs, self.robots, self.topics):
                 choices.pop(viewer, None)
-            self.waiting.discard(viewer)
+            self.newcomers.discard(viewer)
         elif what == "look":
             self.graphs[viewer] = _name(asked, "graph")
-            self.waiting.add(viewer)
+            self.newcomers.add(viewer)
         elif what == "select":
             self.robots[viewer] = _name(asked, "robot")
         elif what == "topics":
             self.topics.pop(viewer, None)
             if asked.get("open") is True:
                 self.topics[viewer] = _name(asked, "topic")
+        elif self._playback is not None:
+            self._play(page, self._playback, asked)
         elif self._read_only:
             page.tell(Answer(viewer, {"id": asked.get("id"), "error": "this page is for looking only"}))
         elif what == "drive":
             self._drive(page, asked, now)
         elif what == "command":
             self._command(page, viewer, asked)
+
+    def _play(self, page: Page, playback: RecordingControls, asked: Mapping[str, Any]) -> None:
+        try:
+            if asked.get("ask") != "playback":
+                raise UsageError("this is a recording: what happened in it cannot be changed")
+            playback.obey(asked)
+        except UsageError as error:
+            page.tell(Answer(asked["viewer"], {"id": asked.get("id"), "error": str(error)}))
 
     def _command(self, page: Page, viewer: int, asked: Mapping[str, Any]) -> None:
         name, arguments = asked.get("command"), asked.get("arguments", {})

@@ -178,7 +178,7 @@ def test_versions_and_processors_that_differ_are_told_first(graphrun: Graphrun, 
 
 
 def test_rays_are_those_of_the_recording(graphrun: Graphrun, drive: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("graphengine.cli.replay.find_spec", lambda name: None)
+    monkeypatch.setattr("graphengine.cli.recorded_run.find_spec", lambda name: None)
     result = graphrun("replay", str(rewritten(drive, manifest={"rays": '"fast"'})), code=2, out="")
     assert "its lidars used rays 'fast', which need numba\n" in result.err
     assert "give --rays mujoco" in result.err

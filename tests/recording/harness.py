@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import contextlib
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -14,7 +18,12 @@ from mcap.writer import CompressionType, Writer
 from graphengine.format.files import find_given
 from graphengine.messages import messages
 from graphengine.node.dropped_values import BadValues
+from graphengine.recording.marks import Marks
+from graphengine.recording.player import RecordingPlayer
+from graphengine.recording.reader import Recording
 from graphengine.recording.recorder import Recorder
+from graphengine.recording.replay import SilentTransport
+from graphengine.recording.sources import Workspace
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.session_core import SessionCore
@@ -114,6 +123,26 @@ def record(
             before(tick, run)
             session.step()
     return run
+
+
+@contextmanager
+def playing(path: Path, options: Options | None = None) -> Iterator[RecordingPlayer]:
+    """A player of a recording, of which nothing is built yet."""
+    with tempfile.TemporaryDirectory() as folder:
+        recording, marks = Recording(path, Workspace(Path(folder))), Marks()
+        manifest, files = recording.manifest, recording.workspace
+        own = replace(
+            options or Options(), overrides=manifest.overrides, seed=manifest.seed, robot_state=manifest.robot_state
+        )
+        scene = build.load(files.path(manifest.given), files.options(own, manifest.scene))
+        transport = SilentTransport(definitions=scene.definitions)
+        network = LiveNetwork(lambda domain: transport, 0, lambda complaint: None, scene.definitions)
+        keeps_going = (lambda error: marks.log("error", "", str(error))) if manifest.keep_going else None
+        with (
+            build.start(scene, network, log=marks.log, fault=keeps_going, bad_values=manifest.bad_values) as session,
+            contextlib.closing(RecordingPlayer(session, network, recording, marks)) as player,
+        ):
+            yield player
 
 
 def put(path: Path, text: str) -> Path:

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
-from mcap.records import Chunk, Header, Message
+from mcap.records import Chunk, Header, Message, Metadata
 from mcap.writer import MCAP0_MAGIC
 
 from graphengine.format.errors import RecordingError
 from graphengine.recording import records
-from graphengine.recording.records import read_records
+from graphengine.recording.records import read_extent, read_records
 
 
 def messages_of(count: int) -> bytes:
@@ -101,3 +101,33 @@ def test_a_length_beyond_the_end_of_the_file_asks_for_no_memory(tmp_path: Path) 
     attachment = struct.pack("<QQIIQ", 0, 0, 0, 0, 2**62)
     path.write_bytes(MCAP0_MAGIC + struct.pack("<BQ", 9, len(attachment)) + attachment)
     assert list(read_records(path)) == []
+
+
+def test_the_extent_of_a_file_is_its_last_log_time_and_metadata(tmp_path: Path) -> None:
+    builder = RecordBuilder()
+    Header("ros2", "test").write(builder)
+    sizes = [builder.count]
+    for record in (
+        Chunk("lz4", b"", 3, 70, 0, 0),
+        Metadata("a", {"ticks": "5"}),
+        Chunk("zstd", bytes(9), 71, 90, 0, 5),
+    ):
+        record.write(builder)
+        sizes.append(builder.count)
+    whole = MCAP0_MAGIC + builder.end()  # type: ignore[no-untyped-call]
+    path = tmp_path / "out.mcap"
+    found = []
+    for size in sizes:
+        path.write_bytes(whole[: len(MCAP0_MAGIC) + size + 5])
+        last, metadata = read_extent(path)
+        found.append((last, metadata.metadata if metadata is not None else None))
+    assert found == [(0, None), (70, None), (70, {"ticks": "5"}), (90, {"ticks": "5"})]
+
+
+@given(data=st.binary(max_size=200), kind=st.sampled_from([0, 6, 12, 15]))
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_the_extent_of_any_bytes_is_found(tmp_path: Path, data: bytes, kind: int) -> None:
+    path = tmp_path / "out.mcap"
+    path.write_bytes(MCAP0_MAGIC + struct.pack("<BQ", kind, len(data)) + data + data)
+    last, _ = read_extent(path)
+    assert 0 <= last < 2**64

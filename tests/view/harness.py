@@ -63,6 +63,7 @@ class Viewer:
         self.socket: ClientConnection = connect(f"ws://127.0.0.1:{port}/feed", additional_headers=cookie, max_size=None)
         self.stage: Any = None
         self.frame: Any = None
+        self.marks: Any = None
         self.told: dict[str, Any] = {}
         """The newest of each kind."""
         self._asked = 0
@@ -87,14 +88,24 @@ class Viewer:
         """Ask for a command and wait for its answer."""
         self._asked += 1
         self.ask(ask="command", id=self._asked, command=name, arguments=arguments)
+        return self.answer(self._asked)
+
+    def answer(self, number: int) -> Any:
+        """Wait for the answer to something that was asked with a number."""
         while True:
             told = self._read()
-            if told.get("answer", {}).get("id") == self._asked:
+            if told.get("answer", {}).get("id") == number:
                 return told["answer"]
+
+    def next_frame(self) -> Any:
+        """Wait for another frame."""
+        self.frame = None
+        return self.until(lambda frame: True)
 
     def _read(self) -> Any:
         told: dict[str, Any] = json.loads(self.socket.recv(timeout=60))
         self.told |= told
+        self.marks = told.get("marks", {}).get("all", self.marks)
         self.stage, self.frame = told.get("stage", self.stage), told.get("frame", self.frame)
         return told
 

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from graphengine.api.recording_view import Playback, open_recording_page, turn
+from graphengine.recording.player import RecordingPlayer
 from graphengine.testing import session
+from tests.recording.harness import playing
 from tests.waiting import eventually
 
 pytest.importorskip("viser", reason="the extra view is not installed")
@@ -15,6 +22,21 @@ pytest.importorskip("viser", reason="the extra view is not installed")
 from tests.view.chromium import browser, needs_chromium, seconds, seen, until
 
 pytestmark = [pytest.mark.xdist_group("view"), needs_chromium]
+
+
+def play(player: RecordingPlayer, look: Callable[[Any], Any]) -> Any:
+    """Serve the page of a recording while a browser looks at it; what the look found."""
+    playback = Playback(player)
+    with closing(open_recording_page(playback, "127.0.0.1", 0)) as feed, ThreadPoolExecutor(1) as pool:
+
+        def open_and_look() -> Any:
+            with browser(feed.url) as page:
+                return look(page)
+
+        looked = pool.submit(open_and_look)
+        while not looked.done():
+            turn(playback, feed)
+        return looked.result()
 
 
 def test_the_page_shows_the_run_and_controls_it() -> None:
@@ -76,3 +98,50 @@ def test_without_the_token_there_is_no_page() -> None:
         base = sim.view().partition("?")[0]
         with browser(base) as page:
             assert "open the address that graphrun printed" in page.inner_text("body")
+
+
+def test_a_recording_is_seen_at_any_time(tmp_path: Path) -> None:
+    path = tmp_path / "out.mcap"
+    with session("dd100_flat", record=path) as sim:
+        drive = sim.robots["dd100"].publish("cmd_vel", {"linear": {"x": 0.4}, "angular": {"z": 0.3}}, every=0.1)
+        sim.run(30.0)
+        then = sim.value("dd100/joint_states/ComputeOdom.position")
+        drive.close()
+        sim.push("dd100", impulse=(0.0, 30.0, 0.0))
+        sim.run(2.0)
+
+    def look(page: Any) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        until(page, "document.getElementById('verdict').textContent === 'identical'")
+        page.click("#tree .item.graph .label:text-is('joint_states')")
+        page.click('[data-node="ComputeOdom"]')
+        move = "slider.value = 1800; slider.dispatchEvent(new Event('input'))"  # at once, as frames move it too
+        page.evaluate(f"() => {{ const slider = document.getElementById('slider'); {move}; }}")
+        until(page, "document.getElementById('place').textContent === '30.00 / 32.00 s'")
+        value = 'tr[data-port="ComputeOdom.outputs:position"] .value'
+        place = "(" + ", ".join(f"{part:.4g}" for part in then) + ")"
+        until(page, f"document.querySelector('{value}').textContent === '{place}'")
+        found["marks"] = page.eval_on_selector_all("#marks button", "all => all.map((mark) => mark.title)")
+
+        page.click("#marks button")
+        until(page, "document.getElementById('time').textContent === '30.02 s'")
+        page.keyboard.press("ArrowLeft")
+        until(page, "document.getElementById('time').textContent === '30.00 s'")
+        page.evaluate("document.activeElement.blur()")
+        page.keyboard.press("Shift+ArrowLeft")
+        until(page, "document.getElementById('time').textContent === '29.00 s'")
+        page.select_option("#speed", "8")
+        page.evaluate("document.activeElement.blur()")
+        page.keyboard.press("Space")
+        until(page, "document.getElementById('place').textContent === '32.00 / 32.00 s'")
+        until(page, "document.getElementById('playback').textContent === 'Play'")
+        found["buttons"] = [
+            page.is_visible(f"#{name}") for name in ("play", "pause", "reset", "pace", "wheel", "playback")
+        ]
+        return found
+
+    with playing(path) as player:
+        found = play(player, look)
+    assert len(found["marks"]) == 1
+    assert found["marks"][0].startswith("30.02 s: push ")
+    assert found["buttons"] == [False, False, False, False, False, True]

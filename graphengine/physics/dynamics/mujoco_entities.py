@@ -37,6 +37,8 @@ class MujocoEntities:
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
+        self._owners: tuple[mujoco.MjModel, dict[int, str]] | None = None
+        """Names of entities by their topmost bodies, and the model in which they are."""
 
     def all(self) -> list[Entity]:
         """Robots in the order of the stage, then the world's own bodies."""
@@ -108,19 +110,22 @@ class MujocoEntities:
 
     def overlaps(self, name: str) -> list[Overlap]:
         """What an entity is stuck in, deepest first."""
-        simulation, owners = self._simulation, self._owners()
+        simulation, owners = self._simulation, self._find_owners()
         found = overlaps(simulation.model, simulation.data, self.roots(self._find(name)))
         return [self._overlap(geom, depth, owners) for geom, depth in found.items()]
 
     def touching(self) -> dict[str, Overlap]:
         """What each entity touches deepest, if it touches anything but what carries it."""
-        owners = self._owners()
+        owners = self._find_owners()
         found = touching(self._simulation.model, self._simulation.data, owners)
         return {name: self._overlap(geom, depth, owners) for name, (depth, geom) in found.items()}
 
-    def _owners(self) -> dict[int, str]:
-        """Names of entities by their topmost bodies."""
-        return {root: name for name, prim in self._prims().items() for root in self.roots(prim)}
+    def _find_owners(self) -> dict[int, str]:
+        """Names of entities by their topmost bodies; a world with other robots has another model."""
+        model = self._simulation.model
+        if self._owners is None or self._owners[0] is not model:
+            self._owners = model, {root: name for name, prim in self._prims().items() for root in self.roots(prim)}
+        return self._owners[1]
 
     def _overlap(self, geom: int, depth: float, owners: Mapping[int, str]) -> Overlap:
         model = self._simulation.model

@@ -10,6 +10,7 @@ LEAST = 0.005
 """Depth from which it counts, m: what rests on something sinks in by less."""
 _CARRIES = 0.7
 """Vertical part of the normal of contacts from which one carries what is above it: it is inclined by less than 45 degrees."""
+_PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 
 
 def overlaps(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[int]) -> dict[int, float]:
@@ -40,15 +41,16 @@ def touching(model: mujoco.MjModel, data: mujoco.MjData, owners: Mapping[int, st
         owners: names of things by their topmost bodies.
     """
     found: dict[str, tuple[float, int]] = {}
-    planes = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
-    for contact in data.contact:
-        pair = contact.geom.tolist()
-        if contact.dist >= 0.0 or min(pair) < 0:
+    contacts, kinds, roots = data.contact, model.geom_type, model.body_rootid[model.geom_bodyid]
+    for pair, distance, rise in zip(
+        contacts.geom.tolist(), contacts.dist.tolist(), contacts.frame[:, 2].tolist(), strict=True
+    ):
+        if distance >= 0.0 or min(pair) < 0:
             continue
-        names = [owners.get(int(model.body_rootid[model.geom_bodyid[geom]])) for geom in pair]
-        for own, other, up in ((0, 1, -contact.frame[2]), (1, 0, contact.frame[2])):
-            name, geom, depth = names[own], pair[other], -float(contact.dist)
-            carries = up > _CARRIES and (depth < LEAST or planes[geom])
+        names = [owners.get(int(roots[geom])) for geom in pair]
+        for own, other, up in ((0, 1, -rise), (1, 0, rise)):
+            name, geom, depth = names[own], pair[other], -distance
+            carries = up > _CARRIES and (depth < LEAST or kinds[geom] == _PLANE)
             if name is not None and name != names[other] and not carries:
                 found[name] = max(found.get(name, (0.0, geom)), (depth, geom))
     return found

@@ -9,6 +9,7 @@ import "./node.js";
 import "./topics.js";
 import "./findings.js";
 import "./keyboard.js";
+import "./recording.js";
 
 $("world").src = matchMedia("(prefers-color-scheme: dark)").matches ? "3d/?darkMode" : "3d/";
 connect();

@@ -24,6 +24,7 @@ export function plotted(values, time) {
   const value = values[port];
   if (typeof value !== "number") return;
   if (points.at(-1)?.[0] > time) points.length = 0; // the time was reset
+  if (points.at(-1)?.[0] === time) points.pop();
   points.push([time, value]);
   while (points[0][0] < time - SECONDS) points.shift();
   const canvas = $("node-side").querySelector("canvas");

@@ -1,0 +1,184 @@
+"""Starts the session of a recording, for the verbs that replay one."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from graphengine.cli.common import clean, explain
+from graphengine.format.errors import CheckError, GraphError, RecordingError, UsageError
+
+if TYPE_CHECKING:
+    from graphengine.api.run_options import Log, RunOptions
+    from graphengine.api.runner import Runner
+    from graphengine.compiler.registry import Registry
+    from graphengine.physics.sensors.rays import RaysChoice
+    from graphengine.recording.manifest import Manifest
+    from graphengine.recording.reader import Recording
+    from graphengine.scene.loaded_scene import Options
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedRun:
+    """The session of a recording before its first tick.
+
+    Attributes:
+        recording: the recording, of which no tick was read.
+        runner: runner of the session, on a network on which only the recording is heard.
+        plain: returns a text with files named as in the recording.
+    """
+
+    recording: Recording
+    runner: Runner
+    plain: Callable[[str], str]
+
+    def warn(self, text: str) -> None:
+        """Print a warning."""
+        print(self.plain(f"warning: {text}"), file=sys.stderr)
+
+
+def start_recorded_run(
+    arguments: argparse.Namespace, use: Callable[[RecordedRun], int], log: Log = lambda *_: None
+) -> int:
+    """Start the session of the recording on the command line and use it.
+
+    Args:
+        arguments: those of `graphrun replay`.
+        use: returns the exit code.
+        log: receives what the session logs.
+
+    Returns:
+        The result of `use`, or 1 after the errors of the scene or of a node were printed.
+
+    Raises:
+        UsageError: the file cannot be replayed.
+    """
+    from graphengine.recording.reader import Recording
+    from graphengine.recording.sources import Workspace
+
+    with tempfile.TemporaryDirectory(prefix="graphrun-") as folder:
+        place = f"{Path(folder).resolve()}{os.sep}"
+
+        def plain(text: str) -> str:
+            return clean(text.replace(place, ""))
+
+        try:
+            return _start(arguments, Recording(arguments.recording, Workspace(Path(folder))), plain, use, log)
+        except (RecordingError, UsageError) as error:
+            raise UsageError(plain(str(error))) from None
+        except GraphError as error:
+            told = str(error) if isinstance(error, CheckError) else f"error: {explain(error)}"
+            print(plain(told), file=sys.stderr)
+            return 1
+
+
+def _start(
+    arguments: argparse.Namespace,
+    recording: Recording,
+    plain: Callable[[str], str],
+    use: Callable[[RecordedRun], int],
+    log: Log,
+) -> int:
+    from graphengine.api.scene import start_runner
+    from graphengine.api.scene_loading import open_scene
+    from graphengine.recording import platform_info
+
+    try:
+        scene = open_scene(*_what_to_run(arguments, recording))
+    except CheckError as error:
+        for finding in error.findings:
+            if finding.severity == "error":
+                print(plain(finding.render()), file=sys.stderr)
+        return 1
+    if arguments.against and any(finding.code == "N102" for finding in scene.findings):
+        raise UsageError(f"{arguments.against} asks for prims of a scene; give a scene to --against")
+
+    def warn(text: str) -> None:
+        print(plain(f"warning: {text}"), file=sys.stderr)
+
+    with start_runner(scene, _how_to_run(recording.manifest, warn, log)) as runner:
+        run = RecordedRun(recording, runner, plain)
+        here = platform_info.describe(runner.scene, runner.session.services.world)
+        for line in platform_info.differences(recording.manifest.machine, here):
+            run.warn(f"{line}; results may differ in their last bits")
+        return use(run)
+
+
+def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[Path, Options]:
+    """The file and the options of the recording, changed by the command line."""
+    from graphengine.cli.common import environment, parse_set, reading_options
+    from graphengine.format.files import find_file
+
+    manifest, files = recording.manifest, recording.workspace
+    options = replace(
+        reading_options(arguments),
+        overrides={**manifest.overrides, **dict(parse_set(text) for text in arguments.set)},
+        seed=manifest.seed if arguments.seed is None else arguments.seed,
+        robot_state=manifest.robot_state,
+        rays=_rays(arguments.rays or manifest.rays, recording.path),
+        registry=_registry(manifest.modules, arguments.modules, recording.path),
+        environment=environment(arguments),
+        scripts=arguments.allow_scripts,
+    )
+    if arguments.against:
+        return find_file(arguments.against), options
+    return files.path(manifest.given), files.options(options, manifest.scene)
+
+
+def _how_to_run(manifest: Manifest, warn: Callable[[str], None], log: Log) -> RunOptions:
+    """The options of the recorded session, on a network on which only the recording is heard."""
+    from graphengine.api.run_options import RunOptions
+    from graphengine.recording.replay import SilentTransport
+
+    domain = manifest.domain_from_environment
+    return RunOptions(
+        keep_going=manifest.keep_going,
+        bad_values=manifest.bad_values,
+        domain=manifest.domain_id,
+        environ={} if domain is None else {"ROS_DOMAIN_ID": str(domain)},
+        join=lambda joined: SilentTransport(definitions=joined.definitions),
+        log=log,
+        complain=warn,
+    )
+
+
+def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:
+    """The ray casting to use for lidars.
+
+    Raises:
+        UsageError: it is not available.
+    """
+    from graphengine.format.errors import UsageError
+
+    if rays == "fast" and find_spec("numba") is None:
+        raise UsageError(
+            f"{recording}: its lidars used rays 'fast', which need numba\n  pip install 'graphengine[fast]'\n"
+            "  or give --rays mujoco: distances are the same to a nanometre, not to the last bit"
+        )
+    return rays
+
+
+def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) -> Registry | None:
+    """The registry of node types; only modules given on the command line are imported.
+
+    Raises:
+        UsageError: a module of the recorded run is not given.
+    """
+    from graphengine.cli.common import make_registry
+    from graphengine.compiler.registry import default_registry
+    from graphengine.format.errors import UsageError
+
+    library = set(default_registry().modules.values())
+    ours = [name for name in recorded if any(f"{known}.".startswith(f"graphengine.{name}.") for known in library)]
+    missing = [module for module in recorded if module not in (*given, *ours)]  # the library was once called `nodes`
+    if missing:
+        remedy = " ".join(f"--import {module}" for module in missing)
+        raise UsageError(f"{recording}: the run used additional node types; if you trust them, give {remedy}")
+    return make_registry(given) if given else None

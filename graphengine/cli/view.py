@@ -1,0 +1,81 @@
+"""`graphrun view`: look at a recorded run on a web page, forwards and backwards."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from graphengine.cli.recorded_run import RecordedRun
+    from graphengine.recording.marks import Marks
+    from graphengine.recording.player import RecordingPlayer
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    from graphengine.cli.common import (
+        add_allow_argument,
+        add_import_argument,
+        add_page_arguments,
+        add_permission_arguments,
+    )
+
+    parser.add_argument("recording", metavar="FILE", type=Path, help="a recording of `graphrun run --record FILE`")
+    add_page_arguments(parser)
+    add_allow_argument(parser)
+    add_import_argument(parser)
+    add_permission_arguments(parser)
+    parser.set_defaults(against=None, set=[], seed=None, rays=None)  # it is shown as it was made
+    parser.epilog = (
+        "A recording holds what came into a run: the run is replayed from it, and compared, in the background."
+    )
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Serve the page until Ctrl-C; return 0, or 1 with errors in the recorded scene."""
+    from graphengine.api.viewing import check_packages
+    from graphengine.cli.recorded_run import start_recorded_run
+    from graphengine.recording.marks import Marks
+
+    check_packages()
+    marks = Marks()
+    with contextlib.suppress(KeyboardInterrupt):
+        return start_recorded_run(arguments, lambda run: _view(arguments, run, marks), marks.log)
+    return 0
+
+
+def _view(arguments: argparse.Namespace, run: RecordedRun, marks: Marks) -> int:
+    from graphengine.api.recording_view import Playback, open_recording_page, turn
+    from graphengine.recording.player import RecordingPlayer
+
+    def tell(text: str) -> None:
+        print(run.plain(text), file=sys.stderr, flush=True)
+
+    runner, told = run.runner, False
+    with contextlib.closing(RecordingPlayer(runner.session, runner.network, run.recording, marks, run.warn)) as player:
+        playback = Playback(player)
+        with contextlib.closing(open_recording_page(playback, arguments.view_host, arguments.view_port)) as feed:
+            tell(f"see it: {feed.url}")
+            while True:
+                turn(playback, feed)
+                if player.complete and not told:
+                    told = True
+                    tell(_summary(player))
+
+
+def _summary(player: RecordingPlayer) -> str:
+    """How the whole replay compares with the recording, and with what it ends."""
+    from graphengine.cli.replay import verdict
+
+    found = player.difference
+    lines = [verdict(None, player.replay)] if found is None else ["\n  ".join([str(found), *found.lines])]
+    if player.failure:
+        lines.append(f"ends with: {player.failure}")
+    elif player.recording.cut_off:
+        lines.append(
+            f"the run was cut off: the recording ends at t = {player.recording.times.seconds(player.built):.3f} s"
+        )
+    return "\n".join(lines)

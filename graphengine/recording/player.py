@@ -1,0 +1,206 @@
+"""Plays a recording: replays it once, keeps checkpoints on the way, and goes back to any tick that was replayed."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from graphengine.format.errors import GraphError
+from graphengine.recording.marks import Marks
+from graphengine.recording.reader import Recording, Tick
+from graphengine.recording.replay import Difference, Replay
+from graphengine.recording.tick_inputs import TickInputs
+from graphengine.ros.network import LiveNetwork
+from graphengine.runtime.session_core import SavedSession, SessionCore
+
+SPACING = 2.5
+"""Seconds of simulation between two checkpoints."""
+MAX_CHECKPOINTS = 1000
+"""Beyond, every second one is dropped, and those that follow are twice as far apart: 5 s after 42 minutes, 20 s after 3 hours."""
+STRIDE = 20
+"""Ticks that are run rather than skipped. Also the distance of checkpoints on the way to the shown tick, of which the last is
+kept, so that single steps back are fast."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """The session after a tick, with the checkpoints that commands of the recording made before."""
+
+    tick: int
+    session: SavedSession
+    held: Mapping[str, SavedSession]
+
+
+class RecordingPlayer:
+    """A session that replays a recording, and can be brought to the state after each tick that was replayed.
+
+    Ticks are numbered as in the recording: they go on through resets, at which the time of the simulation goes back to 0.
+    Not thread-safe. Each method that takes wall time takes a bound for it, and does at least one tick.
+
+    Args:
+        session: session of the recorded scene, before its first tick.
+        network: network of the session, over a `SilentTransport`.
+        recording: what is played.
+        marks: receives the events; the session logs to it.
+        warn: receives inputs that nobody reads.
+
+    Raises:
+        GraphError: a node holds state that cannot be copied.
+    """
+
+    def __init__(
+        self,
+        session: SessionCore,
+        network: LiveNetwork,
+        recording: Recording,
+        marks: Marks,
+        warn: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        self.session = session
+        self.recording = recording
+        self.marks = marks
+        self.replay = Replay(session, network, recording, warn=warn)
+        self.length = recording.length()
+        """Ticks of the recording, the one that failed among them; fewer if the replay ends before it."""
+        self.built = 0
+        """Ticks that were replayed and compared."""
+        self.position = 0
+        """The tick after which the session is shown."""
+        self.complete = False
+        """Whether the replay has come to its end."""
+        self.difference: Difference | None = None
+        """Where the replay first differs from the recording; what comes later is the replay's alone."""
+        self.failure = ""
+        """The error with which the run ended, or for which the replay cannot go on."""
+        self._ticks = recording.ticks()
+        self._inputs = TickInputs()
+        self._spacing = max(round(SPACING / session.clock.delta), 1)
+        self._at: int | None = 0
+        """The tick after which the session is; None where it is within one."""
+        self._head = self._shown = self._keep(0)
+        """The session after the last tick that was replayed, and at or shortly before the shown one."""
+        self._checkpoints = [self._head]
+
+    def build(self, seconds: float = math.inf, interrupted: Callable[[], bool] = lambda: False) -> None:
+        """Replay ticks that were not replayed yet, keep checkpoints, and compare; the position stays.
+
+        Args:
+            seconds: wall time after which no further tick begins, without the time to get from the position to the first one.
+            interrupted: asked after each tick; True ends it, too.
+        """
+        if self.complete:
+            return
+        if self._at == self.position != self._shown.tick:
+            self._shown = self._keep(self.position)
+        self._go(self.built, math.inf)
+        ends = time.monotonic() + seconds
+        while not self.complete:
+            self._build_tick()
+            if time.monotonic() >= ends or interrupted():
+                break
+
+    def show(self, tick: int, seconds: float = math.inf) -> None:
+        """Bring the session to the state after a tick that is built, or towards it as far as the time allows.
+
+        Args:
+            tick: number of the tick; 0 is the start.
+            seconds: wall time after which no further tick begins.
+        """
+        self._go(min(max(tick, 0), self.built), time.monotonic() + seconds)
+        assert self._at is not None
+        self.position = self._at
+
+    def close(self) -> None:
+        """Release what the player keeps; the session is its owner's."""
+        self._inputs.close()
+
+    def _keep(self, tick: int) -> _Kept:
+        return _Kept(tick, self.session.checkpoint(f"tick {tick} of the recording"), dict(self.session.held))
+
+    def _go(self, tick: int, ends: float) -> None:
+        """Bring the session to a tick: from where it is, or from the nearest checkpoint before."""
+        if self._at == tick:
+            return
+        if self._at == self.built != self._head.tick and tick < self.built and self.session.state != "failed":
+            self._head = self._keep(self.built)
+        nearest = max(
+            (kept for kept in (*self._checkpoints, self._head, self._shown) if kept.tick <= tick),
+            key=lambda kept: kept.tick,
+        )
+        if self._at is None or self._at > tick or nearest.tick - self._at > STRIDE:
+            self.session.restore(nearest.session)
+            self.session.held.clear()
+            self.session.held.update(nearest.held)
+            self._at = nearest.tick
+        while self._at < tick:
+            self._at += 1
+            self.replay.repeat(self._inputs[self._at])
+            if self._at % STRIDE == 0 and self._at < tick:
+                self._shown = self._keep(self._at)
+            if time.monotonic() >= ends:
+                break
+
+    def _build_tick(self) -> None:
+        """Replay the next tick of the recording, or find that there is none."""
+        try:
+            tick = next(self._ticks, None)
+            if tick is None:
+                self._finish("")
+            elif tick.whole or self.recording.failure:
+                self._replay_tick(tick)
+            else:
+                self._replay_end(tick)
+        except GraphError as error:  # the file is damaged, or a command cannot be carried out
+            self._at = None
+            self.marks.tick = self.built + 1
+            self._finish(str(error))
+
+    def _replay_tick(self, tick: Tick) -> None:
+        self.marks.tick = tick.number
+        self._inputs.append(tick)
+        self.marks.add_commands(tick.commands)
+        error = self._run(tick)
+        self._at = self.built = tick.number
+        self.length = max(self.length, self.built)
+        touching = self.session.services.world.entities.touching()
+        self.marks.add_contacts({name: contact.other for name, contact in touching.items()}, self._robots)
+        if error is not None:
+            self._finish(str(error))
+        elif self.built % self._spacing == 0:
+            self._add_checkpoint()
+        self.marks.tick = 0
+
+    def _robots(self) -> list[str]:
+        return [prim.entity_name for prim in self.session.services.stage.prims("robot")]
+
+    def _replay_end(self, tick: Tick) -> None:
+        """Compare what graphs send when the session ends; what is shown is the tick before."""
+        self._head = self._keep(self.built)
+        self._run(tick)
+        self._at = None
+        self._finish("")
+
+    def _run(self, tick: Tick) -> GraphError | None:
+        error = self.replay.repeat(tick)
+        if self.difference is None:
+            self.difference = self.replay.compare(tick, error)
+            if self.difference is not None:
+                self.marks.tick = self.difference.tick
+                self.marks.add("error", str(self.difference))
+        return error
+
+    def _add_checkpoint(self) -> None:
+        self._checkpoints.append(self._keep(self.built))
+        if len(self._checkpoints) > MAX_CHECKPOINTS:
+            self._spacing *= 2
+            self._checkpoints = self._checkpoints[::2]
+
+    def _finish(self, failure: str) -> None:
+        self.complete = True
+        self.length = self.built
+        self.failure = failure
+        if failure:
+            self.marks.add("error", failure)
+        self.marks.tick = 0

@@ -1,0 +1,89 @@
+// A recording: its slider, what of it was replayed, its events, and the clock that plays it.
+import { ask, on } from "./connection.js";
+import { $, element } from "./elements.js";
+
+const SIGNS = { command: "◆", reset: "↺", contact: "●", error: "✕" }; // of several at a place the last is shown
+const PLACES = 80, LINES = 10;
+let shown = null, marks = [], asking = null;
+
+const play = (what) => ask({ ask: "playback", ...what });
+const seconds = (ticks) => (ticks * shown.seconds).toFixed(2);
+const percent = (tick) => `${(100 * tick) / Math.max(shown.length, 1)}%`;
+
+on("frame", ({ facts: { recording } }) => {
+  if (!recording) return;
+  const resized = shown?.length !== recording.length;
+  shown = recording;
+  document.body.classList.add("replayed");
+  $("recording").hidden = false;
+  $("playback").textContent = shown.playing ? "Pause" : "Play";
+  $("place").textContent = `${seconds(shown.position)} / ${seconds(shown.length)} s`;
+  $("slider").max = shown.length;
+  if (asking === null) $("slider").value = shown.position;
+  $("slider").setAttribute("aria-valuetext", `${seconds(shown.position)} s`);
+  $("built").style.width = percent(shown.built);
+  $("built").title = `replayed up to ${seconds(shown.built)} s`;
+  if (document.activeElement !== $("speed")) $("speed").value = String(shown.speed);
+  $("verdict").textContent = shown.verdict;
+  $("verdict").classList.toggle("different", shown.different);
+  if (resized) placeMarks();
+});
+
+on("marks", ({ all }) => {
+  marks = all;
+  if (shown) placeMarks();
+});
+
+function placeMarks() {
+  $("marks").replaceChildren(...groups().map((group) => {
+    const kind = Object.keys(SIGNS).findLast((one) => group.some((mark) => mark.kind === one));
+    const button = element("button", SIGNS[kind], kind);
+    const lines = group.map((mark) => `${seconds(mark.tick)} s: ${mark.text}`);
+    button.title = [...lines.slice(0, LINES), ...(lines.length > LINES ? [`and ${lines.length - LINES} more`] : [])].join("\n");
+    button.setAttribute("aria-label", button.title);
+    button.style.left = percent(group[0].tick);
+    button.onclick = () => seek(group[0].tick);
+    return button;
+  }));
+}
+
+// Marks that would cover each other share a button.
+function groups() {
+  const found = [];
+  for (const mark of marks) {
+    if (found.length && mark.tick - found.at(-1)[0].tick < shown.length / PLACES) found.at(-1).push(mark);
+    else found.push([mark]);
+  }
+  return found;
+}
+
+// Of the places that a moving slider passes, the last of each picture of the browser is asked for.
+function seek(tick) {
+  if (asking === null) {
+    requestAnimationFrame(() => {
+      play({ do: "seek", tick: asking });
+      asking = null;
+    });
+  }
+  asking = Math.min(Math.max(tick, 0), shown.length);
+}
+
+const toggle = () => play({ do: shown.playing ? "pause" : "play" });
+const step = (ticks) => play({ do: "step", ticks });
+
+$("playback").onclick = toggle;
+$("back").onclick = () => step(-1);
+$("forward").onclick = () => step(1);
+$("slider").oninput = () => seek(Number($("slider").value));
+$("speed").onchange = () => play({ do: "speed", factor: Number($("speed").value) });
+
+addEventListener("keydown", (event) => {
+  if (!shown || event.ctrlKey || event.altKey || event.metaKey) return;
+  if (event.target.matches("select, input:not([type=range])")) return;
+  const far = event.shiftKey ? Math.round(1 / shown.seconds) : 1;
+  if (event.code === "Space" && !event.target.matches("button")) toggle();
+  else if (event.code === "ArrowLeft") step(-far);
+  else if (event.code === "ArrowRight") step(far);
+  else return;
+  event.preventDefault();
+});

@@ -1,0 +1,69 @@
+"""`graphrun view`: the page of a recording, its end, and recordings that cannot be looked at."""
+
+from __future__ import annotations
+
+import re
+import signal
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("viser", reason="the extra view is not installed")
+
+from tests.cli.harness import Graphrun, live
+from tests.recording.harness import CLOCK, put, record, rewritten
+
+
+def test_a_recording_is_served_until_ctrl_c_and_compared_as_replay_does(graphrun: Graphrun, clock: Path) -> None:
+    path = clock.parent / "out.mcap"
+    record(path, 30, clock)
+    verdict = graphrun("replay", str(path), code=0).out
+    with live("view", str(path)) as viewed:
+        assert viewed.hear(lambda said: said.endswith(verdict))
+        assert re.fullmatch(r"see it: http://127\.0\.0\.1:\d+/\?token=\S+\n" + re.escape(verdict), viewed.said)
+        assert viewed.stop(signal.SIGINT) == 0
+    assert viewed.said.endswith(verdict)
+
+
+def test_where_the_replay_differs_is_said_as_replay_does(graphrun: Graphrun, clock: Path) -> None:
+    path = clock.parent / "out.mcap"
+    record(path, 30, clock)
+    other = rewritten(path, manifest={"overrides": '{"Clock.topicName": "time"}'})
+    first = graphrun("replay", str(other), code=1).lines[0]
+    with live("view", str(other)) as viewed:
+        assert viewed.hear(lambda said: f"{first}\n  the recording has no such message\n" in said)
+
+
+def test_a_recording_that_was_cut_off_is_said_to_be(clock: Path) -> None:
+    path = clock.parent / "out.mcap"
+    record(path, 200, clock)
+    data = path.read_bytes()
+    path.write_bytes(data[: data.index(b"graphengine:end") - 20])
+    with live("view", str(path)) as viewed:
+        assert viewed.hear(lambda said: "the run was cut off: the recording ends at t = " in said)
+
+
+def test_a_file_that_is_no_recording_is_one_error(graphrun: Graphrun, tmp_path: Path) -> None:
+    path = put(tmp_path / "out.mcap", "scene: a\n")
+    graphrun("view", str(path), code=2, out="", err=f"graphrun view: {path}: this is no MCAP file\n")
+
+
+def test_modules_of_a_recording_are_imported_only_if_they_are_given(graphrun: Graphrun, clock: Path) -> None:
+    path = clock.parent / "out.mcap"
+    record(path, 3, clock, modules=["strange_nodes"])
+    result = graphrun("view", str(path), code=2, out="")
+    assert "if you trust them, give --import strange_nodes" in result.err
+
+
+def test_a_scene_with_errors_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
+    path = tmp_path / "out.mcap"
+    record(path, 3, put(tmp_path / "hall" / "graph.yaml", CLOCK))
+    other = rewritten(path, manifest={"overrides": '{"Clock.queueSize": "many"}'})
+    assert "queueSize" in graphrun("view", str(other), code=1, out="").err
+
+
+def test_a_port_that_is_taken_is_told(graphrun: Graphrun, clock: Path) -> None:
+    path = clock.parent / "out.mcap"
+    record(path, 3, clock)
+    result = graphrun("view", str(path), "--view-host", "localhost", code=2)
+    assert "the page is served on an address, such as 127.0.0.1" in result.err
