@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import signal
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -42,9 +44,18 @@ def execute(arguments: argparse.Namespace) -> int:
 
     check_packages()
     marks = Marks()
-    with contextlib.suppress(KeyboardInterrupt):
+    with _interrupted_by_sigterm():
         return start_recorded_run(arguments, lambda run: _view(arguments, run, marks), marks.log)
-    return 0
+
+
+@contextlib.contextmanager
+def _interrupted_by_sigterm() -> Iterator[None]:
+    """Let SIGTERM end the program as Ctrl-C does, so that the recording's files are removed."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _view(arguments: argparse.Namespace, run: RecordedRun, marks: Marks) -> int:
@@ -59,11 +70,13 @@ def _view(arguments: argparse.Namespace, run: RecordedRun, marks: Marks) -> int:
         playback = Playback(player)
         with contextlib.closing(open_recording_page(playback, arguments.view_host, arguments.view_port)) as feed:
             tell(f"see it: {feed.url}")
-            while True:
-                turn(playback, feed)
-                if player.complete and not told:
-                    told = True
-                    tell(_summary(player))
+            with contextlib.suppress(KeyboardInterrupt):
+                while True:
+                    turn(playback, feed)
+                    if player.complete and not told:
+                        told = True
+                        tell(_summary(player))
+    return 0
 
 
 def _summary(player: RecordingPlayer) -> str:

@@ -14,15 +14,21 @@ from tests.cli.harness import Graphrun, live
 from tests.recording.harness import CLOCK, put, record, rewritten
 
 
-def test_a_recording_is_served_until_ctrl_c_and_compared_as_replay_does(graphrun: Graphrun, clock: Path) -> None:
-    path = clock.parent / "out.mcap"
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_recording_is_served_until_a_signal_and_compared_as_replay_does(
+    graphrun: Graphrun, clock: Path, number: signal.Signals
+) -> None:
+    path, folder = clock.parent / "out.mcap", clock.parent / "temporary"
+    folder.mkdir()
     record(path, 30, clock)
     verdict = graphrun("replay", str(path), code=0).out
-    with live("view", str(path)) as viewed:
+    with live("view", str(path), env={"TMPDIR": str(folder)}) as viewed:
         assert viewed.hear(lambda said: said.endswith(verdict))
         assert re.fullmatch(r"see it: http://127\.0\.0\.1:\d+/\?token=\S+\n" + re.escape(verdict), viewed.said)
-        assert viewed.stop(signal.SIGINT) == 0
+        assert list(folder.iterdir()) != []
+        assert viewed.stop(number) == 0
     assert viewed.said.endswith(verdict)
+    assert list(folder.iterdir()) == []
 
 
 def test_where_the_replay_differs_is_said_as_replay_does(graphrun: Graphrun, clock: Path) -> None:

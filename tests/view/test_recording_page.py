@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
@@ -12,7 +13,6 @@ import pytest
 
 pytest.importorskip("viser", reason="the extra view is not installed")
 
-from graphengine.api import recording_view
 from graphengine.api.recording_view import Playback, open_recording_page, turn
 from graphengine.format.errors import UsageError
 from graphengine.recording.player import RecordingPlayer
@@ -122,7 +122,13 @@ def test_what_happened_cannot_be_changed(player: RecordingPlayer) -> None:
 def test_nodes_that_the_replay_in_the_background_runs_do_not_light_up(
     player: RecordingPlayer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(recording_view, "SLICE", 0.0)  # one tick between two frames
+    build_tick = player._build_tick
+
+    def build_slowly() -> None:  # one tick between two frames
+        time.sleep(0.06)
+        build_tick()
+
+    monkeypatch.setattr(player, "_build_tick", build_slowly)
 
     def play(viewer: Viewer) -> Any:
         viewer.ask(ask="look", graph="dd100/cmd_vel")
