@@ -7,12 +7,11 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 from graphengine.api.viewing import check_packages, make_floor
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
-from graphengine.messages.definitions import DEFINITIONS
 from graphengine.recording.player import RecordingPlayer
 from graphengine.runtime.command_queue import Desk
 
@@ -167,24 +166,9 @@ def open_recording_page(playback: Playback, host: str, port: int) -> Feed:
     def lost(text: str) -> None:
         raise UsageError("the process of the page has ended")
 
-    def listen(topic: str) -> NoReturn:
-        raise UsageError("the topics of a recording are not subscribed to")
-
-    session = playback.player.session
-    return Feed(
-        session,
-        Desk(),
-        playback.player.recording.path.name,
-        host,
-        port,
-        _NoDriver(),
-        listen,
-        tuple,
-        DEFINITIONS,
-        lost,
-        make_floor=functools.partial(make_floor, session),
-        playback=playback,
-    )
+    title, session = playback.player.recording.path.name, playback.player.session
+    floor = functools.partial(make_floor, session)
+    return Feed(session, Desk(), title, host, port, _NoDriver(), lost, make_floor=floor, playback=playback)
 
 
 def turn(playback: Playback, feed: Feed) -> None:

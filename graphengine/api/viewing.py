@@ -105,11 +105,11 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
         host,
         port,
         TwistPublisher(runner),
-        listen,
-        functools.partial(findings_of, runner.session),
-        runner.scene.definitions,
         lost,
         make_floor=functools.partial(make_floor, runner.session),
+        listen=listen,
+        findings=functools.partial(findings_of, runner.session),
+        definitions=runner.scene.definitions,
         read_only=read_only,
     )
     runner.show(feed)

@@ -36,8 +36,7 @@ class _Kept:
 class RecordingPlayer:
     """A session that replays a recording, and can be brought to the state after each tick that was replayed.
 
-    Ticks are numbered as in the recording: they go on through resets, at which the time of the simulation goes back to 0.
-    Not thread-safe. Each method that takes wall time takes a bound for it, and does at least one tick.
+    Ticks are numbered as in the recording, without a break at resets, which set the simulation time to 0. Not thread-safe.
 
     Args:
         session: session of the recorded scene, before its first tick.

@@ -130,7 +130,7 @@ class Recording:
             yield tick
 
     def length(self) -> int:
-        """Number of ticks, one that failed included, as the file tells it before they are read.
+        """Number of ticks, including one that failed, found without reading the ticks.
 
         Raises:
             RecordingError: the file cannot be read.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import NodeError
-from graphengine.messages.definitions import Definitions
+from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.run_status import StatusMeter
 from graphengine.view.layer_data import FloorMap
@@ -24,7 +24,7 @@ from graphengine.view.live_topics import Listen, LiveTopics
 from graphengine.view.node_problems import NodeProblems
 from graphengine.view.page_client import Page
 from graphengine.view.viewers import Driver, RecordingControls, Viewers
-from graphengine.view.wire import Ended, LiveMarks, LiveScene, LiveState, PaneContent
+from graphengine.view.wire import Ended, LiveScene, LiveState, PaneContent
 
 if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
@@ -43,11 +43,11 @@ class Feed:
         host: address of the page.
         port: port of the page; 0 takes a free one.
         driver: publishes what viewers drive.
-        listen: subscribes to a topic that a viewer looks at.
-        findings: returns the findings of the scene's files; texts are findings that were rendered.
-        definitions: message types.
         lost: called once, if the page's process ends before `close`.
         make_floor: makes the occupancy map of the scene.
+        listen: subscribes to a topic that a viewer looks at; None measures no topics.
+        findings: returns the findings of the scene's files; texts are findings that were rendered.
+        definitions: message types.
         read_only: whether viewers may only look.
         playback: the recording that the session replays; None for a run.
     """
@@ -60,12 +60,12 @@ class Feed:
         host: str,
         port: int,
         driver: Driver,
-        listen: Listen,
-        findings: Callable[[], Sequence[Finding | str]],
-        definitions: Definitions,
         lost: Callable[[str], None],
         *,
         make_floor: Callable[[], FloorMap],
+        listen: Listen | None = None,
+        findings: Callable[[], Sequence[Finding | str]] = tuple,
+        definitions: Definitions = DEFINITIONS,
         read_only: bool = False,
         playback: RecordingControls | None = None,
     ) -> None:
@@ -79,9 +79,9 @@ class Feed:
         self._playback = playback
         self._folder = playback.folder if playback is not None else ""
         self._marked = 0
-        self._layers = Layers(session, make_floor, read_only=read_only)
+        self._layers = Layers(session, make_floor, read_only=read_only or playback is not None)
         self._costs = NodeCosts()
-        self._topics = LiveTopics(session, listen)
+        self._topics = LiveTopics(session, listen) if listen is not None else None
         self.problems = NodeProblems(session.services.dropped)
         self._error = ""
         self._next = self._next_panes = 0.0
@@ -105,7 +105,7 @@ class Feed:
         self._viewers.obey(self.page, now)
         if not self._viewers.number:
             self._costs.end()
-            self._topics.end()
+            self._end_topics()
         elif now >= self._next and not self.page.busy:
             self._tell(now)
 
@@ -123,11 +123,11 @@ class Feed:
         self._next = now + PERIOD
         poses = self._session.services.world.poses()
         self._tell_scene(len(poses))
-        for viewer in self._viewers.waiting:
+        for viewer in self._viewers.newcomers:
             for run in self._session.graphs:
                 if run.name == self._viewers.graphs[viewer]:
                     self.page.tell(describe(viewer, run, self._folder))
-        self._viewers.waiting.clear()
+        self._viewers.newcomers.clear()
         self._tell_marks()
         self.page.show(self._state(now, poses))
         if now >= self._next_panes:
@@ -141,13 +141,17 @@ class Feed:
         if findings != self._shown_findings:
             self._shown_findings = findings
             self.page.tell(PaneContent("findings", finding_rows(findings)))
-        if not self._viewers.topics:
-            self._topics.end()
+        if self._topics is None or not self._viewers.topics:
+            self._end_topics()
             return
         self._topics.watch({topic for topic in self._viewers.topics.values() if topic})
         self.page.tell(PaneContent("topics", self._topics.rows(self._session.time)))
         for message in self._topics.messages():
             self.page.tell(message)
+
+    def _end_topics(self) -> None:
+        if self._topics is not None:
+            self._topics.end()
 
     def forget_costs(self) -> None:
         """Leave out of the costs of nodes what ran since the last frame."""
@@ -156,7 +160,7 @@ class Feed:
     def _tell_loss(self) -> None:
         """Tell once that the page's process has ended, and stop what viewers drove and looked at."""
         self._viewers.leave()
-        self._topics.end()
+        self._end_topics()
         self._costs.end()
         if self._lost is not None:
             self._lost("the process of the page has ended; the run goes on\n  `graphrun ctl view` opens a new page")
@@ -164,7 +168,7 @@ class Feed:
 
     def close(self) -> None:
         """Tell viewers that the run has ended, and end the page."""
-        self._topics.end()
+        self._end_topics()
         self.page.close(Ended(self._error))
 
     def _tell_scene(self, bodies: int) -> None:
@@ -196,7 +200,7 @@ class Feed:
         marks = self._playback.marks() if self._playback is not None else ()
         if len(marks) != self._marked:
             self._marked = len(marks)
-            self.page.tell(LiveMarks(marks))
+            self.page.tell(PaneContent("marks", {"all": marks}))
 
     def _state(self, now: float, poses: NDArray[np.float64]) -> LiveState:
         session = self._session

@@ -64,26 +64,27 @@ def summarize(run: GraphRun, robots: Sequence[str], folder: str = "") -> dict[st
 
     Args:
         run: the graph.
-        robots: names of the robots.
-        folder: temporary folder of its files, which is left out of their paths; empty for files of the user.
+        robots: names of all robots.
+        folder: beginning of the paths of files that is left out, as files of recordings are unpacked into it.
     """
     graph = run.executor.graph
     robot, _, short = graph.name.partition("/")
     belongs = robot in robots and bool(short)
     path = str(graph.flat.loaded.document.path)
+    shown = path.removeprefix(folder)
     return {
         "name": graph.name,
         "robot": robot if belongs else "",
         "short": short if belongs else graph.name,
         "prim": graph.prim_path,
-        "file": near(path.removeprefix(folder)),
-        "copy": path.removeprefix(folder) if folder else os.path.abspath(path),
+        "file": near(shown),
+        "copy": os.path.abspath(shown) if shown == path else shown,
         "variables": list(run.variables),
     }
 
 
 def describe(viewer: int, run: GraphRun, folder: str = "") -> GraphDetails:
-    """What is drawn and told of a graph that a viewer looks at; the folder is as for `summarize`."""
+    """What is drawn and told of a graph that a viewer looks at; `folder` is left out of the paths of files."""
     graph = run.executor.graph
     try:
         view = make_graph_view(graph, Findings())
@@ -119,10 +120,10 @@ def _nodes_of(graph: Graph, folder: str) -> dict[str, dict[str, Any]]:
 
 
 def place_of(span: Span, folder: str = "") -> dict[str, str]:
-    """A place as it is shown, and `path:line` with the absolute path, as editors take it; the folder is as for `summarize`."""
-    path = str(span.source.path)
-    copied = path.removeprefix(folder) if folder else os.path.abspath(path)
-    return {"place": near(str(span).removeprefix(folder)), "copy": f"{copied}:{span.line}"}
+    """A place as it is shown, and `path:line` as editors take it: with the absolute path, or that below `folder`."""
+    path = span.source.path.removeprefix(folder)
+    absolute = os.path.abspath(path) if path == span.source.path else path
+    return {"place": near(str(span).removeprefix(folder)), "copy": f"{absolute}:{span.line}"}
 
 
 def values_of(run: GraphRun) -> dict[str, Any]:

@@ -76,7 +76,8 @@ class LiveTopics:
 
     def end(self) -> None:
         """Measure nothing any more, and unsubscribe."""
-        self.watch(())
+        if self._watched:
+            self.watch(())
         if self._traffic is not None:
             self._session.services.network.untap(self._traffic)
             self._traffic = None

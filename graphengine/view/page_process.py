@@ -24,16 +24,7 @@ from graphengine.messages.definitions import DEFINITIONS
 from graphengine.view.message_rows import message_rows
 from graphengine.view.page_server import PageServer, Viewer
 from graphengine.view.scene.scene3d import Scene3D
-from graphengine.view.wire import (
-    Answer,
-    Ended,
-    GraphDetails,
-    LiveMarks,
-    LiveScene,
-    LiveState,
-    PaneContent,
-    TopicMessage,
-)
+from graphengine.view.wire import Answer, Ended, GraphDetails, LiveScene, LiveState, PaneContent, TopicMessage
 
 WHAT = ("command", "look", "select", "topics", "drive", "playback", "gone")
 """What viewers may ask."""
@@ -108,8 +99,6 @@ class PageProcess:
         elif isinstance(told, Answer) and told.viewer == OF_SCENE:
             if "error" in told.told:
                 self._scene.tell(told.told["id"], told.told["error"])
-        elif isinstance(told, LiveMarks):
-            self._show("marks", {"all": told.marks})
         elif isinstance(told, Answer):
             self.server.answer(told.viewer, _text({"answer": told.told}))
         elif isinstance(told, Ended):

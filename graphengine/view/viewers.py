@@ -67,7 +67,7 @@ class Viewers:
         number: of viewers.
         layers: layers of the 3D part that are shown.
         graphs: the graph that each viewer looks at.
-        waiting: viewers who look at a graph that they have not got yet.
+        newcomers: viewers who look at a graph that they have not got yet.
         robots: the robot that each viewer selected.
         topics: the topic that each viewer with an open topics pane looks at; empty for none.
     """
@@ -78,7 +78,7 @@ class Viewers:
         self.number = 0
         self.layers: frozenset[str] = frozenset()
         self.graphs: dict[int, str] = {}
-        self.waiting: set[int] = set()
+        self.newcomers: set[int] = set()
         self.robots: dict[int, str] = {}
         self.topics: dict[int, str] = {}
         self._desk = desk
@@ -118,10 +118,10 @@ class Viewers:
         elif what == "gone":
             for choices in (self.graphs, self.robots, self.topics):
                 choices.pop(viewer, None)
-            self.waiting.discard(viewer)
+            self.newcomers.discard(viewer)
         elif what == "look":
             self.graphs[viewer] = _name(asked, "graph")
-            self.waiting.add(viewer)
+            self.newcomers.add(viewer)
         elif what == "select":
             self.robots[viewer] = _name(asked, "robot")
         elif what == "topics":

@@ -110,13 +110,6 @@ class TopicMessage:
 
 
 @dataclass(frozen=True, slots=True)
-class LiveMarks:
-    """The events of a recording, each with its tick, kind and text."""
-
-    marks: Sequence[Mapping[str, Any]]
-
-
-@dataclass(frozen=True, slots=True)
 class Answer:
     """What became of a command.
 

@@ -23,6 +23,7 @@ def ranges(sim: ge.Session) -> list[float]:
     scan = sim.subscribe("/dd100_0000/sim_lidar/scan", keep=1)
     sim.run(0.5)
     scan.close()
+    assert scan.latest is not None
     return [float(distance) for distance in scan.latest.ranges]
 
 

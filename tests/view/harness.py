@@ -106,6 +106,7 @@ class Viewer:
     def _read(self) -> Any:
         told: dict[str, Any] = json.loads(self.socket.recv(timeout=60))
         self.told |= told
+        self.marks = told.get("marks", {}).get("all", self.marks)
         self.stage, self.frame = told.get("stage", self.stage), told.get("frame", self.frame)
         self.marks = told.get("marks", {}).get("all", self.marks)
         return told

@@ -94,8 +94,8 @@ $("reset").onclick = () => {
 };
 $("pace").onchange = () => command("rate", { factor: $("pace").value === "max" ? "max" : Number($("pace").value) });
 addEventListener("keydown", (event) => {
-  if (event.code !== "Space" || document.body.classList.contains("replayed")) return;
-  if (event.target.closest?.("input, select, button, textarea, [role=treeitem], [role=button]")) return;
+  if (document.body.classList.contains("replayed")) return; // recording.js plays
+  if (event.code !== "Space" || event.target.closest?.("input, select, button, textarea, [role=treeitem], [role=button]")) return;
   event.preventDefault();
   command(playing ? "pause" : "play");
 });

@@ -80,7 +80,7 @@ function portRow(name, one) {
   if (one.unit) about.append(element("span", ` ${one.unit}`, "unit"));
   if (one.doc) about.append(element("div", one.doc, "doc"));
   line.append(about, element("td", "", "value"));
-  if (one.side === "inputs" && !one.wired) edit(line, name, one);
+  if (one.side === "inputs" && !one.wired && !document.body.classList.contains("replayed")) edit(line, name, one);
   return line;
 }
 

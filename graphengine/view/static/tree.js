@@ -55,7 +55,7 @@ function item(key, label, kind, level, prim, pick, children, open = false, words
   const row = element("div", "", `item ${kind}`, { title: prim });
   row.style.paddingLeft = `${(level - 1) * 14 + 4}px`;
   const fold = element("span", children.length ? "▸" : "", "fold", { "aria-hidden": "true" });
-  row.append(fold, element("span", label, "label"), element("span", "", "live"), element("span", kind, "kind"),
+  row.append(fold, element("span", label, "label"), element("span", "", "now"), element("span", kind, "kind"),
     element("span", "", "badge"));
   line.append(row);
   const made = { key, line, row, pick, children, parent: null, prim, found: `${words} ${prim} ${kind}`.toLowerCase() };
@@ -118,6 +118,7 @@ $("tree").onkeydown = (event) => {
   };
   if (!moves[event.key]) return;
   event.preventDefault();
+  event.stopPropagation(); // these keys move through a recording elsewhere
   moves[event.key]();
 };
 
@@ -167,7 +168,7 @@ on("frame", ({ values }) => {
   for (const [key, one] of items) {
     if (!key.startsWith("variable:")) continue;
     const own = `variable:${selected.graph}/`;
-    put(one.row.querySelector(".live"), key.startsWith(own) ? String(brief(live[`variable:${key.slice(own.length)}`], 4)) : "");
+    put(one.row.querySelector(".now"), key.startsWith(own) ? String(brief(live[`variable:${key.slice(own.length)}`], 4)) : "");
   }
 });
 
