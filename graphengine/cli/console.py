@@ -90,7 +90,8 @@ class Console:
             self.say("warning", camera, LATE_PICTURE)
         now = time.perf_counter()
         if now - self.last >= (self.LIVE if self.terminal else self.PLAIN):
-            self._show(self._line(session, now - self.last))
+            errors = f"   {counted(len(session.findings), 'error')} in changed files" if session.findings else ""
+            self._show(self._line(session, now - self.last) + errors)
             self.last, self.last_cpu = now, time.thread_time()
             self.last_sent, self.last_ticks = self.network.sent, session.ticks
         return True
