@@ -169,5 +169,7 @@ def _facts(status: RunStatus) -> list[tuple[str, str]]:
         (counted(status.subscribers, "subscriber"), ""),
         (f"{dropped} dropped", "yellow" if dropped else ""),
     ]
+    if status.file_errors:
+        facts.insert(1, (f"{counted(status.file_errors, 'error')} in changed files", "red"))
     facts += [(f"REC {size / 1e6:.1f} MB", "red")] if size is not None else []
     return facts + ([(f"{status.tick_cpu * 1e3:.2f} ms a tick", "")] if status.tick_cpu else [])

@@ -31,6 +31,7 @@ class RunStatus:
         subscribers: readers of all topics that nodes publish.
         dropped_values: bad values that nodes dropped; those of one node in one tick count once.
         recorded_bytes: size of the recording; None if nothing is recorded.
+        file_errors: errors of changed files, for which the session runs the files before.
     """
 
     state: SessionState
@@ -45,6 +46,7 @@ class RunStatus:
     subscribers: int
     dropped_values: int
     recorded_bytes: int | None
+    file_errors: int
 
 
 class _Sample(NamedTuple):
@@ -91,4 +93,5 @@ class StatusMeter:
             subscribers=session.services.network.subscribers,
             dropped_values=sum(dropped.ticks.values()) if dropped is not None else 0,
             recorded_bytes=session.inbox.recorded_bytes,
+            file_errors=len(session.findings),
         )

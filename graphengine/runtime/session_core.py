@@ -415,7 +415,8 @@ class SessionCore:
         """Let graphs do what they have for the end of a play, if there was one, and some of them for their own end."""
         if self.clock.frame:
             self._ticker.tell("at_stop", self.graphs)
-        self._ticker.tell("at_close", closing)
+        if closing:
+            self._ticker.tell("at_close", closing)
 
     def end(self) -> None:
         """Let graphs do what they have for the end of a play and for their own, once; nothing is to run after it.
@@ -425,7 +426,8 @@ class SessionCore:
         if self._ended or self._failure:
             return
         self._ended = True
-        self.end_play(self.graphs)
+        self.end_play()
+        self._ticker.tell("at_close", self.graphs)
 
     def close(self) -> None:
         """End, leave the network and release the world; safe to call twice."""

@@ -244,3 +244,14 @@ def leaves_out(wanted: list[str], parts: list[str]) -> bool:
 def test_doubled_and_trailing_slashes_change_nothing(parts: list[str], slashes: int) -> None:
     path = "/" + "/".join(parts)
     assert normalize(path.replace("/", "/" * slashes) + "/" * slashes) == path
+
+
+def test_a_tree_is_like_its_copy_until_a_prim_differs(stage: Stage) -> None:
+    other = stage.copy()
+    assert stage.is_like(other)
+    other.find(CHASSIS).facts["mass"] = 1.0
+    assert not stage.is_like(other)
+    del other.find(CHASSIS).facts["mass"]
+    other.add("/World/more", "scope")
+    assert not stage.is_like(other)
+    assert not other.is_like(stage)

@@ -155,3 +155,23 @@ def test_what_ships_may_lie_elsewhere(home: Path, tmp_path: Path) -> None:
     with pytest.raises(NotFoundError, match="no file"):
         found.find("graphs/imu.yaml", home)
     assert not found.may_read(shipped() / "graphs/imu.yaml")
+
+
+def test_files_that_change_come_or_go_are_told_apart_from_those_that_do_not(home: Path) -> None:
+    given = Files.of(home / "inner.yaml")
+    given.find("below/inner.yaml", home)
+    with pytest.raises(NotFoundError):
+        given.find("later.yaml", home)
+    assert given.changed() == set()
+    assert set(given.noted()) >= {home / "inner.yaml", home / "below" / "inner.yaml", home / "later.yaml"}
+    (home / "inner.yaml").write_text(f"{GRAPH}# longer\n", encoding="utf-8")
+    (home / "below" / "inner.yaml").unlink()
+    (home / "later.yaml").write_text(GRAPH, encoding="utf-8")
+    assert given.changed() == {home / "inner.yaml", home / "below" / "inner.yaml", home / "later.yaml"}
+
+
+def test_a_reference_that_may_not_be_read_is_not_watched(home: Path) -> None:
+    given = Files.of(home / "inner.yaml")
+    with pytest.raises(NotFoundError):
+        given.find("../outside/none.yaml", home)
+    assert home.parent / "outside" / "none.yaml" not in given.noted()

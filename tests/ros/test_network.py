@@ -239,3 +239,20 @@ def test_a_subscription_with_alternatives_stays_where_nobody_publishes_one() -> 
     transport.writer("/cmd_vel", CLOCK, QoS())
     network.freeze()
     assert subscription.claim.message_type == TWIST
+
+
+def test_an_endpoint_that_is_handed_over_stays_open_until_its_last_holder_closes_it() -> None:
+    _, network = in_memory()
+    publisher, subscription = network.publisher(claim("publish")), network.subscription(claim("subscribe"))
+    with network.handing_over():
+        heir = network.publisher(replace(claim("publish"), rate=30.0))
+        other = network.publisher(claim("publish"))
+        deeper = network.subscription(claim("subscribe", depth=1))
+    assert heir is publisher
+    assert other is not publisher, "each endpoint is handed over once"
+    assert deeper is not subscription, "another QoS is another endpoint"
+    assert network.publisher(claim("publish")) not in (publisher, other), "nothing is handed over later"
+    publisher.close()
+    assert publisher in network.publishers
+    heir.close()
+    assert publisher not in network.publishers

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from graphengine.format.errors import CheckError, GraphError
+from graphengine.format.errors import CheckError, GraphError, UsageError
 from graphengine.messages import messages
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
@@ -234,6 +234,11 @@ def test_a_node_that_cannot_be_set_up_leaves_everything_as_it_was(begin: Any, mo
     assert run.session.reload().mended
     run.session.step()
     assert run.transport.raw("/other")
+
+
+def test_who_asks_for_a_reload_can_name_no_files() -> None:
+    with pytest.raises(UsageError, match="reload: unknown key 'files'"):
+        parse("reload", {"files": {"/etc/passwd": None}})
 
 
 SCRIPT = """graph: g
