@@ -36,5 +36,5 @@ class FloorMaker:
     def _run(self) -> None:
         try:
             self._made = self._make()
-        except GraphError as error:
-            self.error = str(error)
+        except (GraphError, MemoryError) as error:
+            self.error = str(error) or "there is no memory for a map"

@@ -192,6 +192,21 @@ def test_a_camera_follows_the_only_robot_until_a_click_and_again_after_another_o
     assert page.camera.look_at == pytest.approx([3, 0, 0])
 
 
+@pytest.mark.parametrize("place", [(0.0, 0.0, 0.0), (math.nan, 0.0, 0.0)])
+def test_a_camera_that_makes_no_sense_ends_nothing(
+    page: Page, place: tuple[float, float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(viewer_controls, "UNTOUCHED", 0.0)
+    before = page.camera._state
+    page.look(place, ORIGIN)
+    assert eventually(lambda: page.camera._state is not before)
+    page.scene.update(frame(1.0))
+    page.look((0.0, -5.0, 3.0), ORIGIN)
+    assert eventually(lambda: page.camera.position[1] == -5.0)
+    page.scene.update(frame(2.0))
+    assert page.camera.look_at == pytest.approx([2, 0, 0])
+
+
 def test_an_entity_that_is_gone_is_let_go(page: Page) -> None:
     page.scene.update(frame())
     page.viewer.click("crate")

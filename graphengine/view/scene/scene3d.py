@@ -77,7 +77,7 @@ class Scene3D:
         box = self._server.gui.add_checkbox(title, switched.shown, hint=hint or None)
 
         def switch(_: object) -> None:
-            switched.shown = box.value
+            switched.shown = bool(box.value)
             self._shown()
 
         box.on_update(switch)

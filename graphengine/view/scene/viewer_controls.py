@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,9 @@ FARTHEST = 8.0
 """Distance from which on a camera comes nearer when it begins to follow, m."""
 UNTOUCHED = 0.25
 """Time for which a viewer has not turned the camera before it follows again, s: each step would undo a part of the turn."""
+
+SHOWN = 5.0
+"""Time for which an error is shown, s."""
 
 
 class ViewerControls:
@@ -45,6 +49,7 @@ class ViewerControls:
         self._follows = gui.add_checkbox("Follow it", True, order=-2, hint="the camera stays with what is selected")
         hint = "handles move what is selected; a drag with Ctrl or Cmd held pulls any robot or object"
         self._moves = gui.add_checkbox("Move it", False, order=-1, visible=False, hint=hint)
+        self._quiet = 0.0
         self._away, self._rest = np.zeros(3), 0.0
         """From where he looked last, m, and the wall time at which the camera follows again, s."""
 
@@ -98,10 +103,15 @@ class ViewerControls:
         distance = float(np.linalg.norm(away))
         if distance > FARTHEST and np.linalg.norm(camera.look_at - position) > 1.0:
             away *= FARTHEST / distance
-        with self._client.atomic():
+        # What a browser tells of its camera may make no sense.
+        with self._client.atomic(), contextlib.suppress(ValueError):
             camera.position = position + away
             camera.look_at = position
 
     def tell(self, error: str) -> None:
-        """Show why a command was refused."""
-        self._client.add_notification("Not done", error, color="red", auto_close_seconds=5.0)
+        """Show why a command was refused; of several in a row the first."""
+        now = time.monotonic()
+        if now < self._quiet:
+            return
+        self._quiet = now + SHOWN
+        self._client.add_notification("Not done", error, color="red", auto_close_seconds=SHOWN)
