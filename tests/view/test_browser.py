@@ -163,8 +163,8 @@ def test_a_recording_is_seen_at_any_time(tmp_path: Path) -> None:
         until(page, "document.getElementById('verdict').textContent === 'identical'")
         page.click("text=dd100/joint_states")
         page.click('[data-node="ComputeOdom"]')
-        page.evaluate("document.getElementById('slider').value = 1800")
-        page.dispatch_event("#slider", "input")
+        slide = "const slider = document.getElementById('slider'); slider.value = 1800; slider.dispatchEvent(new Event('input'))"
+        page.evaluate(f"() => {{ {slide} }}")  # at once, as frames move the slider too
         until(page, "document.getElementById('place').textContent === '30.00 / 32.00 s'")
         value = 'tr[data-port="ComputeOdom.outputs:position"] .value'
         place = "(" + ", ".join(f"{part:.4g}" for part in then) + ")"
