@@ -17,7 +17,7 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 import graphengine as ge
-from tests.view.test_browser import CHROMIUM, FLAGS
+from tests.view.chromium import CHROMIUM, FLAGS
 
 ROUNDS = 3
 PART = {"x": 50, "y": 250, "width": 500, "height": 150}

@@ -6,12 +6,17 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 import graphengine as ge
-from tests.view import test_browser as browser
 from tests.waiting import PATIENCE
 
+pytest.importorskip("viser", reason="the extra view is not installed")
+
+from tests.view import chromium
+
 ROOT = Path(__file__).parents[2]
-pytestmark = browser.pytestmark
+pytestmark = [pytest.mark.xdist_group("view"), chromium.needs_chromium]
 
 
 def test_the_page_shows_changed_graphs_and_another_world(tmp_path: Path) -> None:
@@ -22,24 +27,24 @@ def test_the_page_shows_changed_graphs_and_another_world(tmp_path: Path) -> None
     graph.write_text(text, encoding="utf-8")
 
     def look(page: Any) -> None:
-        browser.until(page, "document.querySelector('[data-node=\"DiffController\"].ran')")
+        chromium.until(page, "document.querySelector('[data-node=\"DiffController\"].ran')")
         page.click('[data-node="DiffController"]')
         row = "document.querySelector('tr[data-port=\"DiffController.inputs:maxLinearSpeed\"] input')"
-        browser.until(page, f"{row}?.value === '1.3'")
+        chromium.until(page, f"{row}?.value === '1.3'")
         changed = text.replace("maxLinearSpeed: 1.3", "maxLinearSpeed: 0.7")
         graph.write_text(changed.replace("nodes:\n", "nodes:\n  Added: ConstantDouble\n", 1), encoding="utf-8")
         sim.submit("reload").result(PATIENCE)
-        browser.until(page, "document.querySelector('[data-node=\"Added\"]')")
-        browser.until(page, "document.querySelector('[data-node=\"DiffController\"].ran')")
+        chromium.until(page, "document.querySelector('[data-node=\"Added\"]')")
+        chromium.until(page, "document.querySelector('[data-node=\"DiffController\"].ran')")
         page.click('[data-node="DiffController"]')
-        browser.until(page, f"{row}?.value === '0.7'")
-        before = browser.seconds(page)
+        chromium.until(page, f"{row}?.value === '0.7'")
+        before = chromium.seconds(page)
         moved = scene.read_text(encoding="utf-8").replace("position: [0", "position: [3")
         scene.write_text(moved, encoding="utf-8")
         assert sim.submit("reload").result(PATIENCE)["restarted"]
-        browser.until(page, f"parseFloat(document.querySelector('#time').innerText) < {before}")
-        browser.until(page, "document.querySelector('[data-node=\"DiffController\"].ran')")
+        chromium.until(page, f"parseFloat(document.querySelector('#time').innerText) < {before}")
+        chromium.until(page, "document.querySelector('[data-node=\"DiffController\"].ran')")
 
     with ge.load(scene).session() as sim:
-        browser.seen(sim, look)
+        chromium.seen(sim, look)
         assert sim.robots["dd100"].pose.position[0] > 2.9

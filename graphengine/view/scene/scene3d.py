@@ -137,7 +137,8 @@ class Scene3D:
     def select(self, name: str) -> None:
         """Select an entity that was selected beside the 3D part; among several viewers it is not known whose this is."""
         viewers = list(self._viewers.values())
-        if len(viewers) == 1 and name in self._entities and viewers[0].selected != name:
+        known = any(entity.mount.name == name for entity in self._scene.entities)
+        if len(viewers) == 1 and known and viewers[0].selected != name:
             viewers[0].click(name)
 
     def tell(self, client: int, error: str) -> None:
