@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from graphengine.devices.device import Stub, TickSensor, device
 from graphengine.devices.rotation import Quaternion
 from graphengine.devices.stage import Prim
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
 
 LARGEST_PICTURE = 8192
 """Maximum width and height of a picture, pixels."""
@@ -173,6 +175,8 @@ class CameraStub(Stub):
         self.previews += 1
         width, height = self.size
         black = np.zeros((height, width, 3), np.uint8)
+        from concurrent.futures import Future  # not at the start: most scenes have no camera
+
         made: Future[Picture] = Future()
         made.set_result(self._picture or Picture(0.0, 0, black, np.full((height, width), np.inf, np.float32)))
         return made
