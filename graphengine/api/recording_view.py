@@ -78,9 +78,7 @@ class Playback:
         elif do == "speed":
             raise UsageError(f"the speed is not available; {listing([f'{speed:g}' for speed in SPEEDS])}")
         else:
-            raise UsageError(
-                f"a recording does not have this command; {listing(['play', 'pause', 'seek', 'step', 'speed'])}"
-            )
+            raise UsageError(f"unknown playback command; {listing(['play', 'pause', 'seek', 'step', 'speed'])}")
 
     def seek(self, tick: int) -> None:
         """Show a tick; if it has not been replayed yet, show it as soon as it has been."""

@@ -53,9 +53,7 @@ class Marks:
             return
         self._numbers[kind] += 1
         more = self._numbers[kind] > MAX_MARKS
-        line = (
-            f"more than {MAX_MARKS} events; further ones are not marked" if more else text.partition("\n")[0][:LONGEST]
-        )
+        line = f"more than {MAX_MARKS} of a kind; the rest is not marked" if more else text.partition("\n")[0][:LONGEST]
         self.all.append(RecordingMark(self.tick, kind, line))
 
     def add_commands(self, commands: Sequence[tuple[str, Any]]) -> None:

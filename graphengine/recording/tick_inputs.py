@@ -27,9 +27,7 @@ class TickInputs:
     def __getitem__(self, number: int) -> Tick:
         """Return a tick by its number, from 1, without the messages that it sent."""
         self._file.seek(self._places[number - 1])
-        delivered, commands, wall_time, whole = pickle.load(
-            self._file
-        )  # written by `append`, to an unnamed temporary file
+        delivered, commands, wall_time, whole = pickle.load(self._file)  # `append` wrote it to an unnamed file
         return Tick(number, delivered=delivered, commands=commands, wall_time=wall_time, whole=whole)
 
     def close(self) -> None:

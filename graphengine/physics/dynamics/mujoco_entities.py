@@ -115,7 +115,7 @@ class MujocoEntities:
         return [self._overlap(geom, depth, owners) for geom, depth in found.items()]
 
     def touching(self) -> dict[str, Overlap]:
-        """What each entity touches deepest, if it touches anything but what carries it."""
+        """Return the deepest contact of each entity; contacts with the supporting body do not count."""
         owners = self._find_owners()
         found = touching(self._simulation.model, self._simulation.data, owners)
         return {name: self._overlap(geom, depth, owners) for name, (depth, geom) in found.items()}

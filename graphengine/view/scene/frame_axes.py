@@ -62,7 +62,7 @@ class FrameAxes(Layer):
 
 
 def _names(frames: Sequence[Mount]) -> Mapping[int, Sequence[str]]:
-    """Return the joined names of frames with the same pose, by the index of the first of them."""
+    """Return the names of the frames at each position on a body, by the index of the first frame there."""
     places: dict[tuple[int, ...], int] = {}
     found: dict[int, list[str]] = {}
     for row, frame in enumerate(frames):

@@ -46,9 +46,7 @@ class ViewerControls:
         self.scene = SceneLayers(read_only=True)
         gui, hint = client.gui, "the selected robot or object; a click on it selects it, another click deselects it"
         self._selected: Any = gui.add_dropdown("Selected", (NOTHING,), order=-3, hint=hint)
-        self._follows = gui.add_checkbox(
-            "Follow it", True, order=-2, hint="the camera follows the selected robot or object"
-        )
+        self._follows = gui.add_checkbox("Follow it", True, order=-2, hint="the camera follows the selected one")
         hint = "handles move the selected robot or object; a drag with Ctrl or Cmd held pulls any robot or object"
         self._moves = gui.add_checkbox("Move it", False, order=-1, visible=False, hint=hint)
         self._quiet = 0.0
