@@ -1,4 +1,4 @@
-"""The web page on which a recording is looked at: a clock that viewers start, stop and set, and a session that follows it."""
+"""The web page that shows a recording: a playback clock that viewers control, and a session that follows the clock."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 SLICE = 0.04
-"""Seconds of wall time for which the replay goes on between two frames."""
+"""Wall time for replaying between two frames, s."""
 WORTH = 4
-"""How many times as long as the way back to the shown tick the replay goes on."""
+"""Wall time for replaying, as a multiple of the time that the return to the shown tick takes."""
 LONGEST_SEEK = 0.3
-"""Seconds of wall time after which a slow seek shows how far it is."""
+"""Wall time after which a slow seek shows the tick that it has reached, s."""
 IDLE = 0.02
-"""Seconds of wall time between two looks at what viewers ask for, where nothing is to be done."""
+"""Wall time between two polls for requests of viewers while the page is idle, s."""
 
 
 class Playback:
-    """Plays a recording at a speed, and replays it in the background.
+    """Plays a recording at a given speed, and replays it in the background.
 
     Args:
         player: player of the recording.
@@ -46,20 +46,20 @@ class Playback:
         self._clock = clock
         self._seen = clock()
         self._goal = 0.0
-        """The tick to show, with the part of the next one that has passed."""
+        """The tick to show; the fractional part is the elapsed part of the next tick."""
         self._away = False
-        """Whether the session is where the replay goes on, and not at the shown tick."""
+        """Whether the session is at the end of the replayed ticks instead of the shown tick."""
         self._return = 0.0
-        """Wall time that the last way back from there took, s; long where robots were spawned between."""
+        """Wall time of the last return from there to the shown tick, s; long if robots were spawned in between."""
 
     def obey(self, asked: Mapping[str, Any]) -> None:
-        """Do what a viewer asks for.
+        """Execute a request of a viewer.
 
         Args:
             asked: `do` is `play`, `pause`, `seek` with a `tick`, `step` with a number of `ticks`, or `speed` with a `factor`.
 
         Raises:
-            UsageError: it is none of these.
+            UsageError: the request is invalid.
         """
         do = asked.get("do")
         if do == "play":
@@ -76,19 +76,19 @@ class Playback:
         elif do == "speed" and asked.get("factor") in SPEEDS:
             self.speed = float(asked["factor"])
         elif do == "speed":
-            raise UsageError(f"there is no such speed; {listing([f'{speed:g}' for speed in SPEEDS])}")
+            raise UsageError(f"the speed is not available; {listing([f'{speed:g}' for speed in SPEEDS])}")
         else:
-            raise UsageError(f"a recording knows no such thing; {listing(['play', 'pause', 'seek', 'step', 'speed'])}")
+            raise UsageError(f"unknown playback command; {listing(['play', 'pause', 'seek', 'step', 'speed'])}")
 
     def seek(self, tick: int) -> None:
-        """Show a tick; one that is not replayed yet is shown as soon as it is."""
+        """Show a tick; if it has not been replayed yet, show it as soon as it has been."""
         self._goal = float(min(max(tick, 0), self.player.length))
 
     def show(self) -> None:
-        """Bring the session to the tick that is to be shown now."""
+        """Bring the session to the tick to show at the current wall time."""
         player, now = self.player, self._clock()
         elapsed, self._seen = min(now - self._seen, 0.1), now
-        if self.playing and player.position == int(self._goal):  # else it waits for the session
+        if self.playing and player.position == int(self._goal):  # otherwise the clock waits for the session
             self._goal += elapsed * self.speed / self._delta
         if self._goal >= player.length and player.complete:
             self._goal, self.playing = float(player.length), False
@@ -97,10 +97,10 @@ class Playback:
             self._away, self._return = False, self._clock() - now
 
     def build(self, interrupted: Callable[[], bool] = lambda: False) -> None:
-        """Replay further for a slice of time, a long one if the way back is; not while that would make playing jerk.
+        """Continue the replay for a while, longer if the return to the shown tick is slow; skip this if playback would stutter.
 
         Args:
-            interrupted: asked after each tick; True ends it.
+            interrupted: called after each tick; True ends the call.
         """
         if self.playing and self._return > SLICE and self.player.position < self.player.built:
             return
@@ -109,11 +109,11 @@ class Playback:
 
     @property
     def idle(self) -> bool:
-        """Whether nothing is to be done until a viewer asks for something."""
+        """Whether there is nothing to do until the next request of a viewer."""
         return self.player.complete and not self.playing and self.player.position == int(self._goal)
 
     def facts(self) -> Mapping[str, Any]:
-        """What the page shows, as JSON has it."""
+        """Facts that the page shows, as JSON values."""
         player = self.player
         state = "playing" if self.playing else "paused"
         return {
@@ -133,10 +133,10 @@ class Playback:
         }
 
     def verdict(self) -> str:
-        """How the replay compares with the recording, in one line."""
+        """The result of comparing the replay with the recording, in one line."""
         player = self.player
         if player.difference is not None:
-            text = f"{player.difference}; from there on the replay is shown, not what was recorded"
+            text = f"{player.difference}; from this tick on, the page shows the replay instead"
         else:
             text = "identical" if player.complete else f"identical up to {player.built * self._delta:.1f} s"
         if player.failure:
@@ -145,7 +145,7 @@ class Playback:
         return f"{text}; the run was cut off, and the recording ends here" if cut_off else text
 
     def marks(self) -> Sequence[Mapping[str, Any]]:
-        """The events that were found so far."""
+        """The events found so far."""
         return [asdict(mark) for mark in self.player.marks.all]
 
 
@@ -153,9 +153,9 @@ def open_recording_page(playback: Playback, host: str, port: int) -> Feed:
     """Start the page of a recording; the caller closes it.
 
     Args:
-        playback: what is shown.
+        playback: the recording to show.
         host: address of the page.
-        port: port of the page; 0 takes a free one.
+        port: port of the page; 0: a free port.
 
     Raises:
         UsageError: the extra `view` is not installed, or the address cannot be used.
@@ -172,7 +172,7 @@ def open_recording_page(playback: Playback, host: str, port: int) -> Feed:
 
 
 def turn(playback: Playback, feed: Feed) -> None:
-    """Do what viewers ask for, show them the recording as it is now, and replay further for a while.
+    """Execute the requests of viewers, update the page, and continue the replay for a while.
 
     Raises:
         UsageError: the page's process has ended.
@@ -187,10 +187,10 @@ def turn(playback: Playback, feed: Feed) -> None:
 
 
 class _NoDriver:
-    """Drives nothing: what happened in a recording cannot be changed."""
+    """Ignores drive commands: a recording cannot be changed."""
 
     def topics(self) -> Mapping[str, str]:
-        """No topics."""
+        """Return no topics."""
         return {}
 
     def drive(self, topic: str, twist: tuple[float, float, float] | None) -> None:

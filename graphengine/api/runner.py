@@ -213,7 +213,7 @@ class Runner:
         return self.act(parse(name, arguments).apply)
 
     def act(self, action: Callable[[SessionCore], T]) -> T:
-        """Do something between two ticks that a recording holds."""
+        """Execute an action between two ticks and record it."""
         try:
             return action(self.session)
         except RecordingError as error:  # it was done, and the run cannot be recorded any more

@@ -203,19 +203,19 @@ class Session:
 
     @acting
     def reload(self) -> Reloaded:
-        """Read the files of the scene again and run what they say now. A recording stores the call, with the changed files.
+        """Read the files of the scene again and run the changed scene. A recording stores the call, with the changed files.
 
-        Changed graphs are exchanged and the world goes on. A node of the same name and type, with the same ports, keeps its
+        Changed graphs are exchanged and the world continues. A node of the same name and type, with the same ports, keeps its
         state. An input keeps its value while its wire, or its value in the file, is the same. Unchanged topics keep their
         endpoints. A change of the world or of a robot restarts the session at time 0, without spawned robots. An earlier
-        checkpoint brings back what the files said then. Python modules with node types are not read again.
+        checkpoint restores the earlier version of the files. Python modules with node types are not read again.
 
         >>> print(sim.reload())
-        no file changed: no graph and nothing of the world is different
+        no file changed: graphs and world are unchanged
 
         Raises:
             CheckError: the files have errors; nothing has changed.
-            GraphError: the changed scene cannot begin; nothing has changed.
+            GraphError: the changed scene cannot start; nothing has changed.
         """
         return self._runner.act(lambda session: session.reload())
 

@@ -67,7 +67,7 @@ class Subscription(Generic[M]):
 
     @property
     def latest_data(self) -> bytes | None:
-        """The newest message as it was sent, in CDR; None before the first."""
+        """The newest message as serialized CDR data; None before the first."""
         return self._kept[-1] if self._kept else None
 
     @property

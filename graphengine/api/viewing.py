@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 EVERY = 0.1
 """Period of the commands of a viewer who drives, s of simulation."""
 MAP_HEIGHTS, MAP_CELL = (0.2, 0.62), 0.05
-"""Heights of obstacles and side of a cell of the occupancy map, m, as `graphrun map` has them by default."""
+"""Height range of obstacles and cell size of the occupancy map, m: the defaults of `graphrun map`."""
 TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 
 
@@ -65,7 +65,7 @@ class TwistPublisher:
 
 
 def findings_of(session: SessionCore) -> Sequence[Finding | str]:
-    """Findings of changed files that the session does not run, and of the files that it runs."""
+    """Return the findings of changed files with errors, which the session does not run, and of the files that it runs."""
     return [*session.findings, *scene_of(session).findings.sorted()]
 
 
@@ -118,7 +118,7 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
 
 
 def make_floor(session: SessionCore) -> FloorMap:
-    """The occupancy map that `graphrun map` makes of the scene of a session.
+    """Return the occupancy map of a session's scene, as `graphrun map` makes it.
 
     Raises:
         UsageError: the scene has no map.

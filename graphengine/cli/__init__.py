@@ -19,7 +19,7 @@ VERBS = {
     "run": "run a scene or a graph",
     "ctl": "control a running session: pause, step, reset, spawn, push",
     "replay": "replay a recorded run and compare the output byte by byte",
-    "view": "look at a recorded run on a web page: play it, go to any time, find where it differs",
+    "view": "show a recorded run on a web page: play it, go to any time, find the first difference of a replay",
     "check": "report all errors and warnings in scenes and graphs",
     "show": "show a graph's nodes and wires, its schedule, its generated code or a drawing",
     "snapshot": "render a picture of a scene, from above, in perspective or from one of its cameras",
@@ -32,7 +32,7 @@ VERBS = {
     "tf": "show the frame tree of a live network",
     "teleop": "drive a robot from the keyboard",
     "nodes": "list node types and their ports",
-    "completion": "print the script by which bash, zsh or fish completes commands of graphrun",
+    "completion": "print the script for tab completion of graphrun in bash, zsh or fish",
     "schema": "print the JSON Schema of graph, scene or robot files, for editors",
 }
 
@@ -95,7 +95,7 @@ def add_verb(verbs: Any, name: str, summary: str, **more: Any) -> Any:
 
 
 def make_parser(*whole: str) -> argparse.ArgumentParser:
-    """The parser of the command line; only the given verbs add their arguments."""
+    """Return the parser of the command line; only the given verbs add their arguments."""
     parser = Parser(
         prog="graphrun", description="OmniGraph-style ActionGraphs in YAML, run against MuJoCo, seen by ROS 2."
     )

@@ -1,4 +1,4 @@
-"""`graphrun completion`: print the script by which a shell completes verbs, options, scenes, node types and topics."""
+"""`graphrun completion`: print the script for tab completion of verbs, options, scenes, node types and topics."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ to install it:
   graphrun completion zsh > ~/.zfunc/_graphrun        with fpath=(~/.zfunc $fpath) before compinit in ~/.zshrc
   graphrun completion fish > ~/.config/fish/completions/graphrun.fish
 
-The names of included scenes and of installed node types are part of the script: print it again after an update.
-Topics are those of the run that `graphrun ctl` reaches."""
+The script contains the names of included scenes and installed node types: print it again after an update.
+Topics are those of the run that `graphrun ctl` connects to."""
 TOPICS = "graphrun ctl topics 2>/dev/null"
 
 
@@ -46,7 +46,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _complete_values(parser: argparse.ArgumentParser) -> None:
-    """Say of each argument of a parser and its verbs how its values are completed."""
+    """Set how the values of each argument are completed, for a parser and its verbs."""
     import shtab
 
     scenes, graphs = _names("scene"), _names("graph")
@@ -63,13 +63,13 @@ def _complete_values(parser: argparse.ArgumentParser) -> None:
         if (verb, action.dest) == ("nodes", "name"):
             complete = _words("node_types", _node_types())
         if complete is not None:
-            action.complete = complete  # type: ignore[attr-defined]  # where shtab looks
+            action.complete = complete  # type: ignore[attr-defined]  # shtab reads this attribute
         elif action.choices is not None and not isinstance(action.choices, dict):
-            action.choices = [str(choice).partition(" ")[0] for choice in action.choices]  # without what it means
+            action.choices = [str(choice).partition(" ")[0] for choice in action.choices]  # without their descriptions
 
 
 def _actions(parser: argparse.ArgumentParser, verb: str) -> Iterator[tuple[str, argparse.Action]]:
-    """All arguments, each with the verb that it belongs to."""
+    """Return all arguments, each with its verb."""
     for action in parser._actions:
         yield verb, action
         if isinstance(action, argparse._SubParsersAction):
@@ -78,14 +78,14 @@ def _actions(parser: argparse.ArgumentParser, verb: str) -> Iterator[tuple[str, 
 
 
 def _names(kind: str) -> list[str]:
-    """The names by which `graphrun run` finds the included files of a kind."""
+    """Return the names of all included files of a kind, as `graphrun run` accepts them."""
     folder = shipped() / f"{kind}s"
     paths = sorted(path for path in folder.rglob("*.yaml") if re.search(rf"^{kind}:", path.read_text("utf-8"), re.M))
     return [str(path.relative_to(folder).with_suffix("")) for path in paths]
 
 
 def _node_types() -> list[str]:
-    """Registered and short names of all node types, without importing those that are built in."""
+    """Return registered and short names of all node types, without importing the built-in types."""
     from graphengine.compiler.registry import default_registry
 
     registry = default_registry()
@@ -93,7 +93,7 @@ def _node_types() -> list[str]:
 
 
 def _words(name: str, words: Iterable[str]) -> dict[str, Any]:
-    """How shells complete one of some words, in the form of shtab."""
+    """Return the completion of a word from a list, as shtab expects it."""
     function, all_words = f"_graphrun_{name}", " ".join(words)
     return {
         "bash": function,
@@ -107,7 +107,7 @@ def _words(name: str, words: Iterable[str]) -> dict[str, Any]:
 
 
 def _files(name: str, words: Iterable[str]) -> dict[str, Any]:
-    """How shells complete the name of an included file, or a YAML file of the working directory."""
+    """Return the completion of the name of an included file, or of a YAML file in the working directory, for shtab."""
     function, all_words = f"_graphrun_{name}_files", " ".join(words)
     local = (f'compgen -W "{all_words}"', "compgen -f -X '!*.yaml'", "compgen -f -X '!*.yml'", "compgen -d")
     return {

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 LATE_PICTURE = """a picture came too late and was dropped
   drawing does not keep up: make pictures smaller or fewer, or run slower, as with --rate 0.5"""
 GAP = "  "
-"""Between two facts of the status line."""
+"""Separator between two values of the status line."""
 
 
 class Console:
@@ -34,7 +34,7 @@ class Console:
     A closed terminal or a full disk does not end the run.
 
     Args:
-        quiet: print only warnings, errors and what was lost.
+        quiet: print only warnings, errors and losses.
     """
 
     LIVE, PLAIN = 0.25, 10.0  # seconds of wall time between two lines
@@ -52,7 +52,7 @@ class Console:
         self._live: Live | None = None
 
     def begin(self, session: SessionCore) -> None:
-        """Start the status line, and measuring time and work of the run without its setup."""
+        """Start the status line, and measure the run's time and work from now on, without its setup."""
         if self._overwrites and not self.quiet:
             with contextlib.suppress(OSError):
                 self._live = terminal.start_live_line()
@@ -84,17 +84,17 @@ class Console:
         self.say("error", "", explain(error))
 
     def reloaded(self, reload: Future[Any]) -> None:
-        """Print what a reload did, or what is wrong with the files."""
+        """Print the result of a reload, or the errors of the files."""
         if (error := reload.exception()) is None:
             done = reload.result()
             lines = [*done["warnings"], *([done["text"]] if done["files"] or done["mended"] else [])]
         elif isinstance(error, CheckError):
             errors = counted(len(error.findings), "error")
-            lines = [str(error), f"{errors} in changed files; the run goes on with the files before"]
+            lines = [str(error), f"{errors} in changed files; the run continues with the previous version"]
         elif isinstance(error, StateError):  # the run ends
             return
         else:
-            lines = [f"error: {error}", "the run goes on with the files before"]
+            lines = [f"error: {error}", "the run continues with the previous version of the files"]
         for line in lines:
             self.tell(clean(line))
 
@@ -115,7 +115,7 @@ class Console:
         if self._live is not None:
             try:
                 terminal.overwrite(self._live, facts, GAP)
-            except OSError:  # the terminal was closed, and what cannot be written would pile up
+            except OSError:  # the terminal was closed, and pending output would accumulate
                 self._clear_line()
                 self._period = math.inf
             return
@@ -125,7 +125,7 @@ class Console:
         self.last_line = line
 
     def _clear_line(self) -> None:
-        """End the live line."""
+        """Stop and clear the live line."""
         if self._live is not None:
             with contextlib.suppress(OSError):
                 self._live.stop()
@@ -159,7 +159,7 @@ class Console:
 
 
 def _facts(status: RunStatus) -> list[tuple[str, str]]:
-    """The facts of the status line, the most important first, each with its style."""
+    """Return the values of the status line with their styles, the most important first."""
     late, dropped, size = status.late_ticks, status.dropped_values, status.recorded_bytes
     facts = [
         (f"t {status.time:.2f} s", "bold"),

@@ -72,14 +72,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("pause", "pause the simulation")
     add("stop", "reset everything to time 0 and wait for `play`")
     add("view", "print the address of the page of `graphrun run --view`")
-    add("reload", "read the files of the scene again and run what they say now")
+    add("reload", "read the files of the scene again and run the changed scene")
     add("quit", "end the run, as Ctrl-C does")
     step = add("step", "run single ticks of a paused session", "ticks")
     step.add_argument("ticks", metavar="TICKS", nargs="?", type=whole, default=1, help="number of ticks (default 1)")
     reset = add("reset", "reset the session, which then continues", "scope", "seed")
     scope = "time: clock, graphs and sensors; state: poses and joints; spawned: remove spawned robots (default all)"
     reset.add_argument("--scope", choices=SCOPES, action="append", help=scope)
-    reset.add_argument("--seed", type=whole, help="new seed of all random generators (default: as before)")
+    reset.add_argument("--seed", type=whole, help="new seed of all random generators (default: keep the seed)")
     rate = add("rate", "set the speed of simulation time", "factor")
     rate.add_argument("factor", metavar="FACTOR", type=_rate, help="realtime, max, or a factor of real time")
     _add_robots(add)
@@ -228,7 +228,9 @@ def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
     if robots and state["objects"]:
         print(clean(f"  {listing(state['objects'], 'objects')}"))
     if state.get("findings"):
-        print(f"  {counted(len(state['findings']), 'error')} in changed files, which do not run yet")
+        print(
+            f"  {counted(len(state['findings']), 'error')} in changed files; the run continues with the previous version"
+        )
     for node, ticks in state.get("dropped_values", {}).items() if robots else ():
         print(clean(f"  dropped bad values: in {counted(ticks, 'tick')} at {node}"))
     for command, times in state.get("clamped_commands", {}).items() if robots else ():

@@ -1,4 +1,4 @@
-"""A progress bar for work that takes some seconds; only on a terminal, and only once the work has taken a while."""
+"""A progress bar for work that takes more than `DELAY`; shown on a terminal only."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from contextlib import contextmanager, suppress
 from graphengine.cli import terminal
 
 DELAY = 2.0
-"""Seconds of wall time before the bar appears."""
+"""Wall time before the bar appears, s."""
 PERIOD = 0.1
-"""Seconds of wall time between two looks at how far the work is."""
+"""Wall time between two updates of the bar, s."""
 
 
 @contextmanager
@@ -20,9 +20,9 @@ def progress(what: str, done: Callable[[], float] = lambda: 0.0, total: float | 
     """Show a bar while a block runs.
 
     Args:
-        what: name of the work, shown beside the bar.
-        done: returns how much is done; called from another thread.
-        total: how much there is; None for a bar that only moves.
+        what: label of the bar.
+        done: returns the completed amount of work; called from another thread.
+        total: total amount of work; None: unknown, the bar only moves.
     """
     if not terminal.can_overwrite():
         yield
@@ -38,7 +38,7 @@ def progress(what: str, done: Callable[[], float] = lambda: 0.0, total: float | 
 
 
 def _show(what: str, done: Callable[[], float], total: float | None, over: threading.Event) -> None:
-    """Draw the bar until the work is over."""
+    """Draw the bar until the work ends."""
     if over.wait(DELAY):
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn

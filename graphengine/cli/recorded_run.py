@@ -30,9 +30,9 @@ class RecordedRun:
     """The session of a recording before its first tick.
 
     Attributes:
-        recording: the recording, of which no tick was read.
-        runner: runner of the session, on a network on which only the recording is heard.
-        plain: returns a text with files named as in the recording.
+        recording: the recording; no tick has been read yet.
+        runner: runner of the session; its network delivers only the recorded messages.
+        plain: replaces extracted paths in a text by the file names in the recording.
     """
 
     recording: Recording
@@ -47,12 +47,12 @@ class RecordedRun:
 def start_recorded_run(
     arguments: argparse.Namespace, use: Callable[[RecordedRun], int], log: Log = lambda *_: None
 ) -> int:
-    """Start the session of the recording on the command line and use it.
+    """Start the session of the recording that the command line names, and pass it to `use`.
 
     Args:
-        arguments: those of `graphrun replay`.
-        use: returns the exit code.
-        log: receives what the session logs.
+        arguments: arguments of `graphrun replay`.
+        use: called with the session; returns the exit code.
+        log: receives the log messages of the session.
 
     Returns:
         The result of `use`, or 1 after the errors of the scene or of a node were printed.
@@ -112,7 +112,7 @@ def _start(
 
 
 def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[Path, Options]:
-    """The file and the options of the recording, changed by the command line."""
+    """Return the file and the options of the recording, with the changes from the command line."""
     from graphengine.cli.common import environment, parse_set, reading_options
     from graphengine.format.files import find_file
 
@@ -133,7 +133,7 @@ def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[P
 
 
 def _how_to_run(manifest: Manifest, warn: Callable[[str], None], log: Log) -> RunOptions:
-    """The options of the recorded session, on a network on which only the recording is heard."""
+    """Return the options of the recorded session, with a network that delivers only the recorded messages."""
     from graphengine.api.run_options import RunOptions
     from graphengine.recording.replay import SilentTransport
 
@@ -150,10 +150,10 @@ def _how_to_run(manifest: Manifest, warn: Callable[[str], None], log: Log) -> Ru
 
 
 def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:
-    """The ray casting to use for lidars.
+    """Return the ray casting method for lidars.
 
     Raises:
-        UsageError: it is not available.
+        UsageError: the method is not available.
     """
     from graphengine.format.errors import UsageError
 
@@ -166,10 +166,10 @@ def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:
 
 
 def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) -> Registry | None:
-    """The registry of node types; only modules given on the command line are imported.
+    """Return the registry of node types; only modules given on the command line are imported.
 
     Raises:
-        UsageError: a module of the recorded run is not given.
+        UsageError: a module of the recorded run is missing on the command line.
     """
     from graphengine.cli.common import make_registry
     from graphengine.compiler.registry import default_registry

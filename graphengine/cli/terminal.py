@@ -1,4 +1,4 @@
-"""The part of a terminal that is overwritten: a status line or a progress bar, below everything else that is printed."""
+"""A live display on a terminal, a status line or a progress bar, below all other output."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 
 def can_overwrite() -> bool:
-    """Whether the standard error is a terminal on which a line can be overwritten."""
+    """Return whether the standard error is a terminal on which a line can be overwritten."""
     return sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") not in ("dumb", "unknown")
 
 
 def width(stream: TextIO) -> int:
-    """Columns of the terminal that a stream goes to, whatever the environment says; 80 without a terminal."""
+    """Return the width of a stream's terminal in columns, without reading environment variables; 80 without a terminal."""
     try:
         return os.get_terminal_size(stream.fileno()).columns or 80
     except OSError:
@@ -27,12 +27,12 @@ def width(stream: TextIO) -> int:
 
 
 def shows_stdout() -> bool:
-    """Whether the standard output is a terminal too, so that what is printed there has to go above the display."""
+    """Return whether the standard output is a terminal too, so that its output must be printed above the display."""
     return sys.stdout is not None and sys.stdout.isatty()
 
 
 def make_console() -> Console:
-    """A console of rich on the standard error, which `can_overwrite`. Long lines are left to the terminal to wrap."""
+    """Return a rich console on the standard error; requires `can_overwrite`. The terminal wraps long lines."""
     from rich.console import Console
 
     return Console(
@@ -41,13 +41,13 @@ def make_console() -> Console:
 
 
 def start(display: Live | Progress) -> None:
-    """Start a display. The cursor stays visible, so that a process that is killed leaves the terminal as it was."""
+    """Start a display. The cursor stays visible, so that a killed process does not leave it hidden."""
     display.start()
     display.console.show_cursor(True)
 
 
 def start_live_line() -> Live:
-    """A line below everything that Python prints to the terminal until it is stopped; empty until it is overwritten."""
+    """Start an empty line that stays below all output of Python to the terminal until it is stopped."""
     from rich.live import Live
 
     line = Live(console=make_console(), auto_refresh=False, transient=True, redirect_stdout=shows_stdout())
@@ -56,7 +56,7 @@ def start_live_line() -> Live:
 
 
 def overwrite(line: Live, parts: Iterable[tuple[str, str]], gap: str) -> None:
-    """Show as many parts, each with its style, as fit in the width of the terminal."""
+    """Show the parts, each with its style, that fit in the width of the terminal."""
     from rich.text import Text
 
     shown, most = Text(no_wrap=True, overflow="crop"), width(sys.stderr) - 1

@@ -1,4 +1,4 @@
-"""`graphrun view`: look at a recorded run on a web page, forwards and backwards."""
+"""`graphrun view`: show a recorded run on a web page, forwards and backwards."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         add_permission_arguments,
     )
 
-    parser.add_argument("recording", metavar="FILE", type=Path, help="a recording of `graphrun run --record FILE`")
+    parser.add_argument("recording", metavar="FILE", type=Path, help="recording made by `graphrun run --record FILE`")
     add_page_arguments(parser)
     add_allow_argument(parser)
     add_import_argument(parser)
     add_permission_arguments(parser)
-    parser.set_defaults(against=None, set=[], seed=None, rays=None)  # it is shown as it was made
+    parser.set_defaults(against=None, set=[], seed=None, rays=None)  # a recording is shown with its own options
     parser.epilog = (
-        "A recording holds what came into a run: the run is replayed from it, and compared, in the background."
+        "A recording contains the inputs of a run. The run is replayed from them in the background and compared."
     )
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Serve the page until Ctrl-C; return 0, or 1 with errors in the recorded scene."""
+    """Serve the page until Ctrl-C; return 0, or 1 if the recorded scene has errors."""
     from graphengine.api.viewing import check_packages
     from graphengine.cli.recorded_run import start_recorded_run
     from graphengine.recording.marks import Marks
@@ -50,7 +50,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 @contextlib.contextmanager
 def _interrupted_by_sigterm() -> Iterator[None]:
-    """Let SIGTERM end the program as Ctrl-C does, so that the recording's files are removed."""
+    """Let SIGTERM end the program as Ctrl-C does, so that the extracted files are removed."""
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
@@ -80,7 +80,7 @@ def _view(arguments: argparse.Namespace, run: RecordedRun, marks: Marks) -> int:
 
 
 def _summary(player: RecordingPlayer) -> str:
-    """How the whole replay compares with the recording, and with what it ends."""
+    """Return the result of comparing the complete replay with the recording, and the error that ended the run."""
     from graphengine.cli.replay import verdict
 
     found = player.difference

@@ -49,7 +49,7 @@ class Entities(Protocol):
         """Return the overlaps of an entity with other objects, deepest first. Light contact does not count."""
 
     def touching(self) -> Mapping[str, Overlap]:
-        """The deepest contact of each entity that touches anything but what carries it, after the last step."""
+        """Return the deepest contact of each entity after the last step; contacts with the supporting body do not count."""
 
     def place(self, name: str, move: Move) -> None:
         """Move an entity without changing its joint states; `reset_state` moves it back.
@@ -144,7 +144,7 @@ class World(Protocol):
         """Return position (m) and quaternion (x, y, z, w) of each body in the world frame: a new array, shape (bodies, 7)."""
 
     def contacts(self) -> Contacts:
-        """All contact points of the present state with their forces; contacts of bodies that sleep are left out."""
+        """Return all contact points of the current state with their forces, except for contacts of sleeping bodies."""
 
     def body(self, prim: Prim) -> Body:
         """Return the rigid body of a prim, or the rigid body that carries the prim."""

@@ -89,10 +89,10 @@ class Camera(TickSensor, Protocol):
 
     @property
     def latest(self) -> Picture | None:
-        """The newest picture that was delivered to any caller; None before the first."""
+        """Return the newest picture that was delivered to any caller; None before the first."""
 
     def preview(self) -> Future[Picture]:
-        """Render a picture of this instant in the background; samples and deliveries stay as they are.
+        """Render a picture of the current state in the background, without effect on samples and deliveries.
 
         The future raises RenderError if OpenGL is missing or fails.
         """
@@ -171,7 +171,7 @@ class CameraStub(Stub):
         return self._picture
 
     def preview(self) -> Future[Picture]:
-        """The picture set by the test, else a black one."""
+        """Return the picture set by the test, or a black picture."""
         self.previews += 1
         width, height = self.size
         black = np.zeros((height, width, 3), np.uint8)

@@ -37,7 +37,7 @@ class DryEntities:
         return [*robots, *(Entity(prim.name, prim.path, "object", False) for prim in self._stage.prims("body"))]
 
     def touching(self) -> Mapping[str, Overlap]:
-        """Nothing: without physics there are no contacts."""
+        """Return no contacts: there is no physics."""
         return {}
 
     def _refuse(self, name: str, *_: Any, **__: Any) -> Any:
@@ -78,7 +78,7 @@ class DryWorld(Stateful):
         return np.zeros((0, 7))
 
     def contacts(self) -> Contacts:
-        """None: nothing touches."""
+        """Return no contacts: there is no physics."""
         return Contacts()
 
     def set_gravity(self, gravity: Vector3) -> None:

@@ -186,7 +186,7 @@ class Stage:
         return [prim for path in paths for prim in self._meant(path)]
 
     def is_literal(self, path: str, prim: Prim) -> bool:
-        """Return whether a path to a prim names all links above it; `Geometry` may be missing."""
+        """Return whether a path to a prim contains all links above it; `Geometry` may be missing."""
         return _is_short_for(normalize(path), prim.path)
 
     def obstacle(self, path: str) -> Prim | None:
@@ -286,7 +286,7 @@ def _alike(one: Prim, other: Prim) -> bool:
     names = (field.name for field in fields(Prim) if field.name not in ("parent", "children"))
     try:
         return all(bool(getattr(one, name) == getattr(other, name)) for name in names)
-    except ValueError:  # facts of a device of someone else may be arrays
+    except ValueError:  # facts of devices from other packages may be arrays
         return False
 
 

@@ -28,9 +28,9 @@ class VisibleShape:
         pose: pose in the body's frame.
         colour: red, green, blue and opacity, 0 to 1.
         mesh: for a mesh, the name of its surface in `Bodies.surfaces`; empty for other kinds.
-        texture: name of its texture in `Bodies.textures`, which is multiplied by the colour; empty without one.
-        repeats: repetitions of the texture in a metre along the shape's x and y axis, from the corner of the shape with the
-            least x and the greatest y; zero for meshes with texture coordinates.
+        texture: name of its texture in `Bodies.textures`, which is multiplied by the colour; empty for no texture.
+        repeats: repetitions of the texture per metre along the shape's x and y axes, starting at the corner with the smallest x
+            and the largest y; zero for meshes with texture coordinates.
     """
 
     kind: ShapeKind
@@ -52,9 +52,9 @@ class Bodies:
         moving: for each body, whether it can move.
         shapes: visible shapes.
         surfaces: surfaces of meshes, by name.
-        textures: textures by name, shape (height, width, channels), the upper row first.
-        coordinates: texture coordinates of the corners of a mesh's triangles, from the upper left of the texture, shape
-            (triangles, 3, 2), by the mesh's name; meshes without any are left out.
+        textures: textures by name, shape (height, width, channels), the top row first.
+        coordinates: texture coordinates of the triangle corners by mesh name, shape (triangles, 3, 2), with the origin at the
+            upper left of the texture; only for meshes that have them.
     """
 
     names: Sequence[str] = ()

@@ -99,7 +99,7 @@ class SimulationCore(Stateful):
         self.tick_period = (tick_rate.denominator, tick_rate.numerator)
         self.substeps = substeps
         self.seed = seed
-        """Of the sensors' noise; a new value takes effect with the next sample."""
+        """Seed of the sensors' noise; a new value takes effect with the next sample."""
         self.tick = 0
         self.steps = 0
         """Physics steps since the start."""
@@ -140,7 +140,7 @@ class SimulationCore(Stateful):
         return made
 
     def begins_as(self, other: SimulationCore) -> bool:
-        """Whether another simulation has the same prims, model and state at the start; neither has been stepped."""
+        """Return whether another simulation has the same prims, model and initial state; neither may have been stepped."""
         return (
             (self.tick_period, self.substeps, self.seed) == (other.tick_period, other.substeps, other.seed)
             and self.stage.is_like(other.stage)

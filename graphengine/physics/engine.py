@@ -92,7 +92,7 @@ def compiled(spec: mujoco.MjSpec) -> tuple[mujoco.MjModel, list[str]]:
 
 
 def model_bytes(model: mujoco.MjModel) -> bytes:
-    """A compiled model in MuJoCo's binary format; equal models have equal bytes."""
+    """Return a compiled model in MuJoCo's binary format; equal models have equal bytes."""
     buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, buffer)
     return buffer.tobytes()

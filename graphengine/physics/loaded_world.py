@@ -50,18 +50,18 @@ class LoadedWorld:
         return LoadedWorld(self.simulation.copy(seed), dict(self.robots), self.scenery.copy(files))
 
     def begins_as(self, other: LoadedWorld) -> bool:
-        """Whether another world, which may have been read from other files, is the same at the start."""
+        """Return whether another world, possibly read from other files, has the same initial state."""
         return list(self.robots) == list(other.robots) and self.simulation.begins_as(other.simulation)
 
     def reread(self, fresh: LoadedWorld, files: Files) -> LoadedWorld | None:
-        """This world, which goes on, with descriptions of its robots that were read again; None if a robot is another one now.
+        """Return this running world with new robot descriptions; None if a description now gives a different robot.
 
         Args:
-            fresh: a world that begins as this one began.
-            files: where the references of robots that were added may lead.
+            fresh: world with the same initial state as this one, read from the changed files.
+            files: files that the descriptions of spawned robots may refer to.
 
         Raises:
-            CheckError: with all that is wrong with a robot that was added.
+            CheckError: the description of a spawned robot has errors.
         """
         scenery, findings, added = fresh.scenery.copy(files), Findings(), dict[str, RobotInstance]()
         for name, robot in self.robots.items():
@@ -76,7 +76,7 @@ class LoadedWorld:
         return LoadedWorld(self.simulation, robots, scenery)
 
     def _is_made_of(self, scenery: Scenery, robots: dict[str, RobotInstance]) -> bool:
-        """Whether robots from another scenery give the model and the prims that these gave."""
+        """Return whether the robots of another scenery give the same model and prims."""
         made: list[tuple[Stage, bytes]] = []
         for source, ones in ((self.scenery, self.robots), (scenery, robots)):
             model, stage = source.compile(ones, Findings()), Stage()

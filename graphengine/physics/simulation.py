@@ -71,7 +71,7 @@ class Simulation(SimulationCore):
         return np.hstack([self.data.xpos, self.data.xquat[:, [1, 2, 3, 0]]])
 
     def contacts(self) -> Contacts:
-        """All contact points of the present state with their forces; contacts of bodies that sleep are left out."""
+        """Return all contact points of the current state with their forces, except for contacts of sleeping bodies."""
         return contact_points(self.model, self.forces.now())
 
     def body(self, prim: Prim) -> CarriedPrim:

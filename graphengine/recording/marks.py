@@ -1,4 +1,4 @@
-"""The events of a recording that a viewer wants to find: commands, resets, errors, contacts of robots."""
+"""Finds the events of a recording for the page's timeline: commands, resets, errors and contacts of robots."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from typing import Any, Literal
 MarkKind = Literal["command", "reset", "error", "contact"]
 
 MAX_MARKS = 500
-"""Of one kind."""
+"""Maximum number of marks of one kind."""
 LONGEST = 160
-"""Characters of a mark's text."""
+"""Maximum length of a mark's text, characters."""
 _RESETS = ("reset", "restore", "stop")
 
 
 @dataclass(frozen=True, slots=True)
 class RecordingMark:
-    """An event.
+    """An event of a recording.
 
     Attributes:
-        tick: the tick that it came before or happened in, from 1.
-        kind: what it is.
-        text: one line.
+        tick: number of the tick, from 1: a command is executed before the tick, other events happen in it.
+        kind: kind of the event.
+        text: description in one line.
     """
 
     tick: int
@@ -35,38 +35,38 @@ class Marks:
     """Collects the events of a replay.
 
     Args:
-        gap: ticks after which a contact, or an error of the same text, counts as another one.
+        gap: number of ticks after which the same contact or error text counts as a new event.
     """
 
     def __init__(self, gap: int = 60) -> None:
         self.all: list[RecordingMark] = []
-        """In the order they happened."""
+        """All marks in chronological order."""
         self.tick = 0
-        """The tick that runs for the first time; 0 while none does, and nothing is marked."""
+        """Number of the tick that is being replayed for the first time; 0 if none is, and then events are ignored."""
         self.gap = gap
         self._numbers: Counter[MarkKind] = Counter()
         self._last: dict[tuple[MarkKind, str], int] = {}
 
     def add(self, kind: MarkKind, text: str) -> None:
-        """RecordingMark an event of the present tick."""
+        """Mark an event of the current tick."""
         if not self.tick or self._numbers[kind] > MAX_MARKS:
             return
         self._numbers[kind] += 1
         more = self._numbers[kind] > MAX_MARKS
-        line = f"there are more, which are not marked, than {MAX_MARKS}" if more else text.partition("\n")[0][:LONGEST]
+        line = f"more than {MAX_MARKS} of a kind; the rest is not marked" if more else text.partition("\n")[0][:LONGEST]
         self.all.append(RecordingMark(self.tick, kind, line))
 
     def add_commands(self, commands: Sequence[tuple[str, Any]]) -> None:
-        """RecordingMark what was asked of the session."""
+        """Mark the commands of the current tick."""
         for name, arguments in commands:
             self.add("reset" if name in _RESETS else "command", f"{name} {_short(arguments)}".strip())
 
     def add_contacts(self, touching: Mapping[str, str], robots: Callable[[], Collection[str]]) -> None:
-        """RecordingMark contacts of robots where they begin.
+        """Mark the first tick of each contact of a robot.
 
         Args:
-            touching: what each robot or object touches.
-            robots: returns the names of all robots; called where a contact begins.
+            touching: name of the other body of each contact, by the name of the robot or object.
+            robots: returns the names of all robots; called when a contact begins.
         """
         for name, other in touching.items():
             text = f"{name} touches {other}"
@@ -74,13 +74,13 @@ class Marks:
                 self.add("contact", text)
 
     def log(self, severity: str, node: str, text: str) -> None:
-        """RecordingMark an error that a node logs; the signature is that of a session's log."""
+        """Mark an error that a node logs; usable as the `log` function of a session."""
         told = f"{node}: {text}" if node else text
         if severity == "error" and self._begins("error", told):
             self.add("error", told)
 
     def _begins(self, kind: MarkKind, text: str) -> bool:
-        """Whether an event that may go on over many ticks has not been there for a while."""
+        """Return whether an event that may last many ticks is new: it did not occur in the last `gap` ticks."""
         if not self.tick or self._numbers[kind] > MAX_MARKS:
             return False
         before, self._last[kind, text] = self._last.get((kind, text), -self.gap), self.tick
@@ -88,7 +88,7 @@ class Marks:
 
 
 def _short(value: Any, depth: int = 3) -> str:
-    """Arguments of a command without those that are not given, each after its name."""
+    """Return the given arguments of a command as text, each after its name."""
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, dict | list) and not depth:

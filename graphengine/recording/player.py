@@ -1,4 +1,4 @@
-"""Plays a recording: replays it once, keeps checkpoints on the way, and goes back to any tick that was replayed."""
+"""Plays a recording: replays it once with checkpoints, and seeks to any tick that has been replayed."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ from graphengine.ros.network import LiveNetwork
 from graphengine.runtime.session_core import SavedSession, SessionCore
 
 SPACING = 2.5
-"""Seconds of simulation between two checkpoints."""
+"""Simulation time between two checkpoints, s."""
 MAX_CHECKPOINTS = 1000
-"""Beyond, every second one is dropped, and those that follow are twice as far apart: 5 s after 42 minutes, 20 s after 3 hours."""
+"""Maximum number of checkpoints. Above it, every second one is dropped and the spacing doubles: 5 s after 42 minutes,
+20 s after 3 hours."""
 STRIDE = 20
-"""Ticks that are run rather than skipped. Also the distance of checkpoints on the way to the shown tick, of which the last is
-kept, so that single steps back are fast."""
+"""Longest distance in ticks for which a seek runs ticks instead of restoring a checkpoint. Also the spacing of temporary
+checkpoints during a seek; the last one is kept, so that single steps back are fast."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Kept:
-    """The session after a tick, with the checkpoints that commands of the recording made before."""
+    """A checkpoint of the session after a tick, with the checkpoints that recorded commands made before."""
 
     tick: int
     session: SavedSession
@@ -34,16 +35,16 @@ class _Kept:
 
 
 class RecordingPlayer:
-    """A session that replays a recording, and can be brought to the state after each tick that was replayed.
+    """Replays a recording in a session, and can restore the state after each replayed tick.
 
-    Ticks are numbered as in the recording, without a break at resets, which set the simulation time to 0. Not thread-safe.
+    Ticks are numbered as in the recording: a reset sets the simulation time to 0, but the numbers continue. Not thread-safe.
 
     Args:
         session: session of the recorded scene, before its first tick.
         network: network of the session, over a `SilentTransport`.
-        recording: what is played.
+        recording: recording to play.
         marks: receives the events; the session logs to it.
-        warn: receives inputs that nobody reads.
+        warn: receives warnings about recorded inputs that no node reads.
 
     Raises:
         GraphError: a node holds state that cannot be copied.
@@ -62,32 +63,32 @@ class RecordingPlayer:
         self.marks = marks
         self.replay = Replay(session, network, recording, warn=warn)
         self.length = recording.length()
-        """Ticks of the recording, the one that failed among them; fewer if the replay ends before it."""
+        """Number of ticks of the recording, including a failed one; fewer if the replay ends earlier."""
         self.built = 0
-        """Ticks that were replayed and compared."""
+        """Number of ticks that have been replayed and compared."""
         self.position = 0
-        """The tick after which the session is shown."""
+        """Number of the shown tick: the page shows the state after it."""
         self.complete = False
-        """Whether the replay has come to its end."""
+        """Whether the replay has ended."""
         self.difference: Difference | None = None
-        """Where the replay first differs from the recording; what comes later is the replay's alone."""
+        """The first difference between replay and recording; later ticks are not compared."""
         self.failure = ""
-        """The error with which the run ended, or for which the replay cannot go on."""
+        """The error that ended the run or the replay; empty without one."""
         self._ticks = recording.ticks()
         self._inputs = TickInputs()
         self._spacing = max(round(SPACING / session.clock.delta), 1)
         self._at: int | None = 0
-        """The tick after which the session is; None where it is within one."""
+        """Number of the tick after which the session is; None if the session stopped within a tick."""
         self._head = self._shown = self._keep(0)
-        """The session after the last tick that was replayed, and at or shortly before the shown one."""
+        """Checkpoints after the last replayed tick, and at or shortly before the shown tick."""
         self._checkpoints = [self._head]
 
     def build(self, seconds: float = math.inf, interrupted: Callable[[], bool] = lambda: False) -> None:
-        """Replay ticks that were not replayed yet, keep checkpoints, and compare; the position stays.
+        """Replay and compare further ticks, with checkpoints; `position` does not change.
 
         Args:
-            seconds: wall time after which no further tick begins, without the time to get from the position to the first one.
-            interrupted: asked after each tick; True ends it, too.
+            seconds: wall time after which no further tick begins, s; the seek to the first of these ticks does not count.
+            interrupted: called after each tick; True ends the replay of further ticks, too.
         """
         if self.complete:
             return
@@ -101,25 +102,25 @@ class RecordingPlayer:
                 break
 
     def show(self, tick: int, seconds: float = math.inf) -> None:
-        """Bring the session to the state after a tick that is built, or towards it as far as the time allows.
+        """Bring the session to the state after a replayed tick, or as near as `seconds` allow.
 
         Args:
             tick: number of the tick; 0 is the start.
-            seconds: wall time after which no further tick begins.
+            seconds: wall time after which no further tick begins, s.
         """
         self._go(min(max(tick, 0), self.built), time.monotonic() + seconds)
         assert self._at is not None
         self.position = self._at
 
     def close(self) -> None:
-        """Release what the player keeps; the session is its owner's."""
+        """Delete the temporary files of the player; the caller closes the session."""
         self._inputs.close()
 
     def _keep(self, tick: int) -> _Kept:
         return _Kept(tick, self.session.checkpoint(f"tick {tick} of the recording"), dict(self.session.held))
 
     def _go(self, tick: int, ends: float) -> None:
-        """Bring the session to a tick: from where it is, or from the nearest checkpoint before."""
+        """Bring the session to a tick, from its current tick or from the nearest checkpoint before."""
         if self._at == tick:
             return
         if self._at == self.built != self._head.tick and tick < self.built and self.session.state != "failed":
@@ -142,7 +143,7 @@ class RecordingPlayer:
                 break
 
     def _build_tick(self) -> None:
-        """Replay the next tick of the recording, or find that there is none."""
+        """Replay the next tick of the recording, or finish at its end."""
         try:
             tick = next(self._ticks, None)
             if tick is None:
@@ -175,7 +176,7 @@ class RecordingPlayer:
         return [prim.entity_name for prim in self.session.services.stage.prims("robot")]
 
     def _replay_end(self, tick: Tick) -> None:
-        """Compare what graphs send when the session ends; what is shown is the tick before."""
+        """Replay the end of the session and compare the messages sent there; the page shows the tick before."""
         self._head = self._keep(self.built)
         self._run(tick)
         self._at = None

@@ -23,7 +23,7 @@ from graphengine.recording.sources import Workspace
 MAX_MESSAGES = 1_000_000
 """In a tick."""
 MAX_DIGITS = 18
-"""Of the number of ticks."""
+"""Maximum number of digits of the number of ticks."""
 
 
 @dataclass(slots=True)
@@ -72,7 +72,7 @@ class Recording:
         self._types: dict[int, str] = {}
         self._streams: dict[int, Stream | None] = {}
         self._first = self._at = self._size = 0
-        """Bytes of the file: where its messages begin, how far it was read, and all."""
+        """Offset of the first message, current offset, and size of the file, bytes."""
         self._records = read_records(path, self._move)
         manifest: Manifest | None = None
         begun = False
@@ -99,7 +99,7 @@ class Recording:
 
     @property
     def share_read(self) -> float:
-        """How much of the messages was read, from 0 to 1."""
+        """Share of the messages that has been read, from 0 to 1."""
         return (self._at - self._first) / max(self._size - self._first, 1)
 
     def ticks(self) -> Iterator[Tick]:
@@ -130,7 +130,7 @@ class Recording:
             yield tick
 
     def length(self) -> int:
-        """Number of ticks, including one that failed, found without reading the ticks.
+        """Return the number of ticks, including a failed one, without reading the ticks.
 
         Raises:
             RecordingError: the file cannot be read.

@@ -82,14 +82,14 @@ class Recorder(ExternalInputs):
         self._bytes = 0
         self._chunk_ticks = max(round(CHUNK_SECONDS / session.clock.delta), 1)
         self._digests: dict[str, str] = {}
-        """Of the attached files as they were last, by name."""
+        """Digests of the last attached version of each file, by name."""
         self._read: dict[str, bytes] = {}
-        """What a reload has read, by name."""
+        """Contents that the current reload has read, by file name."""
         self._places: dict[str, Path] = {}
-        """Where the files are that were attached, by name."""
+        """Paths of the attached files, by name."""
         self._reloads = 0
         self._exchanged: dict[str, str | None] = {}
-        """Attachments of the files as reloads found them, by name; None for files that have gone."""
+        """Name of the attachment with the newest version of each reloaded file, by name; None for deleted files."""
         self._writer = RecordingWriter(path, scene.definitions, force=force)
         try:
             manifest = describe_run(scene, session.services, self._names, keep_going, modules)
@@ -103,7 +103,7 @@ class Recorder(ExternalInputs):
 
     @property
     def recorded_bytes(self) -> int:
-        """Size of the file, without what is still to be written."""
+        """Size of the file without buffered data, bytes."""
         return self._writer.size
 
     def begin_tick(self) -> float:
@@ -136,14 +136,14 @@ class Recorder(ExternalInputs):
         self._attach()
 
     def reading(self, files: Files) -> None:
-        """Keep the contents of the files that a reload has read; if one of them has gone, the reload reads them all again."""
+        """Keep the contents of the files that a reload has read; if one was deleted meanwhile, the reload reads all again."""
         places = {self._names.name(path): path for path in files.used}
         with contextlib.suppress(OSError):
             self._read = _contents(places)
             self._places |= places
 
     def _attach_exchanged(self) -> bool:
-        """Attach the changed files of a reload; return whether there are any, or files that have gone."""
+        """Attach the changed files of a reload; return whether files were changed or deleted."""
         self._reloads += 1
         digests = {name: _digest(data) for name, data in self._read.items()}
         changed = {name: data for name, data in self._read.items() if self._digests.get(name) != digests[name]}

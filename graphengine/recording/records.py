@@ -25,9 +25,9 @@ MAX_CHUNK_BYTES = 500_000_000
 
 
 _HEAD = struct.Struct("<BQ")
-"""Kind and length of a record."""
+"""Head of a record: kind and length."""
 _TIMES = struct.Struct("<QQ")
-"""First and last log time, with which a chunk begins."""
+"""Head of a chunk: first and last log time."""
 
 
 class _OtherCompressionError(Exception):
@@ -35,14 +35,14 @@ class _OtherCompressionError(Exception):
 
 
 def read_records(path: Path, moved: Callable[[int, int], None] = lambda at, size: None) -> Iterator[McapRecord]:
-    """All records before the index, those in chunks too; they end where the file was cut off.
+    """Yield all records before the index, including those in chunks; stop where the file is cut off.
 
     Args:
-        path: of the file.
-        moved: called after each read with the number of bytes that were read, and the size of the file.
+        path: path of the file.
+        moved: called after each read with the number of bytes read so far and the size of the file.
 
     Raises:
-        RecordingError: the file cannot be read, is no MCAP file, or is damaged.
+        RecordingError: the file cannot be read, is not an MCAP file, or is damaged.
     """
     try:
         with open_regular(path) as file:
@@ -52,7 +52,7 @@ def read_records(path: Path, moved: Callable[[int, int], None] = lambda at, size
 
 
 def read_extent(path: Path) -> tuple[int, Metadata | None]:
-    """The last log time (ns) of a recording and its last metadata, from the heads of its records; nothing is unpacked.
+    """Return the last log time (ns) and the last metadata of a recording, from the record heads, without unpacking chunks.
 
     Raises:
         RecordingError: the file cannot be read.
@@ -82,7 +82,7 @@ def read_extent(path: Path) -> tuple[int, Metadata | None]:
 
 def _records(path: Path, file: BinaryIO, moved: Callable[[int, int], None]) -> Iterator[McapRecord]:
     bounded = _Bounded(file)
-    reader = StreamReader(bounded, emit_chunks=True)  # type: ignore[arg-type]  # it asks for nothing but `read`
+    reader = StreamReader(bounded, emit_chunks=True)  # type: ignore[arg-type]  # it uses only `read`
     records, at = reader.records, 0
     try:
         while (record := next(records, None)) is not None and not isinstance(record, DataEnd):

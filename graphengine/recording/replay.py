@@ -132,7 +132,7 @@ class Replay(ExternalInputs):
         return None
 
     def repeat(self, tick: Tick) -> GraphError | None:
-        """Bring a tick's inputs, and run it or the session's end; return the error that ended it before its end.
+        """Deliver a tick's inputs and run the tick, or the end of the session; return the error that interrupted it, or None.
 
         Raises:
             GraphError: a command of the tick cannot be carried out.
@@ -157,10 +157,10 @@ class Replay(ExternalInputs):
         return None
 
     def compare(self, tick: Tick, error: GraphError | None) -> Difference | None:
-        """Compare the tick that was run last with the recording.
+        """Compare the last executed tick with the recording.
 
         Args:
-            tick: the recorded one.
+            tick: the recorded tick.
             error: result of `repeat`.
         """
         failed = not tick.whole and bool(self.recording.failure)
@@ -250,14 +250,14 @@ def _takes(claim: EndpointClaim, stream: Stream) -> bool:
 
 
 def _exchanged(arguments: Any) -> Mapping[str, str | None]:
-    """The files that a reload put in the place of others.
+    """Return the replaced files of a recorded reload: the name of the new file by the name of the old one.
 
     Raises:
-        RecordingError: no recorder writes such arguments.
+        RecordingError: the arguments are invalid.
     """
     files = arguments.get("files") if isinstance(arguments, dict) else None
     if not isinstance(files, dict) or not all(isinstance(other, str | None) for other in files.values()):
-        raise RecordingError("a recorded reload does not say which files it read")
+        raise RecordingError("a recorded reload has no valid list of files")
     return files
 
 

@@ -1,8 +1,8 @@
 """The files of a run under machine-independent names, and their extraction to another folder.
 
-`shipped/…` is what ships with the package, `installed/…` the ROS packages of sourced workspaces, `messages/…` definitions of
-message types, and `project/…` all else, from the folder that holds every folder which files were read from. So references from
-file to file lead where they led. `reloaded/N/…` is what the N-th reload put in the place of any of these.
+`shipped/…` holds files that ship with the package, `installed/…` the ROS packages of sourced workspaces, `messages/…` definitions
+of message types, and `project/…` all other files, relative to their common parent folder. So references between files stay valid.
+`reloaded/N/…` holds the changed files of the N-th reload.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class Workspace:
         self.folder = folder.resolve()
         self._bytes = self._files = 0
         self._originals: dict[str, Path | None] = {}
-        """Copies of the files that were exchanged, as they were added; None for those that were not there."""
+        """Copies of the original versions of exchanged files, by name; None for files that did not exist at first."""
         for place in PLACES:
             self.place(place).mkdir()
 
@@ -122,13 +122,13 @@ class Workspace:
         return self.folder.joinpath(*parts)
 
     def exchange(self, files: Mapping[str, str | None]) -> None:
-        """Put other files in the place of some.
+        """Replace files.
 
         Args:
-            files: name of the file that comes, by the name of the one that it replaces; None for one that goes.
+            files: name of the new version by the name of the file that it replaces; None deletes the file.
 
         Raises:
-            RecordingError: a name is not legal, or a file is not there.
+            RecordingError: a name is not legal, or a file is missing.
         """
         for name in files:
             if name not in self._originals:
@@ -144,7 +144,7 @@ class Workspace:
 
     @staticmethod
     def _copy(source: Path, target: Path) -> bool:
-        """Copy a file; return whether there is one. The copy has an inode of its own, so it is seen to be another file."""
+        """Copy a file; return whether it exists. The copy has a new inode, so that a reload detects the change."""
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
             coming = target.with_name(f"{target.name}.coming")
@@ -153,9 +153,7 @@ class Workspace:
         except FileNotFoundError:
             return False
         except OSError as error:
-            raise RecordingError(
-                f"the recording's file {source.name!r} cannot be exchanged: {error.strerror}"
-            ) from None
+            raise RecordingError(f"the recording's file {source.name!r} cannot be replaced: {error.strerror}") from None
         return True
 
     def add(self, name: str, data: bytes) -> None:

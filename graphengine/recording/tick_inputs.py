@@ -1,4 +1,4 @@
-"""Keeps what came into each tick of a recording, so that ticks can be run again in any order."""
+"""Stores the inputs of each tick of a recording, so that ticks can be replayed again in any order."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from graphengine.recording.reader import Tick
 
 
 class TickInputs:
-    """The inputs of ticks in a temporary file, as those of hours with scans need not fit into memory."""
+    """The inputs of ticks in a temporary file, because hours of scans may not fit into memory."""
 
     def __init__(self) -> None:
         self._file = tempfile.TemporaryFile()  # noqa: SIM115  # closed by `close`
@@ -18,16 +18,16 @@ class TickInputs:
         self._wall_time = 0.0
 
     def append(self, tick: Tick) -> None:
-        """Add the next tick; the wall clock is that of the last tick which has one."""
+        """Add the next tick; a tick without a wall clock time gets that of the last tick with one."""
         self._wall_time = self._wall_time if tick.wall_time is None else tick.wall_time
         self._file.seek(self._places[-1])
         pickle.dump((tick.delivered, tick.commands, self._wall_time, tick.whole), self._file)
         self._places.append(self._file.tell())
 
     def __getitem__(self, number: int) -> Tick:
-        """A tick by its number, from 1, without what it sent."""
+        """Return a tick by its number, from 1, without the messages that it sent."""
         self._file.seek(self._places[number - 1])
-        delivered, commands, wall_time, whole = pickle.load(self._file)  # written above, to a file without a name
+        delivered, commands, wall_time, whole = pickle.load(self._file)  # `append` wrote it to an unnamed file
         return Tick(number, delivered=delivered, commands=commands, wall_time=wall_time, whole=whole)
 
     def close(self) -> None:

@@ -75,7 +75,7 @@ class RecordingWriter:
 
     @property
     def size(self) -> int:
-        """Bytes in the file, which must not be closed."""
+        """Number of bytes in the file, which must be open."""
         return os.fstat(self._raw.fileno()).st_size
 
     def note(self, name: str, values: Mapping[str, str]) -> None:

@@ -1,4 +1,4 @@
-"""Hands open endpoints over to the nodes that replace their users, so that peers keep them and messages in flight arrive."""
+"""Hands open endpoints over to the nodes of exchanged graphs, so that peers stay matched and messages in flight arrive."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ class HeldEndpoint:
     """An endpoint that stays open until every node that holds it has closed it."""
 
     opened_as: EndpointClaim
-    """The claim that it was opened for."""
+    """Claim for which the endpoint was opened."""
     holders = 1
 
     def release(self) -> bool:
-        """Give the endpoint up for one holder; return whether it was the last one."""
+        """Remove one holder of the endpoint; return whether it was the last one."""
         self.holders -= 1
         return self.holders <= 0
 
@@ -25,17 +25,17 @@ E = TypeVar("E", bound=HeldEndpoint)
 
 
 class Handover:
-    """The endpoints that are open when nodes begin to be replaced.
+    """The endpoints that are open when an exchange of nodes begins.
 
     Args:
-        ends: open endpoints, each of which is handed over once at most.
+        ends: open endpoints; each is handed over at most once.
     """
 
     def __init__(self, ends: Iterable[HeldEndpoint]) -> None:
         self._ends = list(ends)
 
     def take(self, kind: type[E], claim: EndpointClaim) -> E | None:
-        """The open endpoint of an equal claim, with one more holder; None if there is none."""
+        """Return the open endpoint of an equal claim and add a holder, or return None."""
         wanted = _essence(claim)
         for end in self._ends:
             if isinstance(end, kind) and _essence(end.opened_as) == wanted:
@@ -46,6 +46,6 @@ class Handover:
 
 
 def _essence(claim: EndpointClaim) -> object:
-    """The part of a claim that its endpoint depends on."""
+    """Return the part of a claim on which its endpoint depends."""
     kinds = claim.direction, claim.message_type, claim.alternatives
     return kinds, claim.node, claim.topic, claim.qos, claim.ros_context

@@ -41,7 +41,7 @@ class LiveNetwork(Network):
     ) -> None:
         self.definitions = definitions
         self.sinks: list[Sink] = []
-        """Want every message, such as a recorder."""
+        """Sinks that receive every message, such as a recorder."""
         self.taps: list[Sink] = []
         self.outbox: list[tuple[Callable[[bytes], None], bytes]] = []
         """What was said in this tick, behind what sends it. All leaves at once: a reader that sleeps is woken once a tick."""
@@ -65,11 +65,11 @@ class LiveNetwork(Network):
         self.transport(0)
 
     def tap(self, sink: Sink) -> None:
-        """Let a sink take what is sent and delivered anyway: no message is built for it."""
+        """Add a sink for the messages that are sent and delivered anyway: nodes build no messages for it."""
         self.taps.append(sink)
 
     def untap(self, sink: Sink) -> None:
-        """End `tap`."""
+        """Remove a sink that `tap` added."""
         self.taps.remove(sink)
 
     def transport(self, handle: int) -> Transport:
@@ -86,7 +86,7 @@ class LiveNetwork(Network):
 
     @contextmanager
     def handing_over(self) -> Iterator[None]:
-        """Until its end, a node that asks for an endpoint gets the open one of an equal claim, if there is one."""
+        """Return a context in which a node that opens an endpoint gets the open endpoint of an equal claim, if there is one."""
         self._handover = Handover([*self.publishers, *self.subscriptions, *self._servers, *self._clients])
         try:
             yield
@@ -94,7 +94,7 @@ class LiveNetwork(Network):
             self._handover = None
 
     def _end(self, kind: type[E], claim: EndpointClaim, ends: list[E], make: Callable[[], E]) -> E:
-        """The endpoint of a claim: handed over, or else a new one."""
+        """Return the handed over endpoint of a claim, or a new one."""
         end = self._handover.take(kind, claim) if self._handover is not None else None
         if end is None:
             end = make()

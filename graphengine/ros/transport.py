@@ -84,7 +84,7 @@ class Writer(Protocol):
 
     @property
     def matched(self) -> int:
-        """Number of readers that are there now; a transport that does not count them may return a bool."""
+        """Current number of readers; a transport that does not count them may return a bool."""
 
     @property
     def dropped(self) -> int:

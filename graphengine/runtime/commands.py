@@ -120,7 +120,7 @@ class Reset(Command):
 
     scope: Annotated[tuple[Scope, ...], Field(strict=False, min_length=1), BeforeValidator(_several)] = ("all",)
     seed: int | None = None
-    """Seed of all random generators from then on, if the time is reset; by default it stays."""
+    """New seed of all random generators; requires a reset of the time. None keeps the seed."""
 
     def _apply(self, session: SessionCore) -> None:
         scopes: list[ResetScope] = [scope for scope in SCOPES if scope in self.scope or "all" in self.scope]
@@ -293,10 +293,10 @@ class Release(_Keys):
 
 
 class Reload(Command):
-    """Read the files of the scene again and run what they say now; after an error nothing has changed.
+    """Read the files of the scene again and run the changed scene; after an error nothing has changed.
 
     Changed graphs are exchanged, and their nodes keep their state. A change of the world or of a robot restarts the session at
-    time 0. The command reads only files of the scene. Recordings hold those that changed, and replays use them.
+    time 0. The command reads only files of the scene. Recordings contain the changed files, and replays use them.
     """
 
     recorded = True

@@ -24,13 +24,13 @@ Observed = Callable[[bool], None]
 
 
 class Predecessors(Protocol):
-    """The nodes that those of an executor replace, which leave them their state."""
+    """The replaced nodes of an executor's graph, whose state the new nodes take over."""
 
     def before_setup(self, index: int) -> bool:
-        """Hand over what a node needs for its setup; return False if the node cannot be set up yet."""
+        """Restore the state that a node needs for its setup; return False if the node cannot be set up yet."""
 
     def after_setup(self, index: int) -> None:
-        """Hand over the rest."""
+        """Restore the rest of the state."""
 
 
 class Executor:
@@ -126,15 +126,15 @@ class Executor:
     def setup(
         self, failed: Callable[[int, GraphError], None] | None = None, predecessors: Predecessors | None = None
     ) -> None:
-        """Set up every node that can run, in schedule order; constants first, outputs handed on as they become known.
+        """Set up every node that can run, in schedule order: constants first, outputs propagated as soon as they are known.
 
         Args:
-            failed: who hears of a node that could not be set up, so that the others still are; None raises at the first.
-            predecessors: the nodes that these replace.
+            failed: called for each node that cannot be set up, and setup continues; None: raise at the first.
+            predecessors: the nodes that this executor's nodes replace.
 
         Raises:
-            GraphError: a node asked for something that is not there.
-            NodeError: a node's setup raised anything else.
+            GraphError: a node requested something that does not exist.
+            NodeError: a node's setup raised another exception.
         """
         constant = {refresh.node for refresh in self.plan.constants}
         incoming = _by_target(self._all_copies())
@@ -157,11 +157,11 @@ class Executor:
                 failed(index, error)
 
     def succeed(self, other: Executor, nodes: Mapping[int, int]) -> None:
-        """Go on where another executor stops: its latent nodes are active, and what they fired is still to come.
+        """Continue where another executor stops: its latent nodes stay active, and their pending firings are kept.
 
         Args:
-            other: executor of the graph that this one's replaces.
-            nodes: indices here of the nodes that replace nodes of the other, by their indices there.
+            other: executor of the replaced graph.
+            nodes: index of each new node in this executor, by the index of the replaced node in the other one.
         """
         for index in other._active:
             if index in nodes:
@@ -173,11 +173,11 @@ class Executor:
 
     @property
     def fixed_inputs(self) -> set[tuple[int, str]]:
-        """Node and field of the inputs whose wire carries a value that cannot change while the graph runs."""
+        """Node and field of the inputs whose wire carries a constant value."""
         return {(copy.target, copy.target_field) for copy in self._constant_copies()}
 
     def has_failed(self, index: int) -> bool:
-        """Whether the last setup of a node failed."""
+        """Return whether the last setup of a node failed."""
         return index in self._failed
 
     def _all_copies(self) -> Iterable[Copy]:

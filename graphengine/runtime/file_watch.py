@@ -1,4 +1,4 @@
-"""Watches the files of a session, and reloads them when they change."""
+"""Watches the files of a session, and requests a reload when they change."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.reloading import Reloader
 
 MOST = 0.05
-"""Share of its time that the thread looks at files; the rest it sleeps."""
+"""Maximum share of wall time for checking files; the thread sleeps for the rest."""
 PERIOD = 0.05
-"""Seconds of wall time between two looks at the files. Changed files are read when two looks in a row see the same state."""
+"""Wall time between two checks of the files, s. Changed files are read when two checks in a row find the same state."""
 
 
 class FileWatch:
-    """A thread that watches the files of a session, and the places of files that are missing.
+    """A thread that watches the files of a session, and the paths of missing files.
 
-    It compares inodes, sizes and times instead of waiting for notifications: so it sees editors that replace a file as well as
-    those that write in place, works on network file systems, and needs no handle for each directory.
+    It polls inodes, sizes and times instead of using notifications: so it detects editors that replace a file as well as
+    editors that write in place, works on network file systems, and needs no handle for each directory.
 
     Args:
         reloader: lists the files of the session.

@@ -1,7 +1,7 @@
 """Transfers the state of nodes from the run of a graph to the run of its changed version.
 
 A node of the same name and type, with the same ports, keeps its state: outputs, State fields, whether it is active, mailboxes,
-random numbers. An input keeps its value, also one from the command `set`, while its wires, or its value in the file, are equal.
+random numbers. An input keeps its value, also one from the command `set`, unless its wires or its value in the file change.
 If an input that the node reads in `setup` has changed, its setup runs on the old state and may reset it, as after `set`.
 """
 
@@ -17,7 +17,7 @@ from graphengine.runtime.graph_run import GraphRun
 
 
 def unchanged(run: GraphRun, graph: Graph) -> bool:
-    """Whether a graph is what runs already; comments, layout and places in files do not count."""
+    """Return whether a graph equals the running one; comments, layout and positions in files do not count."""
     before = run.executor.graph
     return (
         before.prim_path == graph.prim_path
@@ -55,7 +55,7 @@ class Succession:
         named = {instance.id: instance for instance in before.instances}
         constant = {refresh.node for refresh in new.executor.plan.constants}
         self._heirs: dict[int, int] = {}
-        """Index in the old graph of each node that keeps its state."""
+        """Nodes that keep their state: index in the old graph by index in the new one."""
         self._saved: dict[int, Any] = {}
         for instance in after.instances:
             other = named.get(instance.id)
@@ -63,7 +63,7 @@ class Succession:
                 continue
             try:
                 saved = old.executor.nodes[other.index].save()
-            except Exception:  # it holds what cannot be copied, and begins anew
+            except Exception:  # its state cannot be copied, so it starts anew
                 continue
             if instance.index not in constant:
                 self._saved[instance.index] = saved
@@ -85,7 +85,7 @@ class Succession:
 
     @property
     def new_paths(self) -> Sequence[str]:
-        """Prim paths of the nodes that begin anew."""
+        """Prim paths of the nodes that start with new state."""
         before = self._old.paths
         heirs = {before[index] for index in self._heirs.values()}
         return [path for path in self._new.paths if path not in heirs]
@@ -116,14 +116,14 @@ class Succession:
                     box.restore(old_box.save())
 
     def before_setup(self, index: int) -> bool:
-        """Restore a node; return False if its setup failed before, until it has other inputs."""
+        """Restore a node; return False if its setup failed before and its inputs are the same."""
         if index not in self._heirs:
             return True
         self._restore(index)
         return not self._new.executor.has_failed(index) or index in self._set_up_otherwise
 
     def after_setup(self, index: int) -> None:
-        """Restore a node again, unless its setup read other inputs or files than before."""
+        """Restore a node again, unless its setup read changed inputs or files."""
         if index not in self._heirs or index in self._set_up_otherwise:
             return
         context, other = self._new.contexts.of(index), self._old.contexts.of(self._heirs[index])
@@ -131,7 +131,7 @@ class Succession:
             self._restore(index)
 
     def _restore(self, index: int) -> None:
-        """Restore a node except for inputs with other wires or another value in the file; of a constant, only the inputs."""
+        """Restore a node, except for inputs whose wires or value in the file changed; of a constant, restore only the inputs."""
         before = self._heirs[index]
         node, other = self._new.executor.nodes[index], self._old.executor.nodes[before]
         inputs = [port for port in type(node).fields.values() if port.side == "inputs"]
@@ -148,7 +148,7 @@ class Succession:
             self._set_up_otherwise.add(index)
 
     def _is_fed_alike(self, index: int, before: int, field: str) -> bool:
-        """Whether an input has the same wires as before or, without any, the same value in the file."""
+        """Return whether an input has the same wires as before or, if unwired, the same value in the file."""
         wires, old_wires = self._wires.get((index, field), []), self._wires_before.get((before, field), [])
         if wires != old_wires or (index, field) in self._fixed:
             return False
@@ -157,7 +157,7 @@ class Succession:
 
 
 def _wires(graph: Graph) -> dict[tuple[int, str], list[object]]:
-    """Where the wires into each input come from, by node and field."""
+    """Return the sources of the wires into each input, by node and field."""
     found: dict[tuple[int, str], list[object]] = {}
     for wire in (*graph.data_wires, *graph.exec_wires):
         source = graph.instances[wire.source].id, wire.source_field, wire.converter

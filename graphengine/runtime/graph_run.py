@@ -51,7 +51,7 @@ class GraphContexts:
         return iter(self._contexts.items())
 
     def of(self, index: int) -> Context | None:
-        """The context that a node was set up with; None if it was not set up."""
+        """Return the context with which a node was set up; None if it was not set up."""
         return self._contexts.get(index)
 
     def bound(self, below: str) -> str | None:
@@ -67,17 +67,17 @@ class GraphContexts:
             yield from ((index, path, prim) for path, prim in context.asked.items())
 
     def reads_the_same(self) -> bool:
-        """Whether the files that nodes read in their setup are as they were; False if one cannot be read any more."""
+        """Return whether the files that nodes read in their setup are unchanged; False if one cannot be read any more."""
         try:
             return all(context.reads_the_same() for context in self._contexts.values())
         except ContextError:
             return False
 
     def close(self, heirs: Collection[str] = ()) -> None:
-        """Close everything that was handed out; safe to call twice. Random numbers begin anew for the next node of a path.
+        """Close all handles of the nodes; safe to call twice. Random streams restart for the next node with the same path.
 
         Args:
-            heirs: prim paths of nodes that go on with the random numbers.
+            heirs: prim paths of new nodes that continue the random streams.
         """
         for context in self._contexts.values():
             context.close()
@@ -111,7 +111,7 @@ class GraphRun:
 
     @property
     def paths(self) -> Sequence[str]:
-        """Prim paths of its nodes."""
+        """Prim paths of the graph's nodes."""
         graph = self.executor.graph
         return [f"{graph.prim_path}/{instance.id}" for instance in graph.instances]
 
@@ -121,7 +121,7 @@ class GraphRun:
         return self.executor.graph.runs == "physics_step"
 
     def describe_as(self, graph: Graph) -> None:
-        """Take the places in files from another description of the same graph."""
+        """Take the positions in files from another description of the same graph."""
         self.executor.graph = self.contexts.graph = graph
 
     def save(self) -> SavedGraph:

@@ -17,7 +17,7 @@ class ExternalInputs:
 
     @property
     def recorded_bytes(self) -> int | None:
-        """Size of the recording, without what is still to be written; None if nothing is recorded."""
+        """Size of the recording without buffered data, bytes; None if nothing is recorded."""
         return None
 
     def begin_tick(self) -> float:
@@ -28,7 +28,7 @@ class ExternalInputs:
         """Called when a tick is over, and its messages were sent."""
 
     def reading(self, files: Files) -> None:
-        """Called with the files that a reload has read, before it takes effect, and again if one of them changes meanwhile."""
+        """Take the files that a reload has read; called before the reload takes effect, and again if a file changes meanwhile."""
 
     def command(self, name: str, arguments: Mapping[str, Any]) -> None:
         """Called when a command that changes the simulation's course was carried out; the next tick is the first after it.

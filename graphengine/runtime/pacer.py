@@ -30,7 +30,7 @@ class Pacer:
         return self._due - time.perf_counter()
 
     def count(self) -> bool:
-        """Count a tick that ran; return whether it was late: it ended after the next one was due."""
+        """Count an executed tick; return whether it was late: it ended after the next one was due."""
         self._due += self.period
         late = -self.early()
         if late > self.PATIENCE * self.period:

@@ -1,4 +1,4 @@
-"""The interface by which a session reloads its files, and the result of a reload."""
+"""The interface for reloading a session's files, and the result of a reload."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MOST_NAMES = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reloaded:
-    """What a reload did. `Session.reload` returns it; its text is one line for people.
+    """The result of a reload. `Session.reload` returns it; `str` gives a summary in one line.
 
     Attributes:
         files: files that were changed, added or removed since the last reload.
@@ -25,10 +25,10 @@ class Reloaded:
         removed: names of removed graphs.
         kept: number of nodes of the exchanged graphs that keep their state.
         nodes: number of nodes of the exchanged graphs.
-        restarted: whether the world or a robot changed, and the session restarted at time 0.
+        restarted: whether the session restarted at time 0, because the world or a robot changed.
         lost: names of the spawned robots that the restart removed.
         warnings: warnings about the new files, as text.
-        mended: whether the files had errors at the reload before.
+        mended: whether the files had errors at the previous reload.
     """
 
     files: tuple[Path, ...] = ()
@@ -49,47 +49,47 @@ class Reloaded:
 
     def _restart(self) -> str:
         lost = f"; {_listed(self.lost)} must be spawned again" if self.lost else ""
-        return f"the world is another one; restarted at t = 0{lost}"
+        return f"the world changed; restarted at t = 0{lost}"
 
     def _exchange(self) -> str:
         named = {"exchanged": self.changed, "added": self.added, "removed": self.removed}
         effects = [f"{what} {_listed(names)}" for what, names in named.items() if names]
         if self.changed:
             effects.append(f"{self.kept} of {self.nodes} nodes keep their state")
-        return "; ".join(effects) or "no graph and nothing of the world is different"
+        return "; ".join(effects) or "graphs and world are unchanged"
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Names separated by commas, at most `MOST_NAMES` of them."""
+    """Return at most `MOST_NAMES` names, separated by commas, and the number of the others."""
     more = len(names) - MOST_NAMES
     return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 class Reloader:
-    """Reads the files of a session again; this one is for a session that was not made from files."""
+    """Reloads the files of a session. The base class is for a session without files."""
 
     def reload(self) -> Reloaded:
-        """Read the files and run what they say now, between two ticks.
+        """Read the files and run the changed scene, between two ticks.
 
         Raises:
             CheckError: the files have errors.
-            GraphError: the changed scene cannot begin. After any error nothing has changed.
+            GraphError: the changed scene cannot start. After any error nothing has changed.
         """
         raise UsageError("a session without files has nothing to reload")
 
     def save(self) -> Any:
-        """The version of the files that the session runs."""
+        """Return the version of the files that the session runs."""
 
     def restore(self, saved: Any) -> None:
-        """Run another version of the files, at time 0.
+        """Run another version of the files from time 0.
 
         Args:
-            saved: result of `save`, while the session ran that version.
+            saved: result of `save` from the time when the session ran that version.
 
         Raises:
-            GraphError: physics or a node cannot begin; nothing has changed.
+            GraphError: physics or a node cannot start; nothing has changed.
         """
 
     def watched(self) -> Mapping[Path, Signature]:
-        """The paths to watch, with the signatures of their files before they were read. Thread-safe."""
+        """Return the paths to watch, with the signatures of their files before they were read. Thread-safe."""
         return {}

@@ -1,4 +1,4 @@
-"""How a session runs, for people who watch it: its speed, what it sends, and what it loses."""
+"""Measures the status of a running session for displays: speed, messages and losses."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore, SessionState
 
 WINDOW = 1.0
-"""Seconds of wall time over which rates are measured, or since the last reading if that is longer ago."""
+"""Wall time over which rates are measured, s; the time since the last reading if that is longer."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunStatus:
-    """One reading of a session. Some of it depends on the wall clock: it is for people, and not for results.
+    """The status of a session at one time. Some values depend on the wall clock, so they are not reproducible.
 
     Attributes:
         state: stopped, playing, paused or failed.
         time: simulation time since play, s.
         tick: number of the tick since play.
-        pace: wanted real-time factor; None for as fast as possible.
+        pace: target real-time factor; None for as fast as possible.
         real_time_factor: seconds of simulation per second of wall time.
-        tick_cpu: CPU time of a tick, s.
+        tick_cpu: CPU time per tick, s.
         late_ticks: ticks that ended after the next one was due.
         messages: messages sent since the start.
         message_rate: messages sent per second of wall time.
-        subscribers: readers of all topics that nodes publish.
-        dropped_values: bad values that nodes dropped; those of one node in one tick count once.
+        subscribers: number of subscribers of all topics that nodes publish.
+        dropped_values: number of bad values that nodes dropped; values of the same node in one tick count once.
         recorded_bytes: size of the recording; None if nothing is recorded.
-        file_errors: errors of changed files, for which the session runs the files before.
+        file_errors: number of errors in changed files; while there are any, the session runs the previous version.
     """
 
     state: SessionState
@@ -57,10 +57,10 @@ class _Sample(NamedTuple):
 
 
 class StatusMeter:
-    """Reads the status of a session in the thread of its ticks; measuring begins at once.
+    """Reads the status of a session, in the session's thread; measuring begins at once.
 
     Args:
-        session: what is read.
+        session: session to measure.
     """
 
     def __init__(self, session: SessionCore) -> None:
@@ -72,7 +72,7 @@ class StatusMeter:
         return _Sample(time.perf_counter(), time.thread_time(), session.ticks, session.services.network.sent)
 
     def read(self) -> RunStatus:
-        """The status now, with rates over the last second."""
+        """Return the current status, with rates over the last second."""
         session, now = self._session, self._sample()
         while len(self._samples) > 1 and now.wall - self._samples[1].wall >= WINDOW:
             self._samples.popleft()

@@ -71,12 +71,12 @@ class SessionCore:
         self.desk: Desk | None = None
         """Where others ask for what can be done; with one, a run goes on while it is paused or stopped."""
         self.findings: tuple[str, ...] = ()
-        """Errors of the changed files, which the session does not run: texts that begin with `path:line:column: `. Empty when the
-        session runs what its files say. The page and the terminal show them."""
+        """Errors of changed files, which the session does not run: texts that begin with `path:line:column: `. Empty when the
+        session runs the current files. The page and the terminal show them."""
         self.open_page: Callable[[], str] | None = None
         """Returns the address of the session's web page, and starts the page again if its process was lost; None: no page."""
         self.late_ticks = 0
-        """Ticks at a given pace that ended after the next one was due."""
+        """Number of ticks at a given pace that ended after the next one was due."""
         self._until = 0
         self.last = math.inf
         """Number of the tick after which `run` ends."""
@@ -95,7 +95,7 @@ class SessionCore:
 
     @property
     def failure(self) -> str:
-        """The error after which the session failed; empty if it did not."""
+        """The error that made the session fail; empty if it did not fail."""
         return self._failure
 
     @property
@@ -313,26 +313,26 @@ class SessionCore:
         self.inbox.command("stop", {})
 
     def reset(self, *scopes: ResetScope, seed: int | None = None) -> None:
-        """Begin anew, wholly or in part, and go on as before: playing, paused or stopped. A session that failed is paused.
+        """Reset the whole session or parts of it, and stay playing, paused or stopped. A failed session is paused.
 
         Args:
-            scopes: all if none is given.
-                `time`: the clock goes to 0, and with it begin graphs and sensors, as after `stop`; commands are zero. Bodies
-                stay where they are, and keep their velocities.
-                `state`: bodies and joints go to where they were at the start, robots that came to where they were put, with
-                the commands that they had then. Time, and what graphs know, goes on.
-                `spawned`: robots that came while the session ran are removed.
-            seed: of all random generators from now on; None keeps it.
+            scopes: parts to reset; none given: all.
+                `time`: sets the clock to 0 and restarts graphs and sensors, as after `stop`; joint commands become zero. Bodies
+                keep their poses and velocities.
+                `state`: returns bodies and joints to their initial state, and spawned robots to where they were spawned, with
+                the commands that they had then. Time and the state of graphs continue.
+                `spawned`: removes robots that were spawned while the session ran.
+            seed: new seed of all random generators; None keeps the seed.
 
         Raises:
-            StateError: the session failed, and its time is to go on.
-            UsageError: a graph that is not its own reads something of a robot that is to go, a seed is given but time goes on,
-                or within a tick.
+            StateError: the session failed, and `scopes` does not include `time`.
+            UsageError: a graph outside a spawned robot reads from that robot, a seed is given without a reset of the time,
+                or the call comes from within a tick.
         """
         self._refuse_within_tick()
         wanted = [scope for scope in SCOPES if scope in scopes or not scopes]
         if seed is not None and "time" not in wanted:
-            raise UsageError("random numbers begin anew with the time: a seed needs the scope `time`")
+            raise UsageError("a new seed takes effect when the time is reset: add the scope `time`")
         if self.state == "failed":
             if "time" not in wanted:
                 raise StateError("the session failed; only a reset of its time lets it go on")
@@ -348,14 +348,14 @@ class SessionCore:
         self._set(self.state)
 
     def reload(self) -> Reloaded:
-        """Read the files of the scene again and run what they say now, between two ticks.
+        """Read the files of the scene again and run the changed scene, between two ticks.
 
-        Changed graphs are exchanged: nodes of the same name and type keep their state, and the world goes on. A change of the
+        Changed graphs are exchanged: nodes of the same name and type keep their state, and the world continues. A change of the
         world or of a robot restarts the session at time 0, without spawned robots.
 
         Raises:
-            CheckError: the files have errors, which `findings` keeps until they are mended.
-            GraphError: the changed scene cannot begin. After any error nothing has changed.
+            CheckError: the files have errors; `findings` holds them until a later reload succeeds.
+            GraphError: the changed scene cannot start. After any error nothing has changed.
             StateError: the session failed.
         """
         self.admit()
@@ -374,7 +374,7 @@ class SessionCore:
         return replace(done, mended=mended)
 
     def exchange(self, graphs: Sequence[Graph]) -> Exchange:
-        """Run other graphs from here on; those that change keep what state they can.
+        """Run other graphs from now on; changed graphs keep as much state as possible.
 
         Raises:
             GraphError: a node could not be set up; nothing has changed.
@@ -389,7 +389,7 @@ class SessionCore:
         self.version = self._versions
 
     def begin_with(self, ticker: Ticker, roster: Roster) -> None:
-        """Restart at time 0 with another world, whose graphs are set up; go on playing, paused or stopped as before."""
+        """Restart at time 0 with another world, whose graphs are set up; stay playing, paused or stopped."""
         before = self._ticker
         if math.isfinite(self.last):
             left = (self.last - before.count) * before.clock.delta
@@ -412,7 +412,7 @@ class SessionCore:
         self._ticker.begin_anew(*scopes, seed=seed)
 
     def end_play(self, closing: Sequence[GraphRun] = ()) -> None:
-        """Let graphs do what they have for the end of a play, if there was one, and some of them for their own end."""
+        """Run the actions of graphs for the end of playing, if the session played, and the closing actions of `closing`."""
         if self.clock.frame:
             self._ticker.tell("at_stop", self.graphs)
         if closing:

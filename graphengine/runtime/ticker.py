@@ -24,12 +24,12 @@ SCOPES: tuple[ResetScope, ...] = ("time", "state", "spawned")
 
 @dataclass(frozen=True, slots=True)
 class Exchange:
-    """What `Ticker.exchange` did.
+    """The result of `Ticker.exchange`.
 
     Attributes:
-        changed: names of the graphs that run in another form.
-        added: names of the graphs that were not there before.
-        removed: names of the graphs that run no more.
+        changed: names of the changed graphs.
+        added: names of the new graphs.
+        removed: names of the removed graphs.
         kept: number of nodes of the changed graphs that keep their state.
         nodes: number of nodes of the changed graphs.
     """
@@ -88,12 +88,12 @@ class Ticker:
         return make_graph_run(graph, self.services, clock, self._fault)
 
     def exchange(self, graphs: Sequence[Graph]) -> Exchange:
-        """Run these graphs in the place of all that run, between two ticks; nodes of the same name and type keep their state.
+        """Replace all running graphs by these, between two ticks; nodes of the same name and type keep their state.
 
-        A graph that has not changed goes on as it is. A graph that is no longer there sends what it has for its end.
+        An unchanged graph continues. A removed graph sends its last messages.
 
         Raises:
-            GraphError: a node could not be set up; everything is as it was.
+            GraphError: a node could not be set up; nothing has changed.
         """
         known = {run.name: run for run in self.graphs}
         generators = self.services.generators
@@ -127,7 +127,7 @@ class Ticker:
     def _take_over(
         self, graphs: Sequence[Graph], runs: Sequence[GraphRun], successions: Sequence[Succession]
     ) -> Exchange:
-        """Run other graphs from here on, all of which are set up."""
+        """Run other graphs from now on, all of which are set up."""
         names, before = {graph.name for graph in graphs}, self.graphs
         gone = [run for run in before if run.name not in names]
         self.tell("at_close", gone)
@@ -145,7 +145,7 @@ class Ticker:
         )
 
     def close(self, runs: Iterable[GraphRun]) -> None:
-        """Close graphs that are replaced; one that fails to, such as a script in its last function, fails for itself alone."""
+        """Close replaced graphs; an error in one, such as an exception in a script's last function, does not affect others."""
         heirs = {context.prim_path for run in self.graphs for _, context in run.contexts}
         for run in runs:
             try:
@@ -259,7 +259,7 @@ class Ticker:
             self.running = False
 
     def begin_anew(self, *scopes: ResetScope, seed: int | None = None) -> None:
-        """The world as at the start; with `time` also clocks and graphs as before the first tick; `seed` replaces the seed."""
+        """Return the world to its initial state; with `time`, also clocks and graphs; `seed` replaces the seed."""
         services, world = self.services, self.services.world
         if seed is not None:
             services.seed = world.seed = seed

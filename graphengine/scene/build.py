@@ -42,7 +42,7 @@ def load(path: Path, options: Options | None = None) -> LoadedScene:
 
 
 def load_again(scene: LoadedScene) -> LoadedScene:
-    """The same file with the same options, as it is now; a world whose files have not changed is used again."""
+    """Load the current version of the same file with the same options; reuse the world if its files are unchanged."""
     return _load(scene.path, scene.options, scene)
 
 
@@ -112,13 +112,13 @@ def _scene_uses(
 
 
 def _with_world(scene: LoadedScene, read: Loaded[SceneSpec], before: LoadedScene | None) -> LoadedScene:
-    """A scene with the world that its file describes, or that of the scene before if nothing of it has changed."""
-    from graphengine.physics.loading import load_world  # MuJoCo takes a quarter of a second to import
+    """Return a scene with the world of its file, or with the world of the previous scene if that is unchanged."""
+    from graphengine.physics.loading import load_world  # importing MuJoCo takes a quarter of a second
 
     files, findings, options = scene.files, scene.findings, scene.options
     spec = read.spec.model_copy(update={"graphs": {}, "doc": ""})
     known = before.world_source if before is not None else None
-    written = spec.namespaces  # into the prims of the world, which then belongs to this scene alone
+    written = spec.namespaces  # adds prims to the world, so the world must not be shared with another scene
     if before is not None and known is not None and known.spec == spec and not written and not known.files.changed():
         for finding in known.findings:
             findings.put(finding)

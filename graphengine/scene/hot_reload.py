@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from graphengine.physics.model.scenery import Scenery
 
 MAX_READINGS = 5
-"""How often files are read again because they change while they are read."""
+"""Maximum number of attempts to read files that change during reading."""
 
 
 class SceneReloader(Reloader):
-    """Reads the files of a session's scene again.
+    """Reloads the scene of a session.
 
-    Everything is loaded and checked beside the running session, which changes only if there are no errors.
+    The new scene is loaded and checked beside the running session, which changes only if there are no errors.
 
     Args:
         session: session that runs the scene.
@@ -55,26 +55,26 @@ class SceneReloader(Reloader):
         """The scene that the session runs, and the record of its files."""
         self._load_again, self._fault = load_again, fault
         self._read = files
-        """The files of the last reload, which may have failed."""
+        """The files that the last reload read; it may have failed."""
 
     def watched(self) -> Mapping[Path, Signature]:
-        """The paths of the scene's files and of missing files, with their signatures before they were read. Thread-safe."""
+        """Return the paths of the scene's files and of missing files, with their signatures before reading. Thread-safe."""
         return self._read.noted()
 
     def save(self) -> tuple[LoadedScene, Files, Scenery | None]:
-        """The scene that the session runs, its files, and the descriptions of its robots, also of spawned ones."""
+        """Return the scene that the session runs, its files, and the descriptions of its robots, including spawned ones."""
         roster = self._session.roster
         scenery = roster.world.scenery if isinstance(roster, SceneRoster) else None
         return self.scene, _copy(self._files), scenery.copy(self._files) if scenery is not None else None
 
     def restore(self, saved: tuple[LoadedScene, Files, Scenery | None]) -> None:
-        """Run another version of the scene, at time 0."""
+        """Run another version of the scene from time 0."""
         scene, files, scenery = saved
         self._session.begin_with(*self._begin(scene, scenery))
         self._take(scene, files)
 
     def reload(self) -> Reloaded:
-        """Read the files and run what they say now, between two ticks."""
+        """Read the files and run the changed scene, between two ticks."""
         session = self._session
         for _ in range(MAX_READINGS):
             fresh = self._load_again(self.scene)
@@ -85,7 +85,7 @@ class SceneReloader(Reloader):
             if not files.changed():
                 break
         else:
-            raise UsageError("the files change while they are read; reload when they are written")
+            raise UsageError("the files change while they are read; reload when writing is complete")
         if successor is None:
             done = self._restart(fresh)
         else:
@@ -101,7 +101,7 @@ class SceneReloader(Reloader):
         return self._keep(fresh, files, done)
 
     def _keep(self, fresh: LoadedScene, files: Files, done: Reloaded) -> Reloaded:
-        """Store the scene that the session runs now; return what was done, with the changed files and new warnings."""
+        """Store the new scene of the session; return the result with the changed files and new warnings."""
         changed = [path for path, now in files.used.items() if self._files.used.get(path) != now]
         gone = [path for path in files.sought if path in self._files.used]
         known = {finding.render() for finding in self.scene.findings.warnings}
@@ -116,10 +116,10 @@ class SceneReloader(Reloader):
         self.scene, self._read = scene, self._files
 
     def _successor(self, fresh: LoadedScene, files: Files, roster: Roster) -> _Successor | None:
-        """The graphs to run in the present world; None if the world or a robot has changed.
+        """Return the graphs to run in the current world; None if the world or a robot has changed.
 
         Raises:
-            CheckError: a robot that was spawned, or a graph of it, has errors.
+            CheckError: a spawned robot or one of its graphs has errors.
         """
         before = self.scene.world
         if before is None or fresh.world is None:
@@ -134,7 +134,7 @@ class SceneReloader(Reloader):
         return _Successor(graphs, lambda: roster.follow(fresh, world))
 
     def _restart(self, fresh: LoadedScene) -> Reloaded:
-        """Restart at time 0 with the world that the files describe now; graphs send what they have for the end of a play."""
+        """Restart at time 0 with the world of the changed files; old graphs run their actions for the end of playing."""
         session, lost = self._session, tuple(self._session.roster.spawned)
         ticker, roster = self._begin(fresh)
         names = [graph.name for graph in fresh.planned]
@@ -143,14 +143,14 @@ class SceneReloader(Reloader):
         return Reloaded(changed=tuple(names), restarted=True, lost=lost)
 
     def _begin(self, scene: LoadedScene, scenery: Scenery | None = None) -> tuple[Ticker, Roster]:
-        """Make a world, and set up the graphs of a scene in it.
+        """Create a world, and set up the graphs of a scene in it.
 
         Args:
-            scene: without errors.
-            scenery: descriptions of robots that come later; those of the scene if not given.
+            scene: scene without errors.
+            scenery: descriptions for robots that are spawned later; None: those of the scene.
 
         Raises:
-            GraphError: physics or a node cannot begin.
+            GraphError: physics or a node cannot start.
         """
         before = self._session.services
         loaded = scene.world.copy(self._files, before.seed) if scene.world is not None else None
@@ -170,11 +170,11 @@ class SceneReloader(Reloader):
 
 @dataclass(frozen=True, slots=True)
 class _Successor:
-    """Graphs that replace those of a session.
+    """Graphs that replace the graphs of a session.
 
     Attributes:
-        graphs: in execution order.
-        move_in: called when the graphs have been exchanged.
+        graphs: new graphs in execution order.
+        move_in: called after the exchange of the graphs.
     """
 
     graphs: Sequence[Graph]
@@ -186,10 +186,10 @@ def _copy(files: Files) -> Files:
 
 
 def _graphs(fresh: LoadedScene, world: LoadedWorld, files: Files, roster: SceneRoster) -> Sequence[Graph]:
-    """The graphs of a scene with the robots that are in a world now, in execution order.
+    """Return the graphs of a scene with the current robots of a world, in execution order.
 
     Raises:
-        CheckError: a graph of a robot that was spawned has errors.
+        CheckError: a graph of a spawned robot has errors.
     """
     assert fresh.world is not None
     spawned = [robot for name, robot in world.robots.items() if robot is not fresh.world.robots.get(name)]
@@ -203,6 +203,6 @@ def _graphs(fresh: LoadedScene, world: LoadedWorld, files: Files, roster: SceneR
 
 
 def scene_of(session: SessionCore) -> LoadedScene:
-    """Return the scene that a session runs, which a reload may have changed."""
+    """Return the scene that a session currently runs; a reload may have changed it."""
     assert isinstance(session.reloader, SceneReloader)
     return session.reloader.scene

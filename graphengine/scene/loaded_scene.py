@@ -59,11 +59,11 @@ class Options:
 
 @dataclass(frozen=True, slots=True)
 class WorldSource:
-    """What a world was made from; while it is the same, the world is.
+    """The sources of a world; equal sources give the same world.
 
     Attributes:
-        spec: the scene file without its graphs.
-        files: all that were read beside the scene file.
+        spec: content of the scene file without its graphs.
+        files: all files that were read, except for the scene file.
         findings: warnings and notes about the world.
     """
 
@@ -74,18 +74,18 @@ class WorldSource:
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class LoadedScene:
-    """A definition, from which any number of sessions begin; none of them changes it.
+    """A loaded scene or graph. Any number of sessions can be started from it; none of them changes it.
 
     Attributes:
-        path: of the given file.
-        options: given with it.
-        files: where references may lead, and which files were read.
-        findings: all that is wrong with it, and notes.
-        graphs: all that could be read, those that cannot be planned too.
-        planned: those that run, in this order: the scene's, then each robot's.
-        claims: topics and services, as far as the nodes of its graphs name them.
-        world: the robots, the prims and the model at the start; None for a graph without a scene.
-        world_source: what the world was made from.
+        path: path of the given file.
+        options: options of loading.
+        files: files that references may name, and the files that were read.
+        findings: errors, warnings and notes.
+        graphs: all graphs that could be read, including those that cannot be planned.
+        planned: graphs to run, in this order: graphs of the scene, then graphs of each robot.
+        claims: topics and services that nodes name before the run.
+        world: initial robots, prims and model; None for a graph without a scene.
+        world_source: sources of the world.
     """
 
     path: Path
@@ -99,7 +99,7 @@ class LoadedScene:
     world_source: WorldSource | None = None
 
     def require_runnable(self) -> None:
-        """Check that a session can begin from it.
+        """Check that a session can be started from it.
 
         Raises:
             CheckError: it has errors.

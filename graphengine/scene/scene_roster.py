@@ -37,13 +37,13 @@ def begin(
     services: Services,
     fault: Callable[[NodeError], None] | None,
 ) -> tuple[Ticker, Roster]:
-    """Set up the graphs of a scene; return what runs them, and what adds and removes robots.
+    """Set up the graphs of a scene; return the ticker that runs them and the roster that adds and removes robots.
 
     Args:
-        scene: without errors.
-        world: the session's own; None for a graph without a scene.
-        files: which files the references of robots may name.
-        services: of the session, with the same world.
+        scene: scene without errors.
+        world: world of the session; None for a graph without a scene.
+        files: files that the references of robots may name.
+        services: services of the session, with the same world.
         fault: as for `Ticker`.
 
     Raises:
@@ -70,13 +70,13 @@ class SceneRoster(Roster):
         self.follow(scene, world)
 
     def follow(self, scene: LoadedScene, world: LoadedWorld) -> None:
-        """Read robots that are added from here on as another version of the scene does, whose world is like this one."""
+        """Read robots that are added from now on with another version of the scene, whose world equals this one."""
         self._scene, self._world, self._robots = scene, world, world.robots
         world.scenery.library.files = self._files
 
     @property
     def world(self) -> LoadedWorld:
-        """The session's own world, with the robots that are there now."""
+        """The session's world with its current robots."""
         return self._world
 
     @property
@@ -113,14 +113,14 @@ class SceneRoster(Roster):
         beside: Sequence[Graph],
         claimed: Sequence[EndpointClaim],
     ) -> list[Graph]:
-        """A robot's graphs, planned and checked.
+        """Return a robot's graphs, planned and checked.
 
         Args:
-            robot: which is there; its description may have been read again.
-            scene: that the session runs.
-            files: which files the robot's references may name.
-            beside: graphs that run before these.
-            claimed: topics and services of those.
+            robot: robot of the world; its description may be a new version.
+            scene: scene that the session runs.
+            files: files that the robot's references may name.
+            beside: graphs that run before the robot's graphs.
+            claimed: topics and services of these graphs.
 
         Raises:
             CheckError: a graph has errors.
@@ -168,7 +168,7 @@ class SceneRoster(Roster):
         return own
 
     def save(self) -> Sequence[tuple[RobotInstance, bool, Sequence[Graph]]]:
-        """The robots in their order, which of them were spawned, and their graphs."""
+        """Return the robots in order, the spawned ones among them, and their graphs."""
         graphs = [run.executor.graph for run in self._ticker.graphs]
         return [
             (robot, name in self.spawned, [graph for graph in graphs if graph.name.startswith(f"{name}/")])

@@ -1,4 +1,4 @@
-"""Small pictures of cameras for a page: those that graphs receive, else rendered for the page, one at a time."""
+"""Provides small camera pictures for the page: pictures that graphs receive, or pictures rendered for the page one by one."""
 
 from __future__ import annotations
 
@@ -17,50 +17,50 @@ if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
 
 WIDTH = 320
-"""Most pixels of a picture in a row."""
+"""Maximum width of a picture, pixels."""
 PAUSE = 0.25
-"""Least wall time between two pictures of a camera, s."""
+"""Minimum wall time between two pictures of a camera, s."""
 SHARE = 0.2
-"""Part of the wall time that rendering for the page may take."""
+"""Maximum share of wall time for rendering for the page."""
 FRESH = 1.0
-"""Age up to which a picture that a graph received is shown, s of simulation."""
+"""Maximum age of a shown picture that a graph received, simulation time, s."""
 
 Pixels = NDArray[np.uint8]
 
 
 class CameraPictures:
-    """Takes pictures of cameras without waiting for them.
+    """Collects camera pictures without blocking.
 
     Args:
-        session: what is seen.
+        session: session with the cameras.
 
     Attributes:
-        error: why no more pictures are rendered; empty while they are.
+        error: reason why rendering stopped; empty while pictures are rendered.
     """
 
     def __init__(self, session: SessionCore) -> None:
         self._session = session
         self._cameras: Sequence[Prim] = ()
         self._job: tuple[str, float, Future[Picture]] | None = None
-        """Camera, beginning, s of wall time, and result of the picture that is being rendered."""
+        """Path of the camera, start (wall time, s), and future of the picture that is being rendered."""
         self._next = 0.0
-        """Wall time from which on another picture may be rendered, s."""
+        """Earliest wall time of the next rendering, s."""
         self._shown: dict[str, tuple[float, object]] = {}
-        """When the last picture of a camera was taken, s of wall time, and its number, or the tick in which it was rendered."""
+        """Last picture of each camera: its wall time, s, and its number, or the tick in which it was rendered."""
         self.error = ""
 
     def find(self, cameras: Sequence[Prim]) -> None:
-        """Take pictures of these cameras from now on."""
+        """Collect pictures of these cameras from now on."""
         self._cameras = cameras
         self._job = None
         self._shown.clear()
 
     def take(self, now: float, tick: int) -> Mapping[str, Pixels]:
-        """New pictures by the cameras' paths.
+        """Return new pictures by camera path.
 
         Args:
-            now: wall time, s.
-            tick: number of the present tick; nothing is rendered twice in a tick.
+            now: current wall time, s.
+            tick: number of the current tick; a camera is rendered at most once per tick.
         """
         found: dict[str, Pixels] = {}
         others = []
@@ -78,7 +78,7 @@ class CameraPictures:
         return found
 
     def _received(self, path: str, tick: int) -> Picture | None:
-        """The newest picture of a camera that a graph received, if it is not old."""
+        """Return the newest picture of a camera that a graph received, unless it is older than `FRESH`."""
         seconds, ticks = self._session.services.world.tick_period
         for product in self._session.services.render_products.values():
             picture: Picture | None = (
@@ -93,7 +93,7 @@ class CameraPictures:
         return now - when >= PAUSE and what != last
 
     def _render(self, cameras: Sequence[Prim], now: float, tick: int) -> None:
-        """Begin to render the camera whose last picture is the oldest."""
+        """Start rendering the camera with the oldest picture."""
         due = [prim for prim in cameras if self._is_due(prim.path, now, ("tick", tick))]
         if not due:
             return
@@ -117,6 +117,6 @@ class CameraPictures:
 
 
 def _small(pixels: Pixels) -> Pixels:
-    """Every nth pixel, so that a row has at most `WIDTH`."""
+    """Return every nth pixel, so that a picture is at most `WIDTH` wide."""
     step = -(-pixels.shape[1] // WIDTH)
     return np.ascontiguousarray(pixels[::step, ::step])

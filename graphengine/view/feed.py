@@ -30,23 +30,23 @@ if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
 
 PERIOD, PANE_PERIOD = 0.05, 0.25
-"""Seconds of wall time between two frames, and between two contents of panes."""
+"""Wall time between two frames, and between two updates of panes, s."""
 
 
 class Feed:
-    """Feeds a page from a session, in the thread of its ticks.
+    """Sends the state of a session to its page, in the session's thread.
 
     Args:
-        session: what is seen.
-        desk: where commands of viewers are queued.
+        session: session to show.
+        desk: queue for commands of viewers.
         title: name of the scene.
         host: address of the page.
-        port: port of the page; 0 takes a free one.
-        driver: publishes what viewers drive.
-        lost: called once, if the page's process ends before `close`.
+        port: port of the page; 0: a free port.
+        driver: publishes the drive commands of viewers.
+        lost: called once if the page's process ends before `close`.
         make_floor: makes the occupancy map of the scene.
-        listen: subscribes to a topic that a viewer looks at; None measures no topics.
-        findings: returns the findings of the scene's files; texts are findings that were rendered.
+        listen: subscribes to a topic that a viewer selected; None: topics are not measured.
+        findings: returns the findings of the scene's files; strings are rendered findings.
         definitions: message types.
         read_only: whether viewers may only look.
         playback: the recording that the session replays; None for a run.
@@ -93,7 +93,7 @@ class Feed:
 
     @property
     def asked(self) -> bool:
-        """Whether viewers wait for `after_tick` to do what they asked for."""
+        """Whether requests of viewers wait for `after_tick`."""
         return self._viewers.asked
 
     def after_tick(self) -> None:
@@ -114,12 +114,12 @@ class Feed:
         self._error = self._session.failure if error is not None else ""
         if isinstance(error, NodeError):
             self.problems.add(error.node, str(error))
-        if self._error:  # for those who come later, too
+        if self._error:  # also for later viewers
             self._next_panes = 0.0
             self._tell(time.monotonic())
 
     def _tell(self, now: float) -> None:
-        """Send a frame, and what panes show if it is time to."""
+        """Send a frame, and the content of panes if it is due."""
         self._next = now + PERIOD
         poses = self._session.services.world.poses()
         self._tell_scene(len(poses))
@@ -154,11 +154,11 @@ class Feed:
             self._topics.end()
 
     def forget_costs(self) -> None:
-        """Leave out of the costs of nodes what ran since the last frame."""
+        """Do not count the ticks since the last frame in the costs of nodes."""
         self._costs.forget()
 
     def _tell_loss(self) -> None:
-        """Tell once that the page's process has ended, and stop what viewers drove and looked at."""
+        """Report once that the page's process has ended; stop driving and measuring for viewers."""
         self._viewers.leave()
         self._end_topics()
         self._costs.end()
@@ -167,12 +167,12 @@ class Feed:
             self._lost = None
 
     def close(self) -> None:
-        """Tell viewers that the run has ended, and end the page."""
+        """Notify viewers of the end of the run, and end the page's process."""
         self._end_topics()
         self.page.close(Ended(self._error))
 
     def _tell_scene(self, bodies: int) -> None:
-        """Send the scene if it is another one than before: other graphs, or another number of bodies."""
+        """Send the scene if its graphs, its version or the number of its bodies changed."""
         graphs, services = self._session.graphs, self._session.services
         present = (*(id(run.executor.graph) for run in graphs), self._session.version, bodies)
         if present == self._shown:
@@ -196,7 +196,7 @@ class Feed:
         )
 
     def _tell_marks(self) -> None:
-        """Send the events of a recording if there are more than before."""
+        """Send the events of a recording if there are new ones."""
         marks = self._playback.marks() if self._playback is not None else ()
         if len(marks) != self._marked:
             self._marked = len(marks)

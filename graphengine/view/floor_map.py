@@ -1,4 +1,4 @@
-"""Makes the occupancy map of a scene in the background, the first time that it is shown."""
+"""Makes the occupancy map of a scene in the background when it is first shown."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from graphengine.view.layer_data import FloorMap
 
 
 class FloorMaker:
-    """Makes a map once, in a thread.
+    """Makes an occupancy map once, in a thread.
 
     Args:
-        make: makes the map; it takes from 0.1 s to some seconds.
+        make: makes the map; takes from 0.1 s to some seconds.
 
     Attributes:
-        error: why there is no map; empty while there may be one.
+        error: reason why there is no map; empty if there is a map or it is being made.
     """
 
     def __init__(self, make: Callable[[], FloorMap]) -> None:
@@ -26,7 +26,7 @@ class FloorMaker:
         self.error = ""
 
     def take(self) -> FloorMap | None:
-        """The map when it is ready, once; the first call begins to make it."""
+        """Return the map once when it is ready, otherwise None; the first call starts the thread."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="floor map", daemon=True)
             self._thread.start()
@@ -37,4 +37,4 @@ class FloorMaker:
         try:
             self._made = self._make()
         except (GraphError, MemoryError) as error:
-            self.error = str(error) or "there is no memory for a map"
+            self.error = str(error) or "not enough memory for the map"

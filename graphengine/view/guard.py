@@ -73,13 +73,13 @@ class PageGuard:
         return None
 
     def _other_name(self, host: str) -> str:
-        """Why a name is refused, and what to do where a port was forwarded to another one."""
+        """Return why a host name is refused, with a remedy if the port was forwarded to another one."""
         port = self.hosts[0].rpartition(":")[2]
         if _is_loopback(host.rpartition(":")[0].strip("[]")):
             forward = f"ssh -L {port}:127.0.0.1:{port} MACHINE"
             then = "and open the address that graphrun printed"
             return f"this page is on port {port}; forward the same port, as in `{forward}`, {then}"
-        return "this page is served under another name"
+        return "this page has another host name: open the address that graphrun printed"
 
     def _is_own(self, host: str) -> bool:
         name, _, port = host.rpartition(":")

@@ -1,4 +1,4 @@
-"""What a run tells its page about the layers of the 3D part: `SceneLayers` with each scene, `FrameLayers` with each frame."""
+"""Data of the 3D part's layers that a run sends to its page: `SceneLayers` per scene, `FrameLayers` per frame."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from graphengine.devices.contact_points import Contacts
 from graphengine.devices.rotation import Pose
 
 LIDAR, CAMERAS, CONTACTS, FLOOR = "lidar", "cameras", "contacts", "map"
-"""Layers for which a run computes something while they are shown; the page makes the others from poses alone."""
+"""Layers whose data the run computes while they are shown; the page draws the others from poses alone."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mount:
-    """A frame that is fixed to a body.
+    """A coordinate frame fixed to a body.
 
     Attributes:
         name: prim path, or the frame's name in TF.
-        body: row of the body in the poses.
-        pose: in the body's frame.
+        body: row of the body in the array of poses.
+        pose: pose in the body's frame.
     """
 
     name: str
@@ -40,12 +40,12 @@ class SeenLidar:
 
 @dataclass(frozen=True, slots=True)
 class SeenCamera:
-    """A camera, which looks along the -z axis of its frame, with y up.
+    """A camera; it looks along the -z axis of its frame, with y up.
 
     Attributes:
-        mount: its frame.
-        field_of_view: vertical, rad.
-        aspect: width by height of its pictures.
+        mount: frame of the camera.
+        field_of_view: vertical field of view, rad.
+        aspect: width divided by height of its pictures.
     """
 
     mount: Mount
@@ -58,10 +58,10 @@ class SeenEntity:
     """A robot or an object that can be moved.
 
     Attributes:
-        mount: its frame, named as commands name the entity.
+        mount: frame of the entity, with the entity's name in commands.
         robot: whether it is a robot.
-        bodies: rows of its bodies in the poses.
-        mass: kg.
+        bodies: rows of its bodies in the array of poses.
+        mass: total mass, kg.
     """
 
     mount: Mount
@@ -72,10 +72,10 @@ class SeenEntity:
 
 @dataclass(frozen=True, slots=True)
 class SceneLayers:
-    """What changes only when robots come or go.
+    """Layer data that change only when robots are added or removed.
 
     Attributes:
-        frames: of links, sensors and frames of the robots, by the names that they have in TF.
+        frames: frames of the robots' links, sensors and frame prims, named as in TF.
         lidars: all lidars.
         cameras: one camera of each rig.
         entities: robots and objects that can be moved.
@@ -94,8 +94,8 @@ class FloorMap:
     """An occupancy map.
 
     Attributes:
-        cells: shape (rows, columns) from south to north and west to east; 100 occupied, 0 free, -1 unknown.
-        corner: x and y of its corner in the south-west, m.
+        cells: cells from south to north and west to east, shape (rows, columns); 100 occupied, 0 free, -1 unknown.
+        corner: x and y of the south-west corner, m.
         cell: side of a cell, m.
     """
 
@@ -106,14 +106,14 @@ class FloorMap:
 
 @dataclass(frozen=True, slots=True)
 class FrameLayers:
-    """What the layers that are shown need of a frame.
+    """Data of one frame for the shown layers.
 
     Attributes:
-        scans: ranges, m, inf without a hit, and intensities, 0 to 255, of each lidar by its prim path.
-        contacts: points at which bodies touch.
-        pictures: new pictures of cameras by prim path, shape (height, width, 3).
-        floor: the occupancy map, in one frame only.
-        notes: why a layer shows nothing, by the layer's name.
+        scans: ranges (m, inf without a hit) and intensities (0 to 255) of each lidar, by prim path.
+        contacts: contact points between bodies.
+        pictures: new camera pictures by prim path, shape (height, width, 3).
+        floor: the occupancy map; sent in one frame only.
+        notes: reasons why layers show nothing, by layer name.
     """
 
     scans: Mapping[str, tuple[NDArray[np.float32], NDArray[np.float32]]] = field(default_factory=dict)

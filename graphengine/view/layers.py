@@ -32,15 +32,15 @@ if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
 
 NO_FRAMES = ("scope", "robot", "joint", "material", "graph", "body", "light")
-"""Kinds of prims that are no frames in TF."""
+"""Kinds of prims that have no frame in TF."""
 
 
 class Layers:
-    """What there is to show of a session.
+    """Collects the layer data of a session.
 
     Args:
-        session: what is seen; a reload may give it another world.
-        make_floor: makes the occupancy map of its scene.
+        session: session to show; a reload may replace its world.
+        make_floor: makes the occupancy map of the session's scene.
         read_only: whether viewers may only look.
     """
 
@@ -52,7 +52,7 @@ class Layers:
         self._floor = FloorMaker(make_floor)
 
     def find(self, bodies: Sequence[str]) -> SceneLayers:
-        """Look again what there is; call it after robots have come or gone.
+        """Return the layer data of the scene; call it again after robots were added or removed.
 
         Args:
             bodies: names of the bodies in the order of their poses.
@@ -86,12 +86,12 @@ class Layers:
                 yield SeenEntity(_mount(prim, rows, entity.name), entity.kind == "robot", bodies, mass)
 
     def read(self, shown: Collection[str], now: float, tick: int) -> FrameLayers:
-        """What those layers need that are shown; the others cost nothing.
+        """Return the data of one frame for the shown layers; hidden layers cost nothing.
 
         Args:
-            shown: names of the layers.
-            now: wall time, s.
-            tick: number of the present tick.
+            shown: names of the shown layers.
+            now: current wall time, s.
+            tick: number of the current tick.
         """
         floor = self._floor.take() if FLOOR in shown else None
         notes = {CAMERAS: self._pictures.error, FLOOR: self._floor.error}
@@ -109,7 +109,7 @@ class Layers:
 
 
 def _one_of_each_rig(cameras: Iterable[Prim], read: Collection[str]) -> Sequence[Prim]:
-    """The cameras whose pictures graphs may receive, and of each rig without one of those the first."""
+    """Return the cameras whose pictures graphs may receive, and the first camera of each other rig."""
     chosen: dict[Prim | None, Prim] = {}
     for prim in cameras:
         first = chosen.setdefault(prim.parent, prim)

@@ -1,4 +1,4 @@
-"""Puts the findings of a check into the form that the page shows."""
+"""Converts the findings of a check to rows of the page's table."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from graphengine.format.diagnostics import CODES, Finding
 from graphengine.view.live_graphs import place_of
 
 MOST = 1000
-"""Findings that are shown."""
+"""Maximum number of findings to show."""
 _RENDERED = re.compile(
     r"(?:(?P<place>.+?):(?P<column>\d+): )?(?P<severity>error|warning|note) (?P<code>\w+): (?P<message>.*)"
 )
 
 
 def finding_rows(findings: Sequence[Finding | str]) -> list[Mapping[str, Any]]:
-    """Severity, code, message, place and help of each finding, errors first; a text is a finding that was rendered."""
+    """Return severity, code, message, place and help of each finding, errors first; a string is a rendered finding."""
     rows = [_row(finding) if isinstance(finding, Finding) else _row_of_text(finding) for finding in findings[:MOST]]
     return sorted(rows, key=lambda row: ("error", "warning", "note").index(row["severity"]))
 

@@ -37,7 +37,7 @@ class NodeCosts:
         self._profile.end()
 
     def forget(self) -> None:
-        """Leave out what ran since the last call."""
+        """Do not count executions since the last call."""
         self._counted |= {node.path: (node.runs, node.fired, node.seconds) for node in self._profile.nodes()}
 
     def since_last(self, ticks: int, runs: Sequence[GraphRun]) -> Mapping[str, Mapping[str, tuple[int, int, float]]]:
@@ -60,12 +60,12 @@ class NodeCosts:
 
 
 def summarize(run: GraphRun, robots: Sequence[str], folder: str = "") -> dict[str, Any]:
-    """Name, robot, prim path, file and variables of a graph; the robot is empty for a graph of the scene.
+    """Return name, robot, prim path, file and variables of a graph; the robot is empty for a graph of the scene.
 
     Args:
-        run: the graph.
+        run: run of the graph.
         robots: names of all robots.
-        folder: beginning of the paths of files that is left out, as files of recordings are unpacked into it.
+        folder: prefix to remove from file paths: the folder into which a recording's files were extracted.
     """
     graph = run.executor.graph
     robot, _, short = graph.name.partition("/")
@@ -84,13 +84,13 @@ def summarize(run: GraphRun, robots: Sequence[str], folder: str = "") -> dict[st
 
 
 def describe(viewer: int, run: GraphRun, folder: str = "") -> GraphDetails:
-    """What is drawn and told of a graph that a viewer looks at; `folder` is left out of the paths of files."""
+    """Return the drawing and details of a graph that a viewer selected; `folder` is removed from file paths."""
     graph = run.executor.graph
     try:
         view = make_graph_view(graph, Findings())
-    except UsageError as error:  # it is too large
+    except UsageError as error:  # the graph is too large
         return GraphDetails(viewer, run.name, str(error), _nodes_of(graph, folder))
-    # Without the classes of nodes: the page's process may not have the modules that define them.
+    # Node classes are not sent: the page's process may not have the modules that define them.
     view.nodes = [replace(node, instance=None) for node in view.nodes]
     return GraphDetails(viewer, run.name, view, _nodes_of(graph, folder))
 
@@ -120,14 +120,14 @@ def _nodes_of(graph: Graph, folder: str) -> dict[str, dict[str, Any]]:
 
 
 def place_of(span: Span, folder: str = "") -> dict[str, str]:
-    """A place as it is shown, and `path:line` as editors take it: with the absolute path, or that below `folder`."""
+    """Return a place as shown, and as `path:line` for editors: with the absolute path, or the path below `folder`."""
     path = span.source.path.removeprefix(folder)
     absolute = os.path.abspath(path) if path == span.source.path else path
     return {"place": near(str(span).removeprefix(folder)), "copy": f"{absolute}:{span.line}"}
 
 
 def values_of(run: GraphRun) -> dict[str, Any]:
-    """The values of all ports of a graph by `Node.side:port`, and of its variables by `variable:name`."""
+    """Return the values of all ports of a graph by `Node.side:port`, and of its variables by `variable:name`."""
     found = {f"variable:{name}": short_value(variable.value) for name, variable in run.variables.items()}
     for instance, node in zip(run.executor.graph.instances, run.executor.nodes, strict=True):
         if instance.part_of:

@@ -1,4 +1,4 @@
-"""Lists the robots of a session with their sensors, and follows the selected ones."""
+"""Lists the robots of a session with their sensors, and reads the state of selected robots."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NO_SENSORS = ("scope", "robot", "link", "joint", "frame", "material", "graph", 
 
 
 def list_robots(session: SessionCore) -> Sequence[Mapping[str, Any]]:
-    """Name, prim path, namespace, file and sensors of each robot, and whether it was spawned, as JSON has them."""
+    """Return name, prim path, namespace, file and sensors of each robot, and whether it was spawned, as JSON values."""
     stage, spawned, uses = session.services.stage, session.roster.spawned, session.roster.uses
     return [
         {
@@ -33,7 +33,7 @@ def list_robots(session: SessionCore) -> Sequence[Mapping[str, Any]]:
 
 
 def _short(use: str) -> str:
-    """A file's name as it is; nothing of the text of a description."""
+    """Return a file name unchanged, and an empty string for the text of a description."""
     return use if len(use) < 1000 and use.isprintable() else ""
 
 
@@ -42,7 +42,7 @@ def _sensor(prim: Prim) -> Mapping[str, str]:
 
 
 def states_of(session: SessionCore, names: Collection[str]) -> Mapping[str, Mapping[str, Any]]:
-    """Position (m), heading (deg), speed (m/s) and turn rate (rad/s) of those robots that there are, by name."""
+    """Return position (m), heading (deg), speed (m/s) and turn rate (rad/s) of each existing robot among `names`, by name."""
     found = {}
     for robot in session.services.stage.prims("robot") if names else ():
         name = robot.entity_name

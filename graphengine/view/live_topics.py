@@ -1,4 +1,4 @@
-"""Measures the topics of a session and keeps the newest messages, while viewers look at them."""
+"""Measures the topics of a session and keeps the newest messages while viewers show them."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
 
 WINDOW = 2.0
-"""Seconds of simulation over which rates are averaged."""
+"""Simulation time over which rates are averaged, s."""
 MOST_TOPICS = 2000
-"""Topics that are listed."""
+"""Maximum number of topics to list."""
 LARGEST = 4_000_000
-"""Bytes of a message whose content is shown."""
+"""Maximum size of a message whose content is shown, bytes."""
 
 
 class Newest(Protocol):
-    """A subscription of which the newest message is kept; `api.topics` has the one that is used."""
+    """A subscription that keeps the newest message; implemented in `api.topics`."""
 
     type: str
 
     @property
     def latest_data(self) -> bytes | None:
-        """The newest message in CDR."""
+        """The newest message as serialized CDR data."""
 
     def close(self) -> None:
         """Unsubscribe."""
@@ -39,7 +39,7 @@ Listen = Callable[[str], Newest]
 
 
 class _Traffic:
-    """Messages and bytes of each topic since a tap was opened."""
+    """Counts messages and bytes of each topic since it was added as a tap."""
 
     def __init__(self) -> None:
         self.counts: defaultdict[str, list[int]] = defaultdict(lambda: [0, 0])
@@ -58,11 +58,11 @@ class _Traffic:
 
 
 class LiveTopics:
-    """The topics of a session. Rates are those of simulation time, so they do not depend on the speed of the run.
+    """The topics of a session. Rates are per second of simulation time, so they do not depend on the speed of the run.
 
     Args:
-        session: what is seen.
-        listen: subscribes to a topic that a viewer looks at.
+        session: session to measure.
+        listen: subscribes to a topic that a viewer selected.
     """
 
     def __init__(self, session: SessionCore, listen: Listen) -> None:
@@ -70,12 +70,12 @@ class LiveTopics:
         self._listen = listen
         self._traffic: _Traffic | None = None
         self._seen: deque[tuple[float, Mapping[str, tuple[int, int]]]] = deque()
-        """Times, and the counts at that time."""
+        """Simulation times, and the counts at each time."""
         self._watched: dict[str, Newest] = {}
         self._sent: dict[str, bytes | None] = {}
 
     def end(self) -> None:
-        """Measure nothing any more, and unsubscribe."""
+        """Stop measuring and unsubscribe from all topics."""
         if self._watched:
             self.watch(())
         if self._traffic is not None:
@@ -84,7 +84,7 @@ class LiveTopics:
             self._seen.clear()
 
     def rows(self, time: float) -> list[Mapping[str, Any]]:
-        """Name, type, rate, bandwidth, subscribers and publishers of each topic at a time of the simulation, as JSON has them."""
+        """Return name, type, rate, bandwidth, subscribers and publishers of each topic at a simulation time, as JSON values."""
         rates = self._rates(time)
         publishers: defaultdict[str, list[Publisher]] = defaultdict(list)
         for publisher in self._session.services.network.publishers:
@@ -98,7 +98,7 @@ class LiveTopics:
         ]
 
     def _rates(self, time: float) -> Mapping[str, tuple[float, float]]:
-        """Messages and bytes a second by topic; none before there are two times to compare."""
+        """Return messages and bytes per second by topic; empty before the second measurement."""
         if self._traffic is None:
             self._traffic = _Traffic()
             self._session.services.network.tap(self._traffic)
@@ -118,7 +118,7 @@ class LiveTopics:
         }
 
     def watch(self, topics: Collection[str]) -> None:
-        """Subscribe to the topics that viewers look at, and to no others."""
+        """Subscribe to these topics, which viewers selected, and unsubscribe from all others."""
         for topic in [topic for topic in self._watched if topic not in topics]:
             self._watched.pop(topic).close()
             self._sent.pop(topic, None)
@@ -126,11 +126,11 @@ class LiveTopics:
             if topic not in self._watched:
                 try:
                     self._watched[topic] = self._listen(topic)
-                except GraphError:  # it has gone with its robot
+                except GraphError:  # the topic was removed with its robot
                     continue
 
     def messages(self) -> Iterator[TopicMessage]:
-        """The newest message of each topic that is looked at, if it is another one than at the last call."""
+        """Return the newest message of each watched topic, if it changed since the last call."""
         for topic, newest in self._watched.items():
             data = newest.latest_data
             if topic in self._sent and data is self._sent[topic]:

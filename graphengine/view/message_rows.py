@@ -1,4 +1,4 @@
-"""Turns a message into the rows of a tree, with arrays cut to their shape, range and first elements."""
+"""Converts a message to the rows of a tree; arrays are shortened to shape, range and first elements."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from graphengine.messages.definitions import Definitions
 from graphengine.messages.message_text import TypedValue
 
 MOST_ROWS, MOST_ELEMENTS, LONGEST_TEXT = 500, 8, 200
-"""Rows of a message, elements of an array and characters of a text that are shown."""
+"""Maximum number of shown rows of a message, elements of an array, and characters of a string."""
 _STAMPS = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
 
 Row = Mapping[str, Any]
 
 
 def message_rows(data: bytes, message_type: str, definitions: Definitions) -> list[Row]:
-    """Depth, path, name, type and text of each field, as JSON has them; one row with the error if it cannot be decoded."""
+    """Return depth, path, name, type and text of each field, as JSON values; one row with the error if decoding fails."""
     try:
         part = TypedValue.of(messages.decode(data, message_type, definitions), definitions)
     except GraphError as error:

@@ -1,4 +1,4 @@
-"""Counts what went wrong in each node of a session: errors, warnings and values that it dropped."""
+"""Counts the problems of each node of a session: errors, warnings and dropped values."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from typing import Any
 from graphengine.node.dropped_values import DroppedValues
 
 MOST_NODES, LONGEST_TEXT = 1000, 2000
-"""Nodes with problems, and characters of a text, that are kept."""
+"""Maximum number of nodes with problems, and of characters of a text, to keep."""
 
 
 class NodeProblems:
-    """Problems of nodes by prim path: their number and the last text.
+    """Problems of nodes by prim path: number of problems and text of the last one.
 
     Args:
-        dropped: counts the values that nodes dropped; None if such a value ends the run.
+        dropped: counts of dropped values; None if a bad value ends the run.
     """
 
     def __init__(self, dropped: DroppedValues | None) -> None:
         self._dropped = dropped
         self._counts: dict[str, int] = {}
-        """Problems other than dropped values."""
+        """Number of problems other than dropped values, by prim path."""
         self._texts: dict[str, str] = {}
         self._errors: set[str] = set()
         self._shown: Mapping[str, Any] | None = None
 
     def log(self, severity: str, node: str, text: str) -> None:
-        """Take a message of a node; warnings of dropped values are counted elsewhere."""
+        """Count a log message of a node as a problem; warnings about dropped values are counted in `dropped`."""
         if not node or severity not in ("error", "warning"):
             return
         if severity == "warning" and node in self._drops():
@@ -51,14 +51,14 @@ class NodeProblems:
         return self._dropped.ticks if self._dropped is not None else {}
 
     def news(self) -> Mapping[str, Any] | None:
-        """Severity, count and last text by prim path, as JSON has them; None if nothing changed since the last call."""
+        """Return severity, count and last text by prim path, as JSON values; None if nothing changed since the last call."""
         drops = self._drops()
         nodes = [*self._texts, *[node for node in drops if node not in self._texts][:MOST_NODES]]
         found = {
             node: {
                 "severity": "error" if node in self._errors else "warning",
                 "count": self._counts.get(node, 0) + drops.get(node, 0),
-                "text": self._texts.get(node, "dropped values that it cannot use"),
+                "text": self._texts.get(node, "the node dropped values that it cannot use"),
             }
             for node in nodes
         }

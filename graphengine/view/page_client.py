@@ -18,7 +18,7 @@ from graphengine.format.errors import UsageError
 ALLOWED = 20.0
 """Seconds in which the page has to come up."""
 FAREWELL = 1.0
-"""Seconds that `close` waits until everything is sent."""
+"""Maximum wall time that `close` waits until all data are sent, s."""
 
 
 class Page:
@@ -125,7 +125,7 @@ class Page:
         self.lost = not self._closed
 
     def close(self, last: object = None) -> None:
-        """Send what is left and a last object, and end the process; safe to call twice."""
+        """Send the pending objects and a last one, and end the process; safe to call twice."""
         with self._news:
             self._waiting += [one for one in (self._frame, last) if one is not None and not self._closed]
             self._frame = None

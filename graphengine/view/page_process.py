@@ -29,7 +29,7 @@ from graphengine.view.wire import Answer, Ended, GraphDetails, LiveScene, LiveSt
 WHAT = ("command", "look", "select", "topics", "drive", "playback", "gone")
 """What viewers may ask."""
 OF_SCENE = -1
-"""Stands for the number of a viewer in what the 3D part asks."""
+"""Viewer number in requests of the 3D part."""
 
 
 class PageProcess:
@@ -54,7 +54,7 @@ class PageProcess:
         self._tell({"viewer": OF_SCENE, "ask": "show", "viewers": len(self.server.viewers), "layers": layers})
 
     def _command(self, client: int, name: str, arguments: Mapping[str, Any]) -> None:
-        """Send a command of a viewer of the 3D part, whose number is viser's."""
+        """Send a command of a viewer of the 3D part; `client` is viser's number."""
         self._tell({"viewer": OF_SCENE, "ask": "command", "id": client, "command": name, "arguments": arguments})
 
     def _ask(self, viewer: Viewer, message: Mapping[str, Any]) -> None:
@@ -125,12 +125,12 @@ class PageProcess:
 
 
 def _draw(graph: GraphDetails) -> str:
-    """The drawing of a graph as `graphrun show` makes it; a paragraph with the reason if that is not possible."""
+    """Return the drawing of a graph as `graphrun show` makes it, or a paragraph with the reason if drawing fails."""
     try:
         if isinstance(graph.view, str):
             raise UsageError(graph.view)
         return svg.draw([graph.view], named=True)
-    except UsageError as error:  # it is too large, or the layout library is missing
+    except UsageError as error:  # the graph is too large, or the layout library is missing
         return f"<p>{svg.escape(str(error))}</p>"
 
 
@@ -146,7 +146,7 @@ def _plain(value: Any) -> Any:
 
 def main() -> None:
     """Serve the page."""
-    # A viewer may go while his camera is set.
+    # A viewer may disconnect while the camera is set.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection")
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the run, whose end ends this process
     descriptor, host, port = sys.argv[1:]

@@ -32,7 +32,7 @@ from graphengine.view.guard import PageGuard, Refusal, Welcome
 
 MAX_VIEWERS = 8
 FAREWELL = 1.0
-"""Seconds in which viewers have to take the last message."""
+"""Maximum wall time for sending the last message to viewers, s."""
 MAX_MESSAGE = 1_000_000
 """Bytes of a message from a browser."""
 EVERY_ADDRESS = ("0.0.0.0", "::")
@@ -75,7 +75,7 @@ class Viewer:
         return self.drain()
 
     def drain(self) -> list[str]:
-        """Take what there is to send."""
+        """Return the pending messages and clear them."""
         found = [*self._answers, *self._waiting.values()]
         self._answers.clear()
         self._waiting.clear()
@@ -134,7 +134,7 @@ class PageServer:
             viewer.put(kind, text)
 
     def end(self, text: str) -> None:
-        """Send every viewer what is left and a last message, and disconnect it."""
+        """Send the pending messages and a last one to every viewer, and disconnect it."""
 
         async def tell(viewer: Viewer) -> None:
             with contextlib.suppress(ConnectionClosed):

@@ -16,7 +16,7 @@ from graphengine.view.wire import Answer
 MAX_ASKED = 1000
 """Messages of viewers that wait for the end of a tick; older ones are lost."""
 LONGEST_NAME = 1000
-"""Characters of a name that a viewer asks for."""
+"""Maximum length of a name in a viewer's request, characters."""
 DEAD_MAN = 0.5
 """Seconds of wall time after which a robot stops that no viewer drives any more."""
 
@@ -32,44 +32,44 @@ class Driver(Protocol):
 
 
 class RecordingControls(Protocol):
-    """A recording that is shown in the place of a run.
+    """Controls of a recording that the page shows instead of a run.
 
     Attributes:
-        folder: beginning of the paths of its files, which means nothing to viewers.
+        folder: prefix to remove from the paths of its extracted files.
     """
 
     folder: str
 
     def obey(self, asked: Mapping[str, Any]) -> None:
-        """Do what a viewer asks for.
+        """Execute a request of a viewer.
 
         Raises:
-            UsageError: it asks for something else.
+            UsageError: the request is invalid.
         """
 
     def facts(self) -> Mapping[str, Any]:
-        """What the page shows of it, as JSON has it; beside `recording`, facts that take the place of the session's."""
+        """Return facts for the page as JSON values: `recording`, and values that replace facts of the session."""
 
     def marks(self) -> Sequence[Mapping[str, Any]]:
-        """The events that were found so far; events are only added."""
+        """Return the events found so far; the list only grows."""
 
 
 class Viewers:
-    """Those who look at the page of a session.
+    """The viewers of a session's page, and their requests.
 
     Args:
-        desk: where their commands are queued.
-        driver: publishes what they drive.
-        read_only: whether they may only look.
-        playback: the recording that they look at; None for a run.
+        desk: queue for their commands.
+        driver: publishes their drive commands.
+        read_only: whether viewers may only look.
+        playback: controls of the shown recording; None for a run.
 
     Attributes:
-        number: of viewers.
-        layers: layers of the 3D part that are shown.
-        graphs: the graph that each viewer looks at.
-        newcomers: viewers who look at a graph that they have not got yet.
-        robots: the robot that each viewer selected.
-        topics: the topic that each viewer with an open topics pane looks at; empty for none.
+        number: number of viewers.
+        layers: shown layers of the 3D part.
+        graphs: selected graph of each viewer.
+        newcomers: viewers whose selected graph has not been sent yet.
+        robots: selected robot of each viewer.
+        topics: selected topic of each viewer with an open topics pane; empty for none.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class Viewers:
 
     @property
     def asked(self) -> bool:
-        """Whether something that was asked for has not been done yet."""
+        """Whether there are pending requests."""
         return bool(self._asked)
 
     def obey(self, page: Page, now: float) -> None:
@@ -140,7 +140,7 @@ class Viewers:
     def _play(self, page: Page, playback: RecordingControls, asked: Mapping[str, Any]) -> None:
         try:
             if asked.get("ask") != "playback":
-                raise UsageError("this is a recording: what happened in it cannot be changed")
+                raise UsageError("this page shows a recording, which cannot be changed")
             playback.obey(asked)
         except UsageError as error:
             page.tell(Answer(asked["viewer"], {"id": asked.get("id"), "error": str(error)}))

@@ -17,16 +17,16 @@ from graphengine.view.layer_data import FrameLayers, SceneLayers
 
 @dataclass(frozen=True, slots=True)
 class LiveScene:
-    """What changes only when robots come or go.
+    """Scene data that change only when robots are added or removed, or files are reloaded.
 
     Attributes:
         title: name of the scene.
-        bodies: what is visible.
-        graphs: in the order they run: name, robot, prim path, file and variables of each, as JSON has them.
-        drives: topic by which each robot is driven, of those that have one.
-        layers: what the layers of the 3D part show beside bodies.
-        focus: place that the camera looks at first, m.
-        robots: name, prim path, namespace, file and sensors of each, as JSON has them.
+        bodies: visible bodies.
+        graphs: name, robot, prim path, file and variables of each graph in execution order, as JSON values.
+        drives: drive topic of each robot that has one.
+        layers: data of the 3D part's layers.
+        focus: initial focus of the camera, m.
+        robots: name, prim path, namespace, file and sensors of each robot, as JSON values.
         definitions: message types.
     """
 
@@ -42,13 +42,13 @@ class LiveScene:
 
 @dataclass(frozen=True, slots=True)
 class GraphDetails:
-    """A graph that a viewer looks at.
+    """Details of the graph that a viewer selected.
 
     Attributes:
         viewer: number of the viewer.
-        name: `robot/graph`.
-        view: what is drawn; a text if it cannot be drawn.
-        nodes: its nodes by name, with what the page tells of their ports.
+        name: name of the graph, such as `robot/graph`.
+        view: drawing data; a string with the reason if the graph cannot be drawn.
+        nodes: details of nodes and their ports, by node name.
     """
 
     viewer: int
@@ -62,13 +62,12 @@ class LiveState:
     """The state of a run after a tick.
 
     Attributes:
-        facts: the fields of a `RunStatus`, as JSON has them.
-        poses: of all bodies, shape (bodies, 7).
-        layers: what the layers of the 3D part need that are shown.
-        values: text of each port and variable, by `graph`, then `Node.side:port` or `variable:name`, of the graphs that are
-            looked at.
-        nodes: runs, firings and microseconds of a run since the last frame, by graph and node, likewise.
-        robots: pose and velocity of the robots that are selected, by name.
+        facts: fields of a `RunStatus` as JSON values.
+        poses: poses of all bodies, shape (bodies, 7).
+        layers: data of the shown layers of the 3D part.
+        values: text of each port and variable of the selected graphs, by `graph`, then `Node.side:port` or `variable:name`.
+        nodes: executions, firings and microseconds per execution since the last frame, by graph and node, likewise.
+        robots: pose and velocity of the selected robots, by name.
     """
 
     facts: Mapping[str, Any]
@@ -81,11 +80,11 @@ class LiveState:
 
 @dataclass(frozen=True, slots=True)
 class PaneContent:
-    """What a pane of the page shows, in the place of what it showed before.
+    """New content of a pane of the page; replaces the previous content.
 
     Attributes:
-        kind: of the pane, such as `topics`.
-        content: as JSON has it.
+        kind: kind of the pane, such as `topics`.
+        content: content as JSON values.
     """
 
     kind: str
@@ -94,13 +93,13 @@ class PaneContent:
 
 @dataclass(frozen=True, slots=True)
 class TopicMessage:
-    """The newest message of a topic that a viewer looks at.
+    """The newest message of a topic that a viewer selected.
 
     Attributes:
-        topic: full name.
-        type: as in `nav_msgs/msg/Odometry`.
-        size: bytes of the message.
-        data: the message in CDR; None before the first one, and of one that is too large to be shown.
+        topic: full name of the topic.
+        type: message type, such as `nav_msgs/msg/Odometry`.
+        size: size of the message, bytes.
+        data: serialized CDR data; None before the first message, and for a message that is too large to show.
     """
 
     topic: str
@@ -124,10 +123,10 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """The end of the run: nothing follows.
+    """The end of the run; the last message to the page.
 
     Attributes:
-        error: text of the error that ended it; empty if there was none.
+        error: text of the error that ended the run; empty without an error.
     """
 
     error: str

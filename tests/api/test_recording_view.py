@@ -141,9 +141,7 @@ def test_the_verdict_tells_the_first_difference(path: Path) -> None:
     with playing(other) as player:
         player.build()
         said = Playback(player).verdict()
-    assert (
-        said == "different in tick 1, t = 0.016667 s: /time; from there on the replay is shown, not what was recorded"
-    )
+    assert said == "different in tick 1, t = 0.016667 s: /time; from this tick on, the page shows the replay instead"
 
 
 @pytest.mark.parametrize(

@@ -137,9 +137,9 @@ def test_a_comment_is_recorded_as_it_may_matter_later(tmp_path: Path, edits: Edi
 @pytest.mark.parametrize(
     ("arguments", "why"),
     [
-        ('{"files": 3}', "does not say which files it read"),
-        ('{"files": {"project/a.yaml": 1}}', "does not say which files it read"),
-        ("[]", "does not say which files it read"),
+        ('{"files": 3}', "has no valid list of files"),
+        ('{"files": {"project/a.yaml": 1}}', "has no valid list of files"),
+        ("[]", "has no valid list of files"),
         ('{"files": {"../a.yaml": null}}', "is no name that a file of a recording can have"),
         ('{"files": {"project/a.yaml": "/etc/passwd"}}', "is no name that a file of a recording can have"),
         ('{"files": {"project/a.yaml": "project/none.yaml"}}', "has no file 'project/none.yaml', which a reload read"),

@@ -49,11 +49,13 @@ def test_a_run_follows_its_files_and_prints_what_came_of_it(hall: Path, graphrun
         expect(run, "mine.yaml changed: exchanged mine; 3 of 3 nodes keep their state\n")
         (hall / "mine.yaml").write_text(CLOCK.replace("topicName", "topicNam"), encoding="utf-8")
         expect(run, "mine.yaml:8:14: error G204: ROS2PublishClock has no input 'topicNam'\n")
-        expect(run, "  did you mean 'topicName'?\n1 error in changed files; the run goes on with the files before\n")
+        expect(
+            run, "  did you mean 'topicName'?\n1 error in changed files; the run continues with the previous version\n"
+        )
         (hall / "mine.yaml").write_text(CLOCK, encoding="utf-8")
         expect(run, "mended: mine.yaml changed: exchanged mine; 3 of 3 nodes keep their state\n")
         (hall / "world.xml").write_text(WORLD.replace("5 5", "6 6"), encoding="utf-8")
-        expect(run, "world.xml changed: the world is another one; restarted at t = 0\n")
+        expect(run, "world.xml changed: the world changed; restarted at t = 0\n")
         assert run.stop(signal.SIGINT) == 0
     replayed = process("replay", "out.mcap", cwd=hall, code=0)
     assert replayed.out.startswith("identical: ")
@@ -66,7 +68,7 @@ def test_a_paused_run_follows_its_files_too(hall: Path) -> None:
         (hall / "mine.yaml").unlink()
         expect(run, "error S101: graph 'mine': no file 'mine.yaml'")
         (hall / "mine.yaml").write_text(CLOCK, encoding="utf-8")
-        expect(run, "mended: mine.yaml changed: no graph and nothing of the world is different\n")
+        expect(run, "mended: mine.yaml changed: graphs and world are unchanged\n")
         assert run.stop(signal.SIGTERM) == 0
 
 
@@ -80,5 +82,7 @@ def test_without_watch_a_run_keeps_its_files_until_it_is_asked_to_reload(hall: P
         (hall / "mine.yaml").write_text("nonsense: 1\n", encoding="utf-8")
         refused = graphrun("ctl", "reload", code=1)
         assert "mine.yaml:1:1: error G106" in refused.err
-        assert graphrun("ctl", "state", code=0).lines[1:] == ["  2 errors in changed files, which do not run yet"]
+        assert graphrun("ctl", "state", code=0).lines[1:] == [
+            "  2 errors in changed files; the run continues with the previous version"
+        ]
         assert run.stop(signal.SIGINT) == 0

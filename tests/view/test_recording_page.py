@@ -112,9 +112,7 @@ def test_what_happened_cannot_be_changed(player: RecordingPlayer) -> None:
         return [*told, viewer.answer(7)], viewer.stage["drives"]
 
     told, drives = looked_at(player, play)
-    assert [answer["error"] for answer in told[:2]] == [
-        "this is a recording: what happened in it cannot be changed"
-    ] * 2
+    assert [answer["error"] for answer in told[:2]] == ["this page shows a recording, which cannot be changed"] * 2
     assert "play, pause, seek, step, speed" in told[2]["error"]
     assert drives == {}
 

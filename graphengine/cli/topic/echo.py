@@ -119,7 +119,7 @@ def _text(
 
 
 def _wants_summary(arguments: argparse.Namespace) -> bool:
-    """Whether summaries are asked for, or the output is a terminal and no option says how to print."""
+    """Return whether to print summaries: on request, or on a terminal if no option sets the output format."""
     chosen = ("csv", "flow_style", "no_arr", "no_str", "full_length")
     plain = arguments.truncate_length is None and not any(getattr(arguments, option) for option in chosen)
     return arguments.summary or (plain and sys.stdout.isatty())

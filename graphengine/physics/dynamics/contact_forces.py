@@ -1,4 +1,4 @@
-"""The contact points of a state, with their forces."""
+"""Computes the contact points of a state, with their forces."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from graphengine.physics.engine import mujoco
 
 
 def contact_points(model: mujoco.MjModel, data: mujoco.MjData) -> Contacts:
-    """All contacts between geoms.
+    """Return all contact points between geoms.
 
     Args:
-        model: of the world.
-        data: a state whose forces are known, as `Forces.now` returns it.
+        model: model of the world.
+        data: state with computed forces, from `Forces.now`.
     """
     contact = data.contact
     chosen = np.flatnonzero((contact.geom >= 0).all(axis=1) & (contact.efc_address >= 0))

@@ -38,7 +38,7 @@ class MujocoEntities:
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
         self._owners: tuple[mujoco.MjModel, dict[int, str]] | None = None
-        """Names of entities by their topmost bodies, and the model in which they are."""
+        """The model, and the names of its entities by their root bodies."""
 
     def all(self) -> list[Entity]:
         """Robots in the order of the stage, then the world's own bodies."""
@@ -115,13 +115,13 @@ class MujocoEntities:
         return [self._overlap(geom, depth, owners) for geom, depth in found.items()]
 
     def touching(self) -> dict[str, Overlap]:
-        """What each entity touches deepest, if it touches anything but what carries it."""
+        """Return the deepest contact of each entity; contacts with the supporting body do not count."""
         owners = self._find_owners()
         found = touching(self._simulation.model, self._simulation.data, owners)
         return {name: self._overlap(geom, depth, owners) for name, (depth, geom) in found.items()}
 
     def _find_owners(self) -> dict[int, str]:
-        """Names of entities by their topmost bodies; a world with other robots has another model."""
+        """Return the names of entities by their root bodies; the cache is valid for one model."""
         model = self._simulation.model
         if self._owners is None or self._owners[0] is not model:
             self._owners = model, {root: name for name, prim in self._prims().items() for root in self.roots(prim)}

@@ -30,15 +30,15 @@ def overlaps(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[int])
 
 
 def touching(model: mujoco.MjModel, data: mujoco.MjData, owners: Mapping[int, str]) -> dict[str, tuple[float, int]]:
-    """What some things touch: by name of the thing, the greatest depth, m, and the shape that it is stuck in or leans on.
+    """Return the deepest contact of each entity: its depth, m, and the other geom, by the entity's name.
 
-    What carries a thing does not count. That is a shape below it, as the normal of the contact says, which it does not sink into
-    by more than `LEAST`; planes may be sunk into, as they are floors.
+    Contacts with a supporting geom do not count: a geom below the entity, by the contact's normal, with a depth less than
+    `LEAST`, or of any depth for a plane, as planes are floors.
 
     Args:
-        model: of the world.
-        data: contacts are those of the state that MuJoCo looked at last.
-        owners: names of things by their topmost bodies.
+        model: model of the world.
+        data: state with the contacts that MuJoCo computed last.
+        owners: names of entities by their root bodies.
     """
     found: dict[str, tuple[float, int]] = {}
     contacts, kinds, roots = data.contact, model.geom_type, model.body_rootid[model.geom_bodyid]

@@ -1,6 +1,6 @@
-"""Two-dimensional textures of a model, and how they lie on geoms.
+"""Two-dimensional textures of a model, and their mapping to geoms.
 
-Cube textures are left out: geoms have the mean colour of theirs.
+Cube textures are not included: their geoms have the texture's mean colour.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ _MESH, _FLAT = mujoco.mjtGeom.mjGEOM_MESH.value, mujoco.mjtTexture.mjTEXTURE_2D.
 _ROUND = tuple(
     kind.value for kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE)
 )
-"""Geoms that are as wide along y as along x; the second number of their size is another length."""
+"""Geom types with the same width along x and y; the second number of their size is another length."""
 
 
 def texture_of(model: mujoco.MjModel, geom: int) -> int:
-    """Number of the colour texture of a geom's material; -1 without one."""
+    """Return the index of the colour texture of a geom's material; -1 without one."""
     material = int(model.geom_matid[geom])
     found = [int(model.mat_texid[material, role]) for role in _ROLES] if material >= 0 else []
     return max(found, default=-1)
 
 
 def is_flat(model: mujoco.MjModel, texture: int) -> bool:
-    """Whether a texture is two-dimensional."""
+    """Return whether a texture is two-dimensional."""
     return bool(model.tex_type[texture] == _FLAT)
 
 
 def pixels(model: mujoco.MjModel, texture: int) -> NDArray[np.uint8]:
-    """A texture, shape (height, width, channels), the upper row first; a view of the model's data."""
+    """Return a texture as a view of the model's data, shape (height, width, channels), the top row first."""
     shape = int(model.tex_height[texture]), int(model.tex_width[texture]), int(model.tex_nchannel[texture])
     start = int(model.tex_adr[texture])
     found: NDArray[np.uint8] = model.tex_data[start : start + shape[0] * shape[1] * shape[2]].reshape(shape)
@@ -39,7 +39,7 @@ def pixels(model: mujoco.MjModel, texture: int) -> NDArray[np.uint8]:
 
 
 def repeats(model: mujoco.MjModel, geom: int) -> tuple[float, float]:
-    """Repetitions of the texture in a metre along the geom's x and y axis; zero for meshes with texture coordinates."""
+    """Return the repetitions of the texture per metre along the geom's x and y axes; zero for meshes with coordinates."""
     if model.geom_type[geom] == _MESH and model.mesh_texcoordadr[model.geom_dataid[geom]] >= 0:
         return 0.0, 0.0
     material = int(model.geom_matid[geom])
@@ -53,7 +53,7 @@ def repeats(model: mujoco.MjModel, geom: int) -> tuple[float, float]:
 
 
 def corner_coordinates(model: mujoco.MjModel, mesh: int) -> NDArray[np.float32] | None:
-    """Texture coordinates of each triangle's corners, shape (triangles, 3, 2), from the upper left; None without any."""
+    """Return the texture coordinates of triangle corners, shape (triangles, 3, 2), origin at the upper left; or None."""
     if model.mesh_texcoordadr[mesh] < 0:
         return None
     first, face, count = model.mesh_texcoordadr[mesh], model.mesh_faceadr[mesh], model.mesh_facenum[mesh]

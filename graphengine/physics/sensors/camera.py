@@ -164,7 +164,7 @@ class PinholeCamera(Sampled):
         return self._delivery[1]
 
     def preview(self) -> Future[Picture]:
-        """Render what it sees at this instant in the background; samples and deliveries stay as they are."""
+        """Render a picture of the current state in the background, without effect on samples and deliveries."""
         return self._expose(False)
 
     def picture(self, *, segmentation: bool = False) -> Picture:

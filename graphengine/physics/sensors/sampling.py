@@ -45,7 +45,7 @@ class Sampling:
         return tick == 1 or (tick > 1 and self.newest(tick) > self.newest(tick - 1))
 
     def random(self, seed: int, sample: int) -> np.random.Generator:
-        """The generator of one sample's noise, with the session's seed."""
+        """Return the random generator for the noise of one sample, from the session's seed."""
         return np.random.Generator(np.random.Philox(key=key_of(seed, self._prim_path), counter=sample << 128))
 
 
@@ -68,7 +68,7 @@ class Sampled(CarriedPrim):
         return self._sampling.newest(self._simulation.tick)
 
     def _noise_of(self, index: int) -> np.random.Generator:
-        """The generator of a sample's noise."""
+        """Return the random generator for the noise of a sample."""
         return self._sampling.random(self._simulation.seed, index)
 
 
@@ -99,5 +99,5 @@ class TickSampled(Sampled, Generic[S]):
         return sample
 
     def _make_sample(self, index: int) -> S:
-        """Make sample `index` from the present state; its noise comes from `self._noise_of(index)`."""
+        """Make sample `index` from the current state, with noise from `self._noise_of(index)`."""
         raise NotImplementedError

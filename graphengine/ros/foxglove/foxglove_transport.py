@@ -143,7 +143,7 @@ class _Writer:
 
     @property
     def matched(self) -> int:
-        """Number of readers; all clients that subscribe count as one."""
+        """Number of readers; all subscribed clients count as one."""
         return self._inner.matched + self.end.wanted
 
     @property

@@ -1,6 +1,6 @@
-"""What a viewer does to an entity with the mouse: pull it, which pushes it, or move it by handles.
+"""Mouse control of entities: a drag pulls an entity with forces, and handles move it.
 
-The mouse tells of each of its moves; the run gets a command at most each `PERIOD`, with the newest of them.
+Each mouse move is an event; the run gets at most one command per `PERIOD`, with the newest position.
 """
 
 from __future__ import annotations
@@ -19,26 +19,26 @@ if TYPE_CHECKING:
     import viser
 
 PERIOD = 0.1
-"""Time between two commands, s: of wall time, and of pushes of simulation too."""
+"""Minimum time between two commands, s: wall time, and for pushes also simulation time."""
 STIFFNESS, DAMPING = 15.0, 6.0
-"""Force of a push for each kg of the entity: N for each metre that it is to go, and against each m/s at which it moves."""
+"""Force of a push per kg of the entity: N per metre of distance to the mouse, and N per m/s of damping."""
 FARTHEST = 2.0
-"""Distance from which on a pull has one force, m."""
+"""Distance beyond which the force of a pull is constant, m."""
 
 Command = Callable[[str, dict[str, Any]], None]
 Vector = NDArray[np.float64]
 
 
 class Pull:
-    """A pull at an entity: pushes towards a place, one after another, until the mouse is released.
+    """Pulls an entity towards the mouse by successive pushes, until the mouse button is released.
 
-    They act on the centre of mass: at the point where the mouse took hold, they would turn over what is light.
+    Pushes act on the centre of mass: at the point where the drag started, they would tip light entities over.
 
     Args:
         command: sends a command to the run.
 
     Attributes:
-        held: the entity, and the way from where the mouse took hold to where it is, m; None while nothing is pulled at.
+        held: the entity, and the vector from the start of the drag to the mouse, m; None while nothing is dragged.
     """
 
     def __init__(self, command: Command) -> None:
@@ -48,14 +48,14 @@ class Pull:
         self._goal = np.zeros(3)
         self._next = 0.0
         self._last, self._before = -PERIOD, np.zeros(3)
-        """Time of the simulation at the last push, s, and where the entity was, m."""
+        """Simulation time of the last push, s, and position of the entity then, m."""
 
     def update(self, seconds: float, poses: Mapping[str, tuple[Floats, Floats]]) -> None:
-        """Push if it is time to.
+        """Send a push if it is due.
 
         Args:
-            seconds: time of the simulation, in which a push acts.
-            poses: of the entities by name.
+            seconds: simulation time, s.
+            poses: poses of the entities by name.
         """
         held, now = self.held, time.monotonic()
         if held is None or held[0].mount.name not in poses:
@@ -76,10 +76,10 @@ class Pull:
 
 
 class MoveHandles:
-    """Handles about an entity by which a viewer moves it.
+    """Handles around an entity with which a viewer moves it.
 
     Args:
-        scene: the viewer's own.
+        scene: scene of this viewer only.
         command: sends a command to the run.
     """
 
@@ -91,12 +91,12 @@ class MoveHandles:
         self._waiting: dict[str, Any] | None = None
         self._next = 0.0
         self.held = False
-        """Whether the viewer drags one of them."""
+        """Whether the viewer drags a handle."""
 
     def update(self, name: str, position: Floats, rotation: Floats) -> None:
-        """Move the entity of a name to where its handles are, if it is time to; else the handles to where it is.
+        """Move the named entity to its handles if a move is due; otherwise move the handles to the entity.
 
-        An empty name has no handles.
+        An empty name removes the handles.
         """
         if name != self._name:
             self._show(name)
@@ -117,7 +117,7 @@ class MoveHandles:
         controls.on_update(self._drag)
         self._controls = controls
 
-    async def _drag(self, event: viser.TransformControlsEvent) -> None:  # viser keeps the order of those that are async
+    async def _drag(self, event: viser.TransformControlsEvent) -> None:  # viser keeps the order of async callbacks
         self.held = event.phase != "end"
         w, x, y, z = event.target.wxyz.tolist()
         orientation = {"quaternion_xyzw": [x, y, z, w]}

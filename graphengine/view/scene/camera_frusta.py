@@ -1,4 +1,4 @@
-"""The layer of cameras: what they see, drawn where they look."""
+"""The layer of cameras: pictures in the viewing frusta."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     import viser
 
 ABOUT_X = np.array([[0.0, 1.0, 0.0, 0.0]], np.float32)
-"""Half a turn, from a camera that looks along -z with y up to one that looks along z with y down."""
+"""Half a turn about x: from a camera that looks along -z with y up to a camera that looks along z with y down."""
 SIZE = 0.15
-"""Of a frustum, whose volume viser makes the same for all fields of view."""
+"""Size of a frustum; viser gives all fields of view the same volume."""
 
 
 class CameraFrusta(Layer):
@@ -24,9 +24,7 @@ class CameraFrusta(Layer):
 
     name = CAMERAS
     title = "Cameras"
-    hint = (
-        "One camera of each rig with its picture, some times a second; rendering them takes processor time of the run"
-    )
+    hint = "One camera of each rig with its picture, a few times per second; rendering takes CPU time of the run"
 
     def _draw(self, layers: SceneLayers) -> None:
         self._carried = Carried.of([(camera.mount.body, camera.mount.pose) for camera in layers.cameras])
@@ -46,7 +44,7 @@ class CameraFrusta(Layer):
         }
 
     def _update(self, poses: Poses, frame: FrameLayers) -> None:
-        """Put the cameras where their bodies are, and show new pictures."""
+        """Move the cameras with their bodies, and show new pictures."""
         if not self.shown or not self._frusta:
             return
         for path, pixels in frame.pictures.items():

@@ -1,4 +1,4 @@
-"""Poses of frames that are fixed to bodies, for many frames at once; quaternions here are (w, x, y, z), as in viser."""
+"""World poses of many frames that are fixed to bodies; quaternions are (w, x, y, z), as in viser."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ Floats = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class Carried:
-    """Frames that bodies carry.
+    """Frames that are fixed to bodies.
 
     Attributes:
         rows: row of each frame's body in the poses, shape (n,).
-        positions: in the frames of their bodies, m, shape (n, 3).
-        rotations: likewise, shape (n, 4).
+        positions: positions in the bodies' frames, m, shape (n, 3).
+        rotations: quaternions in the bodies' frames, shape (n, 4).
     """
 
     rows: NDArray[np.intp]
@@ -29,13 +29,13 @@ class Carried:
 
     @classmethod
     def of(cls, frames: Sequence[tuple[int, Pose]]) -> Carried:
-        """Frames by the row of the body and the pose in it, whose quaternion is (x, y, z, w)."""
+        """Create frames from the row of each body and the pose in its frame, whose quaternion is (x, y, z, w)."""
         positions = np.array([pose[0] for _, pose in frames], np.float32).reshape(-1, 3)
         rotations = np.array([pose[1] for _, pose in frames], np.float32).reshape(-1, 4)[:, [3, 0, 1, 2]]
         return cls(np.array([row for row, _ in frames], np.intp), positions, rotations)
 
     def at(self, poses: NDArray[np.float64]) -> tuple[Floats, Floats]:
-        """Positions and rotations in the world.
+        """Return positions and rotations in the world frame.
 
         Args:
             poses: position and quaternion (x, y, z, w) of each body, shape (bodies, 7).
@@ -46,7 +46,7 @@ class Carried:
 
 
 def multiplied(a: Floats, b: Floats) -> Floats:
-    """Products of quaternions, row by row."""
+    """Return the products of quaternions, row by row."""
     aw, ax, ay, az = a.T
     bw, bx, by, bz = b.T
     product: Floats = np.stack(
@@ -62,7 +62,7 @@ def multiplied(a: Floats, b: Floats) -> Floats:
 
 
 def turned(q: Floats, v: Floats) -> Floats:
-    """Vectors rotated by quaternions, row by row."""
+    """Return vectors rotated by quaternions, row by row."""
     t = 2.0 * np.cross(q[:, 1:], v)
     found: Floats = v + q[:, :1] * t + np.cross(q[:, 1:], t)
     return found

@@ -1,4 +1,4 @@
-"""The layer of contacts: where bodies touch, and with which force."""
+"""The layer of contacts: contact points and forces."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from graphengine.view.layer_data import CONTACTS, FrameLayers, SceneLayers
 from graphengine.view.scene.layer import Layer, Poses
 
 PER_NEWTON = 0.01
-"""Length of an arrow for a force, m/N."""
+"""Length of an arrow per force, m/N."""
 LONGEST = 2.0
-"""Of an arrow, m."""
+"""Maximum length of an arrow, m."""
 COLOUR = (214, 51, 132)
 
 
 class ContactArrows(Layer):
-    """A point and an arrow for each contact. The arrow shows the force on the body that can be moved, 1 m for 100 N."""
+    """A point and an arrow for each contact. The arrow shows the force on the movable body, 1 m for 100 N."""
 
     name = CONTACTS
     title = "Contacts"
-    hint = "Points at which bodies touch, and the forces there: 1 m for 100 N"
+    hint = "Contact points between bodies, and their forces: 1 m for 100 N"
 
     def _draw(self, layers: SceneLayers) -> None:
         self._movable = [row for entity in layers.entities for row in entity.bodies]

@@ -1,4 +1,4 @@
-"""Draws the bodies of a world: surfaces once, then the poses of those that move."""
+"""Draws the bodies of a world: surfaces once, then the poses of moving bodies."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """Shapes that share a surface; `handle` is viser's, whose instances are the shapes."""
+    """Shapes that share a surface; `handle` is a viser handle with one instance per shape."""
 
     handle: Any
     shapes: Carried
 
     def place(self, poses: Poses) -> None:
-        """Put the shapes where their bodies are."""
+        """Move the shapes with their bodies."""
         self.handle.batched_positions, self.handle.batched_wxyzs = self.shapes.at(poses)
 
 
 class DrawnBodies:
-    """Some bodies, which are switched on and off together.
+    """A group of bodies that is shown or hidden as a whole.
 
     Args:
-        scene: where they are drawn.
-        path: of the node above them.
+        scene: viser scene to draw in.
+        path: path of the parent node.
 
     Attributes:
-        shown: whether they are switched on.
-        batches: what they are drawn by.
+        shown: whether the group is shown.
+        batches: batches of the drawn shapes.
     """
 
     def __init__(self, scene: viser.SceneApi, path: str) -> None:
@@ -50,7 +50,7 @@ class DrawnBodies:
         self.batches: Sequence[Batch] = ()
 
     def draw(self, bodies: Bodies, chosen: Collection[int]) -> None:
-        """Draw the bodies of these rows; all that was drawn before is gone."""
+        """Draw the bodies of these rows, after a reset of the viser scene."""
         self._root = self._scene.add_frame(self._path, show_axes=False, visible=self.shown)
         groups: defaultdict[tuple[object, ...], list[VisibleShape]] = defaultdict(list)
         for shape in bodies.shapes:
@@ -60,7 +60,7 @@ class DrawnBodies:
             if is_textured(shape, bodies):
                 form = (shape.kind, shape.mesh, shape.size, shape.texture, shape.repeats, shape.colour)
             else:
-                # A box, sphere, ellipsoid or cylinder is a scaled unit one; a capsule has no such.
+                # A box, sphere, ellipsoid or cylinder is a scaled unit shape; a capsule is not.
                 form = (shape.kind, shape.mesh, shape.size if shape.kind == "capsule" else ())
             groups[form].append(shape)
         self.batches = [
@@ -69,7 +69,7 @@ class DrawnBodies:
         self._last = None
 
     def update(self, poses: Poses) -> None:
-        """Put bodies where they are now; those that have not moved cost nothing."""
+        """Update the poses of bodies; bodies that have not moved cost nothing."""
         self._root.visible = self.shown
         last, self._last = self._last, poses
         changed = (poses != last).any(axis=1) if last is not None and last.shape == poses.shape else None

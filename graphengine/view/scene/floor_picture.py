@@ -9,17 +9,17 @@ from graphengine.view.layer_data import FLOOR, FloorMap, FrameLayers, SceneLayer
 from graphengine.view.scene.layer import Layer, Poses
 
 HEIGHT = 0.02
-"""Of the picture above z = 0, m; from afar a browser cannot tell less apart."""
+"""Height of the picture above z = 0, m; at a smaller one, it flickers with the floor when seen from afar."""
 OCCUPIED, FREE = (20, 24, 40, 235), (60, 150, 90, 80)
-"""Red, green, blue and opacity; what is unknown is left out."""
+"""Red, green, blue and opacity, 0 to 255; unknown cells are transparent."""
 
 
 class FloorPicture(Layer):
-    """The map that `graphrun map` makes: occupied cells dark, free ones green."""
+    """The map that `graphrun map` makes: occupied cells dark, free cells green."""
 
     name = FLOOR
     title = "Map"
-    hint = "The occupancy map of the scene as it begins, as graphrun map makes it: obstacles dark, free floor green"
+    hint = "The occupancy map of the scene at time 0, as graphrun map makes it: obstacles dark, free floor green"
     _floor: FloorMap | None = None
 
     def _draw(self, layers: SceneLayers) -> None:
@@ -27,7 +27,7 @@ class FloorPicture(Layer):
             self._show(self._floor)
 
     def _update(self, poses: Poses, frame: FrameLayers) -> None:
-        """Show the map when it has come."""
+        """Show the map when it arrives."""
         if frame.floor is not None:
             self._floor = frame.floor
             self._show(frame.floor)
@@ -49,7 +49,7 @@ class FloorPicture(Layer):
 
 
 def picture(floor: FloorMap) -> NDArray[np.uint8]:
-    """The map as an image, shape (rows, columns, 4), from south to north: viser draws the first row at the least y."""
+    """Return the map as an image, shape (rows, columns, 4), from south to north: viser draws the first row at the smallest y."""
     pixels = np.zeros((*floor.cells.shape, 4), np.uint8)
     pixels[floor.cells == 100] = OCCUPIED
     pixels[floor.cells == 0] = FREE

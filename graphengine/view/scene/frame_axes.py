@@ -12,11 +12,11 @@ from graphengine.view.scene.carried import Carried
 from graphengine.view.scene.layer import Layer, Poses
 
 MOST_NAMES = 40
-"""Frames up to which their names are shown; more would hide each other."""
+"""Maximum number of frames with names; more names would overlap."""
 LENGTH = 0.12
-"""Of an axis, m."""
+"""Length of an axis, m."""
 TEXT_HEIGHT = 0.018
-"""Of a name, m."""
+"""Height of a name, m."""
 
 
 class FrameAxes(Layer):
@@ -49,7 +49,7 @@ class FrameAxes(Layer):
         }
 
     def _update(self, poses: Poses, frame: FrameLayers) -> None:
-        """Put the axes where their bodies are."""
+        """Move the axes with their bodies."""
         if not self.shown or not len(self._carried.rows):
             return
         if self._last is not None and np.array_equal(poses, self._last):
@@ -62,7 +62,7 @@ class FrameAxes(Layer):
 
 
 def _names(frames: Sequence[Mount]) -> Mapping[int, Sequence[str]]:
-    """Names of the frames at each place, by the number of the first frame there."""
+    """Return the names of the frames at each position on a body, by the index of the first frame there."""
     places: dict[tuple[int, ...], int] = {}
     found: dict[int, list[str]] = {}
     for row, frame in enumerate(frames):

@@ -16,16 +16,16 @@ Poses = NDArray[np.float64]
 
 
 class Layer:
-    """Something that viewers switch on and off; a subclass draws it below `self.path`.
+    """A layer that viewers show or hide; a subclass draws it below the node `self.path`.
 
     Args:
-        scene: where it is drawn.
+        scene: viser scene to draw in.
 
     Attributes:
-        name: by which the run knows it.
-        title: by which viewers know it.
-        hint: what it shows.
-        shown: whether it is switched on.
+        name: name of the layer in `FrameLayers` and requests to the run.
+        title: title in the panel.
+        hint: tooltip in the panel.
+        shown: whether the layer is shown.
     """
 
     name: ClassVar[str]
@@ -38,16 +38,16 @@ class Layer:
         self.path = f"/{self.name}"
 
     def draw(self, layers: SceneLayers) -> None:
-        """Begin with another scene; all that was drawn before is gone."""
+        """Draw a new scene, after a reset of the viser scene."""
         self._root = self._scene.add_frame(self.path, show_axes=False, visible=self.shown)
         self._draw(layers)
 
     def update(self, poses: Poses, frame: FrameLayers) -> None:
-        """Show a frame, and whether the layer is on."""
+        """Show a frame, or hide the layer if it is off."""
         self._root.visible = self.shown
         self._update(poses, frame)
 
     def _draw(self, layers: SceneLayers) -> None: ...
 
     def _update(self, poses: Poses, frame: FrameLayers) -> None:
-        """Show a frame; also called while the layer is off."""
+        """Show a frame; called even while the layer is off."""

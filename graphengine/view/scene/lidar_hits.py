@@ -1,4 +1,4 @@
-"""The layer of what lidars hit."""
+"""The layer of lidar hits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graphengine.view.scene.carried import Carried, Floats, turned
 from graphengine.view.scene.layer import Layer, Poses
 
 FAR = 10.0
-"""Distance from which on hits have one colour, m."""
+"""Distance beyond which all hits have the same colour, m."""
 BRIGHTEST = 255.0
 """Intensity of a white surface."""
 NEAR_TO_FAR = ((220, 40, 40), (250, 190, 40), (120, 200, 60), (40, 180, 160), (40, 90, 220))
@@ -20,11 +20,11 @@ DARK_TO_BRIGHT = ((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (25
 
 
 class LidarHits(Layer):
-    """Points where lidars hit something; `colours` says what their colours show."""
+    """Points that lidar beams hit; `colours` selects whether their colours show range or intensity."""
 
     name = LIDAR
     title = "Lidar"
-    hint = "What lidars hit"
+    hint = "Points that lidar beams hit"
     shown = True
     colours: Literal["range", "intensity"] = "range"
 
@@ -61,7 +61,7 @@ class LidarHits(Layer):
 
 
 def _mixed(steps: tuple[tuple[int, int, int], ...], where: Floats) -> NDArray[np.uint8]:
-    """Colours between the first step at 0 and the last at 1 and beyond."""
+    """Return interpolated colours: the first step at 0, the last at 1 and beyond."""
     columns = np.array(steps, float).T
     parts = [np.interp(where, np.linspace(0.0, 1.0, len(steps)), column) for column in columns]
     return np.stack(parts, axis=1).astype(np.uint8)

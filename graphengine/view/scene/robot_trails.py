@@ -1,4 +1,4 @@
-"""The layer of trails: the ways that robots went, which the page remembers."""
+"""The layer of trails: the paths that robots have driven, stored by the page."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from graphengine.view.scene.carried import Carried, Floats
 from graphengine.view.scene.layer import Layer, Poses
 
 STEP = 0.05
-"""Distance between two points of a trail, m."""
+"""Minimum distance between two points of a trail, m."""
 MOST_POINTS = 1000
-"""Of a trail; of a longer one the end is shown."""
+"""Maximum number of points of a trail; of a longer trail, the newest part is shown."""
 JUMP = 1.0
-"""Distance between two frames from which on a robot was put elsewhere, and its trail begins anew, m."""
+"""Distance between two frames beyond which a robot was moved by a command and its trail restarts, m."""
 PERIOD = 0.25
-"""Wall time between two drawings, s."""
+"""Minimum wall time between two drawings, s."""
 LIFT = 0.03
 """Height of trails above the origins of robots, m."""
 COLOURS = ((31, 119, 180), (255, 127, 14), (44, 160, 44), (214, 39, 40), (148, 103, 189), (23, 190, 207))
@@ -30,7 +30,7 @@ class RobotTrails(Layer):
 
     name = "trails"
     title = "Trails"
-    hint = "The ways that robots went"
+    hint = "Paths that robots have driven"
 
     def _draw(self, layers: SceneLayers) -> None:
         robots = [entity.mount for entity in layers.entities if entity.robot]
@@ -50,7 +50,7 @@ class RobotTrails(Layer):
         ]
 
     def _update(self, poses: Poses, frame: FrameLayers) -> None:
-        """Remember where robots are, and draw the trails now and then."""
+        """Store the positions of robots, and draw the trails once per `PERIOD`."""
         if not self._trails:
             return
         positions, _ = self._carried.at(poses)

@@ -1,4 +1,4 @@
-"""The 3D part of a page: bodies and layers, the panel that switches them, and the controls of each viewer."""
+"""The 3D part of a page: bodies and layers, the panel that shows or hides them, and the controls of each viewer."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ if TYPE_CHECKING:
 
 LAYERS: Sequence[type[Layer]] = (LidarHits, CameraFrusta, FrameAxes, ContactArrows, RobotTrails, FloorPicture)
 BODIES = ("Robots", "Objects", "World")
-"""Titles of the kinds of bodies, which are switched each: robots, other things that can move, and what stands still."""
+"""Titles of the groups of bodies, each with a switch: robots, other movable entities, and fixed bodies."""
 PULL_KEY: Literal["cmd/ctrl"] = "cmd/ctrl"
-"""Key with which a drag of the left button pulls at a body; without it the drag turns the camera."""
+"""Key with which a drag of the left button pulls a body; without the key, the drag turns the camera."""
 
 
 class Scene3D:
     """The 3D part.
 
     Args:
-        server: viser's.
-        shown: called when viewers switch a layer.
-        command: sends a command to the run for the viewer of a number of viser's.
+        server: viser server.
+        shown: called when a viewer shows or hides a layer.
+        command: sends a command to the run, for the viewer with a viser number.
     """
 
     def __init__(
@@ -53,10 +53,10 @@ class Scene3D:
         self._layers = [layer(server.scene) for layer in LAYERS]
         self._scene = SceneLayers()
         self._owners: dict[int, SeenEntity] = {}
-        """Entities by the rows of their bodies."""
+        """Entity of each movable body, by its row."""
         self._carried = Carried.of([])
         self._viewers: dict[int, ViewerControls] = {}
-        # Before the first viewer comes, whose browser would take seconds to build light and shadows of viser's own.
+        # Set before the first viewer connects: viser's default light and shadows take a browser seconds to build.
         server.scene.set_up_direction("+z")
         server.scene.configure_environment_map(None)
         server.scene.configure_default_lights(enabled=False)
@@ -92,11 +92,11 @@ class Scene3D:
 
     @property
     def shown(self) -> Sequence[str]:
-        """Names of the layers that are switched on."""
+        """Names of the shown layers."""
         return [layer.name for layer in self._layers if layer.shown]
 
     def show(self, stage: LiveScene) -> None:
-        """Draw another scene in the place of the one before."""
+        """Replace the drawn scene."""
         scene = self._server.scene
         scene.reset()
         scene.add_light_ambient("/lights/ambient", intensity=1.2)
@@ -135,14 +135,14 @@ class Scene3D:
             viewer.update(state.facts["time"], poses)
 
     def select(self, name: str) -> None:
-        """Select an entity that was selected beside the 3D part; among several viewers it is not known whose this is."""
+        """Select an entity that was selected in the tree; only if there is one viewer, as the request does not identify it."""
         viewers = list(self._viewers.values())
         known = any(entity.mount.name == name for entity in self._scene.entities)
         if len(viewers) == 1 and known and viewers[0].selected != name:
             viewers[0].click(name)
 
     def tell(self, client: int, error: str) -> None:
-        """Show a viewer why his command was refused."""
+        """Show a viewer why a command was refused."""
         if client in self._viewers:
             self._viewers[client].tell(error)
 
@@ -154,7 +154,7 @@ class Scene3D:
         self._viewers.pop(client.client_id, None)
 
     def _let_touch(self, batch: Batch) -> None:
-        """Let viewers select the entities of a batch by a click, and pull at them."""
+        """Let viewers select the entities of a batch by a click, and pull them by a drag."""
 
         def click(event: viser.SceneNodePointerEvent[Any]) -> None:
             viewer, entity = self._viewers.get(event.client_id), self._touched(batch, event.instance_index)

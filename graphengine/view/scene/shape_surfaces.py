@@ -1,4 +1,4 @@
-"""Triangles of shapes, plain or with a texture."""
+"""Makes triangle surfaces of shapes, plain or textured."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from trimesh.visual.material import PBRMaterial
 from graphengine.devices.visible import Bodies, Surface, VisibleShape
 
 FLOOR = 200.0
-"""Side of the square that stands for an infinite plane, m."""
+"""Side of the square that represents an infinite plane, m."""
 MANY_TRIANGLES = 200_000
-"""Triangles of a surface beyond which it is drawn by fewer, without its texture."""
+"""Maximum number of triangles; a larger surface is simplified and drawn without its texture."""
 LARGEST_TEXTURE = 1024
-"""Most pixels of a texture in a row or column; a larger one is made smaller."""
+"""Maximum width and height of a texture, pixels; a larger texture is downsampled."""
 
 Scale = tuple[float, float, float]
 
 
 def scale(shape: VisibleShape) -> Scale:
-    """Factors by which `surface` is stretched to the size of a shape."""
+    """Return the scale factors from `surface` to the size of a shape."""
     x, y, z = shape.size
     if shape.kind == "sphere":
         return x, x, x
@@ -36,7 +36,7 @@ def scale(shape: VisibleShape) -> Scale:
 
 
 def surface(shape: VisibleShape, bodies: Bodies) -> Surface:
-    """The surface of a shape of unit size; of a capsule or mesh in its own size."""
+    """Return the surface of a shape: of unit size, or for a capsule or mesh in its own size."""
     if shape.kind == "mesh":
         vertices, faces = bodies.surfaces[shape.mesh]
         if len(faces) <= MANY_TRIANGLES:
@@ -57,12 +57,12 @@ def surface(shape: VisibleShape, bodies: Bodies) -> Surface:
 
 
 def is_textured(shape: VisibleShape, bodies: Bodies) -> bool:
-    """Whether a shape is drawn with its texture."""
+    """Return whether a shape is drawn with its texture."""
     return bool(shape.texture) and (not shape.mesh or len(bodies.surfaces[shape.mesh][1]) <= MANY_TRIANGLES)
 
 
 def textured_surface(shape: VisibleShape, bodies: Bodies) -> bytes:
-    """The surface of a shape in its own size with its texture, as a binary glTF file."""
+    """Return the textured surface of a shape in its own size, as a binary glTF file."""
     vertices, faces = surface(shape, bodies)
     corners = (vertices * np.array(scale(shape), np.float32))[faces.ravel()]
     if shape.mesh in bodies.coordinates:
@@ -73,13 +73,13 @@ def textured_surface(shape: VisibleShape, bodies: Bodies) -> bytes:
     red, green, blue, opacity = shape.colour
     material = PBRMaterial(  # type: ignore[no-untyped-call]
         baseColorTexture=_image(bodies.textures[shape.texture]),
-        baseColorFactor=[*(np.array((red, green, blue)) ** 2.2).tolist(), opacity],  # glTF has linear colours
+        baseColorFactor=[*(np.array((red, green, blue)) ** 2.2).tolist(), opacity],  # glTF colours are linear
         metallicFactor=0.0,
         roughnessFactor=1.0,
         doubleSided=shape.kind in ("plane", "mesh"),
         alphaMode="BLEND" if opacity < 1.0 else "OPAQUE",
     )
-    coordinates = np.stack([across, 1.0 - down], axis=1)  # trimesh counts from the lower left
+    coordinates = np.stack([across, 1.0 - down], axis=1)  # trimesh has its origin at the lower left
     made = trimesh.Trimesh(
         corners,
         np.arange(len(corners)).reshape(-1, 3),
@@ -92,7 +92,7 @@ def textured_surface(shape: VisibleShape, bodies: Bodies) -> bytes:
 
 
 def _image(pixels: NDArray[np.uint8]) -> Image.Image:
-    """A texture as an encoded image, no larger than needed."""
+    """Return a texture as an encoded image of at most `LARGEST_TEXTURE`."""
     image = Image.fromarray(pixels[..., 0] if pixels.shape[2] == 1 else pixels)
     if image.mode == "L":
         image = image.convert("RGB")

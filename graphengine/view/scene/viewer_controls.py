@@ -1,4 +1,4 @@
-"""What each viewer of the 3D part has for himself: the entity that he selected, whether his camera follows it, and handles."""
+"""Controls of one viewer of the 3D part: selected entity, camera that follows it, and handles that move it."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 NOTHING = "nothing"
 ORIGIN = np.zeros(3, np.float32)
 FARTHEST = 8.0
-"""Distance from which on a camera comes nearer when it begins to follow, m."""
+"""Maximum distance of a camera when it starts to follow an entity; a farther camera moves closer, m."""
 UNTOUCHED = 0.25
-"""Time for which a viewer has not turned the camera before it follows again, s: each step would undo a part of the turn."""
+"""Wall time after the viewer last turned the camera before it follows again, s: each step would undo part of the turn."""
 
 SHOWN = 5.0
-"""Time for which an error is shown, s."""
+"""Wall time for which an error is shown, s."""
 
 
 class ViewerControls:
@@ -35,8 +35,8 @@ class ViewerControls:
         command: sends a command to the run.
 
     Attributes:
-        pull: what he pulls at.
-        scene: what he selects from.
+        pull: pull at the dragged entity.
+        scene: scene with the selectable entities.
     """
 
     def __init__(self, client: viser.ClientHandle, command: Callable[[str, dict[str, Any]], None]) -> None:
@@ -44,14 +44,14 @@ class ViewerControls:
         self._handles = MoveHandles(client.scene, command)
         self.pull = Pull(command)
         self.scene = SceneLayers(read_only=True)
-        gui, hint = client.gui, "a robot or an object; a click on it selects it, another one lets it go"
+        gui, hint = client.gui, "the selected robot or object; a click on it selects it, another click deselects it"
         self._selected: Any = gui.add_dropdown("Selected", (NOTHING,), order=-3, hint=hint)
-        self._follows = gui.add_checkbox("Follow it", True, order=-2, hint="the camera stays with what is selected")
-        hint = "handles move what is selected; a drag with Ctrl or Cmd held pulls any robot or object"
+        self._follows = gui.add_checkbox("Follow it", True, order=-2, hint="the camera follows the selected one")
+        hint = "handles move the selected robot or object; a drag with Ctrl or Cmd held pulls any robot or object"
         self._moves = gui.add_checkbox("Move it", False, order=-1, visible=False, hint=hint)
         self._quiet = 0.0
         self._away, self._rest = np.zeros(3), 0.0
-        """From where he looked last, m, and the wall time at which the camera follows again, s."""
+        """Last vector from the focus to the camera, m, and the wall time at which the camera follows again, s."""
 
     @property
     def selected(self) -> str:
@@ -61,11 +61,11 @@ class ViewerControls:
 
     @property
     def needs_poses(self) -> bool:
-        """Whether something is selected or pulled at."""
+        """Whether an entity is selected or pulled."""
         return bool(self.selected) or self.pull.held is not None
 
     def offer(self, scene: SceneLayers) -> None:
-        """Let the viewer select in another scene; the only robot is selected when it comes, what has gone is let go."""
+        """Offer the entities of a new scene; select a new robot if it is the only one; deselect a removed entity."""
         self.scene = scene
         self._moves.visible = not scene.read_only
         before, names = self._selected.options, [entity.mount.name for entity in scene.entities]
@@ -75,15 +75,15 @@ class ViewerControls:
             self._selected.value = robots[0]
 
     def click(self, name: str) -> None:
-        """Select an entity, or let it go if it is selected."""
+        """Select an entity, or deselect it if it is selected."""
         self._selected.value = NOTHING if name == self.selected else name
 
     def update(self, seconds: float, poses: Mapping[str, tuple[Floats, Floats]]) -> None:
-        """Let camera and handles follow the selected entity, and push what is pulled at.
+        """Let camera and handles follow the selected entity, and push the pulled entity.
 
         Args:
-            seconds: time of the simulation.
-            poses: of the entities, while a viewer needs them.
+            seconds: simulation time, s.
+            poses: poses of the entities by name; empty while no viewer needs them.
         """
         self.pull.update(seconds, poses)
         name = self.selected
@@ -93,7 +93,7 @@ class ViewerControls:
             self._follow(position.astype(float))
 
     def _follow(self, position: np.ndarray[Any, Any]) -> None:
-        """Look at a place from the side and distance to which the viewer has turned the camera."""
+        """Point the camera at a position, from the direction and distance that the viewer chose."""
         camera = self._client.camera
         away, now = camera.position - camera.look_at, time.monotonic()
         if not np.allclose(away, self._away, atol=1e-3):
@@ -103,15 +103,15 @@ class ViewerControls:
         distance = float(np.linalg.norm(away))
         if distance > FARTHEST and np.linalg.norm(camera.look_at - position) > 1.0:
             away *= FARTHEST / distance
-        # What a browser tells of its camera may make no sense.
+        # A browser may report an invalid camera pose.
         with self._client.atomic(), contextlib.suppress(ValueError):
             camera.position = position + away
             camera.look_at = position
 
     def tell(self, error: str) -> None:
-        """Show why a command was refused; of several in a row the first."""
+        """Show why a command was refused; further errors within `SHOWN` are ignored."""
         now = time.monotonic()
         if now < self._quiet:
             return
         self._quiet = now + SHOWN
-        self._client.add_notification("Not done", error, color="red", auto_close_seconds=SHOWN)
+        self._client.add_notification("Command refused", error, color="red", auto_close_seconds=SHOWN)

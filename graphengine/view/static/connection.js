@@ -1,4 +1,4 @@
-// The socket to the run. What it tells goes to those who listen, by kind; what a viewer asks goes to the run.
+// The WebSocket to the run: passes messages to listeners by kind, and sends requests of the viewer.
 const listeners = {};
 const answers = new Map();
 let socket, asked = 0, ended = false;
@@ -31,7 +31,7 @@ export function ask(what) {
   if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(what));
 }
 
-// A command of the run; its answer has a result or an error, which is shown as a message too.
+// Sends a command to the run; the response has a result or an error, which is also shown as a message.
 export function command(name, args = {}) {
   return new Promise((resolve) => {
     const id = ++asked;

@@ -1,8 +1,8 @@
-// The header and the line of facts: the time and state of the run, and what holds, steps and resets it.
+// The header and the status line: time and state of the run, and its controls.
 import { command, on } from "./connection.js";
 import { $, element, put } from "./elements.js";
 
-const LATE = 1500; // ms without a frame after which a run that plays is said to wait
+const LATE = 1500; // ms without a frame after which a playing run is shown as waiting
 let playing = false, latest = 0;
 
 on("stage", ({ title }) => {
@@ -34,7 +34,7 @@ function showState(state, why = "") {
 
 setInterval(() => {
   if ($("state").textContent === "playing" && performance.now() - latest > LATE)
-    showState("waiting", "no ticks come: the program that owns the session does something else");
+    showState("waiting", "no ticks: the program that runs the session is not stepping it");
 }, 500);
 
 function showPace(pace) {
@@ -47,7 +47,7 @@ function showFailure(text) {
   put($("failure"), text);
 }
 
-// The counters of the run; a run that is not recorded has no size of its recording.
+// The counters of the run; the size of the recording is shown only if there is one.
 function showFacts(facts) {
   const shown = {
     tick: facts.tick, "late ticks": facts.late_ticks, "messages/s": facts.message_rate.toFixed(0),

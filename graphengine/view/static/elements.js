@@ -1,4 +1,4 @@
-// Short forms to find, make and fill elements. Texts go in as text: names come from files and from the network.
+// Helpers to find, create and fill elements. Strings are inserted as text, never as HTML: names come from files and the network.
 export const $ = (id) => document.getElementById(id);
 
 export function element(kind, text = "", className = "", attributes = {}) {
@@ -13,29 +13,29 @@ export function button(text, pressed, className = "") {
   return made;
 }
 
-// Sets a text only if it is another one, so that a selection within it survives.
+// Sets the text of an element only if it changed, so that a selection within it survives.
 export function put(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
-// A number with so many digits that count; anything else as it is.
+// Formats a number with the given significant digits; returns other values unchanged.
 export function brief(value, digits = 6) {
   return typeof value === "number" ? String(+value.toPrecision(digits)) : (value ?? "");
 }
 
-// A paragraph about something, whose long name may break after a dot or a slash.
+// Creates a paragraph in which long names may break after a dot or a slash.
 export function note(text) {
   const line = element("p", "", "place");
   for (const part of text.split(/(?<=[./])/)) line.append(part, element("wbr"));
   return line;
 }
 
-// Shows one of the details at the right.
+// Shows one of the detail panels on the right.
 export function showDetail(id) {
   for (const one of $("side").children) one.hidden = one.id !== id;
 }
 
-// A place in a file with a button that copies it as `path:line`, which editors take.
+// Creates a position in a file with a button that copies it as `path:line` for editors.
 export function place(shown, copied) {
   const line = note(shown);
   const copy = button("copy", () => copyText(copied, copy), "small");
@@ -48,7 +48,7 @@ export function place(shown, copied) {
 async function copyText(text, source) {
   try {
     await navigator.clipboard.writeText(text);
-  } catch { // not on a page that is served to other machines, unencrypted
+  } catch { // the clipboard is not available on a page that other machines load without encryption
     const field = Object.assign(element("textarea"), { value: text });
     document.body.append(field);
     field.select();

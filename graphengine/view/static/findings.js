@@ -1,4 +1,4 @@
-// What `graphrun check` says about the scene's files, and about those that were changed since and have errors.
+// The findings of `graphrun check` in the scene's files, and errors in files that changed since.
 import { on } from "./connection.js";
 import { $, element, place, put } from "./elements.js";
 

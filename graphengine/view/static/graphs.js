@@ -1,12 +1,12 @@
-// The drawing of the selected graph: which nodes ran, what they cost, and what went wrong in them.
+// The drawing of the selected graph: executed nodes, their cost, and their problems.
 import { ask, on } from "./connection.js";
 import { $, place, put } from "./elements.js";
 import { onSelect, select, selected } from "./selection.js";
 
 const SVG = "http://www.w3.org/2000/svg";
-const SMALLEST = 0.62; // of a drawing's own size, with texts that can be read; a larger graph is scrolled
+const SMALLEST = 0.62; // minimum scale of a drawing, at which text is legible; larger graphs are scrolled
 let graphs = [], problems = {}, drawn = "";
-export let details = { nodes: {} }; // of the selected graph
+export let details = { nodes: {} }; // details of the selected graph
 
 export const graphFacts = () => graphs.find((one) => one.name === selected.graph);
 export const problemOf = (node) => problems[`${graphFacts()?.prim}/${node}`];
@@ -31,7 +31,7 @@ on("graph", (graph) => {
   if (graph.name !== selected.graph) return;
   details = graph;
   drawn = graph.name;
-  $("drawing").innerHTML = graph.svg; // made by the run, which escapes all names in it
+  $("drawing").innerHTML = graph.svg; // the run makes the SVG and escapes all names in it
   const picture = $("drawing").querySelector("svg");
   if (picture) {
     const { width, height } = picture.viewBox.baseVal;
@@ -83,7 +83,7 @@ on("problems", (found) => {
   showProblems();
 });
 
-// A node with problems has their number at its corner; the last one is told beside the pointer.
+// The number of problems is shown at the corner of a node; the tooltip shows the last one.
 function showProblems() {
   for (const box of boxes()) {
     const problem = problemOf(box.dataset.node);

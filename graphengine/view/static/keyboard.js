@@ -1,4 +1,4 @@
-// The keyboard drives while a key is held down; a released key, a lost focus and a hidden page stop the robot.
+// Drives a robot while a key is held down; releasing the key, losing the focus or hiding the page stops the robot.
 import { ask, on } from "./connection.js";
 import { $ } from "./elements.js";
 import { onSelect, selected } from "./selection.js";
@@ -42,12 +42,12 @@ function press(event) {
   if ($("wheel").getAttribute("aria-pressed") !== "true" || !KEYS[event.code]) return;
   if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest?.("input, select, textarea")) return;
   event.preventDefault();
-  event.stopImmediatePropagation(); // the 3D part moves its camera with these keys, the tree its cursor
+  event.stopImmediatePropagation(); // the 3D part uses these keys for its camera, the tree for its cursor
   held.add(event.code);
   drive();
 }
 
-// Listens in a window: keys go to the one that has the focus, and a click into the 3D part gives it to that frame.
+// Listens in a window: the focused window gets the keys, and a click into the 3D part focuses its frame.
 function listen(other) {
   other.addEventListener("keydown", press, true);
   other.addEventListener("keyup", (event) => { if (held.delete(event.code)) drive(); }, true);

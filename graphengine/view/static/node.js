@@ -97,7 +97,7 @@ function edit(line, name, one) {
     if (event.key === "Escape") field.blur();
     if (event.key !== "Enter") return;
     let value = field.value;
-    try { value = JSON.parse(value); } catch { /* a text */ }
+    try { value = JSON.parse(value); } catch { /* a string */ }
     command("set", { address: `${selected.graph}/${name}.${one.name}`, value });
     field.blur();
   };

@@ -1,4 +1,4 @@
-// The page of a run. The world in 3D is a frame of its own.
+// The page of a run. The 3D part is a separate frame.
 import { connect } from "./connection.js";
 import { $ } from "./elements.js";
 import "./control.js";

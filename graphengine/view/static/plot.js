@@ -5,7 +5,7 @@ const SECONDS = 30;
 const points = [];
 let port = null;
 
-// Plots another port from now on; null plots none.
+// Selects the port to plot; null: none.
 export function plot(name) {
   port = name;
   points.length = 0;

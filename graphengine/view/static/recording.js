@@ -1,8 +1,8 @@
-// A recording: its slider, what of it was replayed, its events, and the clock that plays it.
+// Controls of a recording: slider, replayed part, events and playback.
 import { ask, on } from "./connection.js";
 import { $, element } from "./elements.js";
 
-const SIGNS = { command: "◆", reset: "↺", contact: "●", error: "✕" }; // of several at a place the last is shown
+const SIGNS = { command: "◆", reset: "↺", contact: "●", error: "✕" }; // of several events at one position, the last is shown
 const PLACES = 80, LINES = 10;
 let shown = null, marks = [], asking = null;
 
@@ -47,7 +47,7 @@ function placeMarks() {
   }));
 }
 
-// Marks that would cover each other share a button.
+// Marks that would overlap share a button.
 function groups() {
   const found = [];
   for (const mark of marks) {
@@ -57,7 +57,7 @@ function groups() {
   return found;
 }
 
-// Of the places that a moving slider passes, the last of each picture of the browser is asked for.
+// While the slider moves, requests at most one position per browser frame: the last.
 function seek(tick) {
   if (asking === null) {
     requestAnimationFrame(() => {

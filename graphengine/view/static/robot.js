@@ -1,4 +1,4 @@
-// The selected robot: where it is and what belongs to it; spawning and deleting robots.
+// The selected robot: its pose, velocity and details; spawning and deleting robots.
 import { command, on } from "./connection.js";
 import { $, button, element, note, put, showDetail } from "./elements.js";
 import { onSelect, select, selected } from "./selection.js";
@@ -18,7 +18,7 @@ onSelect((what) => { if (what === "robot") { show(); showDetail("robot-side"); }
 function show() {
   const robot = robots.find((one) => one.name === selected.robot);
   if (!robot) {
-    $("robot-side").replaceChildren(element("p", "This robot is gone.", "hint"));
+    $("robot-side").replaceChildren(element("p", "This robot was removed.", "hint"));
     return;
   }
   const table = element("table");
@@ -29,7 +29,7 @@ function show() {
     table.append(line);
   }
   const actions = element("div", "", "actions");
-  actions.append(button("Its topics", () => showTopicsOf(robot.namespace)));
+  actions.append(button("Show topics", () => showTopicsOf(robot.namespace)));
   if (robot.spawned) actions.append(button("Delete", () => remove(robot.name), "danger"));
   const facts = [`prim ${robot.prim}`, `namespace ${robot.namespace ? `/${robot.namespace}` : "none"}`, robot.use && `file ${robot.use}`];
   $("robot-side").replaceChildren(element("h2", robot.name),

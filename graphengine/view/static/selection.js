@@ -1,4 +1,4 @@
-// What is selected: a graph, a node of it, a robot. Modules that show it listen.
+// The selected graph, node and robot; modules that show the selection listen for changes.
 export const selected = { graph: "", node: "", robot: "" };
 const listeners = [];
 
@@ -6,7 +6,7 @@ export function onSelect(take) {
   listeners.push(take);
 }
 
-// Selects something else; `what` tells which of the three the user meant.
+// Changes the selection; `what` is the kind of item that the user selected.
 export function select(what, names) {
   Object.assign(selected, names);
   for (const take of listeners) take(what);

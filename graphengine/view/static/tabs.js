@@ -1,4 +1,4 @@
-// The tabs below the 3D part: the graph, the topics, the findings. One is shown.
+// The tabs below the 3D part: graph, topics and findings. One is shown.
 import { $ } from "./elements.js";
 
 const tabs = [...$("tabs").children];

@@ -1,4 +1,4 @@
-// The topics of the run with their rates, and the newest message of the one that is looked at.
+// The topics of the run with their rates, and the newest message of the selected topic.
 import { ask, on } from "./connection.js";
 import { bytes } from "./control.js";
 import { $, element, put, showDetail } from "./elements.js";
@@ -71,10 +71,10 @@ function filter() {
 }
 $("topic-filter").oninput = filter;
 
-// The newest message: a row for each field, which keeps its place while values change.
+// The newest message: one row per field; rows are reused while values change.
 on("message", (message) => {
   if (message.topic !== looked) return;
-  const waiting = message.size ? (message.rows.length ? "" : ", too large to be shown") : ", waiting for a message";
+  const waiting = message.size ? (message.rows.length ? "" : ", too large to show") : ", waiting for a message";
   put($("message-type"), `${message.type}${message.size ? `, ${bytes(message.size)}` : ""}${waiting}`);
   const lines = $("message-rows").children;
   message.rows.forEach((row, index) => {

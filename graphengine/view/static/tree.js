@@ -1,12 +1,12 @@
-// The tree of prims: robots with their graphs and sensors, graphs with their variables. What is picked here is shown elsewhere.
+// The tree of prims: robots with graphs and sensors, graphs with variables. The other panes show the selected item.
 import { ask, on } from "./connection.js";
 import { $, brief, element, put } from "./elements.js";
 import { onSelect, select, selected } from "./selection.js";
 import { showTab } from "./tabs.js";
 
-const FEW_ROBOTS = 3; // so many are unfolded at first
+const FEW_ROBOTS = 3; // up to this number, robots are unfolded at first
 const items = new Map(); // by key, in the order of the tree
-const unfolded = new Map(); // what a viewer unfolded or folded, by key
+const unfolded = new Map(); // items that the viewer unfolded (true) or folded (false), by key
 let problems = {};
 
 on("stage", ({ title, graphs, robots }) => {
@@ -49,7 +49,7 @@ function sensorGroup(robot) {
   return item(`sensors:${robot.name}`, "sensors", `${sensors.length}`, 2, robot.prim, null, sensors);
 }
 
-// One item: `open` tells whether it is unfolded at first, `words` what the filter finds it by.
+// Creates an item: `open` is whether it is unfolded at first, `words` are search terms for the filter.
 function item(key, label, kind, level, prim, pick, children, open = false, words = label) {
   const line = element("li", "", "", { role: "treeitem", "aria-level": level, "aria-label": `${kind} ${label}`, tabindex: -1 });
   const row = element("div", "", `item ${kind}`, { title: prim });
@@ -90,7 +90,7 @@ function pickItem(one) {
   else unfold(one, !isUnfolded(one));
 }
 
-// The keyboard, as the pattern for trees has it: one item takes the focus, the arrows move it.
+// Keyboard control as in the ARIA pattern for trees: one item has the focus, the arrow keys move it.
 function shownItems() {
   return [...$("tree").querySelectorAll("[role=treeitem]")]
     .filter((line) => line.offsetParent !== null)
@@ -118,11 +118,11 @@ $("tree").onkeydown = (event) => {
   };
   if (!moves[event.key]) return;
   event.preventDefault();
-  event.stopPropagation(); // these keys move through a recording elsewhere
+  event.stopPropagation(); // elsewhere, these keys control the playback of a recording
   moves[event.key]();
 };
 
-// The filter: an item stays if all words are found in it, in one above it or in one below it.
+// The filter: an item stays visible if all words match it together with its ancestors, or match a descendant.
 function filter() {
   const words = $("filter").value.toLowerCase().split(/\s+/).filter(Boolean);
   const look = (one, above) => {
@@ -144,7 +144,7 @@ $("filter").onkeydown = (event) => {
   if (event.key === "Escape") { $("filter").value = ""; filter(); }
 };
 
-// What is selected, here and elsewhere; the item of a graph that is folded away is unfolded.
+// Highlights the current selection; the item of the selected graph can be focused with Tab.
 function mark() {
   let target = null;
   for (const one of items.values()) {
@@ -172,7 +172,7 @@ on("frame", ({ values }) => {
   }
 });
 
-// Problems of nodes are counted at their graphs, and at the robots of these.
+// Shows the number of node problems at graphs and their robots.
 on("problems", (found) => {
   problems = found;
   showProblems();

@@ -75,7 +75,7 @@ class DdsWriter(DdsEnd):
         self._send(self.entity, data + bytes(-len(data) & 3) if len(data) & 3 else data)
 
     def refresh(self) -> None:
-        """Look how many readers are there."""
+        """Update the number of readers."""
         # Two threads that look must not note down what they saw in the wrong order.
         with self._lock:
             try:

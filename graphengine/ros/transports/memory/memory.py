@@ -56,7 +56,7 @@ class MemoryWriter(_MemoryEnd):
 
     @property
     def matched(self) -> int:
-        """Number of readers; at least 1 if the transport stands for one."""
+        """Number of readers; at least 1 if the transport simulates a reader."""
         return max(len(self.readers), int(self.transport.wants_all)) if self.is_open else 0
 
     def write(self, data: bytes) -> None:
