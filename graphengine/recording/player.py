@@ -26,11 +26,12 @@ kept, so that single steps back are fast."""
 
 @dataclass(frozen=True, slots=True)
 class _Kept:
-    """The session after a tick, with the checkpoints that commands of the recording made before."""
+    """The session after a tick, with the checkpoints that commands of the recording made before, and its files."""
 
     tick: int
     session: SavedSession
     held: Mapping[str, SavedSession]
+    files: Mapping[str, str | None]
 
 
 class RecordingPlayer:
@@ -116,7 +117,8 @@ class RecordingPlayer:
         self._inputs.close()
 
     def _keep(self, tick: int) -> _Kept:
-        return _Kept(tick, self.session.checkpoint(f"tick {tick} of the recording"), dict(self.session.held))
+        made, files = self.session.checkpoint(f"tick {tick} of the recording"), self.recording.workspace.exchanged
+        return _Kept(tick, made, dict(self.session.held), files)
 
     def _go(self, tick: int, ends: float) -> None:
         """Bring the session to a tick: from where it is, or from the nearest checkpoint before."""
@@ -129,6 +131,8 @@ class RecordingPlayer:
             key=lambda kept: kept.tick,
         )
         if self._at is None or self._at > tick or nearest.tick - self._at > STRIDE:
+            if self.recording.workspace.exchanged != nearest.files:
+                self.recording.workspace.exchange(nearest.files)
             self.session.restore(nearest.session)
             self.session.held.clear()
             self.session.held.update(nearest.held)
