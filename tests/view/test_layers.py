@@ -100,7 +100,7 @@ def test_another_version_of_the_files_has_another_map() -> None:
     def look() -> bool:
         floor = layers.read((FLOOR,), 0.0, 1).floor
         found.extend([floor] if floor is not None else [])
-        return len(found) == running.version + 1
+        return len(found) == 1 + int(running.version)
 
     assert eventually(look)
     running.version = 1
