@@ -306,6 +306,15 @@ def test_a_command_that_cannot_be_carried_out_ends_the_replay(tmp_path: Path) ->
         assert player.position == 0
 
 
+def test_a_command_that_nests_too_deeply_ends_the_replay(tmp_path: Path) -> None:
+    record(tmp_path / "out.mcap", 3, put(tmp_path / "hall" / "graph.yaml", CLOCK))
+    commands = f'{{"commands": [["set", {{"address": "a", "value": {"[" * 700}{"]" * 700}}}]]}}'
+    with playing(rewritten(tmp_path / "out.mcap", commands=commands)) as player:
+        player.build()
+        assert (player.built, player.complete) == (0, True)
+        assert "nests too deeply" in player.failure
+
+
 def test_the_wall_clock_of_each_tick_is_kept(tmp_path: Path) -> None:
     times: list[float] = []
     path = put(tmp_path / "hall" / "graph.yaml", SYSTEM_CLOCK)
