@@ -126,7 +126,8 @@ _TOPICS = {
     "zsh": "_graphrun_topics",
     "fish": f"({TOPICS})",
     "preamble": {
-        "bash": f'_graphrun_topics() {{\n  compgen -W "$({TOPICS})" -- "$1"\n}}',
+        # In single quotes: compgen would run commands that it finds in the names.
+        "bash": f"_graphrun_topics() {{\n  compgen -W '$({TOPICS})' -- \"$1\"\n}}",
         "zsh": f'_graphrun_topics() {{\n  compadd -- ${{(f)"$({TOPICS})"}}\n}}',
     },
 }

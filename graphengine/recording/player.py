@@ -27,11 +27,12 @@ checkpoints during a seek; the last one is kept, so that single steps back are f
 
 @dataclass(frozen=True, slots=True)
 class _Kept:
-    """A checkpoint of the session after a tick, with the checkpoints that recorded commands made before."""
+    """A checkpoint of the session after a tick, with the checkpoints that recorded commands made before, and its files."""
 
     tick: int
     session: SavedSession
     held: Mapping[str, SavedSession]
+    files: Mapping[str, str | None]
 
 
 class RecordingPlayer:
@@ -117,7 +118,8 @@ class RecordingPlayer:
         self._inputs.close()
 
     def _keep(self, tick: int) -> _Kept:
-        return _Kept(tick, self.session.checkpoint(f"tick {tick} of the recording"), dict(self.session.held))
+        made, files = self.session.checkpoint(f"tick {tick} of the recording"), self.recording.workspace.exchanged
+        return _Kept(tick, made, dict(self.session.held), files)
 
     def _go(self, tick: int, ends: float) -> None:
         """Bring the session to a tick, from its current tick or from the nearest checkpoint before."""
@@ -130,6 +132,8 @@ class RecordingPlayer:
             key=lambda kept: kept.tick,
         )
         if self._at is None or self._at > tick or nearest.tick - self._at > STRIDE:
+            if self.recording.workspace.exchanged != nearest.files:
+                self.recording.workspace.exchange(nearest.files)
             self.session.restore(nearest.session)
             self.session.held.clear()
             self.session.held.update(nearest.held)

@@ -86,6 +86,11 @@ class Workspace:
         self._bytes = self._files = 0
         self._originals: dict[str, Path | None] = {}
         """Copies of the original versions of exchanged files, by name; None for files that did not exist at first."""
+        self._copied: dict[Path, int] = {}
+        """Sizes of the copies, bytes."""
+        self._copied_bytes = 0
+        self.exchanged: Mapping[str, str | None] = {}
+        """Argument of the last `exchange`."""
         for place in PLACES:
             self.place(place).mkdir()
 
@@ -117,7 +122,8 @@ class Workspace:
             RecordingError: no recorder gives such a name.
         """
         parts = PurePosixPath(name).parts
-        if not (1 < len(parts) <= MAX_PARTS and parts[0] in PLACES and ".." not in parts and "\0" not in name):
+        known = 1 < len(parts) <= MAX_PARTS and parts[0] in PLACES and ".." not in parts
+        if not known or "\0" in name or any("\ud800" <= letter <= "\udfff" for letter in name):
             raise RecordingError(f"{shown(name)} is no name that a file of a recording can have")
         return self.folder.joinpath(*parts)
 
@@ -128,8 +134,9 @@ class Workspace:
             files: name of the new version by the name of the file that it replaces; None deletes the file.
 
         Raises:
-            RecordingError: a name is not legal, or a file is missing.
+            RecordingError: a name is not legal, a file is missing, or the copies are too many or too large.
         """
+        self.exchanged = files
         for name in files:
             if name not in self._originals:
                 kept = self.path(f"{RELOADED}/0/{name}")
@@ -138,14 +145,24 @@ class Workspace:
             other = files.get(name)
             source = self.path(other) if other is not None else original if name not in files else None
             if source is None:
-                self.path(name).unlink(missing_ok=True)
+                self._remove(self.path(name))
             elif not self._copy(source, self.path(name)):
                 raise RecordingError(f"the recording has no file {other!r}, which a reload read")
 
-    @staticmethod
-    def _copy(source: Path, target: Path) -> bool:
+    def _remove(self, path: Path) -> None:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise RecordingError(f"the recording's file {path.name!r} cannot be removed: {error.strerror}") from None
+        self._copied_bytes -= self._copied.pop(path, 0)
+
+    def _copy(self, source: Path, target: Path) -> bool:
         """Copy a file; return whether it exists. The copy has a new inode, so that a reload detects the change."""
         try:
+            size = source.stat().st_size
+            self._copied_bytes += size - self._copied.get(target, 0)
+            self._copied[target] = size
+            self._check_size(self._copied_bytes, len(self._copied))
             target.parent.mkdir(parents=True, exist_ok=True)
             coming = target.with_name(f"{target.name}.coming")
             shutil.copyfile(source, coming)
@@ -164,16 +181,20 @@ class Workspace:
         """
         self._bytes += len(data)
         self._files += 1
-        if self._bytes > MAX_BYTES or self._files > MAX_FILES:
-            raise RecordingError(
-                f"the files of the recording are more than {MAX_FILES}, or larger than {MAX_BYTES // 10**9} GB"
-            )
+        self._check_size(self._bytes, self._files)
         path = self.path(name)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(data)
         except OSError as error:
             raise RecordingError(f"the recording's file {name!r} cannot be laid out: {error.strerror}") from None
+
+    @staticmethod
+    def _check_size(size: int, files: int) -> None:
+        if size > MAX_BYTES or files > MAX_FILES:
+            raise RecordingError(
+                f"the files of the recording are more than {MAX_FILES}, or larger than {MAX_BYTES // 10**9} GB"
+            )
 
 
 def _real(path: Path) -> Path:

@@ -6,6 +6,7 @@ import pickle
 import tempfile
 from array import array
 
+from graphengine.format.errors import RecordingError
 from graphengine.recording.reader import Tick
 
 
@@ -18,10 +19,19 @@ class TickInputs:
         self._wall_time = 0.0
 
     def append(self, tick: Tick) -> None:
-        """Add the next tick; a tick without a wall clock time gets that of the last tick with one."""
+        """Add the next tick; a tick without a wall clock time gets that of the last tick with one.
+
+        Raises:
+            RecordingError: a command is nested too deeply.
+        """
         self._wall_time = self._wall_time if tick.wall_time is None else tick.wall_time
         self._file.seek(self._places[-1])
-        pickle.dump((tick.delivered, tick.commands, self._wall_time, tick.whole), self._file)
+        try:
+            pickle.dump((tick.delivered, tick.commands, self._wall_time, tick.whole), self._file)
+        except RecursionError:
+            raise RecordingError(
+                f"the recording has a command before tick {tick.number} that nests too deeply"
+            ) from None
         self._places.append(self._file.tell())
 
     def __getitem__(self, number: int) -> Tick:

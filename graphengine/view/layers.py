@@ -47,9 +47,13 @@ class Layers:
     def __init__(self, session: SessionCore, make_floor: Callable[[], FloorMap], *, read_only: bool = False) -> None:
         self._session = session
         self._read_only = read_only
+        self._world: object = None
+        """The world that the lidars are of."""
         self._lidars: dict[str, Lidar] = {}
         self._pictures = CameraPictures(session)
+        self._make_floor = make_floor
         self._floor = FloorMaker(make_floor)
+        self._version = session.version
 
     def find(self, bodies: Sequence[str]) -> SceneLayers:
         """Return the layer data of the scene; call it again after robots were added or removed.
@@ -58,10 +62,9 @@ class Layers:
             bodies: names of the bodies in the order of their poses.
         """
         services, rows = self._session.services, {name: row for row, name in enumerate(bodies)}
-        lidars = list(services.stage.prims("lidar"))
-        self._lidars = {prim.path: services.world.device(Lidar, prim) for prim in lidars}
-        cameras = _one_of_each_rig(services.stage.prims("camera"), {p.prim for p in services.render_products.values()})
-        self._pictures.find(cameras)
+        if self._session.version != self._version:
+            self._version, self._floor = self._session.version, FloorMaker(self._make_floor)
+        lidars, cameras = self._find_sensors()
         return SceneLayers(
             [
                 _mount(prim, rows, prim.frame_name)
@@ -74,6 +77,15 @@ class Layers:
             list(self._entities(rows)),
             self._read_only,
         )
+
+    def _find_sensors(self) -> tuple[Sequence[Prim], Sequence[Prim]]:
+        """The lidars and cameras of the world, which are read from now on."""
+        services = self._session.services
+        self._world, lidars = services.world, list(services.stage.prims("lidar"))
+        self._lidars = {prim.path: services.world.device(Lidar, prim) for prim in lidars}
+        cameras = _one_of_each_rig(services.stage.prims("camera"), {p.prim for p in services.render_products.values()})
+        self._pictures.find(cameras)
+        return lidars, cameras
 
     def _entities(self, rows: Mapping[str, int]) -> Iterable[SeenEntity]:
         world = self._session.services.world
@@ -93,6 +105,8 @@ class Layers:
             now: current wall time, s.
             tick: number of the current tick.
         """
+        if self._session.services.world is not self._world:  # a checkpoint of another world was restored
+            self._find_sensors()
         floor = self._floor.take() if FLOOR in shown else None
         notes = {CAMERAS: self._pictures.error, FLOOR: self._floor.error}
         return FrameLayers(

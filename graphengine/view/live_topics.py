@@ -71,6 +71,7 @@ class LiveTopics:
         self._traffic: _Traffic | None = None
         self._seen: deque[tuple[float, Mapping[str, tuple[int, int]]]] = deque()
         """Simulation times, and the counts at each time."""
+        self._version = session.version
         self._watched: dict[str, Newest] = {}
         self._sent: dict[str, bytes | None] = {}
 
@@ -119,7 +120,9 @@ class LiveTopics:
 
     def watch(self, topics: Collection[str]) -> None:
         """Subscribe to these topics, which viewers selected, and unsubscribe from all others."""
-        for topic in [topic for topic in self._watched if topic not in topics]:
+        version, self._version = self._version, self._session.version
+        reloaded = version != self._version  # a topic may have another type
+        for topic in [topic for topic in self._watched if reloaded or topic not in topics]:
             self._watched.pop(topic).close()
             self._sent.pop(topic, None)
         for topic in topics:

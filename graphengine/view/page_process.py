@@ -46,7 +46,7 @@ class PageProcess:
         self._sending = threading.Lock()
         self._greeting: dict[str, str] = {}
         self._definitions = DEFINITIONS
-        self.server = PageServer(host, port, self._ask, lambda: self._greeting)
+        self.server = PageServer(host, port, self._ask, self._greeting.copy)
         self._scene = Scene3D(self.server.viser, self._tell_shown, self._command)
 
     def _tell_shown(self) -> None:
@@ -64,7 +64,8 @@ class PageProcess:
         if what == "select" and isinstance(name := message.get("robot"), str):
             self._scene.select(name)
         if what in WHAT:
-            self._tell({**message, "viewer": viewer.number})
+            number = message.get("id")  # which comes back with the answer
+            self._tell({**message, "viewer": viewer.number, "id": number if type(number) is int else None})
 
     def _tell(self, what: Mapping[str, Any]) -> None:
         with self._sending, contextlib.suppress(OSError):  # which the thread that reads finds too

@@ -193,3 +193,11 @@ def test_fish_completes(folder: Path) -> None:
 def test_a_shell_that_is_not_known_is_told_with_those_that_are(graphrun: Graphrun) -> None:
     result = graphrun("completion", "bsh", code=2, out="")
     assert "did you mean 'bash'?" in result.err
+
+
+@needs("bash")
+def test_no_command_in_the_name_of_a_topic_is_run(folder: Path, bash: Complete) -> None:
+    (folder / "bin" / "graphrun").write_text("#!/bin/sh\necho '/a' '$(touch${IFS}ran)'\n", encoding="utf-8")
+    found = bash("topic", "echo", "/")
+    assert "/a" in found
+    assert not (folder / "ran").exists()

@@ -207,6 +207,33 @@ def test_robots_come_and_go_again(tmp_path: Path) -> None:
         assert player.marks.all[0].text.startswith("spawn ")
 
 
+def test_a_robot_that_comes_after_a_seek_reads_the_files_of_its_time(tmp_path: Path) -> None:
+    folder, path = tmp_path / "hall", tmp_path / "out.mcap"
+    put(
+        folder / "scene.yaml",
+        "scene: hall\nworld: worlds/flat_grid.xml\ngraphs: {clock: {use: clock.yaml, at: /World/clock}}\n",
+    )
+    clock = put(folder / "clock.yaml", CLOCK)
+    put(folder / "late.yaml", "robot: late\nextends: robots/dd100.yaml\ngraphs: {clock: {use: clock.yaml}}\n")
+    use = RobotUse(use="late.yaml", position=(3.0, 0.0, 0.025), namespace="late")
+
+    def before(tick: int, run: Run) -> None:
+        if tick in (20, 25):
+            topic = f"  Clock: {{type: PublishClock, inputs: {{topicName: clock_{tick}}}}}\n"
+            put(clock, CLOCK.replace("  Clock: PublishClock\n", topic))
+            run.session.reload()
+        if tick == 70:
+            Spawn(name="late", use=use).apply(run.session)
+
+    record(path, 80, folder / "scene.yaml", before=before)
+    with playing(path) as player:
+        while player.built < 60:
+            player.build(0.0)
+        player.show(21)
+        player.build()
+        assert (player.difference, player.failure, player.built) == (None, "", 80)
+
+
 def test_a_replay_that_differs_goes_on_and_says_where(straight: Straight) -> None:
     with playing(rewritten(straight.path, manifest={"seed": "6"})) as player:
         player.build()
@@ -277,6 +304,15 @@ def test_a_command_that_cannot_be_carried_out_ends_the_replay(tmp_path: Path) ->
         assert "nobody" in player.failure
         player.show(3)
         assert player.position == 0
+
+
+def test_a_command_that_nests_too_deeply_ends_the_replay(tmp_path: Path) -> None:
+    record(tmp_path / "out.mcap", 3, put(tmp_path / "hall" / "graph.yaml", CLOCK))
+    commands = f'{{"commands": [["set", {{"address": "a", "value": {"[" * 700}{"]" * 700}}}]]}}'
+    with playing(rewritten(tmp_path / "out.mcap", commands=commands)) as player:
+        player.build()
+        assert (player.built, player.complete) == (0, True)
+        assert "nests too deeply" in player.failure
 
 
 def test_the_wall_clock_of_each_tick_is_kept(tmp_path: Path) -> None:

@@ -94,6 +94,7 @@ def test_files_are_laid_out_by_their_names(tmp_path: Path) -> None:
         "../a",
         "elsewhere/a",
         "project/a\0b",
+        "project/a\ud800b",
         "project/..",
         "./project/../a",
         "project/" + "d/" * 1500 + "a",
@@ -149,3 +150,22 @@ def test_files_are_exchanged_within_a_workspace(tmp_path: Path) -> None:
     assert not workspace.path("project/z").exists()
     with pytest.raises(RecordingError, match="is no name"):
         workspace.exchange({"project/../../a": None})
+
+
+def test_an_exchange_that_makes_a_folder_of_a_file_is_told(tmp_path: Path) -> None:
+    workspace = Workspace(tmp_path)
+    workspace.add("project/x", b"x")
+    with pytest.raises(RecordingError, match="'a' cannot be removed"):
+        workspace.exchange({"project/a/b": "project/x", "project/a": None})
+
+
+def test_the_copies_of_exchanged_files_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sources, "MAX_FILES", 3)
+    monkeypatch.setattr(sources, "MAX_BYTES", 250)
+    workspace = Workspace(tmp_path)
+    workspace.add("project/x", b"x" * 100)
+    for _ in range(5):
+        workspace.exchange({"project/a": "project/x", "project/b": "project/x"})
+        workspace.exchange({})
+    with pytest.raises(RecordingError, match="more than 3, or larger than"):
+        workspace.exchange({f"project/{letter}": "project/x" for letter in "abc"})

@@ -37,7 +37,7 @@ def sim() -> Iterator[ge.Session]:
 
 
 def layers_of(services: Services, floor: Any = lambda: FLAT) -> Layers:
-    return Layers(SimpleNamespace(services=services), floor)  # type: ignore[arg-type]  # it reads nothing else
+    return Layers(SimpleNamespace(services=services, version=0), floor)  # type: ignore[arg-type]  # it reads nothing else
 
 
 def dry() -> tuple[Services, CameraStub, LidarStub]:
@@ -75,6 +75,38 @@ def test_a_lidar_is_cast_while_its_layer_is_shown() -> None:
     assert ranges.shape == intensities.shape == (len(seen.beams),)
     assert (ranges == 2.0).all()
     assert (intensities == 100.0).all()
+
+
+def test_in_another_world_of_the_same_scene_its_own_sensors_are_read() -> None:
+    (before, _, old), (after, _, new) = dry(), dry()
+    old.see(np.full(len(old.directions), 2.0), 100.0)
+    new.see(np.full(len(new.directions), 3.0), 100.0)
+    running: Any = SimpleNamespace(services=before, version=0)
+    layers = Layers(running, lambda: FLAT)
+    (seen,) = layers.find([]).lidars
+    layers.read((LIDAR, CAMERAS), 0.0, 1)
+    running.services = after
+    ranges, _ = layers.read((LIDAR, CAMERAS), 1.0, 1).scans[seen.mount.name]
+    assert (ranges == 3.0).all()
+
+
+def test_another_version_of_the_files_has_another_map() -> None:
+    services, _, _ = dry()
+    running: Any = SimpleNamespace(services=services, version=0)
+    maps = [FLAT, FloorMap(np.ones((2, 3), np.int8), (0.0, 0.0), 0.5)]
+    layers = Layers(running, lambda: maps[running.version])
+    found: list[FloorMap] = []
+
+    def look() -> bool:
+        floor = layers.read((FLOOR,), 0.0, 1).floor
+        found.extend([floor] if floor is not None else [])
+        return len(found) == 1 + int(running.version)
+
+    assert eventually(look)
+    running.version = 1
+    layers.find([])
+    assert eventually(look)
+    assert found == maps
 
 
 def test_one_camera_of_a_rig_is_rendered_in_small_and_not_twice_in_a_tick() -> None:

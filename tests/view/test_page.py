@@ -149,6 +149,7 @@ def test_only_robots_are_driven(sim: ge.Session, topic: object) -> None:
         {"ask": "show", "viewers": "many"},
         {"ask": "command", "command": 7, "viewer": {}},
         {"ask": "command", "command": "push", "arguments": {"entity": "dd100", "force": [float("nan")] * 3}},
+        {"ask": "command", "command": "pause", "arguments": [], "id": float("nan")},
         {"ask": "drive", "viewer": []},
         {"ask": {}},
         {"ask": ["gone"]},

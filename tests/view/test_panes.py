@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -14,6 +15,7 @@ pytest.importorskip("viser", reason="the extra view is not installed")
 import graphengine as ge
 from graphengine.cli import main as graphrun
 from graphengine.testing import session
+from graphengine.view.live_topics import LiveTopics
 from tests.api import nodes_for_api
 from tests.view.harness import HOSTILE, Viewer, viewed, write_lab
 
@@ -119,6 +121,23 @@ def test_topics_are_measured_while_a_viewer_looks_and_the_newest_message_is_show
     sim.run(1.0, rate=2.0)
     assert not any(publisher.wanted for publisher in sim._runner.network.publishers)
     assert sim._runner.network.taps == []
+
+
+def test_after_a_reload_topics_are_subscribed_to_again() -> None:
+    running: Any = SimpleNamespace(version=0)
+    opened: list[str] = []
+    closed: list[str] = []
+
+    def listen(topic: str) -> Any:
+        opened.append(topic)
+        return SimpleNamespace(close=lambda: closed.append(topic))
+
+    topics = LiveTopics(running, listen)
+    topics.watch({"/a"})
+    topics.watch({"/a"})
+    running.version = 1
+    topics.watch({"/a"})
+    assert (opened, closed) == (["/a", "/a"], ["/a"])
 
 
 def test_a_message_holds_what_a_stranger_wrote_as_it_is(sim: ge.Session) -> None:
