@@ -47,7 +47,7 @@ def test_a_checkpoint_brings_its_seed_back(noisy: ge.Scene) -> None:
 
 
 def test_a_seed_without_a_reset_of_the_time_is_refused(noisy: ge.Scene) -> None:
-    with noisy.session() as sim, pytest.raises(ge.UsageError, match="a seed needs the scope `time`"):
+    with noisy.session() as sim, pytest.raises(ge.UsageError, match="add the scope `time`"):
         sim.reset("state", seed=7)
 
 
