@@ -69,7 +69,10 @@ class Instance:
         return sided if sided in self.entry.spec.inputs else port.name
 
     def asking(self, value: object) -> tuple[str, Span]:
-        """Return field and place of the input that is or contains a value; if there is none, "" and the node's place."""
+        """Return the field of the input that has a value or contains it, and its place in the file.
+
+        If no input does, return an empty field and the node's place.
+        """
         given = self.entry.spec.inputs
         for port in self.cls.fields.values():
             key = self.literal_key(port)
@@ -185,7 +188,7 @@ def visible(node_id: str, variables: Mapping[str, T]) -> Mapping[str, T]:
 
 
 def find_port(cls: type[Node], name: str, sides: Iterable[str]) -> Port | None:
-    """Return a node type's port by OmniGraph name, on the first of the sides with such a port, or None."""
+    """Return the port with an OmniGraph name, or None; `sides` are searched in their order."""
     return next((cls.ports[f"{side}:{name}"] for side in sides if f"{side}:{name}" in cls.ports), None)
 
 

@@ -61,7 +61,10 @@ def _scan(scan: Any, width: int, picture: bool) -> list[str]:
 
 
 def sparkline(values: Values, width: int) -> str:
-    """A line of bars from 0 to the greatest value; each shows the least value of its share, a space where there is none."""
+    """Return a line of bars, each as high as the smallest finite value of its part of the values.
+
+    The highest bar is the largest of these; a part without finite values is a space.
+    """
     count = min(width, len(values))
     if count < 1:
         return ""

@@ -64,7 +64,7 @@ class PageProcess:
         if what == "select" and isinstance(name := message.get("robot"), str):
             self._scene.select(name)
         if what in WHAT:
-            number = message.get("id")  # which comes back with the answer
+            number = message.get("id")  # the answer repeats it, so it must be a number that JSON can hold
             self._tell({**message, "viewer": viewer.number, "id": number if type(number) is int else None})
 
     def _tell(self, what: Mapping[str, Any]) -> None:

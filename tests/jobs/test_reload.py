@@ -1,4 +1,4 @@
-"""Files of a scene change while it runs: what has not changed goes on as if nothing had, to the last byte."""
+"""Reloads of changed files in a running session: unchanged graphs send the same bytes as without the reload."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the panes of a page are told: topics, findings, problems of nodes, robots; and what their controls do."""
+"""The contents of the page's panes (topics, findings, problems of nodes, robots), and the commands of their controls."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ class WiredGraph:
             self.exec_in.setdefault(wire.target, []).append(wire)
 
     def reads_input(self, wire: Wire) -> bool:
-        """Return whether a wire begins at an input. Such a wire in `data_in` begins at an unwired input, which is constant."""
+        """Return whether the source of a wire is an input; the source of a wire in `data_in` is then a constant input."""
         return self.graph.source(wire)[1].side == "inputs"
 
     def _check_data_cycles(self) -> bool:
