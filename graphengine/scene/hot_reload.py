@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,15 +89,8 @@ class SceneReloader(Reloader):
         if successor is None:
             done = self._restart(fresh)
         else:
-            exchange = session.exchange(successor.graphs)
+            done = Reloaded(**asdict(session.exchange(successor.graphs)))
             successor.move_in()
-            done = Reloaded(
-                changed=exchange.changed,
-                added=exchange.added,
-                removed=exchange.removed,
-                kept=exchange.kept,
-                nodes=exchange.nodes,
-            )
         return self._keep(fresh, files, done)
 
     def _keep(self, fresh: LoadedScene, files: Files, done: Reloaded) -> Reloaded:

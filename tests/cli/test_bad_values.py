@@ -10,20 +10,9 @@ import pytest
 from mcap.reader import make_reader
 
 from tests.cli.harness import Graphrun, live
+from tests.recording.harness import DIVIDES
 
 MEMORY = ("--transport", "memory")
-DIVIDES = """graph: divides
-nodes:
-  Tick: OnPlaybackTick
-  Left: {type: Subtract, inputs: {b: 5}}
-  Ratio: {type: Divide, inputs: {a: 12}}
-  Say: {type: ROS2Publisher, inputs: {topicName: ratio, messagePackage: std_msgs, messageName: Float64}}
-connections:
-  - Tick.frame -> Left.a
-  - Left.difference -> Ratio.b
-  - Ratio.result -> Say.data
-  - Tick.tick -> Say.execIn
-"""
 RECORDINGS = Path(__file__).parent / "recordings"
 
 

@@ -66,6 +66,19 @@ connections:
 """,
 )
 SYSTEM_CLOCK = CLOCK.replace("ReadSimulationTime", "IsaacReadSystemTime").replace("simulationTime", "systemTime")
+DIVIDES = """graph: divides
+nodes:
+  Tick: OnPlaybackTick
+  Left: {type: Subtract, inputs: {b: 5}}
+  Ratio: {type: Divide, inputs: {a: 12}}
+  Say: {type: ROS2Publisher, inputs: {topicName: ratio, messagePackage: std_msgs, messageName: Float64}}
+connections:
+  - Tick.frame -> Left.a
+  - Left.difference -> Ratio.b
+  - Ratio.result -> Say.data
+  - Tick.tick -> Say.execIn
+"""
+"""Divides by `frame` - 5, which is zero in one tick."""
 NOISY_ROBOT = crowd.ROBOT
 NOISY_SCENE = """scene: noisy
 world: worlds/full_warehouse.xml

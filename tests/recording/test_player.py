@@ -25,6 +25,7 @@ from graphengine.scene.loaded_scene import Options
 from tests.jobs.harness import Recorder as Listener
 from tests.recording.harness import (
     CLOCK,
+    DIVIDES,
     NOISY_ROBOT,
     NOISY_SCENE,
     SYSTEM_CLOCK,
@@ -48,18 +49,6 @@ COMMANDS: dict[int, tuple[str, dict[str, Any]]] = {
     110: ("stop", {}),
 }
 """Commands by the tick that comes after them."""
-DIVIDES = """graph: divides
-nodes:
-  Tick: OnPlaybackTick
-  Left: {type: Subtract, inputs: {b: 5}}
-  Ratio: {type: Divide, inputs: {a: 12}}
-  Say: {type: ROS2Publisher, inputs: {topicName: ratio, messagePackage: std_msgs, messageName: Float64}}
-connections:
-  - Tick.frame -> Left.a
-  - Left.difference -> Ratio.b
-  - Ratio.result -> Say.data
-  - Tick.tick -> Say.execIn
-"""
 DRIVE = {5: [(0.6, 0.5)], 50: [(0.4, -0.3)], 95: [(0.5, 0.0)]}
 
 
