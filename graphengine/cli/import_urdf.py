@@ -30,7 +30,7 @@ from graphengine.ros.domain import Domain
 
 if TYPE_CHECKING:
     from graphengine.physics.description.urdf import Urdf, Wheel
-    from graphengine.physics.model.importing import Imported, Origin
+    from graphengine.physics.importing.import_robot import Imported, Origin
 
 WAIT = 10.0
 """Seconds that a description from the network is waited for."""
@@ -82,7 +82,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the robot file; return 0 on success, 1 if the description has errors (which are reported)."""
-    from graphengine.physics.model.importing import import_robot
+    from graphengine.physics.importing.import_robot import import_robot
 
     _check_usage(arguments)
     findings = Findings()
@@ -131,7 +131,7 @@ def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
     """Read the given description; None after an error."""
     from graphengine.physics.files.packages import Packages
     from graphengine.physics.files.xml import parse
-    from graphengine.physics.model.importing import Origin
+    from graphengine.physics.importing.import_robot import Origin
 
     target, fixed = arguments.output, arguments.fixed_base
     if arguments.file:
@@ -148,7 +148,7 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
     from graphengine.physics.description import xacro
     from graphengine.physics.files.packages import Packages
     from graphengine.physics.files.xml import read
-    from graphengine.physics.model.importing import Origin
+    from graphengine.physics.importing.import_robot import Origin
 
     path = Path(near(arguments.file))
     require_file(path)
@@ -199,7 +199,6 @@ def _report(imported: Imported, findings: Findings) -> None:
     """Print a report on the imported robot."""
     from collections import Counter
 
-    from graphengine.physics.description.robot_file_writer import left_behind
     from graphengine.physics.description.urdf import track
 
     robot, urdf = imported.robot, imported.robot.urdf
@@ -222,7 +221,7 @@ def _report(imported: Imported, findings: Findings) -> None:
         lines.append(listing(followers, "joints that follow another"))
     notes = [finding for finding in findings.items if finding.severity == "note"]
     lines += _some("note", [": ".join([note.message, *note.help]) for note in notes])
-    lines += _some("not carried over", left_behind(urdf))
+    lines += _some("not carried over", [remark.text for remark in imported.draft.lost])
     if imported.outside:
         allowed = " ".join(f"--allow {near(str(folder))}" for folder in imported.outside)
         lines.append(f"scenes with this robot read files outside of their folder: run them with {allowed}")

@@ -14,19 +14,23 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
 from graphengine.physics.description.description_reader import robot_file
-from graphengine.physics.description.robot_file_writer import compose
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
 from graphengine.physics.engine import REFUSALS, body_names, collides, compiled, mujoco
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
+from graphengine.physics.importing import joint_drives, left_behind
+from graphengine.physics.importing.draft import Draft
+from graphengine.physics.importing.writer import render
 from graphengine.physics.model.fleet_expansion import place
 from graphengine.physics.model.geoms import extents
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
 from graphengine.physics.model.robot_prims import add_robot
 
+_PARTS = (joint_drives.fill, left_behind.fill)
+"""What fills a draft, in this order."""
 _FLOOR_FRICTION = 1.0
 _MESHES = ("mesh", "texture")
 
@@ -64,6 +68,7 @@ class Imported:
         files: texts by path, the robot file last.
         outside: folders that lie outside of the robot file's project, which scenes need `--allow` for.
         use: the robot file as a scene of its project names it.
+        draft: of the robot file, with the remarks on it.
     """
 
     robot: RobotInstance
@@ -73,6 +78,7 @@ class Imported:
     files: dict[Path, str]
     outside: list[Path]
     use: str
+    draft: Draft
 
 
 def import_robot(origin: Origin, findings: Findings) -> Imported | None:
@@ -84,7 +90,10 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     packages = list(_used_packages(urdf))
     path = origin.path or origin.target.with_suffix(".urdf")
     told = [_near(folder, origin.target) for folder in packages]
-    text = compose(urdf, name, origin.told, _near(path, origin.target), told, fixed_base=origin.fixed_base)
+    draft = Draft(urdf, name, origin.told, _near(path, origin.target), told, origin.fixed_base)
+    for fill in _PARTS:
+        fill(draft)
+    text = render(draft)
     file = robot_file(text, origin.target, findings)
     (placement,) = place(name, RobotUse(use=str(origin.target)))
     robot = load_robot(placement, file, files, findings, urdf) if file is not None else None
@@ -107,6 +116,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
         files={**written, origin.target: text},
         outside=_outside([*packages, path], origin),
         use=os.path.relpath(origin.target.parent.resolve() / origin.target.name, _project(origin.target)),
+        draft=draft,
     )
 
 
