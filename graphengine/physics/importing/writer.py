@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from graphengine.format.wording import printable
 from graphengine.format.yaml_text import flow, scalar
@@ -48,7 +49,7 @@ def _remarks(title: str, remarks: Sequence[Remark]) -> Iterator[str]:
         yield from ("", f"# {title}")
     for remark in remarks:
         yield from textwrap.wrap(
-            remark.text,
+            printable(remark.text),
             _WIDTH,
             initial_indent="#   ",
             subsequent_indent="#     ",
@@ -60,7 +61,19 @@ def _remarks(title: str, remarks: Sequence[Remark]) -> Iterator[str]:
 def _entry(key: str, entry: Entry) -> Iterator[str]:
     for comment in entry.comments:
         yield f"  # {printable(comment)}"
-    yield f"  {scalar(key)}: {flow(entry.value)}" + (f"    # {entry.hint}" if entry.hint else "")
+    line = f"  {scalar(key)}: {flow(entry.value)}" + (f"    # {printable(entry.hint)}" if entry.hint else "")
+    yield from (line,) if len(line) <= _WIDTH else _block(key, entry.value, "  ")
+
+
+def _block(key: str, value: Any, indent: str) -> Iterator[str]:
+    """A key with its value, in as many lines as it needs."""
+    line = f"{indent}{scalar(key)}: {flow(value)}"
+    if len(line) <= _WIDTH or not isinstance(value, dict):
+        yield line
+        return
+    yield f"{indent}{scalar(key)}:"
+    for name, item in value.items():
+        yield from _block(name, item, f"{indent}  ")
 
 
 def _links(urdf: Urdf) -> Iterator[str]:
