@@ -8,6 +8,15 @@ from graphengine.physics.importing.draft import Draft, Entry, Remark
 
 GRAPH = "base"
 """Name of the graph in the robot file."""
+_DEFAULTS = {
+    "base": "base_link",
+    "cmd_vel": "cmd_vel",
+    "odom": "odom",
+    "odom_frame": "odom",
+    "joint_states": "joint_states",
+    "rear_steering": False,
+}
+"""Parameters of the graphs that a robot file leaves out."""
 _SKID_ALONG = 0.8
 """Friction of a skid-steered wheel along its rolling direction."""
 _ROLLER_ALONG = 1.0
@@ -19,7 +28,8 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
     base = drivetrain.base
     use = f"graphs/base/{base.kinematics}.yaml"
     root = draft.urdf.root
-    parameters = ({} if root == "base_link" else {"base": root}) | drivetrain.parameters
+    parameters = {"base": root} | drivetrain.parameters
+    parameters = {name: value for name, value in parameters.items() if _DEFAULTS.get(name) != value}
     comment = f"{base.kinematics}, from {base.source}"
     draft.sections["graphs"][GRAPH] = Entry({"use": use, "parameters": parameters}, [comment])
     draft.carried.append(Remark(f"base: {_summary(drivetrain)}; {base.source}", base.span)) if not base.guessed else (

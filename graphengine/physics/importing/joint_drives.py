@@ -121,6 +121,8 @@ def _decide(
         return _Decision("free", "a wheel that drives nothing", guessed=True)
     if joint.name in [wheel.swivel for wheel in wheels]:
         return _Decision("free", "the swivel of a caster", guessed=True)
+    if joint.type == "continuous" and "wheel" in joint.name.lower():
+        return _Decision("velocity", "its name says that it is a wheel, though no collider does", guessed=True)
     if joint.effort is not None:
         return _Decision("position", "a joint with a limit of effort has a motor, which holds it", guessed=True)
     return _Decision("free", "nothing says that it has a motor", guessed=True)
