@@ -15,6 +15,16 @@ _DEFAULTS = {
     "odom_frame": "odom",
     "joint_states": "joint_states",
     "rear_steering": False,
+    "center": [0.0, 0.0],
+    "left_multiplier": 1.0,
+    "right_multiplier": 1.0,
+    "steering_multiplier": 1.0,
+    "wheels_per_side": 1,
+    "steered_wheels": 2,
+    "first_wheel": 2,
+    "end_wheel": 4,
+    "axles": [[1.0, 0, 0, 0.0]] * 4,
+    "rollers": [45.0, -45.0, -45.0, 45.0],
 }
 """Parameters of the graphs that a robot file leaves out."""
 _SKID_ALONG = 0.8
