@@ -8,6 +8,8 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,7 +31,7 @@ from graphengine.format.wording import listing
 from graphengine.ros.domain import Domain
 
 if TYPE_CHECKING:
-    from graphengine.physics.description.urdf import Urdf, Wheel
+    from graphengine.physics.importing.draft import Remark
     from graphengine.physics.importing.import_robot import Imported, Origin
 
 WAIT = 10.0
@@ -40,8 +42,6 @@ LONGEST = 10
 """Lines of one kind that the report tells; the robot file has all."""
 WIDEST = 160
 """Characters of such a line."""
-FORWARDS = 0.999
-"""Least cosine of the angle between a wheel's axle and the robot's y axis, for a robot that drives straight."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -65,6 +65,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"longest wait for the network (default {WAIT:g}s)",
     )
     add_transport_argument(parser, " for --topic and --node")
+    parser.add_argument(
+        "--controllers",
+        metavar="FILE",
+        type=Path,
+        help="parameters of ros2_control, such as ros2_controllers.yaml, which say how the base is driven",
+    )
     parser.add_argument("--fixed-base", action="store_true", help="fix the root link to the world, as for an arm")
     packages = "folder of a ROS package or of several packages; files in it may be read"
     add_repeatable(parser, "--package-path", "FOLDER", packages, type=Path)
@@ -86,7 +92,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     _check_usage(arguments)
     findings = Findings()
-    origin = _origin(arguments, findings)
+    origin = _with_controllers(_origin(arguments, findings), arguments, findings)
     with progress("importing"):
         imported = import_robot(origin, findings) if origin is not None else None
     print_findings(findings, notes=False)
@@ -144,6 +150,19 @@ def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
     return Origin(element, packages, None, told, target, fixed)
 
 
+def _with_controllers(origin: Origin | None, arguments: argparse.Namespace, findings: Findings) -> Origin | None:
+    """Read the file of controllers, if one is given; None after an error."""
+    if origin is None or arguments.controllers is None:
+        return origin
+    from graphengine.format import document
+
+    path = Path(near(arguments.controllers))
+    require_file(path)
+    origin.packages.files.note(path)
+    controllers = document.load(path, findings)
+    return replace(origin, controllers=controllers) if controllers is not None else None
+
+
 def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
     from graphengine.physics.description import xacro
     from graphengine.physics.files.packages import Packages
@@ -199,12 +218,10 @@ def _report(imported: Imported, findings: Findings) -> None:
     """Print a report on the imported robot."""
     from collections import Counter
 
-    from graphengine.physics.description.urdf import track
-
     robot, urdf = imported.robot, imported.robot.urdf
-    rolling = urdf.wheels(urdf.moving())
+    draft = imported.draft
     base = "free" if imported.free else "fixed to the world"
-    if imported.free and not rolling:
+    if imported.free and not draft.sections["graphs"]:
         base += "; --fixed-base bolts it to the world"
     links, joints = counted(len(urdf.links), "link"), counted(len(urdf.joints), "joint")
     lines = [f"wrote {', '.join(near(str(path)) for path in imported.files)}"]
@@ -214,20 +231,17 @@ def _report(imported: Imported, findings: Findings) -> None:
         lines.append(f"lowest collider at z = {imported.lowest:.4f} m, all joints at zero")
     outcomes = Counter(imported.library.outcomes.values())
     lines.append(f"meshes: {', '.join(f'{number} {what}' for what, number in sorted(outcomes.items())) or 'none'}")
-    lines += [f"wheel on {wheel.joint}: radius {wheel.radius:g} m" for wheel in rolling]
-    if (distance := track(rolling)) is not None:
-        lines.append(f"track {distance:g} m")
     if followers := [joint.name for joint in robot.moving if joint.mimic is not None]:
         lines.append(listing(followers, "joints that follow another"))
     notes = [finding for finding in findings.items if finding.severity == "note"]
     lines += _some("note", [": ".join([note.message, *note.help]) for note in notes])
-    lines += _some("not carried over", [remark.text for remark in imported.draft.lost])
+    lines += _remarks("carried over", draft.carried)
+    lines += _remarks("guessed", draft.guessed)
+    lines += _remarks("not carried over", draft.lost)
     if imported.outside:
         allowed = " ".join(f"--allow {near(str(folder))}" for folder in imported.outside)
         lines.append(f"scenes with this robot read files outside of their folder: run them with {allowed}")
     lines.append(f"in a scene: {_example(imported)}")
-    if imported.free and (drive := _drive(urdf, rolling)):
-        lines.append(f"in its file, to drive it: {drive}")
     print(clean("\n".join(line.replace("\n", " ") for line in lines)))
 
 
@@ -238,21 +252,15 @@ def _example(imported: Imported) -> str:
     return f"robots: {{{imported.robot.name}: {{use: {imported.use}{place}}}}}"
 
 
-def _drive(urdf: Urdf, rolling: Sequence[Wheel]) -> str:
-    """An example graph for a robot with two parallel wheels that turn forward about its y axis; else an empty string."""
-    from graphengine.devices.rotation import rotate
-    from graphengine.physics.description.urdf import track
-
-    poses = [urdf.pose_in_root(urdf.joints[wheel.joint].child) for wheel in rolling]
-    axles = [rotate(pose[1], urdf.joints[wheel.joint].axis) for pose, wheel in zip(poses, rolling, strict=True)]
-    if len(rolling) != 2 or any(axle[1] < FORWARDS for axle in axles) or (distance := track(rolling)) is None:
-        return ""
-    left, right = sorted(rolling, key=lambda wheel: -wheel.along)
-    values = f"wheels: [{left.joint}, {right.joint}], radius: {left.radius:.7g}, distance: {distance:.7g}"
-    return f"graphs: {{drive: {{use: graphs/drive.yaml, parameters: {{base: {urdf.root}, {values}}}}}}}"
+def _remarks(what: str, remarks: Sequence[Remark]) -> list[str]:
+    """Lines for the first remarks, each with its place."""
+    spans = [remark.span for remark in remarks]
+    places = [f" ({Path(span.source.path).name}:{span.line})" if span is not None else "" for span in spans]
+    return _some(what, [remark.text for remark in remarks], places)
 
 
-def _some(what: str, items: Sequence[str]) -> list[str]:
-    """Lines for the first items, each cut to a maximum length."""
-    shown = [f"{what}: {item if len(item) <= WIDEST else f'{item[: WIDEST - 1]}…'}" for item in items[:LONGEST]]
+def _some(what: str, items: Sequence[str], ends: Sequence[str] = ()) -> list[str]:
+    """Lines for the first items, each cut to a maximum length and followed by its end."""
+    cut = [item if len(item) <= WIDEST else f"{item[: WIDEST - 1]}…" for item in items[:LONGEST]]
+    shown = [f"{what}: {item}{end}" for item, end in zip_longest(cut, ends[: len(cut)], fillvalue="")]
     return [*shown, *([f"{what}: … ({len(items) - LONGEST} more)"] if len(items) > LONGEST else [])]

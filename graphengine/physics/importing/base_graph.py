@@ -42,9 +42,8 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
     parameters = {name: value for name, value in parameters.items() if _DEFAULTS.get(name) != value}
     comment = f"{base.kinematics}, from {base.source}"
     draft.sections["graphs"][GRAPH] = Entry({"use": use, "parameters": parameters}, [comment])
-    draft.carried.append(Remark(f"base: {_summary(drivetrain)}; {base.source}", base.span)) if not base.guessed else (
-        draft.guessed.append(Remark(f"base: {_summary(drivetrain)}, from {base.source}", base.span))
-    )
+    remark = Remark(f"base: {_summary(drivetrain)}, from {base.source}", base.span)
+    (draft.guessed if base.guessed else draft.carried).append(remark)
     _grip(draft, drivetrain)
 
 
@@ -54,11 +53,8 @@ def _summary(drivetrain: Drivetrain) -> str:
     names = ("radius", "track", "wheelbase")
     measures = [f"{name} {known[name]:g} m" for name in names if isinstance(known.get(name), float)]
     kind = drivetrain.base.kinematics
-    if kind == "differential" and drivetrain.grip:
-        kind_told = "skid-steered"
-    else:
-        kind_told = kind
-    return ", ".join([f"{kind_told} with {len(drivetrain.wheels)} driven wheels", *measures])
+    told = "skid-steered" if kind == "differential" and drivetrain.grip else kind
+    return ", ".join([f"{told} with {len(drivetrain.wheels)} driven wheels", *measures])
 
 
 def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
@@ -79,7 +75,9 @@ def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
         if not bound.isdisjoint(group):
             continue
         name = "wheels" if skids else f"rollers_{number + 1}"
-        about = "slide sideways in a turn, as skid-steered wheels do" if skids else "grip along the axes of their rollers"
+        about = (
+            "slide sideways in a turn, as skid-steered wheels do" if skids else "grip along the axes of their rollers"
+        )
         value = {
             "dynamic_friction": _SKID_ALONG if skids else _ROLLER_ALONG,
             "across": drivetrain.across,

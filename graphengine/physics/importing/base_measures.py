@@ -68,7 +68,9 @@ def _differential(draft: Draft, base: Base, driven: Sequence[BaseWheel], radius:
         draft.lost.append(Remark(text, base.span))
         return None
     if len(left) != len(right) or not _alike(left) or not _alike(right):
-        text = f"{base.source}: its wheels on one side differ in number or direction from each other: no graph drives them"
+        text = (
+            f"{base.source}: its wheels on one side differ in number or direction from each other: no graph drives them"
+        )
         draft.lost.append(Remark(text, base.span))
         return None
     track = _mean(wheel.centre[1] for wheel in left) - _mean(wheel.centre[1] for wheel in right)
@@ -114,7 +116,9 @@ def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrai
         "wheelbase": _rounded(max(w.centre[0] for w in driven) - min(w.centre[0] for w in driven)),
         **_sides(left, right),
     }
-    known = {key: value for key, value in base.parameters.items() if "acceleration" not in key and key != "deceleration"}
+    known = {
+        key: value for key, value in base.parameters.items() if "acceleration" not in key and key != "deceleration"
+    }
     return Drivetrain(base, tuple(driven), (), parameters | known, tuple(grips), 0.0)
 
 
@@ -139,13 +143,13 @@ def _without_virtual_wheels(draft: Draft, base: Base, wheels: Sequence[BaseWheel
     driven = [joint for joint in base.driven if joint in joints] or fixed
     steering = [joint for joint in base.steering if joint in swivels] or [*swivels]
     names = ", ".join((*driven, *steering))
-    draft.guessed.append(Remark(f"{base.source} commands joints without wheels: {names} are commanded instead", base.span))
+    draft.guessed.append(
+        Remark(f"{base.source} commands joints without wheels: {names} are commanded instead", base.span)
+    )
     return replace(base, driven=tuple(driven), steering=tuple(steering))
 
 
-def _ackermann(
-    draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Sequence[BaseWheel]
-) -> Drivetrain | None:
+def _ackermann(draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Sequence[BaseWheel]) -> Drivetrain | None:
     urdf = draft.urdf
     rolling = {wheel.joint: wheel for wheel in (*wheels, *driven) if not wheel.caster}.values()
     steered = [wheel for wheel in rolling if wheel.swivel and wheel.swivel in base.steering]

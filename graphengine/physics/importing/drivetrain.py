@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from graphengine.physics.importing import base_graph, joint_drives
-from graphengine.physics.importing.base import Base, Drivetrain
+from graphengine.physics.importing.base import Base
 from graphengine.physics.importing.base_controllers import base_of_controllers
 from graphengine.physics.importing.base_guess import base_of_wheels
 from graphengine.physics.importing.base_measures import measured
@@ -29,9 +29,7 @@ def fill(draft: Draft) -> None:
         base_graph.fill(draft, drivetrain)
 
 
-def _bases(
-    draft: Draft, wheels: Sequence[BaseWheel], commands: Mapping[str, JointCommands]
-) -> Iterator[Base]:
+def _bases(draft: Draft, wheels: Sequence[BaseWheel], commands: Mapping[str, JointCommands]) -> Iterator[Base]:
     """The bases that the sources describe, the most trusted first."""
     topics = topics_of_plugins(draft)
     base = base_of_controllers(draft, controllers(draft))
