@@ -16,6 +16,7 @@ from graphengine.format.version import __version__
 
 VERBS = {
     "demo": "run a demo: a robot drives through a warehouse, with commands to try",
+    "new": "begin a project: a robot from its description, its graphs, a scene and a test",
     "run": "run a scene or a graph",
     "ctl": "control a running session: pause, step, reset, spawn, push",
     "replay": "replay a recorded run and compare the output byte by byte",

@@ -49,9 +49,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file", metavar="URDF|XACRO", nargs="?", help="robot description file; or use --topic or --node"
     )
-    parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", help="arguments of a xacro file")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="robot file to write")
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
+    add_source_arguments(parser)
+
+
+def add_source_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments that say where the description comes from and how it is read, but for its file."""
+    parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", help="arguments of a xacro file")
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
         "--topic", nargs="?", const=TOPIC, help=f"read the description from a latched topic (default {TOPIC})"
@@ -84,9 +89,10 @@ def execute(arguments: argparse.Namespace) -> int:
     """Write the robot file; return 0 on success, 1 if the description has errors (which are reported)."""
     from graphengine.physics.importing.import_robot import import_robot
 
-    _check_usage(arguments)
+    _check_output(arguments)
+    check_source(arguments)
     findings = Findings()
-    origin = _origin(arguments, findings)
+    origin = find_origin(arguments, arguments.output, findings)
     with progress("importing"):
         imported = import_robot(origin, findings) if origin is not None else None
     print_findings(findings, notes=False)
@@ -95,12 +101,27 @@ def execute(arguments: argparse.Namespace) -> int:
         return 1
     refuse_to_overwrite(imported.files, force=arguments.force)
     write_together({path: text.encode() for path, text in imported.files.items()})
-    _report(imported, findings)
+    print_report(imported, findings)
     return 0
 
 
-def _check_usage(arguments: argparse.Namespace) -> None:
-    """Check the arguments before anything is read.
+def _check_output(arguments: argparse.Namespace) -> None:
+    """Check what `-o` says.
+
+    Raises:
+        UsageError: a robot file cannot have this name, or exists.
+    """
+    if arguments.output.suffix not in (".yaml", ".yml"):
+        raise UsageError(f"-o {arguments.output}: a robot file ends in .yaml")
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", arguments.output.stem):
+        raise UsageError(
+            f"-o {arguments.output}: the robot gets the name of the file, which may have letters, digits and '_' only"
+        )
+    refuse_to_overwrite((arguments.output,), force=arguments.force)
+
+
+def check_source(arguments: argparse.Namespace) -> None:
+    """Check the arguments of `add_source_arguments` before anything is read.
 
     Raises:
         UsageError: the arguments are invalid.
@@ -113,29 +134,28 @@ def _check_usage(arguments: argparse.Namespace) -> None:
     for text in arguments.arguments:
         if not re.match(r"[^:=]+:=", text):
             raise UsageError(f"{text}: write NAME:=VALUE, as for xacro")
-    if arguments.output.suffix not in (".yaml", ".yml"):
-        raise UsageError(f"-o {arguments.output}: a robot file ends in .yaml")
-    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", arguments.output.stem):
-        raise UsageError(
-            f"-o {arguments.output}: the robot gets the name of the file, which may have letters, digits and '_' only"
-        )
     for folder in (*arguments.allow, *arguments.package_path):
         if not folder.is_dir():
             raise UsageError(f"no folder {str(folder)!r}")
     if not 0 < arguments.timeout <= LONGEST_WAIT:
         raise UsageError(f"--timeout: write more than 0 s and at most {LONGEST_WAIT:g} s")
-    refuse_to_overwrite((arguments.output,), force=arguments.force)
 
 
-def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
-    """Read the given description; None after an error."""
+def find_origin(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
+    """Read the given description; None after an error.
+
+    Args:
+        arguments: those of `add_source_arguments`, and `file`.
+        target: the robot file that is to be written.
+        findings: takes what is wrong.
+    """
     from graphengine.physics.files.packages import Packages
     from graphengine.physics.files.xml import parse
     from graphengine.physics.importing.import_robot import Origin
 
-    target, fixed = arguments.output, arguments.fixed_base
+    fixed = arguments.fixed_base
     if arguments.file:
-        return _from_file(arguments, findings)
+        return _from_file(arguments, target, findings)
     text, told = _remote(arguments)
     element = parse(text.encode(), told, findings, "S103")
     if element is None:
@@ -144,7 +164,7 @@ def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
     return Origin(element, packages, None, told, target, fixed)
 
 
-def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
+def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
     from graphengine.physics.description import xacro
     from graphengine.physics.files.packages import Packages
     from graphengine.physics.files.xml import read
@@ -158,8 +178,8 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
     packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
     source: Path | None = path
     if xacro.is_xacro(path, element):
-        if path.resolve() == arguments.output.with_suffix(".urdf").resolve():
-            raise UsageError(f"-o {arguments.output}: what {path} expands to would be overwritten; choose another name")
+        if path.resolve() == target.with_suffix(".urdf").resolve():
+            raise UsageError(f"-o {target}: what {path} expands to would be overwritten; choose another name")
         given = dict(text.split(":=", 1) for text in arguments.arguments)
         element, source = xacro.expand(path, given, packages, findings), None
     elif arguments.arguments:
@@ -167,7 +187,7 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
     if element is None:
         return None
     told = " ".join([str(path), *arguments.arguments])
-    return Origin(element, packages, source, told, arguments.output, arguments.fixed_base)
+    return Origin(element, packages, source, told, target, arguments.fixed_base)
 
 
 def _files(given: Path, arguments: argparse.Namespace) -> Files:
@@ -195,7 +215,7 @@ def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
         transport.close()
 
 
-def _report(imported: Imported, findings: Findings) -> None:
+def print_report(imported: Imported, findings: Findings) -> None:
     """Print a report on the imported robot."""
     from collections import Counter
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from graphengine.format.wording import printable
 from graphengine.format.yaml_text import flow, scalar
@@ -60,7 +61,20 @@ def _remarks(title: str, remarks: Sequence[Remark]) -> Iterator[str]:
 def _entry(key: str, entry: Entry) -> Iterator[str]:
     for comment in entry.comments:
         yield f"  # {printable(comment)}"
-    yield f"  {scalar(key)}: {flow(entry.value)}" + (f"    # {entry.hint}" if entry.hint else "")
+    first, *more = _value(key, entry.value, "  ")
+    yield first + (f"    # {entry.hint}" if entry.hint else "")
+    yield from more
+
+
+def _value(key: str, value: Any, indent: str) -> Iterator[str]:
+    """A key with its value: on one line, or if that is too long, on a line for each key of the value."""
+    line = f"{indent}{scalar(key)}: {flow(value)}"
+    if len(line) <= _WIDTH or not isinstance(value, dict):
+        yield line
+        return
+    yield f"{indent}{scalar(key)}:"
+    for name, item in value.items():
+        yield from _value(name, item, indent + "  ")
 
 
 def _links(urdf: Urdf) -> Iterator[str]:
