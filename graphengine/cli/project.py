@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 WORLDS = {
     "flat": ("worlds/flat_grid.xml", (0.0, 0.0)),
-    "warehouse": ("worlds/full_warehouse.xml", (-3.0, 6.0)),
+    "warehouse": ("worlds/warehouse_features.xml", (-3.0, 6.0)),
 }
 """File of each world, and a free place (m) to begin at."""
 DINGO = Path("scenes/robots/dd100.yaml")

@@ -71,7 +71,7 @@ def test_a_project_from_a_description_holds_all_its_files(graphrun: Graphrun, wo
 def test_the_robot_stands_where_the_world_has_room(graphrun: Graphrun, workspace: Path) -> None:
     graphrun("new", "cart", *FROM, "--world", "warehouse", code=0)
     scene = yaml.safe_load(Path("cart/scene.yaml").read_text())
-    assert (scene["world"], scene["robots"]["cart"]["position"]) == ("worlds/full_warehouse.xml", [-3, 6, 0.2])
+    assert (scene["world"], scene["robots"]["cart"]["position"]) == ("worlds/warehouse_features.xml", [-3, 6, 0.2])
 
 
 def test_a_name_that_no_robot_can_have_is_mended_or_refused(graphrun: Graphrun, workspace: Path) -> None:
