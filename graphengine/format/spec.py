@@ -369,12 +369,18 @@ class _TypeOfSensor:
         return handler(Literal[(*DEVICES.all, "realsense_d455", "rig")])
 
 
+def _name_or_figures(value: Any) -> Any:
+    if not isinstance(value, str | dict):
+        raise ValueError(f"expected the name of a profile, or the figures of one, got {shown(value)}")
+    return value
+
+
 class SensorSpec(FrameSpec, defer_build=True):
     """A sensor on a link."""
 
     type: Annotated[str, _TypeOfSensor]
-    profile: str = ""
-    """Name of a sensor profile, such as microscan3_9m_20hz."""
+    profile: Annotated[str | dict[str, Any], BeforeValidator(_name_or_figures)] = ""
+    """Name of a sensor profile, such as microscan3_9m_20hz, or its figures, such as {rate: 10.0, …} of an imu."""
     noise_std: NotNegative | None = None
     """Standard deviation of measured distances, m; default: that of the profile."""
 
