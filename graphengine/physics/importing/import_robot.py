@@ -22,6 +22,7 @@ from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
 from graphengine.physics.importing import joint_drives, left_behind
 from graphengine.physics.importing.draft import Draft
+from graphengine.physics.importing.robot_source import WRAPPER
 from graphengine.physics.importing.writer import render
 from graphengine.physics.model.fleet_expansion import place
 from graphengine.physics.model.geoms import extents
@@ -46,6 +47,7 @@ class Origin:
         told: the same for people.
         target: the robot file.
         fixed_base: whether the root link is bolted to the world.
+        wrapper: text of the xacro file to write that makes the robot of a macro; empty without one.
     """
 
     element: Element
@@ -54,6 +56,7 @@ class Origin:
     told: str
     target: Path
     fixed_base: bool
+    wrapper: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +111,8 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     if len(findings.errors) > before:
         return None
     written = {} if origin.path is not None else {path: _portable(urdf)}
+    if origin.wrapper:
+        written = {origin.target.with_suffix(WRAPPER): origin.wrapper, **written}
     return Imported(
         robot=robot,
         free=robot.disabled.free_link is not None,
