@@ -49,7 +49,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file", metavar="URDF|XACRO", nargs="?", help="robot description file; or use --topic or --node"
     )
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="robot file to write")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="robot file to write")
+    parser.add_argument(
+        "--args",
+        action="store_true",
+        dest="list_arguments",
+        help="list the arguments of a xacro file, and write nothing",
+    )
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
     add_source_arguments(parser)
 
@@ -70,6 +76,9 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"longest wait for the network (default {WAIT:g}s)",
     )
     add_transport_argument(parser, " for --topic and --node")
+    parser.add_argument("--macro", metavar="NAME", help="the macro of a xacro file to make a robot of")
+    left_out = "leave out what a package brings: included files, their macros, meshes"
+    add_repeatable(parser, "--without", "PACKAGE", left_out)
     parser.add_argument("--fixed-base", action="store_true", help="fix the root link to the world, as for an arm")
     packages = "folder of a ROS package or of several packages; files in it may be read"
     add_repeatable(parser, "--package-path", "FOLDER", packages, type=Path)
@@ -89,6 +98,8 @@ def execute(arguments: argparse.Namespace) -> int:
     """Write the robot file; return 0 on success, 1 if the description has errors (which are reported)."""
     from graphengine.physics.importing.import_robot import import_robot
 
+    if arguments.list_arguments:
+        return _list_arguments(arguments)
     _check_output(arguments)
     check_source(arguments)
     findings = Findings()
@@ -111,6 +122,8 @@ def _check_output(arguments: argparse.Namespace) -> None:
     Raises:
         UsageError: a robot file cannot have this name, or exists.
     """
+    if arguments.output is None:
+        raise UsageError("give -o FILE, the robot file to write")
     if arguments.output.suffix not in (".yaml", ".yml"):
         raise UsageError(f"-o {arguments.output}: a robot file ends in .yaml")
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", arguments.output.stem):
@@ -129,8 +142,8 @@ def check_source(arguments: argparse.Namespace) -> None:
     remote = arguments.topic or arguments.node
     if bool(arguments.file) == bool(remote):
         raise UsageError("give one of a file, --topic and --node")
-    if remote and arguments.arguments:
-        raise UsageError(f"{arguments.arguments[0]}: a description from the network takes no arguments")
+    if remote and (given := [*arguments.arguments, *arguments.without, *filter(None, [arguments.macro])]):
+        raise UsageError(f"{given[0]}: a description from the network takes no arguments, --macro and --without")
     for text in arguments.arguments:
         if not re.match(r"[^:=]+:=", text):
             raise UsageError(f"{text}: write NAME:=VALUE, as for xacro")
@@ -169,6 +182,7 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
     from graphengine.physics.files.packages import Packages
     from graphengine.physics.files.xml import read
     from graphengine.physics.importing.import_robot import Origin
+    from graphengine.physics.importing.robot_source import Wishes, read_source
 
     path = Path(near(arguments.file))
     require_file(path)
@@ -176,18 +190,40 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
     if element is None:
         return None
     packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
-    source: Path | None = path
-    if xacro.is_xacro(path, element):
-        if path.resolve() == target.with_suffix(".urdf").resolve():
-            raise UsageError(f"-o {target}: what {path} expands to would be overwritten; choose another name")
-        given = dict(text.split(":=", 1) for text in arguments.arguments)
-        element, source = xacro.expand(path, given, packages, findings), None
-    elif arguments.arguments:
-        raise UsageError(f"{arguments.arguments[0]}: no xacro syntax in {path}")
-    if element is None:
+    is_xacro = xacro.is_xacro(path, element)
+    if is_xacro and path.resolve() == target.with_suffix(".urdf").resolve():
+        raise UsageError(f"-o {target}: what {path} expands to would be overwritten; choose another name")
+    if not is_xacro and (given := [*arguments.arguments, *filter(None, [arguments.macro])]):
+        raise UsageError(f"{given[0]}: no xacro syntax in {path}")
+    values = dict(text.split(":=", 1) for text in arguments.arguments)
+    wishes = Wishes(values, arguments.macro, arguments.without)
+    source = read_source(path, element, target, wishes, packages, findings)
+    if source is None:
         return None
     told = " ".join([str(path), *arguments.arguments])
-    return Origin(element, packages, source, told, target, arguments.fixed_base)
+    given_path = path if source.as_given else None
+    return Origin(source.element, packages, given_path, told, target, arguments.fixed_base, wrapper=source.wrapper)
+
+
+def _list_arguments(arguments: argparse.Namespace) -> int:
+    """Print the arguments of a xacro file; return 0, or 1 if the file cannot be read."""
+    from graphengine.physics.files.packages import Packages
+    from graphengine.physics.files.xml import read
+    from graphengine.physics.importing.robot_source import arguments_of
+
+    if not arguments.file:
+        raise UsageError("--args: give a xacro file")
+    path, findings = Path(near(arguments.file)), Findings()
+    require_file(path)
+    element = read(path, findings, "S103")
+    if element is not None:
+        packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
+        lines = arguments_of(path, element, packages, findings)
+    print_findings(findings, notes=False)
+    if findings.errors or element is None:
+        return 1
+    print(clean("\n".join(line.replace("\n", " ") for line in lines)))
+    return 0
 
 
 def _files(given: Path, arguments: argparse.Namespace) -> Files:

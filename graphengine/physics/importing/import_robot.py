@@ -23,6 +23,7 @@ from graphengine.physics.files.xml import Element, mujoco_says, write
 from graphengine.physics.importing import joint_drives, left_behind
 from graphengine.physics.importing.bundle import bundle_graphs, bundle_meshes
 from graphengine.physics.importing.draft import Draft
+from graphengine.physics.importing.robot_source import WRAPPER
 from graphengine.physics.importing.writer import render
 from graphengine.physics.model.fleet_expansion import place
 from graphengine.physics.model.geoms import extents
@@ -48,6 +49,7 @@ class Origin:
         target: the robot file.
         fixed_base: whether the root link is bolted to the world.
         bundled: whether the description, its meshes and the included graphs are copied into the project; `path` is None then.
+        wrapper: text of the xacro file to write that makes the robot of a macro; empty without one.
     """
 
     element: Element
@@ -57,6 +59,7 @@ class Origin:
     target: Path
     fixed_base: bool
     bundled: bool = False
+    wrapper: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +118,8 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
         return None
     meshes = bundle_meshes(urdf) if origin.bundled else {}
     written = {} if origin.path is not None else {path: _portable(urdf, meshes)}
+    if origin.wrapper:
+        written = {origin.target.with_suffix(WRAPPER): origin.wrapper, **written}
     return Imported(
         robot=robot,
         free=robot.disabled.free_link is not None,
