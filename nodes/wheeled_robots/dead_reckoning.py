@@ -53,7 +53,7 @@ def uncertainty(covariance: Floats, pose: Planar, motion: Planar, noise: Floats)
     by_pose = np.array([[1.0, 0.0, -north], [0.0, 1.0, east], [0.0, 0.0, 1.0]])
     by_motion = np.array([[cosine, -sine, -north / 2.0], [sine, cosine, east / 2.0], [0.0, 0.0, 1.0]])
     after: Floats = by_pose @ covariance @ by_pose.T + by_motion @ noise @ by_motion.T
-    return after
+    return (after + after.T) / 2.0  # symmetric in spite of rounding
 
 
 def in_space(covariance: Floats) -> Floats:

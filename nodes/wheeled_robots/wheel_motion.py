@@ -1,8 +1,8 @@
-"""Motion of a base from the travel of its wheels.
+"""Motion of a base from the travel of its wheels: forward kinematics.
 
-The functions named after a kind of kinematics return the matrix (3, wheels) from the travel of the wheels (m), left ones first, to
-the motion of their middle: forward (m), left (m), counter-clockwise turn (rad). All raise ZeroDivisionError for a geometry in
-which wheels do not determine the motion.
+`differential`, `mecanum` and `ackermann` return the matrix (3, wheels) from the travel of the wheels (m), left ones first, to the
+motion of their middle: forward (m), left (m), counter-clockwise turn (rad). All functions raise ZeroDivisionError for a geometry
+in which wheels do not determine the motion.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         default=1.0, doc="factor for the radius of right wheels; negative if forward is a negative joint speed"
     )
     wheel_distance: float = In(default=0.0, required=True, unit="m", doc="distance between left and right wheels")
-    wheel_distance_multiplier: float = In(default=1.0, doc="factor for `wheelDistance`, to calibrate turns")
+    wheel_distance_multiplier: float = In(default=1.0, unit="m/m", doc="factor for `wheelDistance`, to calibrate turns")
     wheel_base: float = In(
         default=0.0,
         unit="m",
@@ -167,12 +167,11 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
 
     def travel_per_count(self) -> Floats:
         """Return the distance (m) that each wheel rolls per count of its encoder."""
-        left, right = self.left_wheel_radius_multiplier, self.right_wheel_radius_multiplier
-        if not (self.wheel_radius and left and right):
-            ports = "wheelRadius, leftWheelRadiusMultiplier, rightWheelRadiusMultiplier"
-            raise BadValueError(ports, (self.wheel_radius, left, right), "other than 0")
+        if not self.wheel_radius:
+            raise BadValueError("wheelRadius", self.wheel_radius, "other than 0")
+        sides = self.left_wheel_radius_multiplier, self.right_wheel_radius_multiplier
         angle = math.tau / self.ticks_per_revolution if self.ticks_per_revolution else 1.0
-        return angle * self.wheel_radius * np.repeat((left, right), (len(self.left_joints), len(self.right_joints)))
+        return angle * self.wheel_radius * np.repeat(sides, (len(self.left_joints), len(self.right_joints)))
 
     def forward_kinematics(self, steering: Floats) -> Floats:
         """Return the matrix (3, wheels) from the travel of the wheels to the motion of the base, at these angles (rad)."""

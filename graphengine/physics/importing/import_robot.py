@@ -11,6 +11,7 @@ import numpy as np
 
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
+from graphengine.format.document import Document
 from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
 from graphengine.physics.description.description_reader import robot_file
@@ -20,7 +21,7 @@ from graphengine.physics.engine import REFUSALS, body_names, collides, compiled,
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
-from graphengine.physics.importing import joint_drives, left_behind
+from graphengine.physics.importing import drivetrain, left_behind
 from graphengine.physics.importing.bundle import bundle_graphs, bundle_meshes
 from graphengine.physics.importing.draft import Draft
 from graphengine.physics.importing.robot_source import WRAPPER
@@ -31,7 +32,7 @@ from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
 from graphengine.physics.model.robot_prims import add_robot
 
-_PARTS = (joint_drives.fill, left_behind.fill)
+_PARTS = (drivetrain.fill, left_behind.fill)
 """What fills a draft, in this order."""
 _FLOOR_FRICTION = 1.0
 _MESHES = ("mesh", "texture")
@@ -50,6 +51,7 @@ class Origin:
         fixed_base: whether the root link is bolted to the world.
         bundled: whether the description, its meshes and the included graphs are copied into the project; `path` is None then.
         wrapper: text of the xacro file to write that makes the robot of a macro; empty without one.
+        controllers: parameters of ros2_control that the user gave.
     """
 
     element: Element
@@ -60,6 +62,7 @@ class Origin:
     fixed_base: bool
     bundled: bool = False
     wrapper: str = ""
+    controllers: Document | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +101,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     packages = [] if origin.bundled else list(_used_packages(urdf))
     path = origin.path or origin.target.with_suffix(".urdf")
     told = [_near(folder, origin.target) for folder in packages]
-    draft = Draft(urdf, name, origin.told, _near(path, origin.target), told, origin.fixed_base)
+    draft = Draft(urdf, name, origin.told, _near(path, origin.target), told, origin.fixed_base, origin.controllers)
     for fill in _PARTS:
         fill(draft)
     graphs = bundle_graphs(draft) if origin.bundled else {}

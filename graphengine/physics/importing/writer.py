@@ -49,7 +49,7 @@ def _remarks(title: str, remarks: Sequence[Remark]) -> Iterator[str]:
         yield from ("", f"# {title}")
     for remark in remarks:
         yield from textwrap.wrap(
-            remark.text,
+            printable(remark.text),
             _WIDTH,
             initial_indent="#   ",
             subsequent_indent="#     ",
@@ -62,7 +62,7 @@ def _entry(key: str, entry: Entry) -> Iterator[str]:
     for comment in entry.comments:
         yield f"  # {printable(comment)}"
     first, *more = _value(key, entry.value, "  ")
-    yield first + (f"    # {entry.hint}" if entry.hint else "")
+    yield first + (f"    # {printable(entry.hint)}" if entry.hint else "")
     yield from more
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -89,6 +90,8 @@ def test_three_omni_wheels_move_as_told(project: Project, command: tuple[float, 
     keys = "materials:\n" + "".join(material([name], (*rolls, 0.0), 0.0) for name, rolls in rolling.items())
     simulation = load(project, omni, keys)
     selected = joints(simulation).select([f"{name}_joint" for name in "abc"])
+    rolls, at = np.array(list(rolling.values())), np.array(places)
+    paths = np.column_stack([rolls, at[:, 0] * rolls[:, 1] - at[:, 1] * rolls[:, 0]])
     speeds = paths @ command / 0.04
     found = reached(simulation, lambda share: selected.command(velocities=(share * speeds).tolist()))
     np.testing.assert_allclose(found, command, atol=0.002)
@@ -98,7 +101,8 @@ def test_a_direction_is_that_of_the_link_in_which_the_wheel_turns_unless_the_fil
     def after_a_turn(more: str) -> Floats:
         simulation = load(project, SKID, "materials:\n" + material(FOUR, (1, 0, 0), 0.05, more))
         drive(simulation, skid_speeds(0.3, 0.8))
-        return simulation.data.qpos.copy()
+        found: Floats = simulation.data.qpos.copy()
+        return found
 
     assert np.array_equal(after_a_turn(""), after_a_turn(", expressed_in: base_link"))
     assert not np.array_equal(after_a_turn(""), after_a_turn(", expressed_in: front_left"))
@@ -110,7 +114,7 @@ def test_equal_friction_in_both_directions_changes_nothing(project: Project) -> 
             project, SKID, f"materials:\n  all: {{dynamic_friction: 0.8, {keys}bind: [front_left, rear_left]}}"
         )
         drive(simulation, skid_speeds(0.3, 0.8))
-        return simulation.data.qpos.tobytes()
+        return bytes(simulation.data.qpos.tobytes())
 
     assert driven("") == driven("across: 0.8, direction: [1, 0, 0], ")
 
@@ -229,7 +233,7 @@ def test_both_cones_of_friction_will_do(project: Project) -> None:
     np.testing.assert_allclose(drive(simulation, mecanum_speeds(0.0, 0.5, 0.0)), [0.0, 0.5, 0.0], atol=0.005)
 
 
-def _random_contacts(seed: int) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
+def _random_contacts(seed: int) -> tuple[list[Any], list[Any]]:
     random = np.random.default_rng(seed)
 
     def rotations(count: int) -> Floats:
@@ -240,13 +244,8 @@ def _random_contacts(seed: int) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]
     frames[:, 6:] = np.cross(frames[:, :3], frames[:, 3:6])
     directions = rotations(4)[:, :3].copy()
     row_of = np.array([0, -1, 1, -1, 2, 3])
-    return (geoms, frames, frictions), (
-        rotations(3),
-        row_of,
-        np.array([0, 1, 2, 2]),
-        directions,
-        np.array([0, 0.3, 4, math.inf]),
-    )
+    ratios = np.array([0.0, 0.3, 4.0, math.inf])
+    return [geoms, frames, frictions], [rotations(3), row_of, np.array([0, 1, 2, 2]), directions, ratios]
 
 
 @given(st.integers(0, 2**32))
