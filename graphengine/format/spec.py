@@ -324,6 +324,18 @@ class JointSpec(FileSpec):
         return self
 
 
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class LinkSpec(FileSpec):
+    """Changes to a link of the robot description."""
+
+    gravity: bool = True
+    """Whether gravity acts on the link's mass."""
+    colour: Annotated[tuple[Share, Share, Share], Field(strict=False)] | None = None
+    """Red, green and blue, 0 to 1, of visuals whose colour neither the description nor their mesh gives."""
+
+
 class MaterialSpec(FileSpec):
     """A physics material."""
 
@@ -407,6 +419,7 @@ class RobotSpec(FileSpec, defer_build=True):
     """Link that graphs can use for the robot, besides its prim and base link; empty: the freely moving link."""
     self_collision: bool = False
     """Let the robot's links collide with each other, except those connected by a joint."""
+    links: dict[str, LinkSpec] = {}
     joints: dict[str, JointSpec] = {}
     keep_only_joints: tuple[str, ...] = Field(default=(), strict=False)
     """Joints to keep; every other joint of the description is disabled."""

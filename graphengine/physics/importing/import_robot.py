@@ -21,7 +21,7 @@ from graphengine.physics.engine import REFUSALS, body_names, collides, compiled,
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
-from graphengine.physics.importing import drivetrain, left_behind
+from graphengine.physics.importing import drivetrain, gazebo_links, gazebo_sensors, left_behind
 from graphengine.physics.importing.bundle import bundle_graphs, bundle_meshes
 from graphengine.physics.importing.draft import Draft
 from graphengine.physics.importing.robot_source import WRAPPER
@@ -32,7 +32,7 @@ from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
 from graphengine.physics.model.robot_prims import add_robot
 
-_PARTS = (drivetrain.fill, left_behind.fill)
+_PARTS = (drivetrain.fill, gazebo_links.fill, gazebo_sensors.fill, left_behind.fill)
 """What fills a draft, in this order."""
 _FLOOR_FRICTION = 1.0
 _MESHES = ("mesh", "texture")

@@ -13,7 +13,7 @@ from graphengine.physics.files.xml import Element
 from graphengine.physics.importing.draft import Draft, Entry, Remark
 
 _WIDTH = 120
-_SECTIONS = ("wheel_colliders", "materials", "frames", "sensors", "namespaces", "graphs")
+_SECTIONS = ("links", "wheel_colliders", "materials", "frames", "sensors", "namespaces", "graphs")
 """The sections after the joints."""
 
 
@@ -69,7 +69,7 @@ def _entry(key: str, entry: Entry) -> Iterator[str]:
 def _value(key: str, value: Any, indent: str) -> Iterator[str]:
     """A key with its value: on one line, or if that is too long, on a line for each key of the value."""
     line = f"{indent}{scalar(key)}: {flow(value)}"
-    if len(line) <= _WIDTH or not isinstance(value, dict):
+    if len(line) <= _WIDTH or not isinstance(value, dict) or not value:
         yield line
         return
     yield f"{indent}{scalar(key)}:"
