@@ -184,6 +184,7 @@ class _Calibrator:
             wheel_radius=wheels.radius,
             track=wheels.track,
             wheel_base=wheels.wheel_base,
+            turning_centre=_turning_centre(self._motions),
             odometry=tuple(odometry),
             notes=tuple(self._notes),
             **more,  # type: ignore[arg-type]
@@ -320,6 +321,15 @@ def _with_drift(motion: Motion, window: Trace) -> Motion:
     if abs(along) < 0.01:
         return motion
     return replace(motion, lateral_drift=across / abs(along), heading_drift=turn / abs(along))
+
+
+def _turning_centre(motions: Sequence[Motion]) -> tuple[float, float] | None:
+    """The point of the base link's frame that stands still in turns on the spot, the mean of both directions."""
+    turns = [one for one in motions if one.kind == "turn" and not one.commanded.x and abs(one.share) >= LEAST]
+    if not turns:
+        return None
+    x = sum(-one.reached.y / one.reached.yaw for one in turns) / len(turns)
+    return x, sum(one.reached.x / one.reached.yaw for one in turns) / len(turns)
 
 
 def _stands(trace: Trace) -> bool:

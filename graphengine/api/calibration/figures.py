@@ -193,6 +193,7 @@ class Calibration:
         track: distance between left and right wheels with which odometry measures the true turn, m; for mecanum wheels the
             sum of track and wheel base.
         wheel_base: distance between the axles with which the steering angles give the true turn rate, m; ackermann only.
+        turning_centre: point of the base link's frame about which the robot turns on the spot, x and y, m.
         squares: a square in each direction.
         odometry: errors of each odometry topic.
         imus: noise of each IMU.
@@ -211,6 +212,7 @@ class Calibration:
     wheel_radius: float | None = None
     track: float | None = None
     wheel_base: float | None = None
+    turning_centre: tuple[float, float] | None = None
     squares: tuple[Square, ...] = ()
     odometry: tuple[Odometry, ...] = ()
     imus: tuple[Imu, ...] = ()
@@ -226,4 +228,14 @@ class Calibration:
         for square in data["squares"]:
             for path in ("commanded", "truth", "odometry"):
                 del square[path]
-        return data
+        rounded: dict[str, Any] = _rounded(data)
+        return rounded
+
+
+def _rounded(value: Any) -> Any:
+    """Plain data with numbers rounded to 9 decimals, below which they are noise of the arithmetic."""
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_rounded(item) for item in value]
+    return round(value, 9) + 0.0 if isinstance(value, float) else value
