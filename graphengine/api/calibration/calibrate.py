@@ -11,6 +11,7 @@ from graphengine.api.calibration.drive_recorder import STILL, DriveRecorder, Tra
 from graphengine.api.calibration.figures import Calibration, Kind, Motion, Square, Twist
 from graphengine.api.calibration.flat_scene import on_flat_floor
 from graphengine.api.calibration.measuring import (
+    at_offset,
     displacement,
     ideal_path,
     in_first_frame,
@@ -273,8 +274,9 @@ class _Calibrator:
                 if not steered:
                     self._stop()
         self._stop()
-        trace = self._drives.trace()
-        truth, commanded = in_first_frame(trace.base), ideal_path([straight, corner] * 4, self._drives.dt)
+        trace, centre = self._drives.trace(), _turning_centre(self._motions) or (0.0, 0.0)
+        truth = in_first_frame(at_offset(trace.base, centre))
+        commanded = ideal_path([straight, corner] * 4, self._drives.dt)
         for meter in self._meters.values():
             meter.take_square(trace)
         return Square(
@@ -284,7 +286,7 @@ class _Calibrator:
             float(truth[-1, 2] - commanded[-1, 2]),
             commanded,
             truth,
-            {topic: in_first_frame(path) for topic, path in trace.odometry.items()},
+            {topic: in_first_frame(at_offset(path, centre)) for topic, path in trace.odometry.items()},
         )
 
     def _segments(self, sign: float, *, steered: bool) -> list[tuple[Twist, float]]:

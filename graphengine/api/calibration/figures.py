@@ -67,7 +67,7 @@ class Wheel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Square:
-    """A square driven by time, without feedback.
+    """A square driven by time, without feedback. Paths are those of the point about which the robot turns on the spot.
 
     Attributes:
         direction: direction in which it is driven.
@@ -75,8 +75,8 @@ class Square:
         position_error: distance between the ends of the true and the commanded path, m.
         heading_error: true minus commanded heading at the end, rad.
         commanded: path of an ideal robot, rows of x (m), y (m), yaw (rad); the paths begin at 0, 0, 0.
-        truth: path of the base link.
-        odometry: paths by topic.
+        truth: true path.
+        odometry: paths by topic, as the odometry has them.
     """
 
     direction: Literal["clockwise", "counterclockwise"]

@@ -86,10 +86,10 @@ def _panel(square: Square, left: float, top: float, extent: float, colours: dict
                 yield f'<path class="grid" d="M{x:.1f} {top:.1f}v{PANEL:g}"/>'
                 yield f'<text class="small" x="{x:.1f}" y="{top + PANEL + 15:.1f}" text-anchor="middle">{value:g}</text>'
     yield _curve(place(square.commanded), COMMANDED, "6 4", 1.5)
-    yield _curve(place(square.truth), TRUTH, "", 2.0)
+    yield _curve(place(square.truth), TRUTH, "", 3.0)
     for topic, path in square.odometry.items():
         if len(path):
-            yield _curve(place(path), colours[topic], "2 4", 2.0)
+            yield _curve(place(path), colours[topic], "2 5", 1.5)
     for path, colour in ((square.commanded, COMMANDED), (square.truth, TRUTH)):
         (x, y) = place(path)[-1]
         yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{colour}"/>'
