@@ -46,7 +46,7 @@ def set_value(text: str, location: Location, value: Any, comment: str = "") -> s
         _put_comment(lines, line, comment_line(comment))
     result = "".join(lines)
     findings = Findings()
-    read = document.parse(result.removeprefix("\ufeff"), "", findings)
+    read = document.parse(result, "", findings)
     if read is None or findings.errors or read.data != expected:
         raise PatchError(f"{_name(location)} cannot be changed without changing other values")
     return result
@@ -62,7 +62,8 @@ def _read(text: str) -> document.Document:
 
 def _split(text: str) -> list[str]:
     """Lines with their ends, counted as `document` counts them."""
-    return re.findall(rf"(?:.|(?!{_END})[\s])*?(?:{_END})|(?:(?!{_END})[\s\S])+\Z", text) or [""]
+    parts = re.split(f"({_END})", text)
+    return [line + end for line, end in zip(parts[::2], [*parts[1::2], ""], strict=True)]
 
 
 _END = "\r\n|[\n\r\x85\u2028\u2029]"
@@ -93,15 +94,27 @@ def _with_new_key(text: str, found: document.Document, location: Location, value
     assert parent is not None
     lines, entry = _split(text), f"{flow(str(location[depth]))}: {flow(value)}"
     line, column = parent.span.line - 1, parent.span.column - 1
-    if lines[line][column : column + 1] == "{":
-        end = column + parent.span.length - 1
-        if parent.data and lines[line][end : end + 1] == "}":
-            lines[line] = f"{lines[line][:end].rstrip()}, {entry}{lines[line][end:]}"
-        else:
-            more = ", " if parent.data else ""
-            lines[line] = f"{lines[line][: column + 1]}{entry}{more}{lines[line][column + 1 :]}"
-        return lines, line
-    return _with_new_line(lines, parent, entry)
+    if lines[line][column : column + 1] != "{":
+        return _with_new_line(lines, parent, entry)
+    end, more = _flow_end(lines[line], parent), ", " if parent.data else ""
+    cut = column + 1 if end is None else end - 1
+    head, tail = lines[line][:cut], lines[line][cut:]
+    # A mapping that goes on in other lines takes the entry at its beginning.
+    lines[line] = f"{head}{entry}{more}{tail}" if end is None else head.rstrip(" ,") + f"{more}{entry}{tail}"
+    return lines, line
+
+
+def _flow_end(text: str, value: Value) -> int | None:
+    """The column behind a value of a flow collection; None if it does not end on its line, or an alias is in it."""
+    begin = value.span.column - 1
+    if not isinstance(value.data, dict | list):
+        return begin + value.span.length
+    inner = list(value.data.values()) if isinstance(value.data, dict) else value.data
+    end: int | None = begin + 1
+    if inner:
+        end = _flow_end(text, inner[-1]) if inner[-1].span.line == value.span.line else None
+    closed = re.compile(r"[ ,]*[]}]").match(text, end) if end is not None else None
+    return closed.end() if closed else None
 
 
 def _with_new_line(lines: list[str], parent: Value, entry: str) -> tuple[list[str], int]:

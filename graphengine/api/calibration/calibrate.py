@@ -11,6 +11,7 @@ from graphengine.api.calibration.drive_recorder import STILL, DriveRecorder, Tra
 from graphengine.api.calibration.figures import Calibration, Kind, Motion, Square, Twist
 from graphengine.api.calibration.flat_scene import on_flat_floor
 from graphengine.api.calibration.measuring import (
+    at_offset,
     displacement,
     ideal_path,
     in_first_frame,
@@ -184,6 +185,7 @@ class _Calibrator:
             wheel_radius=wheels.radius,
             track=wheels.track,
             wheel_base=wheels.wheel_base,
+            turning_centre=_turning_centre(self._motions),
             odometry=tuple(odometry),
             notes=tuple(self._notes),
             **more,  # type: ignore[arg-type]
@@ -272,8 +274,9 @@ class _Calibrator:
                 if not steered:
                     self._stop()
         self._stop()
-        trace = self._drives.trace()
-        truth, commanded = in_first_frame(trace.base), ideal_path([straight, corner] * 4, self._drives.dt)
+        trace, centre = self._drives.trace(), _turning_centre(self._motions) or (0.0, 0.0)
+        truth = in_first_frame(at_offset(trace.base, centre))
+        commanded = ideal_path([straight, corner] * 4, self._drives.dt)
         for meter in self._meters.values():
             meter.take_square(trace)
         return Square(
@@ -283,7 +286,7 @@ class _Calibrator:
             float(truth[-1, 2] - commanded[-1, 2]),
             commanded,
             truth,
-            {topic: in_first_frame(path) for topic, path in trace.odometry.items()},
+            {topic: in_first_frame(at_offset(path, centre)) for topic, path in trace.odometry.items()},
         )
 
     def _segments(self, sign: float, *, steered: bool) -> list[tuple[Twist, float]]:
@@ -320,6 +323,15 @@ def _with_drift(motion: Motion, window: Trace) -> Motion:
     if abs(along) < 0.01:
         return motion
     return replace(motion, lateral_drift=across / abs(along), heading_drift=turn / abs(along))
+
+
+def _turning_centre(motions: Sequence[Motion]) -> tuple[float, float] | None:
+    """The point of the base link's frame that stands still in turns on the spot, the mean of both directions."""
+    turns = [one for one in motions if one.kind == "turn" and not one.commanded.x and abs(one.share) >= LEAST]
+    if not turns:
+        return None
+    x = sum(-one.reached.y / one.reached.yaw for one in turns) / len(turns)
+    return x, sum(one.reached.x / one.reached.yaw for one in turns) / len(turns)
 
 
 def _stands(trace: Trace) -> bool:

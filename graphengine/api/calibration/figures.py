@@ -67,7 +67,7 @@ class Wheel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Square:
-    """A square driven by time, without feedback.
+    """A square driven by time, without feedback. Paths are those of the point about which the robot turns on the spot.
 
     Attributes:
         direction: direction in which it is driven.
@@ -75,8 +75,8 @@ class Square:
         position_error: distance between the ends of the true and the commanded path, m.
         heading_error: true minus commanded heading at the end, rad.
         commanded: path of an ideal robot, rows of x (m), y (m), yaw (rad); the paths begin at 0, 0, 0.
-        truth: path of the base link.
-        odometry: paths by topic.
+        truth: true path.
+        odometry: paths by topic, as the odometry has them.
     """
 
     direction: Literal["clockwise", "counterclockwise"]
@@ -193,6 +193,7 @@ class Calibration:
         track: distance between left and right wheels with which odometry measures the true turn, m; for mecanum wheels the
             sum of track and wheel base.
         wheel_base: distance between the axles with which the steering angles give the true turn rate, m; ackermann only.
+        turning_centre: point of the base link's frame about which the robot turns on the spot, x and y, m.
         squares: a square in each direction.
         odometry: errors of each odometry topic.
         imus: noise of each IMU.
@@ -211,6 +212,7 @@ class Calibration:
     wheel_radius: float | None = None
     track: float | None = None
     wheel_base: float | None = None
+    turning_centre: tuple[float, float] | None = None
     squares: tuple[Square, ...] = ()
     odometry: tuple[Odometry, ...] = ()
     imus: tuple[Imu, ...] = ()
@@ -226,4 +228,14 @@ class Calibration:
         for square in data["squares"]:
             for path in ("commanded", "truth", "odometry"):
                 del square[path]
-        return data
+        rounded: dict[str, Any] = _rounded(data)
+        return rounded
+
+
+def _rounded(value: Any) -> Any:
+    """Plain data with numbers rounded to 9 decimals, below which they are noise of the arithmetic."""
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_rounded(item) for item in value]
+    return round(value, 9) + 0.0 if isinstance(value, float) else value

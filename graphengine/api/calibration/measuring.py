@@ -111,6 +111,13 @@ def ideal_path(segments: Sequence[tuple[Twist, float]], dt: float) -> Floats:
     return np.array(rows)
 
 
+def at_offset(path: Floats, offset: tuple[float, float]) -> Floats:
+    """Return the path of a point that is fixed to the moving body at an offset in its frame, m."""
+    cosine, sine = np.cos(path[:, 2]), np.sin(path[:, 2])
+    x, y = offset
+    return np.column_stack((path[:, 0] + cosine * x - sine * y, path[:, 1] + sine * x + cosine * y, path[:, 2]))
+
+
 def in_first_frame(path: Floats) -> Floats:
     """Return a path as seen from its first pose; rows that are not known are left out."""
     known = path[np.isfinite(path).all(axis=1)]

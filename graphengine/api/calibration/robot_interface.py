@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from graphengine.api.calibration.figures import Twist
 from graphengine.compiler.graph import Graph, Instance
 from graphengine.format.errors import UsageError
@@ -80,8 +82,11 @@ def published(claims: Sequence[EndpointClaim], message_type: str) -> list[str]:
     return sorted({c.topic for c in claims if c.direction == "publish" and c.message_type == message_type})
 
 
-def inputs_named(scene: LoadedScene, *names: str) -> Iterator[tuple[Graph, Instance, Port, float]]:
-    """Yield the inputs of a robot's graphs that have one of these names, with their values; wired ones are left out."""
+def inputs_named(scene: LoadedScene, *names: str) -> Iterator[tuple[Graph, Instance, Port, Any]]:
+    """Yield the inputs of a scene's graphs that have one of these names, with their values; wired ones are left out.
+
+    A value is a number or an array of numbers.
+    """
     for graph in scene.planned:
         wired = graph.wired_ports
         for instance in graph.instances:
@@ -89,15 +94,22 @@ def inputs_named(scene: LoadedScene, *names: str) -> Iterator[tuple[Graph, Insta
                 if port.side != "inputs" or port.name not in names or (instance.id, port.name) in wired:
                     continue
                 value = instance.value(port.field)
-                if isinstance(value, int | float) and not isinstance(value, bool):
-                    yield graph, instance, port, float(value)
+                is_number = isinstance(value, int | float) and not isinstance(value, bool)
+                if is_number or (isinstance(value, np.ndarray) and value.ndim == 1):
+                    yield graph, instance, port, value
 
 
 def limit_of(scene: LoadedScene, name: str) -> float:
     """Return the lowest limit that an input of this name sets; infinity without one. A limit of 0 is no limit."""
-    return min((abs(value) for *_, value in inputs_named(scene, name) if value), default=math.inf)
+    return min(_numbers(scene, name), default=math.inf)
 
 
 def known_wheel_base(scene: LoadedScene) -> float | None:
     """Return the distance between the axles (m) that the graphs state; None if they state none."""
-    return next((abs(value) for *_, value in inputs_named(scene, "wheelBase") if value), None)
+    return next(_numbers(scene, "wheelBase"), None)
+
+
+def _numbers(scene: LoadedScene, name: str) -> Iterator[float]:
+    """Values other than 0 of the inputs with a name, without sign."""
+    values = (value for *_, value in inputs_named(scene, name) if not isinstance(value, np.ndarray))
+    return (abs(float(value)) for value in values if value)
