@@ -324,6 +324,18 @@ class JointSpec(FileSpec):
         return self
 
 
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class LinkSpec(FileSpec):
+    """Changes to a link of the robot description."""
+
+    gravity: bool = True
+    """Whether gravity acts on the link's mass."""
+    colour: Annotated[tuple[Share, Share, Share], Field(strict=False)] | None = None
+    """Red, green and blue, 0 to 1, of visuals whose colour neither the description nor their mesh gives."""
+
+
 class MaterialSpec(FileSpec):
     """A physics material."""
 
@@ -369,12 +381,18 @@ class _TypeOfSensor:
         return handler(Literal[(*DEVICES.all, "realsense_d455", "rig")])
 
 
+def _name_or_figures(value: Any) -> Any:
+    if not isinstance(value, str | dict):
+        raise ValueError(f"expected the name of a profile, or the figures of one, got {shown(value)}")
+    return value
+
+
 class SensorSpec(FrameSpec, defer_build=True):
     """A sensor on a link."""
 
     type: Annotated[str, _TypeOfSensor]
-    profile: str = ""
-    """Name of a sensor profile, such as microscan3_9m_20hz."""
+    profile: Annotated[str | dict[str, Any], BeforeValidator(_name_or_figures)] = ""
+    """Name of a sensor profile, such as microscan3_9m_20hz, or its figures, such as {rate: 10.0, …} of an imu."""
     noise_std: NotNegative | None = None
     """Standard deviation of measured distances, m; default: that of the profile."""
 
@@ -401,6 +419,7 @@ class RobotSpec(FileSpec, defer_build=True):
     """Link that graphs can use for the robot, besides its prim and base link; empty: the freely moving link."""
     self_collision: bool = False
     """Let the robot's links collide with each other, except those connected by a joint."""
+    links: dict[str, LinkSpec] = {}
     joints: dict[str, JointSpec] = {}
     keep_only_joints: tuple[str, ...] = Field(default=(), strict=False)
     """Joints to keep; every other joint of the description is disabled."""

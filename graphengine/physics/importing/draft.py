@@ -18,7 +18,7 @@ class Entry:
     """A key of the robot file with its value.
 
     Attributes:
-        value: written on one line.
+        value: written on one line, or on one for each of its keys.
         comments: lines above the key.
         hint: a comment after the value.
     """

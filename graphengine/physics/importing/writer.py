@@ -13,7 +13,7 @@ from graphengine.physics.files.xml import Element
 from graphengine.physics.importing.draft import Draft, Entry, Remark
 
 _WIDTH = 120
-_SECTIONS = ("wheel_colliders", "materials", "frames", "sensors", "namespaces", "graphs")
+_SECTIONS = ("links", "wheel_colliders", "materials", "frames", "sensors", "namespaces", "graphs")
 """The sections after the joints."""
 
 
@@ -61,19 +61,20 @@ def _remarks(title: str, remarks: Sequence[Remark]) -> Iterator[str]:
 def _entry(key: str, entry: Entry) -> Iterator[str]:
     for comment in entry.comments:
         yield f"  # {printable(comment)}"
-    line = f"  {scalar(key)}: {flow(entry.value)}" + (f"    # {printable(entry.hint)}" if entry.hint else "")
-    yield from (line,) if len(line) <= _WIDTH else _block(key, entry.value, "  ")
+    first, *more = _value(key, entry.value, "  ")
+    yield first + (f"    # {printable(entry.hint)}" if entry.hint else "")
+    yield from more
 
 
-def _block(key: str, value: Any, indent: str) -> Iterator[str]:
-    """A key with its value, in as many lines as it needs."""
+def _value(key: str, value: Any, indent: str) -> Iterator[str]:
+    """A key with its value: on one line, or if that is too long, on a line for each key of the value."""
     line = f"{indent}{scalar(key)}: {flow(value)}"
-    if len(line) <= _WIDTH or not isinstance(value, dict):
+    if len(line) <= _WIDTH or not isinstance(value, dict) or not value:
         yield line
         return
     yield f"{indent}{scalar(key)}:"
     for name, item in value.items():
-        yield from _block(name, item, f"{indent}  ")
+        yield from _value(name, item, indent + "  ")
 
 
 def _links(urdf: Urdf) -> Iterator[str]:

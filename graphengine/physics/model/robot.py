@@ -124,6 +124,8 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
         )
     if spec.articulation_root:
         _known("link", spec.articulation_root, urdf.links, file.span("articulation_root"), findings)
+    for link in spec.links:
+        _known("link", link, urdf.links, file.key_span("links", link), findings)
     for joint in spec.joints:
         _known("joint", joint, urdf.joints, file.key_span("joints", joint), findings)
     for index, joint in enumerate(spec.keep_only_joints):
