@@ -238,9 +238,10 @@ def _report(imported: Imported, findings: Findings) -> None:
     from collections import Counter
 
     from graphengine.physics.description.urdf import track
+    from graphengine.physics.model.robot import wheel_shapes
 
     robot, urdf = imported.robot, imported.robot.urdf
-    rolling = urdf.wheels(urdf.moving())
+    rolling = urdf.wheels(urdf.moving(), wheel_shapes(robot.spec))
     base = "free" if imported.free else "fixed to the world"
     if imported.free and not rolling:
         base += "; --fixed-base bolts it to the world"
@@ -259,6 +260,8 @@ def _report(imported: Imported, findings: Findings) -> None:
         lines.append(listing(followers, "joints that follow another"))
     notes = [finding for finding in findings.items if finding.severity == "note"]
     lines += _some("note", [": ".join([note.message, *note.help]) for note in notes])
+    lines += _some("noticed", [remark.text for remark in imported.draft.noticed])
+    lines += _some("guessed", [remark.text for remark in imported.draft.guessed])
     lines += _some("not carried over", [remark.text for remark in imported.draft.lost])
     if imported.outside:
         allowed = " ".join(f"--allow {near(str(folder))}" for folder in imported.outside)
