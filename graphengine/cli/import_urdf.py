@@ -294,6 +294,7 @@ def print_report(imported: Imported, findings: Findings) -> None:
     notes = [finding for finding in findings.items if finding.severity == "note"]
     lines += _some("note", [": ".join([note.message, *note.help]) for note in notes])
     lines += _remarks("carried over", draft.carried)
+    lines += _remarks("noticed", draft.noticed)
     lines += _remarks("guessed", draft.guessed)
     lines += _remarks("not carried over", draft.lost)
     if imported.outside:

@@ -336,6 +336,19 @@ class LinkSpec(FileSpec):
     """Red, green and blue, 0 to 1, of visuals whose colour neither the description nor their mesh gives."""
 
 
+class WheelColliderSpec(FileSpec):
+    """A collider about the axis of a wheel's joint, in place of all colliders of its link."""
+
+    shape: Literal["ellipsoid", "cylinder"] = "ellipsoid"
+    """An ellipsoid touches the floor at one point, a cylinder along its width."""
+    radius: Positive
+    """Radius of the wheel, m."""
+    width: Positive
+    """Width of the wheel, m."""
+    offset: float = 0.0
+    """Distance of the wheel's middle from the joint along the joint's axis, m."""
+
+
 class MaterialSpec(FileSpec):
     """A physics material."""
 
@@ -423,8 +436,8 @@ class RobotSpec(FileSpec, defer_build=True):
     joints: dict[str, JointSpec] = {}
     keep_only_joints: tuple[str, ...] = Field(default=(), strict=False)
     """Joints to keep; every other joint of the description is disabled."""
-    wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"]] = {}
-    """Collider shape of wheels, by link name."""
+    wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"] | WheelColliderSpec] = {}
+    """Colliders of wheels, by link name: `ellipsoid` in place of a cylinder, or {radius: …, width: …} in place of any other."""
     materials: dict[Name, MaterialSpec] = {}
     frames: dict[Name, FrameSpec] = {}
     sensors: dict[Name, SensorSpec] = {}

@@ -85,7 +85,9 @@ def calibrate(
     with on_flat_floor(scene, chosen) as flat:
         command = find_command(flat.claims, command_topic)
         if command is None:
-            return Calibration(chosen.name, "", "", speed, turn_speed, False, notes=(diagnosis.no_command(scene, flat),))
+            return Calibration(
+                chosen.name, "", "", speed, turn_speed, False, notes=(diagnosis.no_command(scene, flat),)
+            )
         speed = min(speed, limit_of(flat, "maxLinearSpeed"))
         turn_speed = min(turn_speed, limit_of(flat, "maxAngularSpeed"))
         options = RunOptions(seed=seed, domain=0, log=log)

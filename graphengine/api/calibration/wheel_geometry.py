@@ -90,7 +90,9 @@ class WheelMeter:
     def _take_arc(self, window: Trace, forward: float, turn: float) -> None:
         """Add the wheel base that follows from the steering angles: with the angle s of a bicycle, tan(s) d / w."""
         angles = window.joints.mean(axis=0) - self._straight_angles
-        steering = [i for i in self._driven if i not in self._wheels and abs(angles[i]) > STEERED and not self._wheel_on(i)]
+        steering = [
+            i for i in self._driven if i not in self._wheels and abs(angles[i]) > STEERED and not self._wheel_on(i)
+        ]
         steering = [i for i in steering if not self._robot.urdf.joints[self._names[i]].type == "prismatic"]
         if steering:
             cotangent = float(np.mean([1.0 / math.tan(abs(angles[i])) for i in steering]))

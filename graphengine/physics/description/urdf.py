@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, from_rpy, rotate
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element, numbers
 
-MOVING = ("revolute", "continuous", "prismatic")
+TURNING = ("revolute", "continuous")
+MOVING = (*TURNING, "prismatic")
 WORLD = "world"
 """Name of a root link that stands for the world: what hangs on it is bolted down."""
 
@@ -154,17 +156,30 @@ class Urdf:
             carrier = self.links[carrier.parent].carrier
         return pose
 
-    def wheels(self, joints: Iterable[UrdfJoint]) -> list[Wheel]:
-        """The wheels on some joints, in the same order; `along` is measured along the axle of the first."""
+    def wheels(
+        self, joints: Iterable[UrdfJoint], shapes: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    ) -> list[Wheel]:
+        """The wheels on some joints, in the same order; `along` is measured along the axle of the first.
+
+        Args:
+            joints: that may carry wheels.
+            shapes: radius of a wheel, and distance of its middle from the joint along the axis (both m), by link; other wheels
+                are told by the description's colliders.
+        """
         found: list[Wheel] = []
         axle = None
         for joint in joints:
-            wheel = self._wheel(joint)
+            wheel = self._wheel(joint) if joint.child not in shapes else self._given_wheel(joint, *shapes[joint.child])
             if wheel is None:
                 continue
             axle = axle or rotate(self.pose_in_root(joint.child)[1], joint.axis)
             found.append(Wheel(joint.name, wheel[0], sum(a * b for a, b in zip(wheel[1], axle, strict=True))))
         return found
+
+    def _given_wheel(self, joint: UrdfJoint, radius: float, offset: float) -> tuple[float, Vector3]:
+        x, y, z = joint.axis
+        centre = compose(self.pose_in_root(joint.child), ((x * offset, y * offset, z * offset), NOWHERE[1]))
+        return radius, centre[0]
 
     def _wheel(self, joint: UrdfJoint) -> tuple[float, Vector3] | None:
         """Radius (m) and centre in the root link of a wheel: a sphere, or a cylinder about the joint's axis."""

@@ -19,7 +19,7 @@ from graphengine.physics.importing.joint_commands import JointCommands, joint_co
 def fill(draft: Draft) -> None:
     """Give joints their drives, and a base its graph and the friction of its wheels."""
     commands = joint_commands(draft)
-    wheels = wheels_on_floor(draft.urdf)
+    wheels = wheels_on_floor(draft)
     drivetrain = None
     if not draft.fixed_base:
         tried = (measured(draft, base, wheels) for base in _bases(draft, wheels, commands))

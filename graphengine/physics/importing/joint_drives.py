@@ -34,15 +34,19 @@ _MOST = 1e9
 def plain(draft: Draft) -> None:
     """Give every wheel a velocity drive, as for a description that a scene uses without a robot file."""
     moving = draft.urdf.moving()
-    rolling = {wheel.joint: wheel for wheel in draft.urdf.wheels(moving)}
+    rolling = {wheel.joint: wheel.radius for wheel in draft.wheels.values() if not wheel.swivels}
+    if not draft.wheels:
+        rolling = {wheel.joint: wheel.radius for wheel in draft.urdf.wheels(moving)}
     for joint in moving:
         entry = draft.entry("joints", joint.name)
         if joint.name in rolling:
-            radius = rolling[joint.name].radius
+            radius = rolling[joint.name]
             entry.comments.append(
                 f"a wheel of radius {radius:g} m; its velocity drive follows what a controller commands"
             )
             entry.value["drive"] = {"damping": WHEEL_DAMPING}
+        elif joint.name in draft.wheels:
+            entry.comments.append("a caster's wheel, which turns freely")
         elif joint.mimic is None:
             entry.hint = f"to hold it, e.g. {{drive: {flow(servo(joint))}}}"
 

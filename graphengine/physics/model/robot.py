@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.files import Files
-from graphengine.format.spec import RobotSpec
+from graphengine.format.spec import RobotSpec, WheelColliderSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.description.description_reader import read_description
 from graphengine.physics.description.robot_file import RobotFile
-from graphengine.physics.description.urdf import Urdf, UrdfJoint, shape_of, track
+from graphengine.physics.description.urdf import TURNING, Urdf, UrdfJoint, shape_of, track
 from graphengine.physics.files.xml import write
 from graphengine.physics.model.drives import Drive, drive_of, in_si
 from graphengine.physics.model.fleet_expansion import RobotPlacement
@@ -77,13 +77,19 @@ class RobotInstance:
     @property
     def wheel_radii(self) -> dict[str, float]:
         """Radius (m) of the wheel on each moving joint that carries one."""
-        return {wheel.joint: wheel.radius for wheel in self.urdf.wheels(self.moving)}
+        return {wheel.joint: wheel.radius for wheel in self.urdf.wheels(self.moving, wheel_shapes(self.spec))}
 
     @property
     def wheel_distance(self) -> float | None:
         """Distance (m) along the axle between the centres of the two driven wheels; None unless there are two, apart."""
-        driven = self.urdf.wheels(joint for joint in self.moving if joint.name in self.drives)
+        driven = self.urdf.wheels((j for j in self.moving if j.name in self.drives), wheel_shapes(self.spec))
         return track(driven) if len(driven) == 2 else None
+
+
+def wheel_shapes(spec: RobotSpec) -> dict[str, tuple[float, float]]:
+    """Radius and offset (m) of the wheels that a robot file gives a collider of their own, by link."""
+    shapes = spec.wheel_colliders.items()
+    return {link: (shape.radius, shape.offset) for link, shape in shapes if isinstance(shape, WheelColliderSpec)}
 
 
 def load_robot(
@@ -164,7 +170,7 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
         drives[name] = drive
         if spec.usd_drive is not None and joint.type != "prismatic":
             findings.add("N103", f"joint {name!r}: USD counts degrees, in SI it is {in_si(drive)}", span)
-    wheels = urdf.wheels(urdf.joints[name] for name in drives)
+    wheels = urdf.wheels((urdf.joints[name] for name in drives), wheel_shapes(file.spec))
     for wheel in wheels:
         drives[wheel.joint] = replace(drives[wheel.joint], carries=wheel.radius**2 / len(wheels))
     return drives
@@ -176,7 +182,12 @@ def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
         if shape == "ellipsoid" and tags != ["cylinder"]:
             what = listing(tags, "its colliders")
             span = file.key_span("wheel_colliders", link)
-            findings.add("S106", f"link {link!r} is no wheel: an ellipsoid replaces one cylinder", span, what)
+            size = "for another collider write {radius: …, width: …}, in m"
+            findings.add("S106", f"link {link!r} is no wheel: an ellipsoid replaces one cylinder", span, what, size)
+        carrier = urdf.links[link].carrier
+        if isinstance(shape, WheelColliderSpec) and (carrier is None or carrier.type not in TURNING):
+            span = file.key_span("wheel_colliders", link)
+            findings.add("S106", f"link {link!r} is no wheel: no joint turns it", span)
     for name, material in file.spec.materials.items():
         for index, link in enumerate(material.bind):
             if not urdf.links[link].colliders:

@@ -5,8 +5,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Collection
 
+import numpy as np
+
 from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
+from graphengine.format.spec import WheelColliderSpec
 from graphengine.physics.description.for_mujoco import for_mujoco
 from graphengine.physics.description.mjcf import parse
 from graphengine.physics.description.urdf import WORLD, Mimic, Urdf
@@ -131,11 +134,32 @@ def _colliders(body: mujoco.MjsBody) -> list[mujoco.MjsGeom]:
 def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     """An ellipsoid touches the floor in one point; the two at the rims of a cylinder scrub in a turn."""
     for link, shape in robot.spec.wheel_colliders.items():
-        if shape == "ellipsoid":
+        if isinstance(shape, WheelColliderSpec):
+            _replace_colliders(spec, link, shape, robot.urdf)
+        elif shape == "ellipsoid":
             for geom in _colliders(spec.body(link)):
                 radius, half_width = geom.size[0], geom.size[1]
                 geom.type = mujoco.mjtGeom.mjGEOM_ELLIPSOID
                 geom.size = [radius, radius, half_width]
+
+
+def _replace_colliders(spec: mujoco.MjSpec, link: str, shape: WheelColliderSpec, urdf: Urdf) -> None:
+    """Give a wheel one collider about its joint's axis in place of all others, with the colour of the first."""
+    body, carrier = spec.body(link), urdf.links[link].carrier
+    old = _colliders(body)
+    assert carrier is not None
+    size = (
+        [shape.radius, shape.radius, shape.width / 2] if shape.shape == "ellipsoid" else [shape.radius, shape.width / 2]
+    )
+    kind = mujoco.mjtGeom.mjGEOM_ELLIPSOID if shape.shape == "ellipsoid" else mujoco.mjtGeom.mjGEOM_CYLINDER
+    turn = np.zeros(4)
+    mujoco.mju_quatZ2Vec(turn, np.array(carrier.axis))
+    position = np.array(carrier.axis) * shape.offset
+    made = body.add_geom(name=f"{link}.wheel", type=kind, size=[*size, 0.0][:3], pos=position, quat=turn)
+    if old:
+        made.rgba, made.material = old[0].rgba, old[0].material
+    for geom in old:
+        spec.delete(geom)
 
 
 def _group_geoms(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
