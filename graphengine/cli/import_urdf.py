@@ -7,7 +7,7 @@ import math
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import zip_longest
 from pathlib import Path
@@ -24,7 +24,7 @@ from graphengine.cli.common import (
 from graphengine.cli.progress import progress
 from graphengine.cli.quantities import duration
 from graphengine.format.atomic_write import write_together
-from graphengine.format.diagnostics import Findings
+from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files, installed_packages, near, require_file
 from graphengine.format.wording import listing
@@ -279,7 +279,7 @@ def print_report(imported: Imported, findings: Findings) -> None:
     robot, urdf = imported.robot, imported.robot.urdf
     draft = imported.draft
     base = "free" if imported.free else "fixed to the world"
-    if imported.free and not draft.sections["graphs"]:
+    if imported.free and not draft.wheels:
         base += "; --fixed-base bolts it to the world"
     links, joints = counted(len(urdf.links), "link"), counted(len(urdf.joints), "joint")
     lines = [f"wrote {', '.join(near(str(path)) for path in imported.files)}"]
@@ -291,7 +291,8 @@ def print_report(imported: Imported, findings: Findings) -> None:
     lines.append(f"meshes: {', '.join(f'{number} {what}' for what, number in sorted(outcomes.items())) or 'none'}")
     if followers := [joint.name for joint in robot.moving if joint.mimic is not None]:
         lines.append(listing(followers, "joints that follow another"))
-    notes = [finding for finding in findings.items if finding.severity == "note"]
+    written = {str(path) for path in imported.files}  # notes on these files repeat the remarks
+    notes = [note for note in findings.items if note.severity == "note" and not _lies_in(note, written)]
     lines += _some("note", [": ".join([note.message, *note.help]) for note in notes])
     lines += _remarks("carried over", draft.carried)
     lines += _remarks("noticed", draft.noticed)
@@ -302,6 +303,10 @@ def print_report(imported: Imported, findings: Findings) -> None:
         lines.append(f"scenes with this robot read files outside of their folder: run them with {allowed}")
     lines.append(f"in a scene: {_example(imported)}")
     print(clean("\n".join(line.replace("\n", " ") for line in lines)))
+
+
+def _lies_in(finding: Finding, paths: Collection[str]) -> bool:
+    return finding.span is not None and finding.span.source.path in paths
 
 
 def _example(imported: Imported) -> str:

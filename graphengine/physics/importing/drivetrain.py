@@ -24,9 +24,9 @@ def fill(draft: Draft) -> None:
     if not draft.fixed_base:
         tried = (measured(draft, base, wheels) for base in _bases(draft, wheels, commands))
         drivetrain = next((found for found in tried if found is not None), None)
-    joint_drives.fill(draft, commands, wheels, drivetrain)
     if drivetrain is not None:
         base_graph.fill(draft, drivetrain)
+    joint_drives.fill(draft, commands, wheels, drivetrain)
 
 
 def _bases(draft: Draft, wheels: Sequence[BaseWheel], commands: Mapping[str, JointCommands]) -> Iterator[Base]:
