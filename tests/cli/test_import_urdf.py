@@ -143,7 +143,7 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "not carried over: ros2_control: hardware",
         "not carried over: gazebo mu1 0.2, sensor eye camera: grip",
         "not carried over: gazebo plugin drive",
-        "not carried over: velocity limits of joints: a drive's max_acceleration and what commands it bound their speed",
+        "not carried over: velocity limits of joints without a drive, which have no set point to limit",
         "scenes with this robot read files outside of their folder: run them with --allow ws/cart",
         "in a scene: robots: {cart: {use: robots/cart.yaml, position: [0, 0, 0.2]}}",
         (

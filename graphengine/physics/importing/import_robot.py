@@ -20,7 +20,7 @@ from graphengine.physics.engine import REFUSALS, body_names, collides, compiled,
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
-from graphengine.physics.importing import joint_drives, left_behind, resting, wheel_material, wheels
+from graphengine.physics.importing import joint_drives, joint_dynamics, left_behind, resting, wheel_material, wheels
 from graphengine.physics.importing.draft import Draft
 from graphengine.physics.importing.robot_source import WRAPPER
 from graphengine.physics.importing.trial import FLOOR_FRICTION
@@ -31,7 +31,7 @@ from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
 from graphengine.physics.model.robot_prims import add_robot
 
-_PARTS = (wheels.fill, joint_drives.fill, wheel_material.fill, resting.fill, left_behind.fill)
+_PARTS = (wheels.fill, joint_drives.fill, joint_dynamics.fill, wheel_material.fill, resting.fill, left_behind.fill)
 """What fills a draft, in this order."""
 _MESHES = ("mesh", "texture")
 
