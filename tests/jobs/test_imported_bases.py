@@ -87,7 +87,9 @@ def test_a_base_without_a_word_on_its_drives_moves_as_told(tmp_path: Path, name:
 def test_a_skid_steered_base_turns_as_told_without_the_multiplier_of_its_controller(tmp_path: Path) -> None:
     left, right = (f"[front_{side}_joint, rear_{side}_joint]" for side in ("left", "right"))
     controllers = CONTROLLERS.replace("[left_joint]", left).replace("[right_joint]", right).replace("0.3", "0.5708")
-    controllers = controllers.replace("wheel_radius: 0.05", "wheel_radius: 0.1651\n    wheel_separation_multiplier: 1.8")
+    controllers = controllers.replace(
+        "wheel_radius: 0.05", "wheel_radius: 0.1651\n    wheel_separation_multiplier: 1.8"
+    )
     assert driven(tmp_path, SKID, (0.0, 0.0, 0.6), controllers=controllers)[2] == pytest.approx(0.6, rel=0.01)
 
 

@@ -75,9 +75,8 @@ def fill(
         entry.value |= _drive(draft, joint, decision.kind, wheels, drivetrain)
         if decision.kind not in ("velocity", "position"):
             entry.hint = _TOLD[decision.kind]
-        start = commands[joint.name].start if joint.name in commands else None
-        if start is not None:
-            entry.value["start"] = start
+        if joint.name in commands:
+            entry.value |= _bounds(joint, entry.value.get("drive"), commands[joint.name])
     for decision, joints in decisions.items():
         names = ", ".join(printable(joint.name) for joint in joints)
         remark = Remark(f"{_TOLD[decision.kind]}: {names}; {decision.why}", joints[0].element.span)
@@ -164,6 +163,23 @@ def _drive(
             gains = {"stiffness": _rounded(stiffness), "damping": _rounded(stiffness / 10)}
         return {"drive": gains}
     return {}
+
+
+def _bounds(joint: UrdfJoint, drive: dict[str, Any] | None, commands: JointCommands) -> dict[str, Any]:
+    """Start and limits of a joint whose commands have a range; a drive's speed gets its limit in place."""
+    keys: dict[str, Any] = {}
+    if commands.start is not None:
+        keys["start"] = commands.start
+    speeds = [abs(end) for end in commands.ranges.get("velocity", ()) if end]
+    if drive is not None and speeds:
+        drive["max_velocity"] = max(speeds)
+    lower, upper = commands.ranges.get("position", (None, None))
+    if joint.limits is not None and (lower is not None or upper is not None):
+        low = max(joint.limits[0], joint.limits[0] if lower is None else lower)
+        high = min(joint.limits[1], joint.limits[1] if upper is None else upper)
+        if low < high and (low, high) != joint.limits:
+            keys["limits"] = [low, high]
+    return keys
 
 
 def servo(joint: UrdfJoint) -> dict[str, float]:
