@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from graphengine.messages import messages
 from tests.jobs.harness import Job
-from tests.physics.bases import FOUR, Base
+from tests.physics.bases import FOUR, Base, Wheel
 from tests.physics.importing.imported_bases import (
     BASES,
     CAR,
@@ -28,9 +29,13 @@ from tests.physics.importing.imported_bases import (
 Twist = tuple[float, float, float]
 
 
-def driven(folder: Path, base: Base, command: Twist, *more: str, controllers: str = "", seconds: float = 4.0) -> Twist:
-    """The velocity (ahead, to the left, turn rate) of an imported base by its true motion, after some seconds."""
-    path = scene(folder, imported(folder, description(base, *more), controllers))
+def driven(folder: Path, base: Base, command: Twist, *more: str, controllers: str = "") -> Twist:
+    """The velocity of an imported base."""
+    return moved(scene(folder, imported(folder, description(base, *more), controllers)), command)
+
+
+def moved(path: Path, command: Twist, topic: str = "/ground_truth/odom", seconds: float = 4.0) -> Twist:
+    """The velocity (ahead, to the left, turn rate) by a topic, of a robot that was told one for some seconds."""
     with Job(path) as job:
         x, y, turn = command
         told = messages.Twist(messages.Vector3(x, y, 0.0), messages.Vector3(0.0, 0.0, turn))
@@ -38,7 +43,7 @@ def driven(folder: Path, base: Base, command: Twist, *more: str, controllers: st
             if tick % 6 == 0:
                 job.transport.inject("/cmd_vel", told)
             job.session.step()
-        seen = [message.twist.twist for message in job.heard("/ground_truth/odom")[-60:]]
+        seen = [message.twist.twist for message in job.heard(topic)[-60:]]
     means = np.mean([(each.linear.x, each.linear.y, each.angular.z) for each in seen], axis=0)
     return float(means[0]), float(means[1]), float(means[2])
 
@@ -112,3 +117,12 @@ def test_the_odometry_of_a_car_follows_its_true_motion(tmp_path: Path) -> None:
 
 def test_the_graph_is_named_with_its_source(tmp_path: Path) -> None:
     assert "guessed: base: skid-steered with 4 driven wheels" in remarks(imported(tmp_path, description(SKID)))
+
+
+@pytest.mark.parametrize("command", [(0.3, 0.0, 0.0), (0.0, 0.3, 0.0), (0.1, -0.2, 0.5)])
+def test_a_base_on_three_omnidirectional_wheels_moves_as_told(tmp_path: Path, command: Twist) -> None:
+    angles = [math.radians(degrees) for degrees in (60, 180, 300)]
+    wheels = [Wheel(f"w{n}", 0.2 * math.cos(a), 0.2 * math.sin(a), a - math.pi / 2) for n, a in enumerate(angles)]
+    base = Base("omni", tuple(wheels), 0.05, 0.02, 5.0)
+    path = scene(tmp_path, imported(tmp_path, description(base)))
+    assert moved(path, command, "/odom") == pytest.approx(command, rel=0.01, abs=0.005)

@@ -31,7 +31,10 @@ def fill(draft: Draft) -> None:
 
 
 def _bases(
-    draft: Draft, known: Sequence[Controller], wheels: Sequence[BaseWheel], commands: Mapping[str, JointCommands]
+    draft: Draft,
+    known: Sequence[Controller],
+    wheels: Sequence[BaseWheel],
+    commands: Mapping[str, JointCommands],
 ) -> Iterator[Base]:
     """The bases that the sources describe, the most trusted first."""
     topics = topics_of_plugins(draft)

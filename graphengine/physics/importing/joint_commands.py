@@ -53,7 +53,7 @@ def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str,
 
 
 def _controller(draft: Draft, controller: Controller, found: dict[str, JointCommands]) -> None:
-    """The joints of a controller that commands each of them alone, such as `velocity_controllers/JointGroupVelocityController`."""
+    """The joints of a controller that commands each of them alone, such as a JointGroupVelocityController."""
     kinds = controller.texts("command_interfaces", "interface_name")
     word = controller.type.rpartition("/")[2]
     kinds = kinds or tuple(kind for part, kind in _CONTROLLERS.items() if part in word)

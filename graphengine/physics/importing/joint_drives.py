@@ -134,7 +134,7 @@ def _decide(
 def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> _Decision:
     """The decision on a joint of the base: carried over if the description or a controller says it, else guessed."""
     if kind in kinds:
-        return _Decision(kind, f"{role} with a {kind} command interface")
+        return _Decision(kind, f"{role} with a {kind} command")
     return _Decision(kind, f"{role}, {source}" if source else role, guessed=not source)
 
 
@@ -153,7 +153,7 @@ def _drive(
         drive: dict[str, Any] = {"damping": _rounded(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
         if wheel is not None and drivetrain is not None and wheel in driven:
             acceleration = drivetrain.base.parameters.get("acceleration")
-            if drivetrain.base.kinematics == "mecanum":
+            if drivetrain.base.kinematics in ("mecanum", "omni"):  # whose controller has no ramps
                 drive["max_acceleration"] = _rounded(float(acceleration or _ACCELERATION) / wheel.radius)
         return {"drive": drive}
     if kind == "position":
