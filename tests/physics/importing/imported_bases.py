@@ -80,7 +80,7 @@ def attempt(folder: Path, text: str, controllers: str = "") -> tuple[Imported | 
     if controllers:
         (folder / "controllers.yaml").write_text(controllers, encoding="utf-8")
         document = load(folder / "controllers.yaml", findings, "controllers.yaml")
-        if document is None:
+        if findings.errors:
             return None, findings
     target = folder / "robots" / "bot.yaml"
     files = Files.of(folder / "bot.urdf", (), folder)
