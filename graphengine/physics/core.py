@@ -34,7 +34,7 @@ from graphengine.physics.engine import (
     sort_geoms,
     wake,
 )
-from graphengine.physics.model.drives import Drive
+from graphengine.physics.model.drives import Drive, servo_ids
 from graphengine.physics.sensors.rays import Rays, RaysChoice, select_rays
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -124,7 +124,7 @@ class SimulationCore(Stateful):
         self.held: list[PlacedBody] = []
         """Bodies that stay where they were put."""
         self._built_gravity = model.opt.gravity.copy()
-        self.rebind(model, data_at_start(model))
+        self.rebind(model, self._data_at_start(model))
         if settle:
             self.settled_after = settle_bodies(self.model, self.data, self.step)
             self._directed.apply()
@@ -196,7 +196,7 @@ class SimulationCore(Stateful):
         model.opt.gravity = self.model.opt.gravity
         before, origin, points, limits = self.data, mujoco.MjData(self.model), self.set_points, self.limits
         mujoco.mj_setState(self.model, origin, self._start, _STATE)
-        transfer, data, start = Transfer(self.model, model), data_at_start(model), data_at_start(model)
+        transfer, data, start = Transfer(self.model, model), self._data_at_start(model), self._data_at_start(model)
         transfer.carry_over(before, data)
         if awake:
             wake(model, data)
@@ -244,6 +244,20 @@ class SimulationCore(Stateful):
         self.pushes.apply()
         for handle in self._handles.watching:
             handle.see_displacement()
+
+    def _data_at_start(self, model: mujoco.MjModel) -> mujoco.MjData:
+        """The state in which a model begins, with joints and their position drives where robots start."""
+        data = data_at_start(model)
+        for prim in self.stage.prims("joint"):
+            robot, start = self.stage.robot_of(prim), prim.facts.get("start")
+            if robot is None or start is None:
+                continue
+            name = f"{robot.entity_name}/{prim.facts['joint']}"
+            data.qpos[model.jnt_qposadr[model.joint(name).id]] = start
+            drive = prim.facts["drive"]
+            if drive is not None and drive.stiffness > 0:
+                data.ctrl[servo_ids(model, [(name, drive)])[0, 0]] = start
+        return data
 
     def _remember_start(self) -> None:
         self._start = np.empty(mujoco.mj_stateSize(self.model, _STATE))
@@ -360,7 +374,7 @@ class SimulationCore(Stateful):
             model = self._mounts.put_back(self.model) or copy.copy(self.model)
             self._mounts.restore(saved.mounts)
             self._mounts.carry_over(model)
-            self.rebind(model, data_at_start(model))
+            self.rebind(model, self._data_at_start(model))
         super().restore(saved.counts)
         self.model.opt.gravity = saved.gravity
         self._frictions.put_back(self.model)

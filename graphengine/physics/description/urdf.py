@@ -83,6 +83,14 @@ class UrdfJoint:
         effort = numbers(limit.get("effort"), 1) if limit is not None else None
         return effort[0] if effort and effort[0] > 0 else None
 
+    def limit(self, lowest: float, highest: float) -> None:
+        """Give the joint other limits, rad or m, in the XML element too."""
+        limit = self.element.first("limit")
+        if limit is None:
+            limit = Element("limit", {}, self.element.span)
+            self.element.children.append(limit)
+        limit.attributes |= {"lower": repr(lowest), "upper": repr(highest)}
+
     def put(self, position: Vector3) -> None:
         """Move the joint's origin, m, in the XML element too."""
         self.pose = (position, self.pose[1])

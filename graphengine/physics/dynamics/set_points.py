@@ -32,10 +32,12 @@ class SetPoints(Stateful):
         self._control, self._applied = data.ctrl, data.qfrc_applied
         self._changes = np.full(model.nu, np.inf)
         self._starts: dict[int, float] = {}
-        for (_, drive), servo in zip(drives, servo_ids(model, drives)[1].tolist(), strict=True):
-            if servo >= 0:
-                self._changes[servo] = drive.max_acceleration * model.opt.timestep
-                self._starts[servo] = drive.target_velocity
+        for (_, drive), (position, velocity) in zip(drives, servo_ids(model, drives).T.tolist(), strict=True):
+            if position >= 0:
+                self._changes[position] = drive.max_velocity * model.opt.timestep
+            if velocity >= 0:
+                self._changes[velocity] = drive.max_acceleration * model.opt.timestep
+                self._starts[velocity] = drive.target_velocity
         self.targets, self.efforts = np.zeros(model.nu), np.zeros(model.nv)
         self.start()
 

@@ -8,6 +8,7 @@ it, and what robots are made for: files that say Y_UP come from exporters that w
 
 from __future__ import annotations
 
+import codecs
 import contextlib
 import io
 import re
@@ -35,6 +36,8 @@ MAX_CONVERTED_BYTES = 100_000_000
 MAX_TRIANGLES = 5_000_000
 MAX_NODES = 100_000
 
+_ENCODINGS = ("ascii", "utf-8", "utf-16", "iso-8859-1", "iso-8859-15", "cp1252")
+"""Those that exporters declare in the XML of COLLADA files; Python imports each when it is first used."""
 _LEAST_VERTICES = 4
 """MuJoCo takes no mesh with fewer."""
 _STL_HEADER, _STL_TRIANGLE = 84, 50
@@ -77,6 +80,9 @@ def prepare(suffixes: Collection[str]) -> None:
         import collada
         import collada.polylist
         import collada.triangleset  # noqa: F401
+
+        for name in _ENCODINGS:
+            codecs.lookup(name)
     if set(suffixes) != {".dae"}:
         import trimesh
         import trimesh.exchange.load  # noqa: F401

@@ -27,12 +27,16 @@ MEASURED = 0.25
 """Last part of that time, over which forces are averaged, s."""
 STIFF = 1e5
 """Damping of joints that nothing holds, N m s/rad or N s/m: an arm keeps its pose while the base comes to rest."""
+LEANING = 1.0
+"""Tilt (degrees) from which it is told: a lidar that leans sees the floor."""
 FALLEN = math.cos(math.radians(20))
 """Cosine of the tilt from which a robot lies on its side."""
 OFF_CENTRE = 0.05
 """Part of the track by which a centre of mass lies to one side before it is told."""
 LEAST_SHARE = 0.001
 """Part of the weight below which a link does not rest on the floor."""
+NEAR = 0.01
+"""Height (m) above the floor below which a link touches it when the robot pitches."""
 
 
 def fill(draft: Draft) -> None:
@@ -49,8 +53,14 @@ def fill(draft: Draft) -> None:
     if data is None or data.body(draft.urdf.root).xmat[8] < FALLEN:
         draft.noticed.append(Remark("on a flat floor the robot does not come to rest on its wheels"))
         return
+    tilt = math.degrees(math.acos(min(float(data.body(draft.urdf.root).xmat[8]), 1.0)))
+    if tilt > LEANING:
+        draft.noticed.append(Remark(f"on a flat floor the robot leans by {tilt:.1f} degrees"))
     _tell_centre(draft, model, data, driven)
-    _free(draft, _forces(model, data), {wheel.link for wheel in standing})
+    wheels = {wheel.link for wheel in standing}
+    forces = _forces(model, data)
+    near = [link for link in _near(draft, model, data) if link not in wheels]
+    _free(draft, {link: force for link, force in forces.items() if link not in wheels}, near, sum(forces.values()))
 
 
 def _model(draft: Draft, spec: mujoco.MjSpec, robot: RobotInstance) -> mujoco.MjModel | None:
@@ -104,17 +114,28 @@ def _forces(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
     return forces
 
 
-def _free(draft: Draft, forces: dict[str, float], wheels: set[str]) -> None:
-    """Bind links that rest on the floor and do not roll to a material without friction."""
-    weight = sum(forces.values())
-    resting = {link: force for link, force in forces.items() if link not in wheels and force > LEAST_SHARE * weight}
+def _near(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData) -> list[str]:
+    """Links whose colliders reach down nearly as far as the floor."""
+    floor, solid = data.geom_xpos[model.geom_bodyid == 0][0][2], np.flatnonzero(collides(model))
+    found: list[str] = []
+    for link in draft.urdf.links:
+        body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, link)
+        reach = extents(model, data, solid[model.geom_bodyid[solid] == body]) if body > 0 else None
+        if reach is not None and reach[0][2] < floor + NEAR:
+            found.append(link)
+    return found
+
+
+def _free(draft: Draft, forces: dict[str, float], near: list[str], weight: float) -> None:
+    """Bind links that rest on the floor, or nearly so, and do not roll to a material without friction."""
+    resting = {link: force for link, force in forces.items() if force > LEAST_SHARE * weight}
     for link, force in resting.items():
         text = f"{force:.3g} N, {force / weight:.0%} of the weight, rest on {link}, which does not roll"
         colliders = draft.urdf.links[link].colliders
         draft.noticed.append(Remark(text, colliders[0].span if colliders else None))
-    if links := [link for link in resting if link not in draft.bound()]:
+    if links := [link for link in dict.fromkeys([*resting, *near]) if link not in draft.bound()]:
         entry = draft.entry("materials", NAME)
-        entry.comments.append("slides: with friction, what rests on the floor and does not roll would brake the robot")
+        entry.comments.append("slides: with friction, what touches the floor and does not roll would brake the robot")
         entry.value = {"static_friction": 0.0, "dynamic_friction": 0.0, "combine": "min", "bind": links}
 
 

@@ -19,6 +19,10 @@ ROUND = 0.93
 """Least reach of a wheel in any direction about its axis, by the greatest: a wheel of ten corners is round."""
 LEVEL = 0.3
 """Greatest slope of a wheel's axis: cosine of its angle with the vertical."""
+ALIGNED = 0.99
+"""Least cosine of the angle between a cylinder's axis and that of the joint which turns it as a wheel."""
+STANDING = 0.02
+"""Height (m) above the lowest collider up to which a link stands on the floor."""
 PLUMB = 0.9
 """Least cosine of the angle between a caster's swivel and the vertical."""
 _DIRECTIONS = np.linspace(0.0, 2 * math.pi, 72, endpoint=False)
@@ -52,13 +56,16 @@ def _wheel(
         return None
     body = model.body(joint.child).id
     geoms = [geom for geom in np.flatnonzero(collides(model)) if model.geom_bodyid[geom] == body]
+    if (crooked := _crooked(draft, joint)) is not None:
+        reach = extents(model, data, geoms)
+        if reach is not None and reach[0][2] < lowest + STANDING:
+            draft.noticed.append(crooked)
+        return None
     points = [_surface(model, data, int(geom)) for geom in geoms]
     axis = rotate(draft.urdf.pose_in_root(joint.child)[1], joint.axis)
     root = data.body(draft.urdf.root)
     axle, joint_at = root.xmat.reshape(3, 3) @ np.array(axis), data.xpos[body]
     if not points or (size := _size(np.concatenate(points) - joint_at, axle)) is None:
-        if points and joint.type == "continuous":
-            _tell_crooked(draft, joint)
         return None
     radius, width, offset = size
     centre = joint_at + axle * offset
@@ -130,17 +137,19 @@ def _shape(draft: Draft, wheel: WheelShape) -> None:
     draft.guessed.append(Remark(text, colliders[0].span))
 
 
-def _tell_crooked(draft: Draft, joint: UrdfJoint) -> None:
-    """Tell of a cylinder that does not turn about its own axis."""
-    for collider in draft.urdf.links[joint.child].colliders:
-        shape, pose = shape_of(collider), origin_of(collider)
-        if shape is None or pose is None or shape.tag != "cylinder":
-            continue
-        own = rotate(pose[1], (0.0, 0.0, 1.0))
-        cosine = abs(sum(a * b for a, b in zip(own, joint.axis, strict=True)))
-        angle = math.degrees(math.acos(min(cosine, 1.0)))
-        text = f"joint {joint.name} turns the cylinder of {joint.child} about an axis {angle:.0f} degrees off its own: no wheel"
-        draft.noticed.append(Remark(text, collider.span))
+def _crooked(draft: Draft, joint: UrdfJoint) -> Remark | None:
+    """A remark on a joint that turns a cylinder which does not lie about its axis."""
+    colliders = draft.urdf.links[joint.child].colliders
+    shape, pose = (shape_of(colliders[0]), origin_of(colliders[0])) if len(colliders) == 1 else (None, None)
+    if shape is None or pose is None or shape.tag != "cylinder":
+        return None
+    own = rotate(pose[1], (0.0, 0.0, 1.0))
+    cosine = abs(sum(a * b for a, b in zip(own, joint.axis, strict=True)))
+    if cosine > ALIGNED:
+        return None
+    angle = math.degrees(math.acos(cosine))
+    text = f"joint {joint.name} turns the cylinder of {joint.child} about an axis {angle:.0f} degrees off its own: no wheel"
+    return Remark(text, colliders[0].span)
 
 
 def _rounded(number: float) -> float:

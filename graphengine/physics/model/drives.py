@@ -31,6 +31,8 @@ class Drive:
     target_velocity: float = 0.0
     max_acceleration: float = math.inf
     """Limit on the slope of the velocity set point."""
+    max_velocity: float = math.inf
+    """Limit of the velocity set point, and on the slope of the position set point."""
     max_force: float = math.inf
     carries: float = 0.0
     """What a wheel moves of the mass of its robot, by its radius: inertia over mass, m²."""
@@ -46,7 +48,7 @@ def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | Non
     """
     if joint.drive is not None:
         drive = joint.drive
-        limits = drive.max_acceleration or math.inf, drive.max_force or effort
+        limits = drive.max_acceleration or math.inf, drive.max_velocity or math.inf, drive.max_force or effort
         return Drive(drive.stiffness, drive.damping, drive.target_velocity, *limits)
     if joint.usd_drive is not None:
         usd, factor = joint.usd_drive, 1.0 if prismatic else DEGREES

@@ -18,6 +18,7 @@ from graphengine.physics.files.xml import write
 from graphengine.physics.model.drives import Drive, drive_of, in_si
 from graphengine.physics.model.fleet_expansion import RobotPlacement
 from graphengine.physics.model.joint_disabling import Disabled, disable_joints
+from graphengine.physics.model.joint_starts import check_starts, joint_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.profiles import SensorProfile, read_profiles
 
@@ -75,6 +76,11 @@ class RobotInstance:
         return tuple((joint.parent, joint.child, *joint.pose) for joint in fixed)
 
     @property
+    def starts(self) -> dict[str, float]:
+        """Position at the start (rad or m) of each moving joint that has one."""
+        return joint_starts(self.moving, self.spec.joints, self.placement.use)
+
+    @property
     def wheel_radii(self) -> dict[str, float]:
         """Radius (m) of the wheel on each moving joint that carries one."""
         return {wheel.joint: wheel.radius for wheel in self.urdf.wheels(self.moving, wheel_shapes(self.spec))}
@@ -107,9 +113,12 @@ def load_robot(
     for name, joint in file.spec.joints.items():
         if joint.position is not None:
             urdf.joints[name].put(joint.position)
+        if joint.limits is not None:
+            _limit(name, joint.limits, file, urdf, findings)
     disabled = disable_joints(file, urdf, findings)
     drives = _drives(file, urdf, disabled, findings)
     _check_colliders(file, urdf, findings)
+    _check_joints(file, urdf, disabled, findings)
     text = '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
     return RobotInstance(placement, file, urdf, text, profiles, tuple(urdf.moving()), drives, disabled)
 
@@ -174,6 +183,25 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
     for wheel in wheels:
         drives[wheel.joint] = replace(drives[wheel.joint], carries=wheel.radius**2 / len(wheels))
     return drives
+
+
+def _limit(name: str, limits: tuple[float, float], file: RobotFile, urdf: Urdf, findings: Findings) -> None:
+    joint = urdf.joints[name]
+    if joint.type in ("revolute", "prismatic"):
+        joint.limit(*limits)
+    else:
+        findings.add("S104", f"joint {name!r} is {joint.type}: it has no limits", file.span("joints", name, "limits"))
+
+
+def _check_joints(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings) -> None:
+    """Check positions at the start, and springs."""
+    joints = file.spec.joints
+    places = {name: file.span("joints", name, "start") for name, joint in joints.items() if joint.start is not None}
+    check_starts(joints, places, urdf, disabled.joints, findings)
+    for name, joint in joints.items():
+        if joint.spring is not None and (not urdf.joints[name].moves or name in disabled.joints):
+            span = file.key_span("joints", name, "spring")
+            findings.add("S104", f"joint {name!r} does not move: a spring has nothing to push", span)
 
 
 def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
-from graphengine.format.spec import WheelColliderSpec
+from graphengine.format.spec import SpringSpec, WheelColliderSpec
 from graphengine.physics.description.for_mujoco import for_mujoco
 from graphengine.physics.description.mjcf import parse
 from graphengine.physics.description.urdf import WORLD, Mimic, Urdf
@@ -95,6 +95,8 @@ def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
             driven.armature = robot.spec.joints[joint.name].armature
         if joint.name in robot.drives:
             _add_servos(spec, joint.name, robot.drives[joint.name])
+        if joint.name in robot.spec.joints and (spring := robot.spec.joints[joint.name].spring) is not None:
+            _add_spring(driven, spring)
         if joint.mimic is not None:
             _tie(spec, joint.name, joint.mimic)
 
@@ -108,6 +110,14 @@ def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:
     driven.stiffness[0] += drive.stiffness
     driven.damping[0] += drive.damping
     driven.actfrclimited = False
+
+
+def _add_spring(joint: mujoco.MjsJoint, spring: SpringSpec) -> None:
+    """Add a spring to a joint, whose drive may be one too: two springs are one with the sum of their forces."""
+    stiffness = joint.stiffness[0] + spring.stiffness
+    if stiffness > 0:
+        joint.springref = spring.stiffness * spring.rest / stiffness
+    joint.stiffness[0] = stiffness
 
 
 def _tie(spec: mujoco.MjSpec, joint: str, mimic: Mimic) -> None:
@@ -146,8 +156,9 @@ def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
 def _replace_colliders(spec: mujoco.MjSpec, link: str, shape: WheelColliderSpec, urdf: Urdf) -> None:
     """Give a wheel one collider about its joint's axis in place of all others, with the colour of the first."""
     body, carrier = spec.body(link), urdf.links[link].carrier
+    if carrier is None:  # which was reported
+        return
     old = _colliders(body)
-    assert carrier is not None
     size = (
         [shape.radius, shape.radius, shape.width / 2] if shape.shape == "ellipsoid" else [shape.radius, shape.width / 2]
     )

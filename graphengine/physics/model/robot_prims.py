@@ -158,6 +158,7 @@ class _PrimBuilder:
         return paths
 
     def _joints(self, links: dict[str, str]) -> None:
+        starts = self.robot.starts
         for joint in self.robot.urdf.joints.values():
             name = prim_name(joint.name)
             self._add(
@@ -173,6 +174,7 @@ class _PrimBuilder:
                     "child": links[joint.child],
                     "drive": self.robot.drives.get(joint.name),
                     "effort": joint.effort,
+                    **({"start": starts[joint.name]} if joint.name in starts else {}),
                 },
             )
 

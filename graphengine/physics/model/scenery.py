@@ -20,6 +20,7 @@ from graphengine.physics.engine import REFUSALS, compiled, mujoco
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, place_of
 from graphengine.physics.model.fleet_expansion import RobotPlacement
+from graphengine.physics.model.joint_starts import check_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
@@ -76,7 +77,16 @@ class Scenery:
         if key not in self._kinds:
             self._kinds[key] = self._read(path, placement, findings)
         kind = self._kinds[key]
+        if kind is not None:
+            self._check_starts(kind.robot, placement, findings)
         return replace(kind.robot, placement=placement, floor=self._floor) if kind is not None else None
+
+    def _check_starts(self, robot: RobotInstance, placement: RobotPlacement, findings: Findings) -> None:
+        """Check where the scene lets a robot's joints start, once for a fleet."""
+        joints, document = placement.use.joints, self.scene.document
+        if joints and placement.key and placement.name in (placement.key, f"{placement.key}_0000"):
+            places = {name: document.span("robots", placement.key, "joints", name, "start") for name in joints}
+            check_starts(joints, places, robot.urdf, robot.disabled.joints, findings)
 
     def _place_of(self, placement: RobotPlacement) -> Span | None:
         """Where the scene names a robot's file; nowhere for one that comes later."""
