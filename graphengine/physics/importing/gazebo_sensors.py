@@ -99,7 +99,7 @@ def _read(draft: Draft, element: Element, link: str, taken: set[str], notes: Not
         except ValidationError as errors:
             first = errors.errors(include_url=False, include_context=False)[0]
             where = ".".join(map(str, first["loc"]))
-            subject.lost(": ".join(text for text in (where, first["msg"]) if text))
+            subject.lost(": ".join(text for text in (where, first["msg"].removeprefix("Value error, ")) if text))
         else:
             name = _unused(prim_name(given)[:60] or kind, figures.type, taken)
             return _Found(name, link, pose, values, figures, subject, gazebo_topics.topics(figures.graph, values))
