@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from graphengine.format.kinds import DEVICES
 from graphengine.format.legal_names import Name, Namespace, NamespacePattern, PrimPath, RobotPath
@@ -50,8 +50,15 @@ def _evaluator(value: Any) -> Any:
     return value
 
 
+def _not_zero(vector: tuple[float, float, float]) -> tuple[float, float, float]:
+    if not any(vector):
+        raise ValueError("a direction is a vector of a length above 0, such as [1, 0, 0]")
+    return vector
+
+
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
+Direction = Annotated[Vector, AfterValidator(_not_zero)]
 Connection = Annotated[str, Field(max_length=1000)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -339,8 +346,22 @@ class MaterialSpec(FileSpec):
     """No effect: MuJoCo's contacts have no restitution."""
     combine: Literal["average", "min", "multiply", "max"] = "average"
     """How this friction is combined with the floor's, at build and whenever a graph writes the friction."""
+    across: NotNegative | None = None
+    """Friction across `direction`, where `dynamic_friction` acts along it; default: the same in all directions."""
+    direction: Direction | None = None
+    """Direction of `dynamic_friction` at the point of contact, in the frame of `expressed_in`."""
+    expressed_in: str = ""
+    """Link whose frame `direction` is given in; default: the link that the wheel turns in."""
     bind: tuple[str, ...] = Field(default=(), strict=False)
     """Links whose colliders have this material."""
+
+    @model_validator(mode="after")
+    def _two_directions(self) -> MaterialSpec:
+        if (self.across is None) != (self.direction is None):
+            raise ValueError("friction in two directions needs both `across` and `direction`")
+        if self.expressed_in and self.direction is None:
+            raise ValueError("`expressed_in` is the frame of a `direction`, which is missing")
+        return self
 
 
 class FrameSpec(FileSpec):

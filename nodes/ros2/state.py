@@ -134,7 +134,7 @@ def _rounded(values: NDArray[np.float64], steps: float) -> NDArray[np.float64]:
 
 
 class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishOdometry"):
-    """Publishes pose and twist as nav_msgs/Odometry; covariances are zero.
+    """Publishes pose and twist as nav_msgs/Odometry.
 
     Unless `publishRawVelocities` is true, velocities are projected onto three constant axes: front (`robotFront` in the xy
     plane), side (up x front) and up. `orientation` does not turn these axes, so give the velocities in the body's frame.
@@ -154,6 +154,10 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
     linear_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s")
     angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s")
     robot_front: Vector3d = In(default=(1.0, 0.0, 0.0), doc="forward direction of the robot, in the body's frame")
+    pose_covariance: Doubles = In(
+        extension=True, doc="6 x 6 numbers, row by row: x, y, z, roll, pitch, yaw; empty: 0, which means unknown"
+    )
+    twist_covariance: Doubles = In(extension=True, doc="like `poseCovariance`, of the published velocities")
 
     def setup(self, context: Context) -> None:
         """Open the topic."""
@@ -169,8 +173,8 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
         return messages.Odometry(
             header(self.time_stamp, self.odom_frame_id),
             self.chassis_frame_id,
-            messages.PoseWithCovariance(pose, _NO_COVARIANCE),
-            messages.TwistWithCovariance(twist, _NO_COVARIANCE),
+            messages.PoseWithCovariance(pose, _covariance("poseCovariance", self.pose_covariance)),
+            messages.TwistWithCovariance(twist, _covariance("twistCovariance", self.twist_covariance)),
         )
 
     def along_front(self, velocity: Vector3d) -> Vector3d:
@@ -183,4 +187,10 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
         return velocity[0] * x + velocity[1] * y, velocity[1] * x - velocity[0] * y, velocity[2]
 
 
-_NO_COVARIANCE = read_only(np.zeros(36))
+def _covariance(port: str, numbers: Doubles) -> Doubles:
+    if len(numbers) not in (0, 36):
+        raise BadValueError(port, numbers, "of 36 numbers, or empty")
+    return numbers if len(numbers) else _UNKNOWN
+
+
+_UNKNOWN = read_only(np.zeros(36))

@@ -90,7 +90,7 @@ def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[
     if urdf is None:
         return None
     draft = Draft(urdf, "bare", path.name, path.name)
-    joint_drives.fill(draft)
+    joint_drives.plain(draft)
     file = robot_file(render(draft), path, findings)
     return (file, urdf) if file is not None else None
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from graphengine.format.diagnostics import Span
+from graphengine.format.document import Document
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.xml import Element
 
@@ -51,6 +52,7 @@ class Draft:
         path: of the description, as the file names it.
         package_paths: folders of its packages, as the file names them.
         fixed_base: whether the root link is fixed to the world.
+        controllers: parameters of ros2_control that the user gave.
         settings: keys at the top level of the file with plain values, such as `self_collision`.
         sections: entries by section (`joints`, `materials`, `sensors`, `graphs`, …) and key, in order of the file.
         carried: what the description says and the file repeats.
@@ -64,6 +66,7 @@ class Draft:
     path: str
     package_paths: Sequence[str] = ()
     fixed_base: bool = False
+    controllers: Document | None = None
     settings: dict[str, Any] = field(default_factory=dict)
     sections: defaultdict[str, dict[str, Entry]] = field(default_factory=lambda: defaultdict(dict))
     carried: list[Remark] = field(default_factory=list)

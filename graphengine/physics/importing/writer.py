@@ -49,7 +49,7 @@ def _remarks(title: str, remarks: Sequence[Remark]) -> Iterator[str]:
         yield from ("", f"# {title}")
     for remark in remarks:
         yield from textwrap.wrap(
-            remark.text,
+            printable(remark.text),
             _WIDTH,
             initial_indent="#   ",
             subsequent_indent="#     ",
@@ -61,20 +61,20 @@ def _remarks(title: str, remarks: Sequence[Remark]) -> Iterator[str]:
 def _entry(key: str, entry: Entry) -> Iterator[str]:
     for comment in entry.comments:
         yield f"  # {printable(comment)}"
-    first, *more = _lines(key, entry.value, "  ")
-    yield first + (f"    # {entry.hint}" if entry.hint else "")
+    first, *more = _value(key, entry.value, "  ")
+    yield first + (f"    # {printable(entry.hint)}" if entry.hint else "")
     yield from more
 
 
-def _lines(key: str, value: Any, indent: str) -> Iterator[str]:
-    """A key with its value: on one line, or on lines for each of its keys if that were too long."""
+def _value(key: str, value: Any, indent: str) -> Iterator[str]:
+    """A key with its value: on one line, or if that is too long, on a line for each key of the value."""
     line = f"{indent}{scalar(key)}: {flow(value)}"
     if len(line) <= _WIDTH or not isinstance(value, dict) or not value:
         yield line
         return
     yield f"{indent}{scalar(key)}:"
-    for name, part in value.items():
-        yield from _lines(name, part, f"{indent}  ")
+    for name, item in value.items():
+        yield from _value(name, item, indent + "  ")
 
 
 def _links(urdf: Urdf) -> Iterator[str]:

@@ -1,0 +1,58 @@
+"""Odometry from the encoders of a robot whose wheels MuJoCo rolls over a floor, against where it is."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from tests.jobs.harness import Job, yaw
+
+SCENE = """
+scene: encoders
+world: worlds/flat_grid.xml
+settle: true
+robots:
+  dd100: {use: robot.yaml, position: [0.0, 0.0, 0.02]}
+"""
+ROBOT = "robot: dd100\nextends: robots/dd100.yaml\ngraphs: {joint_states: {use: graphs/wheel_odometry.yaml}}\n"
+ODOM, TRUTH, CMD_VEL = "/dd100_0000/odom", "/dd100_0000/ground_truth/odom", "/dd100_0000/cmd_vel"
+EXACT = {"WheelOdometry.slip": 0.0}
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    (tmp_path / "scene.yaml").write_text(SCENE, "utf-8")
+    (tmp_path / "robot.yaml").write_text(ROBOT, "utf-8")
+    return tmp_path / "scene.yaml"
+
+
+def pose(job: Job, topic: str) -> tuple[float, float, float]:
+    """x, y and yaw of the newest odometry."""
+    newest = job.newest(topic).pose.pose
+    return newest.position.x, newest.position.y, yaw(newest.orientation)
+
+
+@pytest.mark.parametrize(("v", "w"), [(0.6, 0.0), (-0.6, 0.0), (0.0, 0.6), (0.5, 0.5), (-0.5, 0.7)])
+def test_odometry_is_within_half_a_percent_of_the_way_and_the_turn(scene: Path, v: float, w: float) -> None:
+    with Job(scene, EXACT) as job:
+        job.drive(CMD_VEL, v, w, 8.0)
+        (x, y, heading), (true_x, true_y, true_heading) = pose(job, ODOM), pose(job, TRUTH)
+    way = 8.0 * (abs(v) + 0.1 * abs(w))  # base_link is 0.1 m behind the axle
+    assert math.hypot(x - true_x, y - true_y) < 0.005 * way
+    assert abs(math.remainder(heading - true_heading, math.tau)) < 0.005 * 8.0 * abs(w) + 1e-4
+
+
+def test_the_error_of_a_square_with_slip_is_what_the_covariance_says(scene: Path) -> None:
+    squared = list[float]()
+    for seed in range(8):
+        with Job(scene, seed=seed) as job:
+            for _ in range(4):
+                job.drive(CMD_VEL, 0.8, 0.0, 2.0)
+                job.drive(CMD_VEL, 0.0, math.pi / 4, 2.0)
+            covariance = job.newest(ODOM).pose.covariance.reshape(6, 6)
+            (x, y, heading), (true_x, true_y, true_heading) = pose(job, ODOM), pose(job, TRUTH)
+            squared.append(((x - true_x) ** 2 + (y - true_y) ** 2) / (covariance[0, 0] + covariance[1, 1]))
+            squared.append(math.remainder(heading - true_heading, math.tau) ** 2 / covariance[5, 5])
+    assert 0.2 < sum(squared) / len(squared) < 3.0  # 1 is expected
