@@ -21,13 +21,14 @@ BODY = f"""<robot name="bot" xmlns:gz="http://gazebosim.org/schema">
   <joint name="base_joint" type="fixed">
     <parent link="base_footprint"/><child link="base_link"/><origin xyz="0 0 .05"/>
   </joint>
-  <link name="wheel">
+  <link name="arm">
     <inertial><mass value="1"/>{INERTIA}</inertial>
     <visual><geometry><sphere radius=".04"/></geometry><material name="red"><color rgba="1 0 0 1"/></material></visual>
     <collision><geometry><sphere radius=".04"/></geometry></collision>
   </link>
-  <joint name="wheel_joint" type="continuous">
-    <parent link="base_link"/><child link="wheel"/><origin xyz="0 .2 0" rpy="1.5707963267948966 0 0"/><axis xyz="0 0 1"/>
+  <joint name="arm_joint" type="revolute">
+    <parent link="base_link"/><child link="arm"/><origin xyz="0 .2 0" rpy="1.5707963267948966 0 0"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" effort="1" velocity="0"/>
   </joint>
   <link name="base_scan"/>
   <joint name="scan_joint" type="fixed">

@@ -10,13 +10,9 @@ import numpy as np
 import pytest
 import yaml
 
-from graphengine.format.spec import MaterialSpec
 from graphengine.physics.importing.gazebo_links import COLOURS
 from tests.physics.harness import FLOOR, load, steps
 from tests.physics.importing.descriptions import imported, written
-
-TWO_DIRECTIONS = pytest.mark.skipif("across" not in MaterialSpec.model_fields, reason="friction has one direction")
-
 
 def about(link: str, inside: str) -> str:
     """What Gazebo is told about a link."""
@@ -50,16 +46,15 @@ ODE = "<collision><surface><friction><ode>{}</ode></friction></surface></collisi
     ],
 )
 def test_friction_is_a_material(tmp_path: Path, inside: str) -> None:
-    surface = {"static_friction": 0.3, "dynamic_friction": 0.3, "combine": "min", "bind": ["wheel"]}
-    assert robot(tmp_path, about("wheel", inside))["materials"] == {"wheel_surface": surface}
+    surface = {"static_friction": 0.3, "dynamic_friction": 0.3, "combine": "min", "bind": ["arm"]}
+    assert robot(tmp_path, about("arm", inside))["materials"] == {"arm_surface": surface}
 
 
 def test_links_of_the_same_friction_share_a_material(tmp_path: Path) -> None:
-    both = (about(link, "<mu1>0.3</mu1>") for link in ("wheel", "base_link"))
-    assert robot(tmp_path, *both)["materials"]["wheel_surface"]["bind"] == ["wheel", "base_link"]
+    both = (about(link, "<mu1>0.3</mu1>") for link in ("arm", "base_link"))
+    assert robot(tmp_path, *both)["materials"]["arm_surface"]["bind"] == ["arm", "base_link"]
 
 
-@TWO_DIRECTIONS
 @pytest.mark.parametrize(
     ("inside", "direction", "frame"),
     [
@@ -75,7 +70,7 @@ def test_links_of_the_same_friction_share_a_material(tmp_path: Path) -> None:
 def test_friction_in_two_directions_has_the_direction_of_the_description(
     tmp_path: Path, inside: str, direction: list[float], frame: str
 ) -> None:
-    material = robot(tmp_path, about("wheel", inside))["materials"]["wheel_surface"]
+    material = robot(tmp_path, about("arm", inside))["materials"]["arm_surface"]
     assert (material["dynamic_friction"], material["across"]) == (1.0, 0.0)
     assert (material["direction"], material["expressed_in"]) == (pytest.approx(direction), frame)
 
@@ -83,16 +78,16 @@ def test_friction_in_two_directions_has_the_direction_of_the_description(
 @pytest.mark.parametrize(
     ("link", "inside", "reason"),
     [
-        ("wheel", "<mu1>1</mu1><mu2>0.5</mu2>", "without fdir1, Gazebo takes it along an axis of the world"),
-        ("wheel", "<mu1>-1</mu1>", "friction below zero"),
-        ("wheel", "<mu1>much</mu1>", "mu1 is no number: 'much'"),
+        ("arm", "<mu1>1</mu1><mu2>0.5</mu2>", "without fdir1, Gazebo takes it along an axis of the world"),
+        ("arm", "<mu1>-1</mu1>", "friction below zero"),
+        ("arm", "<mu1>much</mu1>", "mu1 is no number: 'much'"),
         ("imu_link", "<mu1>1</mu1>", "friction: it has no collider"),
         (
-            "wheel",
+            "arm",
             "<kp>1e6</kp><kd>1</kd><minDepth>0.001</minDepth>",
             "kp, kd, minDepth: contacts of MuJoCo have a time",
         ),
-        ("wheel", "<laserRetro>100</laserRetro>", "the intensity of a lidar follows from colours"),
+        ("arm", "<laserRetro>100</laserRetro>", "the intensity of a lidar follows from colours"),
         ("base_link", "<material>Gazebo/WoodFloor</material>", "material 'Gazebo/WoodFloor' is no colour"),
         ("base_link", "<selfCollide>true</selfCollide>", "a robot's links collide with each other all or none"),
     ],
@@ -106,10 +101,10 @@ def test_what_a_robot_file_cannot_hold_is_lost_with_the_reason(
 
 
 def test_wheel_slip_is_lost_with_the_reason(tmp_path: Path) -> None:
-    wheel = '<wheel link_name="wheel"><slip_compliance_lateral>1</slip_compliance_lateral></wheel>'
+    wheel = '<wheel link_name="arm"><slip_compliance_lateral>1</slip_compliance_lateral></wheel>'
     plugin = f'<gazebo><plugin filename="gz-sim-wheel-slip-system" name="gz::sim::systems::WheelSlip">{wheel}</plugin></gazebo>'
     (text,) = lost(tmp_path, plugin)
-    assert text.startswith("link wheel: WheelSlip: ")
+    assert text.startswith("link arm: WheelSlip: ")
 
 
 @pytest.mark.parametrize(
@@ -134,13 +129,13 @@ def test_what_is_so_in_any_case_is_not_lost(tmp_path: Path, system: str) -> None
     ],
 )
 def test_a_colour_is_that_of_visuals_without_one(tmp_path: Path, inside: str) -> None:
-    folder = written(tmp_path, about("base_link", inside), about("wheel", "<material>Gazebo/Blue</material>"))
+    folder = written(tmp_path, about("base_link", inside), about("arm", "<material>Gazebo/Blue</material>"))
     data = yaml.safe_load((folder / "robots/bot.yaml").read_text(encoding="utf-8"))
     assert data["links"] == {"base_link": {"colour": list(COLOURS["orange"])}}
     model = simulated(folder).model
     seen = {model.body(model.geom_bodyid[geom]).name: model.geom_rgba[geom] for geom in visuals(model)}
     assert seen["bot/base_link"] == pytest.approx([1.0, 0.5088, 0.0468, 1.0])
-    assert seen["bot/wheel"] == pytest.approx([1.0, 0.0, 0.0, 1.0])
+    assert seen["bot/arm"] == pytest.approx([1.0, 0.0, 0.0, 1.0])
 
 
 def visuals(model: mujoco.MjModel) -> Any:
@@ -172,7 +167,7 @@ def test_gravity_does_not_act_on_a_link_without_it(tmp_path: Path, inside: str) 
     "gazebo",
     [
         ["<gazebo><self_collide>true</self_collide></gazebo>"],
-        [about(link, "<selfCollide>1</selfCollide>") for link in ("base_link", "wheel")],
+        [about(link, "<selfCollide>1</selfCollide>") for link in ("base_link", "arm")],
     ],
 )
 def test_links_collide_with_each_other_if_all_shall(tmp_path: Path, gazebo: list[str]) -> None:
