@@ -14,6 +14,7 @@ from graphengine.physics.importing.gazebo_links import COLOURS
 from tests.physics.harness import FLOOR, load, steps
 from tests.physics.importing.descriptions import imported, written
 
+
 def about(link: str, inside: str) -> str:
     """What Gazebo is told about a link."""
     return f'<gazebo reference="{link}">{inside}</gazebo>'

@@ -110,6 +110,17 @@ def test_an_imu_has_noise_and_bias(tmp_path: Path) -> None:
     assert (figures["acceleration_noise"], figures["acceleration_bias"]) == (0.5, [0.4, 0.4, 0.4])
 
 
+def test_an_imu_has_a_bias_that_drifts_as_far_as_in_gazebo(tmp_path: Path) -> None:
+    noise = (
+        "<dynamic_bias_stddev>{}</dynamic_bias_stddev><dynamic_bias_correlation_time>{}</dynamic_bias_correlation_time>"
+    )
+    axes = "".join(f"<{axis}><noise type='gaussian'>{noise.format(1e-4, 200)}</noise></{axis}>" for axis in "xyz")
+    inside = f"<imu><angular_velocity>{axes}</angular_velocity><linear_acceleration>{axes}</linear_acceleration></imu>"
+    figures = profile(tmp_path, "imu", inside)
+    assert figures["gyroscope"] == {"bias_instability_dph": 206.265, "bias_correlation_time": 200.0}  # 1e-3 rad/s
+    assert figures["accelerometer"] == {"bias_instability_ug": 101.972, "bias_correlation_time": 200.0}  # 1e-3 m/s2
+
+
 def test_a_camera_has_its_lens_and_noise(tmp_path: Path) -> None:
     inside = """<camera><horizontal_fov>1.5708</horizontal_fov><image><width>640</width><height>320</height></image>
       <clip><near>0.1</near><far>50</far></clip><noise><type>gaussian</type><stddev>0.01</stddev></noise></camera>"""
