@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from graphengine.format.wording import printable
+from graphengine.physics.files.xml import numbers
 from graphengine.physics.importing.gazebo_values import Subject, UnusableError, Values
 
 _AXES = ("x", "y", "z")
@@ -125,6 +126,7 @@ def imu(values: Values, sensor: Subject) -> Figures:
         noise, drift, time = (
             max(quantities[name]) for name in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
         )
+        noise = noise or _of_plugin(values, triad)
         bias = [mean + offset for mean, offset in zip(quantities["mean"], quantities["bias_mean"], strict=True)]
         profile |= _given(**{f"{triad.name}_noise": noise})
         profile |= {f"{triad.name}_bias": bias} if any(bias) else {}
@@ -270,7 +272,7 @@ def _noise(values: Values, sensor: Subject, *paths: tuple[str, ...]) -> float:
         if mean:
             sensor.lost(f"mean {mean:g} of its noise; the profile has the standard deviation alone", found.span)
         return deviation
-    return 0.0
+    return values.number("plugin", "gaussianNoise")
 
 
 def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:
@@ -281,6 +283,13 @@ def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:
         return values.number("imu", "noise", triad.classic, quantity)
     kind = found.get("type") or values.text(*path, "type")
     return 0.0 if kind == "none" else values.number(*path, quantity)
+
+
+def _of_plugin(values: Values, triad: _Triad) -> float:
+    """The noise that a plugin of ROS 1 makes: the greatest of three axes."""
+    texts = (values.text("plugin", f"{triad.classic}GaussianNoise"), values.text("plugin", "gaussianNoise"))
+    given = [numbers(text, len(text.split())) or (0.0,) for text in texts if text]
+    return max(given[0]) if given else 0.0
 
 
 def _pinhole(values: Values, sensor: Subject) -> dict[str, Any]:

@@ -121,6 +121,25 @@ def test_an_imu_has_a_bias_that_drifts_as_far_as_in_gazebo(tmp_path: Path) -> No
     assert figures["accelerometer"] == {"bias_instability_ug": 101.972, "bias_correlation_time": 200.0}  # 1e-3 m/s2
 
 
+@pytest.mark.parametrize(
+    ("library", "noise", "figures"),
+    [
+        ("gazebo_ros_imu", "<gaussianNoise>0.1</gaussianNoise>", (0.1, 0.1)),
+        ("hector_gazebo_ros_imu", "<accelGaussianNoise>0.1 0.2 0.1</accelGaussianNoise>", (0.2, None)),
+    ],
+)
+def test_a_plugin_of_classic_gazebo_may_be_an_imu(
+    tmp_path: Path, library: str, noise: str, figures: tuple[float, float | None]
+) -> None:
+    inside = f"<bodyName>imu_link</bodyName><topicName>/imu/raw</topicName><updateRate>50</updateRate>{noise}"
+    plugin = f'<gazebo><plugin name="unit" filename="lib{library}.so">{inside}</plugin></gazebo>'
+    unit = robot(tmp_path, plugin)["sensors"]["unit"]
+    assert (unit["parent"], unit["profile"]["rate"]) == ("imu_link", 50.0)
+    assert (unit["profile"]["acceleration_noise"], unit["profile"].get("angular_velocity_noise")) == figures
+    assert uses(tmp_path, plugin)["imu"]["topic"] == "imu/raw"
+    assert remarks(tmp_path, "lost", plugin) == []
+
+
 def test_a_camera_has_its_lens_and_noise(tmp_path: Path) -> None:
     inside = """<camera><horizontal_fov>1.5708</horizontal_fov><image><width>640</width><height>320</height></image>
       <clip><near>0.1</near><far>50</far></clip><noise><type>gaussian</type><stddev>0.01</stddev></noise></camera>"""
