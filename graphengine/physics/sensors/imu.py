@@ -7,9 +7,10 @@ the sensor's frame: a difference of velocities in a frame that turns would lack 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import Field
@@ -19,6 +20,13 @@ from graphengine.devices.rotation import Quaternion, Vector3, unrotate
 from graphengine.devices.stage import Prim
 from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.sensors.implementations import Deviation, Offsets, Profile, Rate, implements
+from graphengine.physics.sensors.inertial_errors import (
+    AccelerometerErrors,
+    Drift,
+    GyroscopeErrors,
+    InertialErrors,
+    TriadErrors,
+)
 from graphengine.physics.sensors.sampling import Sampling
 
 if TYPE_CHECKING:
@@ -26,13 +34,21 @@ if TYPE_CHECKING:
 
 
 class ImuProfile(Profile):
-    """An inertial measurement unit. Noise is white, per sample and axis."""
+    """An inertial measurement unit, with errors per sample and axis, and errors in the units of data sheets."""
 
     rate: Rate = Field(default=100.0, description="Samples a second.")
-    acceleration_noise: Deviation = Field(default=0.0, description="Standard deviation, m/s2.")
-    angular_velocity_noise: Deviation = Field(default=0.0, description="Standard deviation, rad/s.")
+    acceleration_noise: Deviation = Field(default=0.0, description="Standard deviation of white noise, m/s2.")
+    angular_velocity_noise: Deviation = Field(default=0.0, description="Standard deviation of white noise, rad/s.")
     acceleration_bias: Offsets = Field(default=(0.0, 0.0, 0.0), description="Added to each reading, m/s2.")
     angular_velocity_bias: Offsets = Field(default=(0.0, 0.0, 0.0), description="Added to each reading, rad/s.")
+    accelerometer: AccelerometerErrors | None = None
+    gyroscope: GyroscopeErrors | None = None
+
+    def facts(self) -> dict[str, Any]:
+        """Return the figures, with the errors of accelerometers and gyroscopes in SI units."""
+        triads = [errors.in_si() if errors else TriadErrors() for errors in (self.accelerometer, self.gyroscope)]
+        errors = tuple(triads) if self.accelerometer or self.gyroscope else None
+        return self.model_dump(exclude={"accelerometer", "gyroscope"}) | {"errors": errors}
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +60,8 @@ class _Mean:
     index: int
     values: tuple[float, ...]
     orientation: Quaternion
+    duration: float = 0.0
+    """Time over which the values are means, s."""
 
 
 class _Samples:
@@ -72,7 +90,9 @@ class _Samples:
         count, rest = divmod(step, self._steps)
         if rest == 0 and self.sampling.due(count):
             mean = tuple(total / self._added for total in self._sums)
-            self.newest = _Mean(count, self.sampling.newest(count), mean, orientation)
+            seconds, counts = self.period
+            duration = self._added * seconds / (counts * self._steps)
+            self.newest = _Mean(count, self.sampling.newest(count), mean, orientation, duration)
             self._sums, self._added = [0.0] * 9, 0
 
 
@@ -85,7 +105,7 @@ class InertialUnit(CarriedPrim):
     """
 
     sees_steps = True
-    kept = ("_by_step", "_by_tick", "_orientation", "_sample", "_sampled", "_velocity")
+    kept = ("_by_step", "_by_tick", "_drift", "_orientation", "_sample", "_sampled", "_velocity")
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         facts = prim.facts
@@ -97,6 +117,8 @@ class InertialUnit(CarriedPrim):
         self._by_step = _Samples(Sampling(self.rate, step, prim.path), step, 1)
         self._noise = np.repeat((facts["acceleration_noise"], facts["angular_velocity_noise"]), 3)
         self._bias = np.array((*facts["acceleration_bias"], *facts["angular_velocity_bias"]), float)
+        self._errors = InertialErrors(facts["errors"], self.rate, prim.path) if facts.get("errors") else None
+        self._drift: Drift | None = None
         self._sample: ImuSample | None = None
         self._sampled: _Mean | None = None
         super().__init__(simulation, prim)
@@ -162,9 +184,14 @@ class InertialUnit(CarriedPrim):
     def _measured(self, mean: _Mean, time: float) -> ImuSample:
         ax, ay, az, gx, gy, gz, wx, wy, wz = mean.values
         reading = np.array((ax, ay, az, wx, wy, wz)) + self._bias
-        if self._noise.any() and mean.index >= 0:
-            generator = self._by_tick.sampling.random(self._simulation.seed, mean.index)
-            reading += self._noise * generator.standard_normal(6)
+        seed, noise, errors = self._simulation.seed, self._noise, self._errors
+        if errors and mean.index >= 0:
+            self._drift = errors.drift(seed, mean.index, self._drift)
+            sensed = np.array((ax + gx, ay + gy, az + gz, wx, wy, wz))
+            reading += errors.scale * sensed + self._drift.correlated + self._drift.walk
+            noise = np.hypot(noise, errors.noise_density / math.sqrt(mean.duration))
+        if noise.any() and mean.index >= 0:
+            reading += noise * self._by_tick.sampling.random(seed, mean.index).standard_normal(6)
         ax, ay, az, wx, wy, wz = reading.tolist()
         return ImuSample(time, mean.index, (ax, ay, az), (gx, gy, gz), (wx, wy, wz), mean.orientation)
 
