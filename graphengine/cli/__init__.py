@@ -16,6 +16,7 @@ from graphengine.format.version import __version__
 
 VERBS = {
     "demo": "run a demo: a robot drives through a warehouse, with commands to try",
+    "new": "begin a project: a robot from its description, its graphs, a scene and a test",
     "run": "run a scene or a graph",
     "ctl": "control a running session: pause, step, reset, spawn, push",
     "replay": "replay a recorded run and compare the output byte by byte",
@@ -23,6 +24,7 @@ VERBS = {
     "check": "report all errors and warnings in scenes and graphs",
     "show": "show a graph's nodes and wires, its schedule, its generated code or a drawing",
     "snapshot": "render a picture of a scene, from above, in perspective or from one of its cameras",
+    "calibrate": "drive a robot on a flat floor and measure how it follows its commands: speeds, wheel radius, odometry, drift",
     "map": "make an occupancy map of a scene for nav2's map_server",
     "import": "convert the graphs of an Isaac Sim script or USD stage to YAML",
     "export": "convert a graph to a script that builds it in Isaac Sim",

@@ -13,6 +13,7 @@ import numpy as np
 from graphengine.devices.rotation import Pose
 from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.stateful import Stateful
+from graphengine.physics.dynamics.directed_friction import DirectedFriction
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.forces import Forces
 from graphengine.physics.dynamics.handle_table import Handle, HandleTable
@@ -126,6 +127,7 @@ class SimulationCore(Stateful):
         self.rebind(model, data_at_start(model))
         if settle:
             self.settled_after = settle_bodies(self.model, self.data, self.step)
+            self._directed.apply()
             self.steps = 0
             self._remember_start()
             self._start_commands()
@@ -161,11 +163,13 @@ class SimulationCore(Stateful):
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         sort_geoms(model)
         round_weights(model)
+        directed = DirectedFriction(self.stage, model, data)
         begin_step(model, data)
+        directed.apply()
         if data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number:
             raise out_of_range(model, data)
         self._rays = select_rays(self._rays_choice, model, data) if self._rays is not None else None
-        self.model, self.data = model, data
+        self.model, self.data, self._directed = model, data, directed
         self.forces = Forces(model, data)
         drives = list(self._drives())
         self.set_points = SetPoints(model, data, drives)
@@ -235,6 +239,7 @@ class SimulationCore(Stateful):
             PhysicsError: MuJoCo cannot go on from there.
         """
         begin_step(self.model, self.data)
+        self._directed.apply()
         self.forces.forget()
         self.pushes.apply()
         for handle in self._handles.watching:
@@ -284,6 +289,8 @@ class SimulationCore(Stateful):
             for body in self.held:
                 body.hold()
             mujoco.mj_step1(self.model, self.data)
+            if self._directed.geoms:
+                self._directed.apply()
         except mujoco.FatalError as error:
             raise gave_up(self.data, error) from error
         if any(self._warnings.tolist()):
@@ -321,6 +328,7 @@ class SimulationCore(Stateful):
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_setState(self.model, self.data, self._start, _STATE)
         mujoco.mj_step1(self.model, self.data)
+        self._directed.apply()
         self._start_commands()
         self.forces.forget()
         self._handles.reset()

@@ -457,3 +457,79 @@ def test_the_robot_that_ships_is_recognised(graphrun: Graphrun, cart: Path) -> N
     assert "wheel on front_left_wheel_joint: radius 0.049 m" in result.lines
     assert "track 0.452323 m" in result.lines
     assert graphrun("check", "scenes/cart.yaml").code == 0
+
+
+MACRO = f"""<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="prefix" default=""/>
+  <xacro:macro name="cart" params="height:=0.3 side">
+{(BODY + WHEELS + REST).replace("</robot>", "").replace("../", "package://cart/").replace('"left_joint"', '"$(arg prefix)${side}_joint"')}  </xacro:macro>
+</robot>
+"""
+
+
+@pytest.fixture
+def macro(cart: Path) -> Path:
+    (cart / "ws/cart/urdf/macro.urdf.xacro").write_text(MACRO, encoding="utf-8")
+    return cart
+
+
+def test_a_robot_of_a_macro_gets_a_file_that_calls_it(graphrun: Graphrun, macro: Path) -> None:
+    result = imported(graphrun, "ws/cart/urdf/macro.urdf.xacro", "--macro", "cart", "side:=left", "prefix:=my_")
+    assert "wrote scenes/robots/cart.urdf.xacro, scenes/robots/cart.urdf, scenes/robots/cart.yaml" in result.out
+    text = (macro / "scenes/robots/cart.urdf.xacro").read_text(encoding="utf-8")
+    assert '<xacro:cart side="left"/>' in text
+    assert "my_left_joint" in robot(macro)["joints"]  # type: ignore[operator]
+    (macro / "scenes/robots/cart.urdf.xacro").write_text(text.replace('"my_"', '"your_"'), encoding="utf-8")
+    imported(graphrun, "scenes/robots/cart.urdf.xacro", "--force", "--package-path", "ws", code=0)
+    assert "your_left_joint" in robot(macro)["joints"]  # type: ignore[operator]
+
+
+def test_the_only_macro_of_a_file_is_taken_and_told(graphrun: Graphrun, macro: Path) -> None:
+    result = imported(graphrun, "ws/cart/urdf/macro.urdf.xacro", "side:=left")
+    assert "note: the file makes no robot; cart.urdf.xacro calls its macro 'cart'" in result.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--macro", "carts"], "did you mean 'cart'?"),
+        ([], "give it: side:=…"),
+        (["side:=left", "hieght:=1"], "has no argument 'hieght'"),
+    ],
+)
+def test_a_macro_that_cannot_be_called_writes_nothing(
+    graphrun: Graphrun, macro: Path, arguments: list[str], told: str
+) -> None:
+    result = imported(graphrun, "ws/cart/urdf/macro.urdf.xacro", *arguments, code=1)
+    assert told in result.err
+    assert not list((macro / "scenes/robots").iterdir())
+
+
+def test_arguments_are_listed_with_their_defaults(graphrun: Graphrun, macro: Path) -> None:
+    result = graphrun("import-urdf", "ws/cart/urdf/macro.urdf.xacro", "--args")
+    assert result.out.splitlines() == [
+        "arguments of ws/cart/urdf/macro.urdf.xacro:",
+        "  prefix  default ''",
+        "parameters of the macro cart, which --macro cart makes a robot of:",
+        "  height  default '0.3'",
+        "  side    no default",
+    ]
+    assert graphrun("import-urdf", CART, "--args").out == f"{CART}: no xacro syntax, so it takes no arguments\n"
+
+
+def test_a_package_that_is_missing_can_be_left_out(graphrun: Graphrun, cart: Path) -> None:
+    lidar = '<xacro:include filename="$(find lidars)/a2.xacro"/><xacro:a2 parent="base_link"/></robot>'
+    (cart / "ws/cart/urdf/cart.urdf.xacro").write_text(XACRO.replace("</robot>", lidar), encoding="utf-8")
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", code=1)
+    assert "no package 'lidars'" in result.err
+    assert "macros that would be called: a2" in result.err
+    result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", "--without", "lidars")
+    assert "note: left out, as asked for: package 'lidars': includes: $(find lidars)/a2.xacro" in result.out
+
+
+def test_meshes_of_a_package_can_be_left_out_of_a_plain_urdf(graphrun: Graphrun, cart: Path) -> None:
+    text = URDF.replace("package://cart/meshes/body.obj", "package://elsewhere/body.obj")
+    assert "no file 'package://elsewhere/body.obj'" in imported(graphrun, text=text, code=1).err
+    result = imported(graphrun, CART, "--without", "elsewhere")
+    assert "note: left out, as asked for: a collision of link 'base_link'" in result.out
+    assert "elsewhere" not in (cart / "scenes/robots/cart.urdf").read_text(encoding="utf-8")

@@ -11,11 +11,13 @@ from graphengine.format.spec import RobotSpec
 from graphengine.format.spec_reader import Loaded, validate
 from graphengine.physics.description import xacro
 from graphengine.physics.description.robot_file import RobotFile
-from graphengine.physics.description.robot_file_writer import compose
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import parse, read
+from graphengine.physics.importing import joint_drives
+from graphengine.physics.importing.draft import Draft
+from graphengine.physics.importing.writer import render
 
 SUFFIXES = (".urdf", xacro.SUFFIX)
 
@@ -84,10 +86,12 @@ def read_bare(use: str, path: Path, files: Files, findings: Findings) -> tuple[R
 
 
 def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[RobotFile, Urdf] | None:
-    """The robot file that `graphrun import-urdf` would write for a description, and the description."""
+    """Return a description with a plain robot file: wheels have velocity drives, all else is as the description says."""
     if urdf is None:
         return None
-    file = robot_file(compose(urdf, "bare", path.name, path.name, (), fixed_base=False), path, findings)
+    draft = Draft(urdf, "bare", path.name, path.name)
+    joint_drives.plain(draft)
+    file = robot_file(render(draft), path, findings)
     return (file, urdf) if file is not None else None
 
 

@@ -138,6 +138,14 @@ class Urdf:
             links.extend(self.links[joint.child] for joint in link.below)
         return [link.carrier for link in links if link.carrier is not None and link.carrier.moves]
 
+    def turns_in(self, link: str) -> str:
+        """The parent link of the nearest joint above a link that moves, such as the chassis for a wheel; else the root."""
+        while (carrier := self.links[link].carrier) is not None:
+            link = carrier.parent
+            if carrier.moves:
+                break
+        return link
+
     def pose_in_root(self, link: str) -> Pose:
         """Pose of a link in the root link, all joints at zero."""
         pose, carrier = NOWHERE, self.links[link].carrier

@@ -77,7 +77,11 @@ class Frictions(Written[Friction]):
     def tell(self, model: mujoco.MjModel, prim: Prim, value: Friction) -> None:
         """Tell MuJoCo of the colliders of all bodies that a material is bound to."""
         static, dynamic = value
-        material = MaterialSpec(static_friction=static, dynamic_friction=dynamic, combine=prim.facts["combine"])
+        built, across = prim.facts["dynamic_friction"], prim.facts["across"] or 0.0
+        greatest = max(
+            dynamic, across * dynamic / built if built else across
+        )  # friction across changes by the same factor
+        material = MaterialSpec(static_friction=static, dynamic_friction=greatest, combine=prim.facts["combine"])
         for body, wheel in prim.facts["bodies"].items():
             contact = against_floor(material, prim.facts["floor"], wheel=wheel)
             for geom in np.flatnonzero((model.geom_bodyid == model.body(body).id) & collides(model)):

@@ -174,7 +174,7 @@ def _document(data: bytes) -> Any:
     for instance in root.iterfind(".//{*}instance_geometry"):
         for materials in instance.findall("{*}bind_material"):
             instance.remove(materials)
-    return collada.Collada(io.BytesIO(ElementTree.tostring(root)), ignore=[collada.DaeError])
+    return collada.Collada(io.BytesIO(ElementTree.tostring(root, "utf-8")), ignore=[collada.DaeError])
 
 
 def _geometries(nodes: list[Any]) -> Iterator[tuple[Any, bool]]:

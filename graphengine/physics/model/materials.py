@@ -5,6 +5,9 @@ later of average, min, multiply, max counts. MuJoCo takes the maximum of both, u
 whose friction, condim and solref then count alone. So a bound collider is given a priority and what PhysX would have made of
 it and the floor. That holds against walls too, where it matters less.
 
+Of a material with friction in two directions the greater one is mixed. The lesser keeps its ratio to it, as rollers turn as
+easily on any floor; `dynamics.directed_friction` applies the ratio to each contact.
+
 Two things have no counterpart. MuJoCo has one coefficient of friction; the dynamic one is taken for it. And its contacts are
 springs with damping, which at steps of 4 ms return a part of the speed that depends on when in a step they are met: 0.34 to 0.55
 of it where half is wanted. So restitution is left out.
@@ -67,12 +70,17 @@ def combine(first: float, second: float, rule: str) -> float:
     return _COMBINED[rule](first, second)
 
 
+def greatest_friction(material: MaterialSpec) -> float:
+    """The friction of a material in the direction in which it grips most."""
+    return max(material.dynamic_friction, material.across or 0.0)
+
+
 def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Contact:
     """The contact of a material with a floor of a certain friction.
 
     Without friction the contact has one dimension and the higher priority, so that no other collider brings friction back in.
     """
-    friction = combine(material.dynamic_friction, floor, stronger(material.combine, FLOOR_RULE))
+    friction = combine(greatest_friction(material), floor, stronger(material.combine, FLOOR_RULE))
     if friction == 0:
         return Contact(0.0, 1, 2, STIFF_SOLREF)
     return Contact(friction, 3, 1, STIFF_SOLREF if wheel else DEFAULT_SOLREF)
@@ -80,11 +88,14 @@ def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Conta
 
 def sentences(name: str, material: MaterialSpec, floor: float) -> tuple[str, ...]:
     """What was resolved, then what was left out, for people."""
-    static, dynamic, restitution = material.static_friction, material.dynamic_friction, material.restitution
+    static, restitution, dynamic = material.static_friction, material.restitution, greatest_friction(material)
     rule = stronger(material.combine, FLOOR_RULE)
     friction = combine(dynamic, floor, rule)
     own = f"its {dynamic:g}" if static == dynamic else f"its dynamic {dynamic:g}"
     outcome = f"friction {friction:g}" if friction else "no friction"
+    if friction and material.across is not None:
+        along, across = (friction * part / dynamic for part in (material.dynamic_friction, material.across))
+        outcome = f"friction {along:g} along its direction and {across:g} across it"
     text = f"material {name!r}: {outcome} on the floor, the {RULES[rule]} of {own} and the floor's {floor:g}"
     lost = [f"static friction ({static:g})"] if static != dynamic else []
     lost += [f"restitution ({restitution:g})"] if restitution else []

@@ -124,6 +124,8 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
         )
     if spec.articulation_root:
         _known("link", spec.articulation_root, urdf.links, file.span("articulation_root"), findings)
+    for link in spec.links:
+        _known("link", link, urdf.links, file.key_span("links", link), findings)
     for joint in spec.joints:
         _known("joint", joint, urdf.joints, file.key_span("joints", joint), findings)
     for index, joint in enumerate(spec.keep_only_joints):
@@ -132,6 +134,8 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
         _known("link", link, urdf.links, file.key_span("wheel_colliders", link), findings)
     bound: dict[str, Span] = {}
     for name, material in spec.materials.items():
+        if material.expressed_in:
+            _known("link", material.expressed_in, urdf.links, file.span("materials", name, "expressed_in"), findings)
         for index, link in enumerate(material.bind):
             span = file.span("materials", name, "bind", index)
             _known("link", link, urdf.links, span, findings)

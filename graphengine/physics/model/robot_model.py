@@ -36,7 +36,8 @@ def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: F
     """
     before = len(findings.errors)
     free_link = robot.disabled.free_link
-    element = for_mujoco(robot.urdf, robot.name, library, findings, free=free_link is not None)
+    colours = {name: link.colour for name, link in robot.spec.links.items() if link.colour is not None}
+    element = for_mujoco(robot.urdf, robot.name, library, findings, free=free_link is not None, colours=colours)
     if len(findings.errors) > before:
         return None
     turned = _turn_round(element, robot)
@@ -47,6 +48,8 @@ def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: F
         spec.body(link).pos, spec.body(link).quat = position, (w, x, y, z)
     if free_link is not None:
         spec.body(free_link).add_freejoint(name=_unused("root", robot.urdf.joints))
+    for link, changes in robot.spec.links.items():
+        spec.body(link).gravcomp = 0.0 if changes.gravity else 1.0
     _equip_joints(spec, robot)
     _hollow_meshes(spec)
     _shape_wheels(spec, robot)

@@ -100,17 +100,24 @@ class _PrimBuilder:
             self._write("name_overrides", reference, "name_override", value)
         for name, material in robot.spec.materials.items():
             path, span = f"{robot.prim_path}/Materials/{name}", file.key_span("materials", name)
-            facts = material.model_dump() | self._binding(material)
+            facts = material.model_dump() | self._binding(material, links)
             self._add(path, "material", span, facts=facts)
 
-    def _binding(self, material: MaterialSpec) -> dict[str, Any]:
+    def _binding(self, material: MaterialSpec, links: dict[str, str]) -> dict[str, Any]:
         """What a material is mixed with: the floor's friction, and bodies with whether they are wheels.
+
+        Each body of a material with a direction also has the path of the link in whose frame the direction is given.
 
         A link that is the world has no body of its own, so that its colliders cannot be told from the world's: it is left out.
         """
         wheels, name = self.robot.spec.wheel_colliders, self.robot.name
         bodies = {f"{name}/{link}": link in wheels for link in material.bind if f"{name}/{link}" in self.bodies}
-        return {"floor": self.robot.floor, "bodies": bodies}
+        frames = {
+            f"{name}/{link}": links[material.expressed_in or self.robot.urdf.turns_in(link)]
+            for link in material.bind
+            if material.direction is not None and f"{name}/{link}" in bodies
+        }
+        return {"floor": self.robot.floor, "bodies": bodies, "frames": frames}
 
     def _add(self, path: str, kind: PrimKind, span: Span, **facts: Any) -> Prim | None:
         try:

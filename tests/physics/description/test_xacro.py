@@ -315,7 +315,15 @@ def test_a_package_that_no_workspace_has_is_reported_with_what_there_is(tmp_path
     assert "did you mean 'wheels'?" in finding.help
 
 
-EMPTY: dict[str, object] = {"wanted": None, "used": [], "findings": [], "elements": [], "known": []}
+EMPTY: dict[str, object] = {
+    "wanted": None,
+    "used": [],
+    "findings": [],
+    "elements": [],
+    "known": {},
+    "absent": [],
+    "unknown_calls": [],
+}
 ELEMENT = {"tag": "robot", "attributes": {}, "span": ["BOT", 1, 1, 1], "children": [], "text": ""}
 SPOILT: list[object] = [
     None,
