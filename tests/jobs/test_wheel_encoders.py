@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from graphengine.nodes.wheeled_robots.wheel_odometry import ComputeWheelOdometry
-from tests.jobs.harness import Job, yaw
+from tests.jobs.harness import Job, assemble, yaw
 
 SCENE = """
 scene: encoders
@@ -58,6 +58,15 @@ def test_the_error_of_a_square_with_slip_is_what_the_covariance_says(scene: Path
             squared.append(((x - true_x) ** 2 + (y - true_y) ** 2) / (covariance[0, 0] + covariance[1, 1]))
             squared.append(math.remainder(heading - true_heading, math.tau) ** 2 / covariance[5, 5])
     assert 0.2 < sum(squared) / len(squared) < 3.0  # 1 is expected
+
+
+def test_geometry_that_is_not_the_robots_is_a_warning(scene: Path) -> None:
+    assert not [f for f in assemble(scene).findings.items if f.code in ("W201", "W202")]
+    wrong = {"WheelOdometry.wheelRadius": 0.098, "WheelOdometry.wheelDistance": 0.4}
+    radius, distance = (f for f in assemble(scene, wrong).findings.items if f.code in ("W201", "W202"))
+    assert radius.message == "wheelRadius is 0.098 m, but the wheels of /dd100 have 0.049 m"
+    assert radius.help == ("odometry will report 2 of the true distance", "write wheelRadius: 0.049")
+    assert distance.help[0] == "odometry will report 1.13 of the true turn"
 
 
 def test_slip_goes_on_after_a_checkpoint_and_whoever_listens(scene: Path) -> None:
