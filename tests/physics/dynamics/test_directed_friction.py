@@ -17,15 +17,23 @@ from graphengine.physics.dynamics.directed_friction import _compiled, turn_conta
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.materials import sentences
 from graphengine.physics.simulation import Simulation
-from tests.physics.bases import FOUR, MECANUM, SKID, Base, Wheel, joints, material, reached
+from tests.physics.bases import (
+    FOUR,
+    MECANUM,
+    MECANUM_WHEELS,
+    ON_THE_FLOOR,
+    ROLLERS,
+    SKID,
+    SKID_WHEELS,
+    Base,
+    Wheel,
+    joints,
+    material,
+    reached,
+)
 from tests.physics.harness import Project, steps
 
 Floats = NDArray[np.float64]
-ROLLERS = dict(zip(FOUR, (-1, 1, 1, -1), strict=True))
-"""Of a mecanum base: the roller axis of a wheel at the floor points along (1, s)."""
-MECANUM_WHEELS = "materials:\n" + "".join(material([name], (1, sign, 0), 0.0) for name, sign in ROLLERS.items())
-SKID_WHEELS = "materials:\n" + material(FOUR, (1, 0, 0), 0.05)
-ON_THE_FLOOR = "scene: test\nworld: world.xml\nrobots:\n  bot: {{use: bot.yaml, position: [0, 0, {height}]}}\n"
 TWISTS = [(0.5, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, -0.5, 0.0), (0.35, 0.35, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]
 
 
