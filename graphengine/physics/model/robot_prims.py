@@ -172,6 +172,7 @@ class _PrimBuilder:
                     "parent": links[joint.parent],
                     "child": links[joint.child],
                     "drive": self.robot.drives.get(joint.name),
+                    "leader": joint.mimic.leader if joint.mimic is not None else "",
                     "effort": joint.effort,
                 },
             )
