@@ -164,8 +164,7 @@ class SimulationCore(Stateful):
         sort_geoms(model)
         round_weights(model)
         directed = DirectedFriction(self.stage, model, data)
-        begin_step(model, data)
-        directed.apply()
+        begin_step(model, data, directed)
         if data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number:
             raise out_of_range(model, data)
         self._rays = select_rays(self._rays_choice, model, data) if self._rays is not None else None
@@ -238,8 +237,7 @@ class SimulationCore(Stateful):
         Raises:
             PhysicsError: MuJoCo cannot go on from there.
         """
-        begin_step(self.model, self.data)
-        self._directed.apply()
+        begin_step(self.model, self.data, self._directed)
         self.forces.forget()
         self.pushes.apply()
         for handle in self._handles.watching:

@@ -1,7 +1,7 @@
 """What friction in two directions costs: physics steps of bases whose wheels have it, against the same with plain friction.
 
-`python tests/bench/wheels.py` prints microseconds a step; nothing is asserted, because the machine is not ours alone. Steps of both
-kinds take turns, as others use the machine too.
+`python tests/bench/wheels.py` prints microseconds a step; nothing is asserted, because the machine is not ours alone. Steps of
+both kinds take turns for the same reason.
 """
 
 from __future__ import annotations
