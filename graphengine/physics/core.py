@@ -162,8 +162,7 @@ class SimulationCore(Stateful):
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         sort_geoms(model)
         round_weights(model)
-        directed = DirectedFriction(self.stage, model, data)
-        begin_step(model, data, directed)
+        begin_step(model, data, directed := DirectedFriction(self.stage, model, data))
         if data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number:
             raise out_of_range(model, data)
         self._rays = select_rays(self._rays_choice, model, data) if self._rays is not None else None
@@ -286,7 +285,8 @@ class SimulationCore(Stateful):
             for body in self.held:
                 body.hold()
             mujoco.mj_step1(self.model, self.data)
-            self._directed.apply()
+            if self._directed.geoms:
+                self._directed.apply()
         except mujoco.FatalError as error:
             raise gave_up(self.data, error) from error
         if any(self._warnings.tolist()):
