@@ -37,8 +37,7 @@ from graphengine.physics.engine import (
 from graphengine.physics.model.drives import Drive, servo_ids
 from graphengine.physics.sensors.rays import Rays, RaysChoice, select_rays
 
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-"""What it takes to go on bit by bit."""
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # what it takes to go on bit by bit
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +75,7 @@ class SimulationCore(Stateful):
         tick_rate: ticks a second.
         substeps: physics steps in a tick.
         seed: of the sensors' noise.
-        settle: let everything come to rest first; what then is, is the state at the start.
+        settle: let everything come to rest first; this is the state at the start.
         rays: what lidars see with; `rays.name` tells what `auto` came to.
 
     Raises:
@@ -127,7 +126,7 @@ class SimulationCore(Stateful):
         self.rebind(model, self._data_at_start(model))
         if settle:
             self.settled_after = settle_bodies(self.model, self.data, self.step)
-            self._directed.apply()
+            begin_step(self.model, self.data, self._directed)
             self.steps = 0
             self._remember_start()
             self._start_commands()
@@ -163,9 +162,7 @@ class SimulationCore(Stateful):
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         sort_geoms(model)
         round_weights(model)
-        directed = DirectedFriction(self.stage, model, data)
-        begin_step(model, data)
-        directed.apply()
+        begin_step(model, data, directed := DirectedFriction(self.stage, model, data))
         if data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number:
             raise out_of_range(model, data)
         self._rays = select_rays(self._rays_choice, model, data) if self._rays is not None else None
@@ -238,8 +235,7 @@ class SimulationCore(Stateful):
         Raises:
             PhysicsError: MuJoCo cannot go on from there.
         """
-        begin_step(self.model, self.data)
-        self._directed.apply()
+        begin_step(self.model, self.data, self._directed)
         self.forces.forget()
         self.pushes.apply()
         for handle in self._handles.watching:
@@ -341,8 +337,7 @@ class SimulationCore(Stateful):
         self._lights.put_back(self.model)
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_setState(self.model, self.data, self._start, _STATE)
-        mujoco.mj_step1(self.model, self.data)
-        self._directed.apply()
+        begin_step(self.model, self.data, self._directed)
         self._start_commands()
         self.forces.forget()
         self._handles.reset()

@@ -20,6 +20,8 @@ SETTLE_LIMIT = 5.0
 def settle(model: mujoco.MjModel, data: mujoco.MjData, step: Callable[[], None]) -> float | None:
     """Leave each tree of bodies as it was when it came to rest, whatever others still did then.
 
+    Poses and contacts of the state that this leads to are not computed yet.
+
     Returns:
         Seconds that it took until all were at rest; None when that did not come to an end.
     """
@@ -41,5 +43,4 @@ def settle(model: mujoco.MjModel, data: mujoco.MjData, step: Callable[[], None])
             break
     mujoco.mj_resetData(model, data)
     data.qpos[:], data.qvel[:] = positions, velocities
-    mujoco.mj_step1(model, data)
     return taken

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from graphengine.format.errors import PhysicsError
+from graphengine.physics.dynamics.directed_friction import DirectedFriction
 from graphengine.physics.engine import mujoco
 
 
@@ -13,14 +14,20 @@ def gave_up(data: mujoco.MjData, error: Exception) -> PhysicsError:
     return PhysicsError(f"at t = {data.time:.4f} s MuJoCo gave up: {error}\nlook for degenerate geometry in the scene")
 
 
-def begin_step(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+def begin_step(model: mujoco.MjModel, data: mujoco.MjData, directed: DirectedFriction) -> None:
     """Compute the poses, velocities and contacts of a state.
+
+    Args:
+        model: of the state.
+        data: the state.
+        directed: of its wheels.
 
     Raises:
         PhysicsError: MuJoCo gave up.
     """
     try:
         mujoco.mj_step1(model, data)
+        directed.apply()
     except mujoco.FatalError as error:
         raise gave_up(data, error) from error
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from graphengine.devices.rotation import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3, rotate
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotSpec, WheelColliderSpec
@@ -21,6 +21,9 @@ from graphengine.physics.model.joint_disabling import Disabled, disable_joints
 from graphengine.physics.model.joint_starts import check_starts, joint_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.profiles import SensorProfile, read_profiles
+
+_LEVEL = 1e-3
+"""Least part of a direction of friction that lies in the plane of a floor."""
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -119,6 +122,7 @@ def load_robot(
     drives = _drives(file, urdf, disabled, findings)
     _check_colliders(file, urdf, findings)
     _check_joints(file, urdf, disabled, findings)
+    _check_directions(file, urdf, findings)
     text = '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
     return RobotInstance(placement, file, urdf, text, profiles, tuple(urdf.moving()), drives, disabled)
 
@@ -202,6 +206,21 @@ def _check_joints(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Fin
         if joint.spring is not None and (not urdf.joints[name].moves or name in disabled.joints):
             span = file.key_span("joints", name, "spring")
             findings.add("S104", f"joint {name!r} does not move: a spring has nothing to push", span)
+
+
+def _check_directions(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
+    """Report directions of friction of which nothing lies in the plane of a floor."""
+    for name, material in file.spec.materials.items():
+        if material.direction is None:
+            continue
+        for link in material.bind:
+            frame = material.expressed_in or urdf.turns_in(link)
+            x, y, z = rotate(urdf.pose_in_root(frame)[1], material.direction)
+            if math.hypot(x, y) < _LEVEL * math.hypot(x, y, z):
+                text = f"material {name!r}: its direction points along the z axis of {urdf.root!r}, none of it along a floor"
+                advice = f"give the direction along which it grips the floor with dynamic_friction, in the frame of {frame!r}"
+                findings.add("S106", text, file.span("materials", name, "direction"), advice)
+                break
 
 
 def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:

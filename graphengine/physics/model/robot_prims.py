@@ -173,6 +173,7 @@ class _PrimBuilder:
                     "parent": links[joint.parent],
                     "child": links[joint.child],
                     "drive": self.robot.drives.get(joint.name),
+                    "leader": joint.mimic.leader if joint.mimic is not None else "",
                     "effort": joint.effort,
                     **({"start": starts[joint.name]} if joint.name in starts else {}),
                 },
