@@ -16,8 +16,8 @@ from graphengine.cli.common import (
     add_permission_arguments,
     add_repeatable,
     clean,
-    open_file,
     make_options,
+    open_file,
     table,
 )
 from graphengine.cli.progress import progress
@@ -48,8 +48,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     result.add_argument("--check", metavar="BOUND", type=number, nargs="?", const=BOUND, help=check)
     write = "write wheel radius, track, wheel base and covariances to the robot's graph and robot files"
     result.add_argument("--write", action="store_true", help=write)
-    result.add_argument("--picture", metavar="FILE", type=Path, help="SVG file: the driven squares, commanded, true and by odometry")
-    result.add_argument("--format", choices=("text", "json"), default="text", help="json: SI units, null for what was not measured")
+    result.add_argument(
+        "--picture", metavar="FILE", type=Path, help="SVG file: the driven squares, commanded, true and by odometry"
+    )
+    result.add_argument(
+        "--format", choices=("text", "json"), default="text", help="json: SI units, null for what was not measured"
+    )
     files = parser.add_argument_group("files")
     inputs = "set an input to a value; [ROBOT/][GRAPH/]NODE.PORT, globs allowed"
     add_repeatable(files, "--set", "NODE.PORT=VALUE", inputs)
@@ -201,7 +205,10 @@ def _geometry(result: Calibration) -> Iterator[Sequence[str]]:
     if result.wheel_base is not None:
         yield "wheel base", f"{result.wheel_base:.5f} m"
     if result.turning_centre is not None:
-        yield "turning centre", f"x {_rounded(result.turning_centre[0], 4)} m, y {_rounded(result.turning_centre[1], 4)} m from the base link"
+        yield (
+            "turning centre",
+            f"x {_rounded(result.turning_centre[0], 4)} m, y {_rounded(result.turning_centre[1], 4)} m from the base link",
+        )
 
 
 def _squares(result: Calibration) -> Iterator[Sequence[str]]:

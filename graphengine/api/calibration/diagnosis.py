@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import defaultdict
 
+import numpy as np
+
 from graphengine.api.calibration.drive_recorder import DriveRecorder
 from graphengine.api.calibration.robot_interface import COMMAND_TYPES
 from graphengine.api.calibration.wheel_geometry import WheelMeter
 from graphengine.api.session import Session
 from graphengine.scene.loaded_scene import LoadedScene
-
-import numpy as np
 
 
 def no_command(scene: LoadedScene, alone: LoadedScene) -> str:
@@ -58,10 +58,8 @@ def stands_still(drives: DriveRecorder, wheels: WheelMeter, load: dict[str, floa
         return ["no joint of the robot has a drive: give the wheels one below `joints:` of the robot file"]
     targets = drives.set_points()
     if not np.any(np.abs(np.nan_to_num(targets)) > 0.0):
-        return [
-            "no joint gets a velocity command: check the wires from the subscriber of the command topic to the node that "
-            "commands the joints, and its jointNames"
-        ]
+        remedy = "check the wires from the subscriber of the command topic to the node that commands joints, and its jointNames"
+        return [f"no joint gets a velocity command: {remedy}"]
     return ["joints are commanded but do not turn: check damping and max_force of their drives"]
 
 

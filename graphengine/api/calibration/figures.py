@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Kind = Literal["straight", "turn", "sideways"]
+Kinematics = Literal["differential", "mecanum", "ackermann", ""]
 TURN_MARGIN = 1.5
 """Bound of turns and of sideways motions, as a multiple of the bound of straight motions."""
 
@@ -206,7 +207,7 @@ class Calibration:
     speed: float
     turn_speed: float
     moves: bool
-    kinematics: Literal["differential", "mecanum", "ackermann", ""] = ""
+    kinematics: Kinematics = ""
     motions: tuple[Motion, ...] = ()
     wheels: tuple[Wheel, ...] = ()
     wheel_radius: float | None = None
