@@ -237,7 +237,7 @@ class Scene:
             CheckError: the robot or one of its graphs has errors on the flat floor.
             UsageError: an argument is invalid, or the scene has several robots or the robot several topics.
         """
-        from graphengine.api.calibration.calibrate import calibrate
+        from graphengine.api.calibration.calibrator import calibrate
 
         return calibrate(self._loaded, robot, command_topic, speed, turn_speed, seed=seed, modules=self._modules)
 

@@ -26,7 +26,7 @@ from graphengine.format.errors import UsageError
 from graphengine.format.files import find_file, near
 
 if TYPE_CHECKING:
-    from graphengine.api.calibration.figures import Calibration, Imu, Motion, Odometry
+    from graphengine.api.calibration.figures import Calibration, ImuNoise, Motion, Odometry
     from graphengine.api.scene import Scene
 
 BOUND = 0.02
@@ -85,7 +85,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _calibrate(scene: Scene, arguments: argparse.Namespace) -> Calibration:
-    from graphengine.api.calibration.calibrate import calibrate
+    from graphengine.api.calibration.calibrator import calibrate
     from graphengine.api.scene import loaded_of
 
     share = 0.0
@@ -240,7 +240,7 @@ def _odometry(one: Odometry) -> Iterator[Sequence[str]]:
         yield "covariance", straight + ("" if turn is None else f" and {_scientific(turn)} rad2/rad")
 
 
-def _imu(one: Imu) -> Iterator[Sequence[str]]:
+def _imu(one: ImuNoise) -> Iterator[Sequence[str]]:
     yield "IMU", f"{one.topic}, {one.rate:.4g} Hz, at rest"
     yield "gyroscope", f"noise {one.gyro_noise:.3g} rad/s, bias {one.gyro_bias:.3g} rad/s"
     yield "accelerometer", f"noise {one.accelerometer_noise:.3g} m/s2, gravity {one.gravity:.4f} m/s2"

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 
 import numpy as np
 
 from graphengine.api.calibration.drive_recorder import DriveRecorder
+from graphengine.api.calibration.figures import Twist
 from graphengine.api.calibration.robot_interface import COMMAND_TYPES
 from graphengine.api.calibration.wheel_geometry import WheelMeter
 from graphengine.api.session import Session
 from graphengine.scene.loaded_scene import LoadedScene
+
+SLOWEST = 1e-3
+"""Speed of a robot that moves, m/s or rad/s."""
 
 
 def no_command(scene: LoadedScene, alone: LoadedScene) -> str:
@@ -40,6 +45,14 @@ def floor_load(sim: Session, robot: str) -> dict[str, float]:
             if owner == robot and not names[second if body == first else first].startswith(f"{robot}/"):
                 loads[link] += sign * force
     return dict(loads)
+
+
+def rolls_away(velocity: Twist) -> list[str]:
+    """Report a robot that moves without a command."""
+    speed = math.hypot(velocity.x, velocity.y)
+    if speed < SLOWEST and abs(velocity.yaw) < SLOWEST:
+        return []
+    return [f"the robot moves without a command: {speed:.4f} m/s, {velocity.yaw:.4f} rad/s"]
 
 
 def stands_still(drives: DriveRecorder, wheels: WheelMeter, load: dict[str, float]) -> list[str]:

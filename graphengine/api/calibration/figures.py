@@ -58,7 +58,7 @@ class Motion:
 
 
 @dataclass(frozen=True, slots=True)
-class Wheel:
+class DrivenWheel:
     """A driven wheel: joint, rolling radius (distance per angle, m), and the side of the base it is on, if known."""
 
     joint: str
@@ -155,7 +155,7 @@ class Odometry:
 
 
 @dataclass(frozen=True, slots=True)
-class Imu:
+class ImuNoise:
     """What an IMU measures while the robot stands.
 
     Attributes:
@@ -209,14 +209,14 @@ class Calibration:
     moves: bool
     kinematics: Kinematics = ""
     motions: tuple[Motion, ...] = ()
-    wheels: tuple[Wheel, ...] = ()
+    wheels: tuple[DrivenWheel, ...] = ()
     wheel_radius: float | None = None
     track: float | None = None
     wheel_base: float | None = None
     turning_centre: tuple[float, float] | None = None
     squares: tuple[Square, ...] = ()
     odometry: tuple[Odometry, ...] = ()
-    imus: tuple[Imu, ...] = ()
+    imus: tuple[ImuNoise, ...] = ()
     notes: tuple[str, ...] = ()
 
     def outside(self, bound: float) -> tuple[Motion, ...]:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from graphengine.api.calibration.drive_recorder import Trace
-from graphengine.api.calibration.figures import Floats, Motion, Wheel
+from graphengine.api.calibration.figures import DrivenWheel, Floats, Motion
 from graphengine.api.calibration.measuring import increments, mean
 from graphengine.physics.description.urdf import track
 from graphengine.physics.model.robot import RobotInstance
@@ -126,13 +126,13 @@ class WheelMeter:
     # Figures
 
     @property
-    def wheels(self) -> tuple[Wheel, ...]:
+    def wheels(self) -> tuple[DrivenWheel, ...]:
         """The wheels in the order of the articulation."""
         return tuple(self._figures())
 
-    def _figures(self) -> Iterator[Wheel]:
+    def _figures(self) -> Iterator[DrivenWheel]:
         for index in sorted(self._radii):
-            wheel = Wheel(self._names[index], abs(self._radius(index)))
+            wheel = DrivenWheel(self._names[index], abs(self._radius(index)))
             yield (
                 replace(wheel, side="left" if self._offset(index) > 0.0 else "right")
                 if index in self._offsets
@@ -168,7 +168,7 @@ class WheelMeter:
             wheel: math.copysign(self._described_radius(wheel), self._radius(wheel)) * float(angles[wheel])
             for wheel in self._radii
         }
-        if any(map(math.isnan, paths.values())):
+        if not paths or any(map(math.isnan, paths.values())):
             return None
         if motion.kind == "straight":
             return 1.0 - actual / rolled if (rolled := float(np.mean(list(paths.values())))) else None

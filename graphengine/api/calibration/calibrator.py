@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from graphengine.api.calibration import diagnosis, imu_noise
 from graphengine.api.calibration.drive_recorder import STILL, DriveRecorder, Trace
-from graphengine.api.calibration.figures import Calibration, Imu, Kind, Kinematics, Motion, Square, Twist
+from graphengine.api.calibration.figures import Calibration, ImuNoise, Kind, Kinematics, Motion, Square, Twist
 from graphengine.api.calibration.flat_scene import on_flat_floor
 from graphengine.api.calibration.measuring import (
     at_offset,
@@ -144,6 +144,7 @@ class _Calibrator:
         self._imus = published(scene.claims, IMU)
         instance = scene.world.robots[robot]
         self._wheel_base = known_wheel_base(scene) or WheelMeter.described_wheel_base(instance)
+        self._arc_radius = _arc_radius(self._wheel_base, limit_of(scene, "maxWheelRotation"))
         odometry = published(scene.claims, ODOMETRY)
         self._drives = DriveRecorder(sim, robot, command, odometry, self._wheel_base)
         self._wheels = WheelMeter(instance, self._drives.articulation.joint_names)
@@ -156,23 +157,28 @@ class _Calibrator:
             if not topics
         ]
         self._arc_rate = 0.0
+        self._at_rest = STILL
         self._mark: Checkpoint
 
     def run(self) -> Calibration:
         """Drive all motions; stop after the first if the robot does not move."""
         imus = imu_noise.measure(self._sim, self._imus, self._drives, REST)
+        self._at_rest = mean_velocity(self._drives.trace(round(1.0 / self._drives.dt)))
+        self._notes += diagnosis.rolls_away(self._at_rest)
         self._mark = self._sim.checkpoint()
         load = diagnosis.floor_load(self._sim, self._result.robot)
-        speed = self._result.speed
+        speed, turn = self._result.speed, Twist(yaw=self._result.turn_speed)
         forward = self._measure("forward", "straight", Twist(x=speed))
-        if abs(forward.share) < LEAST and not self._turns_on_the_spot():
-            self._notes[:0] = diagnosis.stands_still(self._drives, self._wheels, load)
-            return self._finished(imus, moves=False)
+        if not self._follows(forward.commanded, forward.reached):
+            reasons = diagnosis.stands_still(self._drives, self._wheels, load)
+            if not self._responds(turn, by_wheels=False):
+                self._notes[:0] = reasons
+                return self._finished(imus, moves=False)
         self._measure("backward", "straight", Twist(x=-speed))
         self._progress(0.2)
-        on_the_spot = self._result.command_type != ACKERMANN and self._turns_on_the_spot()
+        on_the_spot = self._result.command_type != ACKERMANN and self._responds(turn)
         if on_the_spot:
-            self._measure("turn_left", "turn", Twist(yaw=self._result.turn_speed))
+            self._measure("turn_left", "turn", turn)
             self._measure("turn_right", "turn", Twist(yaw=-self._result.turn_speed))
         steered = not on_the_spot and self._measure_arcs()
         self._progress(0.5)
@@ -190,7 +196,7 @@ class _Calibrator:
         )
         return replace(self._finished(imus, kinematics), squares=tuple(squares))
 
-    def _finished(self, imus: tuple[Imu, ...], kinematics: Kinematics = "", *, moves: bool = True) -> Calibration:
+    def _finished(self, imus: tuple[ImuNoise, ...], kinematics: Kinematics = "", *, moves: bool = True) -> Calibration:
         """The result, with the figures of all drives so far."""
         omni, wheels = kinematics == "mecanum", self._wheels
         notes = self._notes + (wheels.notes() if moves else []) + diagnosis.clamped(self._sim)
@@ -215,17 +221,17 @@ class _Calibrator:
 
     # Motions
 
-    def _turns_on_the_spot(self) -> bool:
-        """Whether a turn rate alone moves the wheels, or the robot."""
-        return self._responds(Twist(yaw=self._result.turn_speed))
-
-    def _responds(self, twist: Twist) -> bool:
-        """Whether a command moves the wheels, or moves the robot as commanded; measured for a short time."""
+    def _responds(self, twist: Twist, *, by_wheels: bool = True) -> bool:
+        """Whether a command, given for a short time, moves the robot as commanded, or also whether it turns the wheels."""
         self._begin()
         self._drives.drive(twist, 2.0)
         trace = self._drives.trace()
         part = trace.part(len(trace.base) // 2)
-        return self._wheels.roll(part) or abs(_share(twist, mean_velocity(part))) >= LEAST
+        return self._follows(twist, mean_velocity(part)) or (by_wheels and self._wheels.roll(part))
+
+    def _follows(self, twist: Twist, reached: Twist) -> bool:
+        """Whether a command changes the velocity by `LEAST` of it; a robot may move by itself."""
+        return abs(_share(twist, reached) - _share(twist, self._at_rest)) >= LEAST
 
     def _begin(self) -> None:
         self._sim.restore(self._mark)
@@ -233,8 +239,7 @@ class _Calibrator:
 
     def _measure_arcs(self) -> bool:
         """Measure arcs to both sides; True if the robot turns in them."""
-        radius = 3.0 * self._wheel_base if self._wheel_base else 1.5
-        self._arc_rate = min(self._result.turn_speed, self._result.speed / radius)
+        self._arc_rate = min(self._result.turn_speed, self._result.speed / self._arc_radius)
         for name, sign in (("arc_left", 1.0), ("arc_right", -1.0)):
             self._measure(name, "turn", Twist(x=self._result.speed, yaw=sign * self._arc_rate))
         turned = any(abs(motion.share) >= LEAST for motion in self._motions[-2:])
@@ -318,6 +323,13 @@ class _Calibrator:
     def _stop(self) -> None:
         """Command zero until the robot stands."""
         self._drives.drive_until(STILL, _stands, 3.0, block=0.25)
+
+
+def _arc_radius(wheel_base: float | None, steering_limit: float) -> float:
+    """Radius of arcs, m: 2 to 5 wheel bases, at 0.8 of the steering limit, rad; 3 wheel bases if that is not known."""
+    if wheel_base is None:
+        return 1.5
+    return wheel_base * (min(max(1.0 / math.tan(0.8 * steering_limit), 2.0), 5.0) if steering_limit < 1.2 else 3.0)
 
 
 def _share(twist: Twist, reached: Twist) -> float:
