@@ -107,9 +107,11 @@ def _check_usage(arguments: argparse.Namespace) -> None:
     """
     remote = arguments.topic or arguments.node
     if bool(arguments.file) == bool(remote):
-        raise UsageError("give one of a file, --topic and --node")
+        raise UsageError("give a file, --topic or --node, and only one of them")
     if remote and arguments.arguments:
-        raise UsageError(f"{arguments.arguments[0]}: a description from the network takes no arguments")
+        raise UsageError(
+            f"{arguments.arguments[0]}: only a xacro file takes arguments, not a description from the network"
+        )
     for text in arguments.arguments:
         if not re.match(r"[^:=]+:=", text):
             raise UsageError(f"{text}: write NAME:=VALUE, as for xacro")
@@ -159,7 +161,9 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
     source: Path | None = path
     if xacro.is_xacro(path, element):
         if path.resolve() == arguments.output.with_suffix(".urdf").resolve():
-            raise UsageError(f"-o {arguments.output}: what {path} expands to would be overwritten; choose another name")
+            raise UsageError(
+                f"-o {arguments.output}: the URDF written beside it would overwrite {path}; choose another name"
+            )
         given = dict(text.split(":=", 1) for text in arguments.arguments)
         element, source = xacro.expand(path, given, packages, findings), None
     elif arguments.arguments:

@@ -70,7 +70,7 @@ def test_a_run_is_held_stepped_and_let_go(ctl: Graphrun) -> None:
         assert ctl("step", "59").lines == [f"{name}: paused, t = 1.000 s, rate 1"]
         ctl("rate", "max")
         ctl("play")
-        ctl("step", refused="error: the session is playing; pause it to run single ticks")
+        ctl("step", refused="error: the session is playing; pause it before running single ticks")
         assert state(ctl)["rate"] == "max"
         ctl("stop")
         ctl("pause", refused="a stopped session cannot pause")

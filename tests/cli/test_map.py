@@ -268,7 +268,7 @@ def test_a_file_of_another_kind_is_explained(graphrun: Graphrun, room: Path, tex
 
 def test_a_graph_has_no_map(graphrun: Graphrun) -> None:
     result = graphrun("map", str(find_given("dd100/cmd_vel", "graphs")), code=2, out="")
-    assert "this is a graph file; a map is made of a scene" in result.err
+    assert "this is a graph file; give a scene file" in result.err
 
 
 @pytest.mark.parametrize("ending", ["png", "yaml"])

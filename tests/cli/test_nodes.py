@@ -237,7 +237,7 @@ def test_a_message_of_a_users_package_is_shown_too(graphrun: Graphrun, project: 
         ),
         (
             ["--message", "std_msgs/msg/String"],
-            "--message: name a node type that makes ports from it, such as ROS2Publisher",
+            "--message needs the name of a node type that makes ports from a message, such as ROS2Publisher",
         ),
         (["Publisher", "--message", "a/msg/B", "--msg-path", "x"], "--msg-path x: no such file or folder"),
     ],

@@ -160,7 +160,7 @@ def test_a_node_that_cannot_begin_in_a_replay_is_told_with_its_file_as_the_recor
 
 def test_a_graph_without_the_scene_that_it_needs_cannot_be_compared(graphrun: Graphrun, drive: Path) -> None:
     result = graphrun("replay", str(drive), "--against", "dd100/cmd_vel", code=2, out="")
-    assert result.err == "graphrun replay: dd100/cmd_vel asks for prims of a scene; give a scene to --against\n"
+    assert result.err == "graphrun replay: dd100/cmd_vel uses prims of a scene; give a scene to --against\n"
 
 
 def test_a_topic_that_nobody_reads_any_more_is_told(graphrun: Graphrun, drive: Path) -> None:

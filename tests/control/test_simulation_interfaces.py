@@ -138,7 +138,7 @@ def test_steps_that_a_stop_cuts_short_say_so(sim: Simulator) -> None:
     answers = sim._clients["step_simulation"][1]
     response = messages.decode(answers.get(timeout=PATIENCE), f"{kind}_Response")
     assert response.result.result == INCORRECT_STATE
-    assert "cut short" in response.result.error_message
+    assert "cancelled" in response.result.error_message
 
 
 @pytest.mark.parametrize("scope", [0, 255])

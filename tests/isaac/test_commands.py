@@ -49,7 +49,7 @@ def test_import_of_a_script_with_a_type_that_is_not_here_succeeds_and_check_fail
     ("arguments", "complaint"),
     [
         (["nowhere.py"], "no file 'nowhere.py'"),
-        ([str(ROOT / "README.md")], "what can be imported ends in .py"),
+        ([str(ROOT / "README.md")], "not an importable file; write the name of a .py"),
         ([str(SCAN), "-o", str(SCAN)], "scan.py: not a folder"),
         ([str(SCAN), "--allow", "nowhere"], "no folder 'nowhere'"),
     ],
