@@ -115,7 +115,7 @@ def test_a_robot_file_names_every_link_and_joint_and_loads_in_a_scene(graphrun: 
     }
     checked = graphrun("check", "scenes/cart.yaml", "--allow", "ws/cart")
     assert (checked.code, checked.lines[-1]) == (0, "1 file, 0 graphs: 0 errors, 1 warning")
-    assert "warning W208: nothing commands robot cart, which has 4 joints that move" in checked.lines[0]
+    assert "warning W208: no graph commands robot cart, which has 4 movable joints" in checked.lines[0]
     assert graphrun("run", "scenes/cart.yaml", "--allow", "ws", "--transport", "memory", "--for", "0.1s").code == 0
 
 
@@ -427,7 +427,7 @@ def test_a_description_on_the_network_is_written_beside_the_robot_file(
 
 def test_a_topic_on_which_nothing_arrives_is_told(graphrun: Graphrun, cart: Path, domain: Domain) -> None:
     result = imported(graphrun, "--topic", "/quiet", "--transport", "dds", "--timeout", "200ms", code=1)
-    assert "error: nothing arrived on /quiet within 0.2 s" in result.err
+    assert "error: no message arrived on /quiet within 0.2 s" in result.err
     assert list((cart / "scenes/robots").iterdir()) == []
 
 

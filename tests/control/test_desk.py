@@ -62,7 +62,7 @@ def test_a_flood_of_commands_leaves_ticks_their_turn(ticking: MakeTicking) -> No
 
 def test_a_command_that_is_refused_leaves_the_run_going(ticking: MakeTicking) -> None:
     with controlled(ticking().session, paused=True) as run:
-        with pytest.raises(UsageError, match="no place for robots"):
+        with pytest.raises(UsageError, match="cannot have robots"):
             run.ask("spawn", name="late", use={"use": "robots/dd100.yaml"})
         with pytest.raises(UsageError, match="did you mean 'step'"):
             run.ask("stepp")
