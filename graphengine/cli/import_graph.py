@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 LONGEST = 10
 """Notes that are told one by one."""
-BESIDE = " belongs to no graph and is left out"
+BESIDE = " does not belong to a graph and is left out"
 """How notes end of what a script does beside; they become one."""
 
 
@@ -208,4 +208,4 @@ def _notes(findings: Findings) -> Iterator[str]:
         yield f"note: … ({len(notes) - LONGEST} more)"
     if passed:
         more = f", … ({len(passed) - LONGEST} more)" if len(passed) > LONGEST else ""
-        yield f"note: left out is what belongs to no graph: {', '.join(passed[:LONGEST])}{more}"
+        yield f"note: left out, because it does not belong to a graph: {', '.join(passed[:LONGEST])}{more}"

@@ -10,7 +10,7 @@ from graphengine.format.spec import RobotUse
 
 
 class Roster:
-    """The robots of a session without a scene, of which there are none; the subclass for scenes adds and removes robots."""
+    """The robots of a session without a scene, so none; the subclass for scenes adds and removes robots."""
 
     @property
     def spawned(self) -> Sequence[str]:

@@ -19,9 +19,9 @@ from tests.recording.harness import CLOCK, NOISY_ROBOT, NOISY_SCENE, put, record
 @pytest.mark.parametrize(
     ("content", "expected"),
     [
-        (b"", "it holds no run"),
-        (b"scene: a\n", "this is no MCAP file"),
-        (b"\x89MCAP0\r\n", "it holds no run"),
+        (b"", "not a recording made by"),
+        (b"scene: a\n", "not an MCAP file"),
+        (b"\x89MCAP0\r\n", "not a recording made by"),
         (b"\x89MCAP0\r\n" + b"\xff" * 100, "damaged: the record at byte"),
     ],
     ids=["empty", "text", "magic", "rubbish"],

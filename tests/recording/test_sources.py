@@ -114,7 +114,7 @@ def test_a_name_that_no_file_can_have_is_told(tmp_path: Path) -> None:
     workspace.add("project/a", b"x")
     with pytest.raises(RecordingError, match="'project/a/b' cannot be extracted"):
         workspace.add("project/a/b", b"x")
-    with pytest.raises(RecordingError, match="cannot be laid out: File name too long"):
+    with pytest.raises(RecordingError, match="cannot be extracted: File name too long"):
         workspace.add("project/" + "a" * 300, b"x")
 
 

@@ -53,7 +53,7 @@ def test_a_topic_on_which_nothing_arrives_says_who_should_talk() -> None:
         from_topic(transport, "/robot_description", timeout=0.01)
     first, second, third = str(caught.value).splitlines()
     assert first == "no message arrived on /robot_description within 0.01 s"
-    assert second == "listened by memory: nothing leaves this process"
+    assert second == "listened over memory: nothing leaves this process"
     assert "robot_state_publisher" in third
 
 

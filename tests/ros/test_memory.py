@@ -48,7 +48,7 @@ def test_what_is_injected_where_nobody_reads_is_an_error() -> None:
         transport.inject("/cmdvel", String(""))
     with pytest.raises(TransportError, match="/cmd_vel is read as geometry_msgs/msg/Twist, not as std_msgs/msg/String"):
         transport.inject("/cmd_vel", String(""))
-    with pytest.raises(MessageError, match="is no ROS message"):
+    with pytest.raises(MessageError, match="is not a ROS message"):
         transport.inject("/cmd_vel", 3)
 
 

@@ -65,12 +65,12 @@ def test_one_transform_has_no_rate() -> None:
 @pytest.mark.parametrize(
     ("changed", "why"),
     [
-        ({"child_frame_id": ""}, "'' in 'odom', as a frame has no name"),
-        ({"child_frame_id": "/odom"}, "'odom' in 'odom', as it is a frame within itself"),
-        ({"transform__translation__y": math.nan}, "'base' in 'odom', because it contains NaN"),
-        ({"transform__rotation__w": 0.0}, "'base' in 'odom', as its quaternion is not of length 1"),
-        ({"transform__rotation__x": 0.2}, "'base' in 'odom', as its quaternion is not of length 1"),
-        ({"transform__rotation__w": math.nan}, "'base' in 'odom', because it contains NaN"),
+        ({"child_frame_id": ""}, "'' in 'odom' because a frame has no name"),
+        ({"child_frame_id": "/odom"}, "'odom' in 'odom' because it is a frame within itself"),
+        ({"transform__translation__y": math.nan}, "'base' in 'odom' because it contains NaN"),
+        ({"transform__rotation__w": 0.0}, "'base' in 'odom' because its quaternion is not of length 1"),
+        ({"transform__rotation__x": 0.2}, "'base' in 'odom' because its quaternion is not of length 1"),
+        ({"transform__rotation__w": math.nan}, "'base' in 'odom' because it contains NaN"),
     ],
 )
 def test_what_tf2_does_not_take_is_told_once_and_no_part_of_the_tree(changed: dict[str, Any], why: str) -> None:
