@@ -57,7 +57,7 @@ def test_memory_that_runs_out_in_a_verb_is_told(graphrun: Graphrun, monkeypatch:
 @pytest.mark.parametrize("verb", [("check", "dd100_flat"), ("snapshot", "dd100_flat", "-o", "/nowhere/x.png")])
 def test_an_opengl_that_mujoco_does_not_know_is_told(verb: tuple[str, ...]) -> None:
     result = process(*verb, env={"MUJOCO_GL": "nonsense"}, code=2, out="")
-    assert result.err.startswith(f"graphrun {verb[0]}: MUJOCO_GL=nonsense: MuJoCo knows no such value\n  unset it")
+    assert result.err.startswith(f"graphrun {verb[0]}: MUJOCO_GL=nonsense: not a value that MuJoCo knows\n  unset it")
 
 
 VERBS = {

@@ -1,4 +1,4 @@
-"""Rewrites a description for MuJoCo: meshes it can decode, valid colours, inertias it accepts, nothing else."""
+"""Converts a description for MuJoCo: meshes that it can decode, valid colours, and inertias that it accepts."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _JOINT_PARTS = ("origin", "parent", "child", "axis", "limit", "dynamics")
 
 
 def for_mujoco(urdf: Urdf, name: str, library: Library, findings: Findings, *, free: bool) -> Element:
-    """The description in MuJoCo's dialect of URDF.
+    """Return the description in MuJoCo's dialect of URDF.
 
     Args:
-        urdf: which stays as it is.
-        name: of the robot.
+        urdf: robot description, which is not changed.
+        name: name of the robot.
         free: whether its root link moves.
-        library: reads the meshes and keeps them.
-        findings: takes meshes that are missing or cannot be read, and notes on what was changed.
+        library: reads and keeps the meshes.
+        findings: receives missing and unreadable meshes, and notes on changes.
     """
     compiler = Element("compiler", dict(_COMPILER), urdf.element.span)
     for settings in urdf.element.all("mujoco"):

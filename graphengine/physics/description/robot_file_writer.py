@@ -1,4 +1,4 @@
-"""Writes a robot file for a description: every link and joint, and what could not be converted."""
+"""Writes a robot file for a description, with all links and joints, and comments on what could not be converted."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _WIDTH = 120
 
 
 def left_behind(urdf: Urdf) -> list[str]:
-    """Elements of a description that are not converted, a line for each kind."""
+    """Return the elements of a description that are not converted, one line for each kind."""
     root = urdf.element
     found = [(tag, [element.get("name") for element in root.all(tag)]) for tag in ("transmission", "ros2_control")]
     lines = [f"{tag}: {_names(names)}" for tag, names in found if names]
@@ -40,12 +40,12 @@ def compose(urdf: Urdf, name: str, source: str, path: str, package_paths: Sequen
     """Return the text of a robot file.
 
     Args:
-        urdf: the robot.
-        name: of the robot in the file.
-        source: where its description came from, for people.
-        path: of the description, as the file names it.
-        package_paths: where its packages lie, as the file names them.
-        fixed_base: whether its root link is bolted to the world.
+        urdf: robot description.
+        name: name of the robot in the file.
+        source: origin of the description, for a comment.
+        path: path of the description, as written in the file.
+        package_paths: folders of its packages, as written in the file.
+        fixed_base: whether its root link is fixed to the world.
     """
     lines = [f"# Imported by `graphrun import-urdf` from {printable(source)}.", "format: 1", f"robot: {scalar(name)}"]
     lines += [f"urdf: {scalar(path)}"]

@@ -1,9 +1,10 @@
-"""The most that a command may ask of a joint, so that a message from the network does not make a simulation diverge.
+"""Limits for joint commands, so that a message from the network cannot make a simulation diverge.
 
-An effort is limited as in the robot's description. Where that has no limit, it is what lifts the robot at an arm of 1 m, and no
-more than accelerates the joint's own inertia by 1e5 rad/s2 (or m/s2). A velocity is limited to 1e6 deg/s, as in Isaac Sim (or to
-the same number of m/s), and that of a wheel to 100 rad/s, PhysX's own default: faster wheels make a robot diverge.
-A position lies within the joint's range, widened on both sides by the range, because grippers push with targets beyond it.
+Efforts are limited as in the robot's description. Without a limit there, the maximum is the effort that lifts the robot at an
+arm of 1 m, but no more than accelerates the joint's own inertia by 1e5 rad/s2 (or m/s2). Velocities are limited to 1e6 deg/s,
+as in Isaac Sim (or the same number of m/s), and those of wheels to 100 rad/s, PhysX's default: faster wheels make a robot
+diverge. Positions are limited to the joint's range, widened on both sides by the range, because grippers push with targets
+beyond it.
 """
 
 from __future__ import annotations
@@ -24,12 +25,12 @@ FASTEST_WHEEL = 100.0
 
 
 def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) -> dict[Kind, list[tuple[float, float]]]:
-    """The lowest and the highest legal command of each kind for each joint of a robot.
+    """Return the lowest and highest legal command of each kind for each joint of a robot.
 
     Args:
-        model: compiled.
+        model: compiled model.
         robot: prim of the robot.
-        joints: ids in the model of the robot's moving joints, in the articulation's order.
+        joints: ids of the robot's moving joints in the model, in the articulation's order.
     """
     efforts = {prim.facts["joint"]: prim.facts.get("effort") for prim in robot.descendants() if prim.kind == "joint"}
     wheels = robot.facts.get("wheel_radii", {})

@@ -1,4 +1,4 @@
-"""A description made into a robot: what `graphrun import-urdf` writes, tried out before anything is written."""
+"""Imports a description as a robot for `graphrun import-urdf`, and tests it before any file is written."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ _MESHES = ("mesh", "texture")
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where a description came from, and where its robot file goes.
+    """The source of a description, and the target for its robot file.
 
     Attributes:
-        element: the description, xacro expanded.
-        packages: where its meshes lie.
-        path: of the description; None if it has to be written, as what came from xacro or from the network.
-        told: the same for people.
-        target: the robot file.
-        fixed_base: whether the root link is bolted to the world.
+        element: root element, with xacro expanded.
+        packages: packages of its meshes.
+        path: path of the description; None if it must be written, because it comes from xacro or the network.
+        told: name of the source in messages.
+        target: path of the robot file.
+        fixed_base: whether the root link is fixed to the world.
     """
 
     element: Element
@@ -54,16 +54,16 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """A robot that a robot file would give, compiled once, and the texts of the files.
+    """An imported robot, which was compiled once, and the texts of its files.
 
     Attributes:
-        robot: as a scene has it.
+        robot: the robot as in a scene.
         free: whether its root link moves.
-        lowest: height (m) of the lowest point of its colliders above its root link, all joints at zero; None without any.
-        library: which knows what became of its meshes.
+        lowest: height (m) of the lowest point of its colliders above its root link, all joints at zero; None without colliders.
+        library: library with its meshes.
         files: texts by path, the robot file last.
-        outside: folders that lie outside of the robot file's project, which scenes need `--allow` for.
-        use: the robot file as a scene of its project names it.
+        outside: folders outside the robot file's project, for which scenes need `--allow`.
+        use: name of the robot file in scenes of its project.
     """
 
     robot: RobotInstance
@@ -76,7 +76,7 @@ class Imported:
 
 
 def import_robot(origin: Origin, findings: Findings) -> Imported | None:
-    """Try a description out; what is wrong with it goes to `findings`."""
+    """Test a description and return the robot; errors are added to `findings`."""
     urdf = read_urdf(origin.element, origin.packages, findings)
     if urdf is None:
         return None
