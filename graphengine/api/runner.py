@@ -101,7 +101,7 @@ class Runner:
         """Raise UsageError for invalid options."""
         options = self.options
         if any(finding.code == "N102" for finding in self.scene.findings.items):
-            raise UsageError(f"{self.scene.path} asks for prims of a scene; give one with --scene")
+            raise UsageError(f"{self.scene.path} uses prims of a scene; give one with --scene")
         if options.bad_values not in get_args(BadValues):
             raise UsageError(f"bad_values: no policy {options.bad_values!r}; {listing(get_args(BadValues))}")
         if options.simulation_interfaces is not None:

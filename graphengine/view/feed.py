@@ -1,4 +1,4 @@
-"""Tells a page what happens in a session."""
+"""Sends the state of a session to its page."""
 
 from __future__ import annotations
 
@@ -93,11 +93,11 @@ class Feed:
 
     @property
     def asked(self) -> bool:
-        """Whether requests of viewers wait for `after_tick`."""
+        """Whether requests of viewers are waiting for `after_tick`."""
         return self._viewers.asked
 
     def after_tick(self) -> None:
-        """Do what viewers asked for, and tell the page if it is time to; call it after each tick, and while there are none."""
+        """Execute requests of viewers, and send a frame if one is due; call this after each tick, and also while none run."""
         now = time.monotonic()
         if self.page.lost:
             self._tell_loss()
@@ -110,7 +110,7 @@ class Feed:
             self._tell(now)
 
     def end_run(self, error: BaseException | None) -> None:
-        """Show the error that ended the ticks, if there was one."""
+        """Show the error that ended the run, if there was one."""
         self._error = self._session.failure if error is not None else ""
         if isinstance(error, NodeError):
             self.problems.add(error.node, str(error))

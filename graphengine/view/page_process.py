@@ -1,7 +1,7 @@
 """The process of the page: `python -m graphengine.view.page_process FD HOST PORT`, started by `page_client.Page`.
 
-It reads what the run tells from a socket that it was given, draws the 3D part, and passes the rest on to the viewers. It ends
-when the socket does.
+It reads the run's data from a socket that it inherits, draws the 3D part, and sends everything else to the viewers. It ends
+when the socket closes.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ OF_SCENE = -1
 
 
 class PageProcess:
-    """Passes on what a run tells and what viewers ask.
+    """Passes data of a run to viewers, and their requests to the run.
 
     Args:
-        run: the other end.
+        run: connection to the run.
         host: address of the page.
-        port: port of the page; 0 takes a free one.
+        port: port of the page; 0: a free port.
     """
 
     def __init__(self, run: Connection, host: str, port: int) -> None:

@@ -272,7 +272,7 @@ def test_a_description_is_not_written_over_by_what_it_expands_to(graphrun: Graph
     source = cart / "ws/cart/urdf/robot.urdf"
     source.write_text(XACRO, encoding="utf-8")
     result = graphrun("import-urdf", "ws/cart/urdf/robot.urdf", "-o", "ws/cart/urdf/robot.yaml", "--force", code=2)
-    assert "what ws/cart/urdf/robot.urdf expands to would be overwritten; choose another name" in result.err
+    assert "the URDF written beside it would overwrite ws/cart/urdf/robot.urdf; choose another name" in result.err
     assert source.read_text(encoding="utf-8") == XACRO
 
 
@@ -379,12 +379,12 @@ def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        ((), "give one of a file, --topic and --node"),
-        ((CART, "--topic"), "give one of a file, --topic and --node"),
+        ((), "give a file, --topic or --node, and only one of them"),
+        ((CART, "--topic"), "give a file, --topic or --node, and only one of them"),
         (("ws/cart/urdf/car.urdf",), "no file 'ws/cart/urdf/car.urdf'"),
         ((CART, "a:=1"), "a:=1: no xacro syntax in ws/cart/urdf/cart.urdf"),
         (("ws/cart/urdf/cart.urdf.xacro", "prefix=1"), "prefix=1: write NAME:=VALUE, as for xacro"),
-        (("a:=1", "--topic", "/x"), "a:=1: a description from the network takes no arguments"),
+        (("a:=1", "--topic", "/x"), "a:=1: only a xacro file takes arguments, not a description from the network"),
         ((CART, "--allow", "nowhere"), "no folder 'nowhere'"),
         (
             ("--topic", "/x", "--timeout", "nan"),
@@ -436,7 +436,7 @@ def test_a_description_on_the_network_is_written_beside_the_robot_file(
 
 def test_a_topic_on_which_nothing_arrives_is_told(graphrun: Graphrun, cart: Path, domain: Domain) -> None:
     result = imported(graphrun, "--topic", "/quiet", "--transport", "dds", "--timeout", "200ms", code=1)
-    assert "error: nothing arrived on /quiet within 0.2 s" in result.err
+    assert "error: no message arrived on /quiet within 0.2 s" in result.err
     assert list((cart / "scenes/robots").iterdir()) == []
 
 

@@ -1,4 +1,4 @@
-"""What keeps MuJoCo from going on, in words, and what to do about it."""
+"""Describes errors of MuJoCo's solver, with remedies."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from graphengine.physics.engine import mujoco
 
 
 def gave_up(data: mujoco.MjData, error: Exception) -> PhysicsError:
-    """MuJoCo gave up, as over a geometry that it cannot collide."""
+    """Return the error for an exception of MuJoCo, for example over geometry that it cannot collide."""
     return PhysicsError(f"at t = {data.time:.4f} s MuJoCo gave up: {error}\nlook for degenerate geometry in the scene")
 
 
@@ -23,7 +23,7 @@ def begin_step(model: mujoco.MjModel, data: mujoco.MjData, directed: DirectedFri
         directed: of its wheels.
 
     Raises:
-        PhysicsError: MuJoCo gave up.
+        PhysicsError: MuJoCo failed.
     """
     try:
         mujoco.mj_step1(model, data)
@@ -33,7 +33,7 @@ def begin_step(model: mujoco.MjModel, data: mujoco.MjData, directed: DirectedFri
 
 
 def out_of_range(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
-    """A body is where MuJoCo does not count any more."""
+    """Return the error for a body outside MuJoCo's range of coordinates."""
     coordinate = data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].lastinfo
     joint = int(np.searchsorted(model.jnt_qposadr, coordinate, side="right")) - 1
     body = model.body(model.jnt_bodyid[joint]).name
@@ -41,7 +41,7 @@ def out_of_range(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
 
 
 def diverged(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
-    """The error that MuJoCo's counters of warnings stand for."""
+    """Return the error for MuJoCo's warning counters."""
     kinds, counts = mujoco.mjtWarning, data.warning.number
     at = f"at t = {data.time:.4f} s"
     if counts[kinds.mjWARN_CONTACTFULL] or counts[kinds.mjWARN_CNSTRFULL]:

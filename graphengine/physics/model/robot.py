@@ -1,4 +1,4 @@
-"""A robot of a scene: its description with what the robot file changes about it, every name checked, no physics yet."""
+"""A robot of a scene: its description with the changes of its robot file, all names checked, without physics."""
 
 from __future__ import annotations
 
@@ -28,18 +28,19 @@ _LEVEL = 1e-3
 
 @dataclass(slots=True, eq=False, repr=False)
 class RobotInstance:
-    """One robot of a scene.
+    """A robot of a scene.
 
     Attributes:
-        placement: its name, pose and namespace in the scene.
-        file: the robot file with what it extends; `file.spec.graphs` are its graphs, `file.folder(…)` where their paths begin.
-        urdf: the description, origins of the robot file applied.
+        placement: name, pose and namespace in the scene.
+        file: robot file with those that it extends; `file.spec.graphs` are its graphs, `file.folder(…)` gives the folder of
+            paths.
+        urdf: robot description, with origins of the robot file applied.
         urdf_text: the same as XML, for robot_state_publisher.
-        profiles: of its sensors, by name.
-        moving: the joints of the articulation, in order.
-        drives: of moving joints that have one, by joint.
-        disabled: the joints that the file disables, and which link moves freely then.
-        floor: friction of what it stands on.
+        profiles: profiles of its sensors, by name.
+        moving: joints of the articulation, in order.
+        drives: drives of the moving joints that have one, by joint name.
+        disabled: disabled joints, and the link that moves freely because of them.
+        floor: friction of the floor.
     """
 
     placement: RobotPlacement
@@ -54,7 +55,7 @@ class RobotInstance:
 
     @property
     def name(self) -> str:
-        """In the scene: the prefix of its names in the physics model."""
+        """Name in the scene: the prefix of its names in the physics model."""
         return self.placement.name
 
     @property
@@ -69,12 +70,12 @@ class RobotInstance:
 
     @property
     def articulation_root(self) -> str:
-        """Link that graphs address the robot by."""
+        """Link by which graphs address the robot."""
         return self.spec.articulation_root or self.disabled.free_link or self.spec.base_link
 
     @property
     def fixed_transforms(self) -> tuple[tuple[str, str, Vector3, Quaternion], ...]:
-        """Parent frame, child frame, translation (m) and rotation of every fixed joint, in order of the description."""
+        """Parent frame, child frame, translation (m) and rotation of each fixed joint, in order of the description."""
         fixed = [joint for joint in self.urdf.joints.values() if not joint.moves]
         return tuple((joint.parent, joint.child, *joint.pose) for joint in fixed)
 
@@ -104,7 +105,7 @@ def wheel_shapes(spec: RobotSpec) -> dict[str, tuple[float, float]]:
 def load_robot(
     placement: RobotPlacement, file: RobotFile, files: Files, findings: Findings, urdf: Urdf | None = None
 ) -> RobotInstance | None:
-    """Check a robot file against its description, read unless given; what is wrong goes to `findings`."""
+    """Check a robot file against its description, which is read unless given; errors are added to `findings`."""
     urdf = urdf or read_description(file, files, findings)
     profiles = read_profiles(file, files, findings)
     if urdf is None:
@@ -174,7 +175,7 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
         key = "drive" if spec.drive is not None else "usd_drive"
         span = file.key_span("joints", name, key)
         if not joint.moves:
-            findings.add("S104", f"joint {name!r} is fixed: a drive has nothing to move", span, "remove the drive")
+            findings.add("S104", f"joint {name!r} is fixed: a drive cannot move it", span, "remove the drive")
             continue
         if not (drive.damping or drive.stiffness):
             advice = "damping follows velocities, stiffness positions; efforts need no drive"
