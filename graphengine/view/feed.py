@@ -90,6 +90,7 @@ class Feed:
         self._meter = StatusMeter(session)
         self.page = Page(host, port, self._viewers.ask)
         self.url = self.page.url
+        self._tell_scene(len(session.services.world.poses()))  # drawn before the first viewer comes
 
     @property
     def asked(self) -> bool:
