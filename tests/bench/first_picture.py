@@ -1,7 +1,7 @@
 """How long a browser takes to the first picture of a page.
 
-`python -m tests.bench.first_picture [SCENE [ROUNDS]]` opens the page of dd100_warehouse, or of another scene, in a new Chromium that
-draws by software, five times. It prints the seconds from the navigation to
+`python -m tests.bench.first_picture [SCENE [ROUNDS]]` opens the page of dd100_warehouse, or of another scene, in a new Chromium
+without a GPU, five times. It prints the seconds from the navigation to
 
 - the canvas of the 3D part,
 - the first frame that shows the world, from any side and without the textures that arrive later,
@@ -77,7 +77,8 @@ if (self !== top) {
     const last = frames.at(-1), world = frames.find((one) => colours(one) > 40);
     if (!last || !world) return null;
     const whole = frames.find((one) => one.kept.length === last.kept.length && same(one, last) > 0.97);
-    return { canvas: top.canvas3d, world: world.at, whole: whole.at, since: performance.timeOrigin + performance.now() - whole.at };
+    const now = performance.timeOrigin + performance.now();
+    return { canvas: top.canvas3d, world: world.at, whole: whole.at, since: now - whole.at };
   };
 }
 """
