@@ -22,6 +22,8 @@ from graphengine.recording.sources import Workspace
 
 MAX_MESSAGES = 1_000_000
 """In a tick."""
+MAX_SILENCE = 10_000_000
+"""Maximum number of successive ticks without a message; a wrong time in a damaged file would be replayed for years."""
 MAX_DIGITS = 18
 """Maximum number of digits of the number of ticks."""
 
@@ -117,11 +119,15 @@ class Recording:
             number = self.times.tick(record.log_time)
             if number < tick.number:
                 raise self._bad("its messages are not in the order of the run")
+            if number - tick.number > MAX_SILENCE:
+                raise self._bad(f"it has no message for more than {MAX_SILENCE} ticks after tick {tick.number}")
             while tick.number < number:
                 yield tick
                 tick = Tick(tick.number + 1)
             self._add(tick, stream, record.data)
         last = tick.number if self.cut_off else self._ended
+        if last - tick.number > MAX_SILENCE:
+            raise self._bad(f"it has no message for more than {MAX_SILENCE} ticks before its end")
         while tick.number <= last:
             yield tick
             tick = Tick(tick.number + 1)

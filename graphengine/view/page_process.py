@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import signal
 import sys
 import threading
@@ -136,7 +137,21 @@ def _draw(graph: GraphDetails) -> str:
 
 
 def _text(told: Mapping[str, Any]) -> str:
-    return json.dumps(told, allow_nan=False, default=_plain)
+    try:
+        return json.dumps(told, allow_nan=False, default=_plain)
+    except ValueError:  # a command's result may hold numbers that JSON does not have
+        return json.dumps(_finite(told), allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    """Return a JSON value with texts such as `nan` in the place of numbers that are not finite."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if isinstance(value, Mapping):
+        return {str(key): _finite(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    return value if value is None or isinstance(value, bool | int | str) else _finite(_plain(value))
 
 
 def _plain(value: Any) -> Any:

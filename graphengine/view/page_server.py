@@ -35,6 +35,8 @@ FAREWELL = 1.0
 """Maximum wall time for sending the last message to viewers, s."""
 MAX_MESSAGE = 1_000_000
 """Bytes of a message from a browser."""
+MAX_UNREAD = 8_000_000
+"""Size of the answers that a viewer has not read from which on it is disconnected, characters."""
 EVERY_ADDRESS = ("0.0.0.0", "::")
 SCENE, FEED = "/3d", "/feed"
 """Paths of viser's page and socket, and of the feed's socket."""
@@ -56,6 +58,8 @@ class Viewer:
         self.connection = connection
         self._waiting: dict[str, str] = {}
         self._answers: list[str] = []
+        self.unread = 0
+        """Size of the pending answers, characters."""
         self._news = asyncio.Event()
 
     def put(self, kind: str, text: str) -> None:
@@ -66,6 +70,7 @@ class Viewer:
     def answer(self, text: str) -> None:
         """Send a message that no other message replaces."""
         self._answers.append(text)
+        self.unread += len(text)
         self._news.set()
 
     async def take(self) -> list[str]:
@@ -79,6 +84,7 @@ class Viewer:
         found = [*self._answers, *self._waiting.values()]
         self._answers.clear()
         self._waiting.clear()
+        self.unread = 0
         return found
 
 
@@ -127,7 +133,15 @@ class PageServer:
 
     def answer(self, viewer: int, text: str) -> None:
         """Send a message to one viewer, if it is still connected; thread-safe."""
-        self._loop.call_soon_threadsafe(lambda: self.viewers[viewer].answer(text) if viewer in self.viewers else None)
+        self._loop.call_soon_threadsafe(self._answer_viewer, viewer, text)
+
+    def _answer_viewer(self, number: int, text: str) -> None:
+        viewer = self.viewers.get(number)
+        if viewer is None:
+            return
+        viewer.answer(text)
+        if viewer.unread > MAX_UNREAD:
+            viewer.connection.transport.abort()
 
     def _put(self, kind: str, text: str) -> None:
         for viewer in self.viewers.values():

@@ -134,10 +134,14 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "lowest collider at z = -0.2000 m, all joints at zero",
         "meshes: 2 unchanged",
         "joints that follow another: finger_joint",
-        "carried over: sensor eye: camera of 320 x 240 pixels on grip at 30 Hz, published on camera/image_raw, "
-        "camera/camera_info (cart.urdf:33)",
-        "guessed: base: differential with 2 driven wheels, radius 0.2 m, track 0.6 m, from the wheels, which are parallel "
-        "(cart.urdf:11)",
+        (
+            "carried over: sensor eye: camera of 320 x 240 pixels on grip at 30 Hz, published on camera/image_raw, "
+            "camera/camera_info (cart.urdf:33)"
+        ),
+        (
+            "guessed: base: differential with 2 driven wheels, radius 0.2 m, track 0.6 m, from the wheels, which are parallel "
+            "(cart.urdf:11)"
+        ),
         "guessed: velocity drive: left_joint, right_joint; driven wheels of the base (cart.urdf:11)",
         "guessed: position drive: grip_joint; a limit of effort suggests a motor, which holds them (cart.urdf:23)",
         "guessed: sensor eye: no update_rate: 30 Hz (cart.urdf:33)",
@@ -147,8 +151,10 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "not carried over: transmission grip_transmission: it lists no joint that moves (cart.urdf:31)",
         "not carried over: ros2_control hardware: it lists no joint that moves (cart.urdf:32)",
         "not carried over: gazebo plugin drive (cart.urdf:34)",
-        "not carried over: velocity limits of joints: a drive's max_acceleration and what commands it bound their speed "
-        "(cart.urdf:25)",
+        (
+            "not carried over: velocity limits of joints: a drive's max_acceleration and what commands it bound their speed "
+            "(cart.urdf:25)"
+        ),
         "scenes with this robot read files outside of their folder: run them with --allow ws/cart",
         "in a scene: robots: {cart: {use: robots/cart.yaml, position: [0, 0, 0.2]}}",
     ]
