@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graphengine.compiler.lint_registry import lint
+from graphengine.format.errors import PrimError
 from graphengine.node import BadValueError, Bound, Clock, Context, ContextError, ExecOut, In, Out, State
 from graphengine.node.types import Double2, Doubles, Int, Quaterniond, Token, Tokens, Vector3d, read_only
 from graphengine.nodes.checked import check_finite, check_outcome
 from graphengine.nodes.core.articulation import RobotNode
 from graphengine.nodes.wheeled_robots import wheel_motion
 from graphengine.nodes.wheeled_robots.dead_reckoning import Floats, Planar, in_space, moved, to_origin, uncertainty
+from graphengine.nodes.wheeled_robots.geometry_check import Effects, compare_geometry
+
+if TYPE_CHECKING:
+    from graphengine.compiler.lint_registry import LintContext
 
 _JOINTS = {
     "differential": "leftJoints and rightJoints, one joint or more in each",
@@ -247,4 +254,25 @@ _NUMBERS = tuple(
     port.field
     for port in ComputeWheelOdometry.fields.values()
     if port.side == "inputs" and str(port.type).startswith("double")
+)
+
+
+@lint("W201")
+def lint_geometry_of_odometry(context: LintContext) -> None:
+    """Warn if `wheelRadius` or `wheelDistance` differs from the geometry of the two-wheeled robot whose encoders are read."""
+    for _, source, node in context.nodes(ComputeWheelOdometry):
+        joints = node.left_joints + node.right_joints
+        if node.kinematics != "differential" or len(joints) != 2:
+            continue
+        try:
+            robot = context.stage.stands_for_robot(context.stage.find(node.prim()))
+        except (PrimError, BadValueError):  # reported by the dry setup
+            continue
+        if robot is not None:
+            compare_geometry(context, source, node, robot, joints, _EFFECTS)
+
+
+_EFFECTS: Effects = (
+    lambda factor: f"odometry will report {factor:.3g} of the true distance",
+    lambda factor: f"odometry will report {1.0 / factor:.3g} of the true turn",
 )

@@ -134,10 +134,14 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "lowest collider at z = -0.2000 m, all joints at zero",
         "meshes: 2 unchanged",
         "joints that follow another: finger_joint",
-        "carried over: sensor eye: camera of 320 x 240 pixels on grip at 30 Hz, published on camera/image_raw, "
-        "camera/camera_info (cart.urdf:33)",
-        "guessed: base: differential with 2 driven wheels, radius 0.2 m, track 0.6 m, from the wheels, which are parallel "
-        "(cart.urdf:11)",
+        (
+            "carried over: sensor eye: camera of 320 x 240 pixels on grip at 30 Hz, published on camera/image_raw, "
+            "camera/camera_info (cart.urdf:33)"
+        ),
+        (
+            "guessed: base: differential with 2 driven wheels, radius 0.2 m, track 0.6 m, from the wheels, which are parallel "
+            "(cart.urdf:11)"
+        ),
         "guessed: velocity drive: left_joint, right_joint; driven wheels of the base (cart.urdf:11)",
         "guessed: position drive: grip_joint; a limit of effort suggests a motor, which holds them (cart.urdf:23)",
         "guessed: sensor eye: no update_rate: 30 Hz (cart.urdf:33)",
@@ -270,7 +274,7 @@ def test_a_description_is_not_written_over_by_what_it_expands_to(graphrun: Graph
     source = cart / "ws/cart/urdf/robot.urdf"
     source.write_text(XACRO, encoding="utf-8")
     result = graphrun("import-urdf", "ws/cart/urdf/robot.urdf", "-o", "ws/cart/urdf/robot.yaml", "--force", code=2)
-    assert "what ws/cart/urdf/robot.urdf expands to would be overwritten; choose another name" in result.err
+    assert "the URDF written beside it would overwrite ws/cart/urdf/robot.urdf; choose another name" in result.err
     assert source.read_text(encoding="utf-8") == XACRO
 
 
@@ -377,12 +381,12 @@ def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        ((), "give one of a file, --topic and --node"),
-        ((CART, "--topic"), "give one of a file, --topic and --node"),
+        ((), "give a file, --topic or --node, and only one of them"),
+        ((CART, "--topic"), "give a file, --topic or --node, and only one of them"),
         (("ws/cart/urdf/car.urdf",), "no file 'ws/cart/urdf/car.urdf'"),
         ((CART, "a:=1"), "a:=1: no xacro syntax in ws/cart/urdf/cart.urdf"),
         (("ws/cart/urdf/cart.urdf.xacro", "prefix=1"), "prefix=1: write NAME:=VALUE, as for xacro"),
-        (("a:=1", "--topic", "/x"), "a:=1: a description from the network takes no arguments"),
+        (("a:=1", "--topic", "/x"), "a:=1: only a xacro file takes arguments, not a description from the network"),
         ((CART, "--allow", "nowhere"), "no folder 'nowhere'"),
         (
             ("--topic", "/x", "--timeout", "nan"),
@@ -434,7 +438,7 @@ def test_a_description_on_the_network_is_written_beside_the_robot_file(
 
 def test_a_topic_on_which_nothing_arrives_is_told(graphrun: Graphrun, cart: Path, domain: Domain) -> None:
     result = imported(graphrun, "--topic", "/quiet", "--transport", "dds", "--timeout", "200ms", code=1)
-    assert "error: nothing arrived on /quiet within 0.2 s" in result.err
+    assert "error: no message arrived on /quiet within 0.2 s" in result.err
     assert list((cart / "scenes/robots").iterdir()) == []
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from tests.jobs.harness import Job, yaw
+from graphengine.nodes.wheeled_robots.wheel_odometry import ComputeWheelOdometry
+from tests.jobs.harness import Job, assemble, yaw
 
 SCENE = """
 scene: encoders
@@ -56,3 +58,34 @@ def test_the_error_of_a_square_with_slip_is_what_the_covariance_says(scene: Path
             squared.append(((x - true_x) ** 2 + (y - true_y) ** 2) / (covariance[0, 0] + covariance[1, 1]))
             squared.append(math.remainder(heading - true_heading, math.tau) ** 2 / covariance[5, 5])
     assert 0.2 < sum(squared) / len(squared) < 3.0  # 1 is expected
+
+
+def test_geometry_that_is_not_the_robots_is_a_warning(scene: Path) -> None:
+    assert not [f for f in assemble(scene).findings.items if f.code in ("W201", "W202")]
+    wrong = {"WheelOdometry.wheelRadius": 0.098, "WheelOdometry.wheelDistance": 0.4}
+    radius, distance = (f for f in assemble(scene, wrong).findings.items if f.code in ("W201", "W202"))
+    assert radius.message == "wheelRadius is 0.098 m, but the wheels of /dd100 have 0.049 m"
+    assert radius.help == ("odometry will report 2 of the true distance", "write wheelRadius: 0.049")
+    assert distance.help[0] == "odometry will report 1.13 of the true turn"
+
+
+def test_slip_goes_on_after_a_checkpoint_and_whoever_listens(scene: Path) -> None:
+    with Job(scene, seed=3) as heard, Job(scene, seed=3, heard=False) as unheard:
+        for job in (heard, unheard):
+            job.drive(CMD_VEL, 0.5, 0.2, 1.0)
+        mark = heard.session.checkpoint()
+        for job in (heard, unheard):
+            job.drive(CMD_VEL, 0.5, 0.2, 1.0)
+        last = state(heard)
+        assert last == state(unheard)
+        heard.session.restore(mark)
+        heard.drive(CMD_VEL, 0.5, 0.2, 1.0)
+        assert last == state(heard)
+
+
+def state(job: Job) -> tuple[bytes, ...]:
+    """What the node of the encoders outputs."""
+    nodes = (node for run in job.session.graphs for node in run.executor.nodes)
+    (node,) = (node for node in nodes if isinstance(node, ComputeWheelOdometry))
+    outputs = node.position, node.orientation, node.linear_velocity, node.pose_covariance, node.twist_covariance
+    return tuple(np.array(output).tobytes() for output in outputs)

@@ -82,7 +82,7 @@ class DriveRecorder:
         return len(self._rows)
 
     def begin(self) -> None:
-        """Let the robot stand for a moment, so that odometry is published, and start a new trace with the present as first row."""
+        """Let the robot stand until odometry is published, and start a new trace with the present as its first row."""
         self._poses.clear()
         self.drive(STILL, REST)
         del self._rows[:-1]

@@ -1,4 +1,4 @@
-"""A description made into a robot: what `graphrun import-urdf` writes, tried out before anything is written."""
+"""Imports a description as a robot for `graphrun import-urdf`, and tests it before any file is written."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ _MESHES = ("mesh", "texture")
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where a description came from, and where its robot file goes.
+    """The source of a description, and the target for its robot file.
 
     Attributes:
         element: the description, xacro expanded.
@@ -85,13 +85,13 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """A robot that a robot file would give, compiled once, and the texts of the files.
+    """An imported robot, which was compiled once, and the texts of its files.
 
     Attributes:
-        robot: as a scene has it.
+        robot: the robot as in a scene.
         free: whether its root link moves.
-        lowest: height (m) of the lowest point of its colliders above its root link, all joints at zero; None without any.
-        library: which knows what became of its meshes.
+        lowest: height (m) of the lowest point of its colliders above its root link, all joints at zero; None without colliders.
+        library: library with its meshes.
         files: texts by path, the robot file last.
         copies: files to copy, by where they go.
         outside: folders that lie outside of the robot file's project, which scenes need `--allow` for.
@@ -111,7 +111,7 @@ class Imported:
 
 
 def import_robot(origin: Origin, findings: Findings) -> Imported | None:
-    """Try a description out; what is wrong with it goes to `findings`."""
+    """Test a description and return the robot; errors are added to `findings`."""
     urdf = read_urdf(origin.element, origin.packages, findings)
     if urdf is None:
         return None

@@ -1,4 +1,4 @@
-"""A checked robot as an MjSpec that a world can attach."""
+"""Builds a checked robot as an MjSpec that a world can attach."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ _TIGHT_SOLIMP = (0.999, 0.9999)
 
 
 def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: Findings) -> mujoco.MjSpec | None:
-    """The robot as MuJoCo's editable model, None when something is wrong with it.
+    """Return the robot as MuJoCo's editable model; None if there are errors.
 
     Args:
-        robot: checked against its description.
+        robot: robot that was checked against its description.
         library: reads the meshes.
-        floor: friction of what the robot stands on.
-        findings: takes what is wrong, and notes on what was resolved.
+        floor: friction of the floor.
+        findings: receives errors and notes.
     """
     before = len(findings.errors)
     free_link = robot.disabled.free_link

@@ -49,6 +49,13 @@ BAD = pytest.mark.parametrize(
         ("imu", "imu: {angular_velocity_noise: -1}", "G109: angular_velocity_noise: expected a value ≥ 0, got -1"),
         ("imu", "imu: {acceleration_bias: [1, 2]}", "G108: acceleration_bias: expected 3 values, got 2"),
         ("imu", "imu: {angular_velocity_bias: [0, -1e9, 0]}", f"G109: angular_velocity_bias[1]: {TOO_LOW}"),
+        ("imu", "imu: {gyroscope: {noise_density_dps: -1}}", "G109: noise_density_dps: expected a value ≥ 0, got -1"),
+        ("imu", "imu: {gyroscope: {noise_density_ug: 1}}", "G106: unknown key 'noise_density_ug'"),
+        (
+            "imu",
+            "imu: {accelerometer: {scale_error_percent: [1, 2]}}",
+            "G108: scale_error_percent: expected 3 values, got 2",
+        ),
         ("contact", "contact: {threshold: 5, limit: 5}", f"G109: contact: {THRESHOLD}"),
         ("contact", "contact: {limit: 0}", "G109: limit: expected a value > 0, got 0"),
         ("contact", "contact: {radius: -1}", "G109: radius: expected a value ≥ 0, got -1"),
