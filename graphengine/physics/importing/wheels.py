@@ -55,13 +55,13 @@ def _wheel(
     if not turns_on(joint):
         return None
     body = model.body(joint.child).id
-    geoms = [geom for geom in np.flatnonzero(collides(model)) if model.geom_bodyid[geom] == body]
+    geoms = [int(geom) for geom in np.flatnonzero(collides(model)) if model.geom_bodyid[geom] == body]
     if (crooked := _crooked(draft, joint)) is not None:
         reach = extents(model, data, geoms)
         if reach is not None and reach[0][2] < lowest + STANDING:
             draft.noticed.append(crooked)
         return None
-    points = [_surface(model, data, int(geom)) for geom in geoms]
+    points = [_surface(model, data, geom) for geom in geoms]
     axis = rotate(draft.urdf.pose_in_root(joint.child)[1], joint.axis)
     root = data.body(draft.urdf.root)
     axle, joint_at = root.xmat.reshape(3, 3) @ np.array(axis), data.xpos[body]

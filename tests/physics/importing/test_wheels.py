@@ -16,7 +16,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def meshed(**more: str) -> str:
-    return wheel("left", 0.2, MESH, **more) + wheel("right", -0.2, MESH, **more)  # type: ignore[arg-type]
+    return wheel("left", 0.2, MESH, **more) + wheel("right", -0.2, MESH, **more)
 
 
 def test_a_wheel_with_a_mesh_is_found_and_rolls_as_an_ellipsoid(folder: Path) -> None:
@@ -26,7 +26,7 @@ def test_a_wheel_with_a_mesh_is_found_and_rolls_as_an_ellipsoid(folder: Path) ->
     assert (left.radius, left.width, left.offset) == pytest.approx((0.1, 0.04, 0.03), abs=1e-6)
     assert left.centre == pytest.approx((0, 0.23, 0), abs=1e-6)
     shape = {"shape": "ellipsoid", "radius": 0.1, "width": 0.04, "offset": 0.03}
-    assert keys(robot)["wheel_colliders"]["left_wheel"] == pytest.approx(shape)  # type: ignore[comparison-overlap]
+    assert keys(robot)["wheel_colliders"]["left_wheel"] == pytest.approx(shape)
     assert robot.robot.wheel_radii == pytest.approx({"left_joint": 0.1, "right_joint": 0.1})
     assert keys(robot)["joints"]["left_joint"] == {"drive": {"damping": 50.0}}
 
