@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from graphengine.format.kinds import DEVICES
 from graphengine.format.legal_names import Name, Namespace, NamespacePattern, PrimPath, RobotPath
@@ -50,8 +50,15 @@ def _evaluator(value: Any) -> Any:
     return value
 
 
+def _not_zero(vector: tuple[float, float, float]) -> tuple[float, float, float]:
+    if not any(vector):
+        raise ValueError("a direction is a vector of a length above 0, such as [1, 0, 0]")
+    return vector
+
+
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
+Direction = Annotated[Vector, AfterValidator(_not_zero)]
 Connection = Annotated[str, Field(max_length=1000)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -219,6 +226,13 @@ class PlaceSpec(FileSpec):
     orientation: Orientation = UPRIGHT
 
 
+class JointStartSpec(FileSpec):
+    """The start of a joint of one robot."""
+
+    start: Speed
+    """Position at the start, rad or m, instead of the robot file's."""
+
+
 class RobotUse(FileSpec):
     """The use of a robot file in a scene, once or as a fleet: `NAME_0000`, `NAME_0001` and so on."""
 
@@ -238,6 +252,8 @@ class RobotUse(FileSpec):
     """Pose of each robot relative to `position` and `orientation`, instead of `count`."""
     namespace: NamespacePattern | None = None
     """Namespace of the base link, instead of the robot file's; {name} is the robot's name, {index:04} its number."""
+    joints: dict[str, JointStartSpec] = {}
+    """Positions of joints at the start, as name: {start: …}."""
     robot_state: bool = False
     """Publish the topics of robot_state_publisher."""
 
@@ -282,6 +298,8 @@ class DriveSpec(FileSpec):
     """Limit of the drive's torque or force, N m or N; default: the description's effort."""
     max_acceleration: Positive | None = None
     """Maximum rate of change of the velocity set point, rad/s2 or m/s2."""
+    max_velocity: Positive | None = None
+    """Maximum of the velocity set point, and maximum rate of change of the position set point, rad/s or m/s."""
 
 
 class UsdDriveSpec(FileSpec):
@@ -297,6 +315,15 @@ class UsdDriveSpec(FileSpec):
     """Limit of the drive's torque or force, N m or N; default: the description's effort."""
 
 
+class SpringSpec(FileSpec):
+    """A spring at a joint, which nothing commands."""
+
+    stiffness: Gain
+    """Stiffness of the spring, N m/rad, or N/m."""
+    rest: Speed = 0.0
+    """Position of the joint at which the spring exerts no force, rad or m."""
+
+
 class JointSpec(FileSpec):
     """Changes to a joint of the robot description."""
 
@@ -309,12 +336,44 @@ class JointSpec(FileSpec):
     usd_drive: UsdDriveSpec | None = None
     armature: NotNegative = 0.0
     """Rotor inertia as it acts at the joint, kg m2, or kg."""
+    start: Speed | None = None
+    """Position at the start and after a reset, rad or m, and first target of a position drive."""
+    limits: Pair | None = None
+    """Lowest and highest position, rad or m, instead of the description's."""
+    spring: SpringSpec | None = None
 
     @model_validator(mode="after")
     def _one_drive(self) -> JointSpec:
         if self.drive and self.usd_drive:
             raise ValueError("a joint has a drive or a usd_drive, not both")
+        if self.limits and self.limits[0] >= self.limits[1]:
+            raise ValueError("limits are [lowest, highest]")
         return self
+
+
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class LinkSpec(FileSpec):
+    """Changes to a link of the robot description."""
+
+    gravity: bool = True
+    """Whether gravity acts on the link's mass."""
+    colour: Annotated[tuple[Share, Share, Share], Field(strict=False)] | None = None
+    """Red, green and blue, 0 to 1, of visuals whose colour neither the description nor their mesh gives."""
+
+
+class WheelColliderSpec(FileSpec):
+    """A collider about the axis of a wheel's joint, in place of all colliders of its link."""
+
+    shape: Literal["ellipsoid", "cylinder"] = "ellipsoid"
+    """An ellipsoid touches the floor at one point, a cylinder along its width."""
+    radius: Positive
+    """Radius of the wheel, m."""
+    width: Positive
+    """Width of the wheel, m."""
+    offset: float = 0.0
+    """Distance of the wheel's middle from the joint along the joint's axis, m."""
 
 
 class MaterialSpec(FileSpec):
@@ -327,8 +386,22 @@ class MaterialSpec(FileSpec):
     """No effect: MuJoCo's contacts have no restitution."""
     combine: Literal["average", "min", "multiply", "max"] = "average"
     """How this friction is combined with the floor's, at build and whenever a graph writes the friction."""
+    across: NotNegative | None = None
+    """Friction across `direction`, where `dynamic_friction` acts along it; default: the same in all directions."""
+    direction: Direction | None = None
+    """Direction of `dynamic_friction` at the point of contact, in the frame of `expressed_in`."""
+    expressed_in: str = ""
+    """Link whose frame `direction` is given in; default: the link that the wheel turns in."""
     bind: tuple[str, ...] = Field(default=(), strict=False)
     """Links whose colliders have this material."""
+
+    @model_validator(mode="after")
+    def _two_directions(self) -> MaterialSpec:
+        if (self.across is None) != (self.direction is None):
+            raise ValueError("friction in two directions needs both `across` and `direction`")
+        if self.expressed_in and self.direction is None:
+            raise ValueError("`expressed_in` is the frame of a `direction`, which is missing")
+        return self
 
 
 class FrameSpec(FileSpec):
@@ -348,12 +421,18 @@ class _TypeOfSensor:
         return handler(Literal[(*DEVICES.all, "realsense_d455", "rig")])
 
 
+def _name_or_figures(value: Any) -> Any:
+    if not isinstance(value, str | dict):
+        raise ValueError(f"expected the name of a profile, or the figures of one, got {shown(value)}")
+    return value
+
+
 class SensorSpec(FrameSpec, defer_build=True):
     """A sensor on a link."""
 
     type: Annotated[str, _TypeOfSensor]
-    profile: str = ""
-    """Name of a sensor profile, such as microscan3_9m_20hz."""
+    profile: Annotated[str | dict[str, Any], BeforeValidator(_name_or_figures)] = ""
+    """Name of a sensor profile, such as microscan3_9m_20hz, or its figures, such as {rate: 10.0, …} of an imu."""
     noise_std: NotNegative | None = None
     """Standard deviation of measured distances, m; default: that of the profile."""
 
@@ -380,11 +459,12 @@ class RobotSpec(FileSpec, defer_build=True):
     """Link that graphs can use for the robot, besides its prim and base link; empty: the freely moving link."""
     self_collision: bool = False
     """Let the robot's links collide with each other, except those connected by a joint."""
+    links: dict[str, LinkSpec] = {}
     joints: dict[str, JointSpec] = {}
     keep_only_joints: tuple[str, ...] = Field(default=(), strict=False)
     """Joints to keep; every other joint of the description is disabled."""
-    wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"]] = {}
-    """Collider shape of wheels, by link name."""
+    wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"] | WheelColliderSpec] = {}
+    """Colliders of wheels, by link name: `ellipsoid` in place of a cylinder, or {radius: …, width: …} in place of any other."""
     materials: dict[Name, MaterialSpec] = {}
     frames: dict[Name, FrameSpec] = {}
     sensors: dict[Name, SensorSpec] = {}

@@ -1,6 +1,6 @@
 """Expands xacro files to URDF in a confined process with a time limit.
 
-What comes back is the tree of elements, each with the place in the xacro file that it was written at.
+The result is a tree of elements, each with its position in the xacro file.
 """
 
 from __future__ import annotations
@@ -8,13 +8,14 @@ from __future__ import annotations
 import os
 import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
 from graphengine.format.diagnostics import Finding, Findings, Source, Span
 from graphengine.format.wording import did_you_mean, listing
+from graphengine.physics.description.absent_packages import AbsentPackage, UnknownCall, report
 from graphengine.physics.description.dom import unwritable
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, Element
@@ -31,25 +32,29 @@ _PROCESS = "graphengine.physics.description.xacro_process"
 
 @dataclass(slots=True)
 class Expanded:
-    """What the process answers.
+    """The output of the process.
 
     Attributes:
         elements: of the document in its order, each with its depth and without its children; none if the file has errors.
-        known: names of the arguments that the files take.
+        known: defaults of the arguments that the files take, by name; None where there is none.
         findings: what is wrong.
         wanted: a package that the process has to be given first.
         used: files that were read.
+        absent: packages that are not there.
+        unknown_calls: calls of macros that nothing defines, which are left out if a package is absent.
     """
 
     elements: list[tuple[int, Element]]
-    known: set[str]
+    known: dict[str, str | None]
     findings: list[Finding]
     wanted: str | None
     used: list[str]
+    absent: list[AbsentPackage]
+    unknown_calls: list[UnknownCall]
 
 
 def is_xacro(path: Path, root: Element) -> bool:
-    """Whether a description still has to be expanded; not every xacro file has a name that says so."""
+    """Return whether a description must be expanded; not every xacro file has a suffix that says so."""
 
     def holds(element: Element) -> bool:
         return element.tag.startswith("xacro:") or any("$(" in v or "${" in v for v in element.attributes.values())
@@ -63,21 +68,28 @@ def expand(
     packages: Packages,
     findings: Findings,
     places: Mapping[str, Span] = MappingProxyType({}),
+    text: str | None = None,
+    without: Collection[str] = (),
 ) -> Element | None:
-    """The robot that a xacro file describes.
+    """Return the robot that a xacro file describes.
 
     Args:
-        path: the file.
+        path: xacro file.
         arguments: values of its `xacro:arg` elements.
         packages: what `$(find …)` finds; they also judge which files are read.
         findings: takes what is wrong.
         places: where the arguments are given, by name.
+        text: of the file, if it does not exist yet.
+        without: packages of which nothing is included.
     """
     start = Span(Source(str(path), ()), 1, 1)
     warn(findings)
     before = len(findings.errors)
     try:
-        answer = _ask(path, arguments, packages)
+        answer = _ask(path, arguments, packages, text, without)
+        report(answer.absent, answer.unknown_calls, without, findings, failed=not answer.elements)
+        if any(package.includes and package.name not in without for package in answer.absent):
+            return None  # what else is wrong follows from it
         take_findings(answer.findings, findings)
         root = _joined(answer.elements) if answer.elements else None
         if root is None and len(findings.errors) == before:
@@ -93,7 +105,21 @@ def expand(
     return None if unknown else root
 
 
-def _ask(path: Path, arguments: Mapping[str, str], packages: Packages) -> Expanded:
+def defaults(path: Path, packages: Packages, findings: Findings) -> dict[str, str | None]:
+    """The defaults of a xacro file's arguments by name, of those of the files that it includes too; None without one.
+
+    What is wrong with the file is no matter here, but for a process that gives no answer.
+    """
+    try:
+        return _ask(path, {}, packages, None, ()).known
+    except ProcessError as error:
+        findings.add("S103", f"xacro: {error}", Span(Source(str(path), ()), 1, 1))
+        return {}
+
+
+def _ask(
+    path: Path, arguments: Mapping[str, str], packages: Packages, text: str | None, without: Collection[str]
+) -> Expanded:
     """The answer of the process that expands a file.
 
     Where workspaces are sourced, the process may read only those of their packages that the files name: it is run again for
@@ -102,8 +128,9 @@ def _ask(path: Path, arguments: Mapping[str, str], packages: Packages) -> Expand
     installed = packages.files.installed
     roots = [str(root) for root in packages.files.roots if root not in {folder.resolve() for folder in installed}]
     found: dict[str, str | list[str]] = {}
-    named = _names(path, installed) if installed else []
-    span = Sources(packages.files).span
+    named = _names(path, installed, text) if installed else []
+    known = [Source(str(path), tuple(text.split("\n")))] if text is not None else []
+    span = Sources(packages.files, *known).span
     end = time.monotonic() + MAX_SECONDS
     while (left := round(end - time.monotonic(), 1)) > 0:
         for name in named:
@@ -119,6 +146,8 @@ def _ask(path: Path, arguments: Mapping[str, str], packages: Packages) -> Expand
             "roots": [*roots, *(str(Path(folder).resolve()) for folder in shares)],
             "installed": shares,
             "found": found if installed else None,
+            "text": text,
+            "without": sorted(without),
         }
         answer = read(ask(_PROCESS, encoded(request).encode(), left), Expanded, MAX_ANSWER, span)
         if answer.wanted is None:
@@ -127,11 +156,15 @@ def _ask(path: Path, arguments: Mapping[str, str], packages: Packages) -> Expand
     raise ProcessError(f"takes more than {MAX_SECONDS:g} s", b"")
 
 
-def _names(path: Path, installed: Sequence[Path]) -> list[str]:
+def _names(path: Path, installed: Sequence[Path], text: str | None) -> list[str]:
     """Installed packages that a file names, and the one that it lies in."""
     around = [folder.name for folder in path.absolute().parents if folder.parent in installed]
-    with path.open("rb") as file:
-        named = {name.decode() for name in _FIND.findall(file.read(MAX_BYTES))}
+    if text is None:
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES)
+    else:
+        content = text.encode()
+    named = {name.decode() for name in _FIND.findall(content)}
     return [*around, *(name for share in installed if share.is_dir() for name in sorted(named & {*os.listdir(share)}))]
 
 

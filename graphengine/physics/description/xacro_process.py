@@ -1,8 +1,8 @@
-"""The confined process in which xacro expands a file: one request on stdin, one answer on stdout.
+"""The confined process in which xacro expands a file: one request on stdin, one response on stdout.
 
-xacro was written for files that one trusts. Here expressions are evaluated by `expressions`, files are read where the caller may
-read them, the environment is empty, and the process is confined. Each element carries its place through macros and includes, so
-that a mistake is told in the line that was written.
+xacro was written for trusted files. Here `xacro_expressions` evaluates expressions, only files that the caller may read are
+read, the environment is empty, and the process is confined. Each element keeps its position through macros and includes, so
+that errors refer to the line that contains them.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import io
 import json
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 from xml.dom import minidom
@@ -25,23 +25,30 @@ from xacro import XacroException, substitution_args
 from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.files import Files
 from graphengine.physics.description import xacro_expressions
+from graphengine.physics.description.absent_packages import MAX_NAMED, SCHEME, AbsentPackage, UnknownCall
 from graphengine.physics.description.dom import UnwritableError, elements, node_of, place_of
 from graphengine.physics.description.xacro import Expanded
 from graphengine.physics.files.packages import Packages
-from graphengine.physics.files.xml import MAX_ELEMENTS, Element, read
+from graphengine.physics.files.xml import MAX_ELEMENTS, Element, parse, read
 from graphengine.sandbox.confinement import MAX_MEMORY_BYTES, AccessDeniedError, check_readable, confine
 from graphengine.sandbox.seccomp import TIERS
 from graphengine.sandbox.untrusted import answer, reply
 
 
+class AbsentPackageError(XacroException):  # type: ignore[misc]  # xacro has no types
+    """A file of a package that is not there; the include of it is left out."""
+
+
 class Expansion:
-    """One run of xacro.
+    """One run of xacro. What absent packages would bring is left out and reported.
 
     Args:
-        path: the file.
+        path: xacro file.
         arguments: values of its `xacro:arg` elements.
         packages: what `$(find …)` finds; they also judge which files are read.
         found: where the packages lie that the caller looked for, or why they are not found; None to look for them here.
+        text: of the file, if it does not exist yet.
+        without: packages that are left out as if they were absent.
     """
 
     def __init__(
@@ -50,6 +57,8 @@ class Expansion:
         arguments: dict[str, str],
         packages: Packages,
         found: dict[str, str | list[str]] | None = None,
+        text: str | None = None,
+        without: Collection[str] = (),
     ) -> None:
         self.found = found
         self.wanted: str | None = None
@@ -62,14 +71,19 @@ class Expansion:
         """The last element that xacro turned to."""
         self.calls: list[minidom.Element] = []
         """The macro calls that it is in."""
-        self.known: set[str] = set()
-        """Names of the arguments that the files take."""
+        self.known: dict[str, str | None] = {}
+        """Defaults of the arguments that the files take, by name."""
+        self.text = text
+        self.without = without
+        self.absent: dict[str, AbsentPackage] = {}
+        self.unknown_calls: list[UnknownCall] = []
 
     def run(self) -> Expanded:
-        """The expanded document, or what is wrong with it."""
+        """Return the expanded document, or its errors."""
         elements = self._elements()
         used = [str(path) for path in self.packages.files.used]
-        return Expanded(elements, self.known, self.findings.items, self.wanted, used)
+        absent = list(self.absent.values())
+        return Expanded(elements, self.known, self.findings.items, self.wanted, used, absent, self.unknown_calls)
 
     def _elements(self) -> list[tuple[int, Element]]:
         self._take_over()
@@ -95,8 +109,9 @@ class Expansion:
         xacro.parse = self._parse
         for name in ("type", "vars"):
             xacro._global_symbols["python"].pop(name, None)
-        for name in ("check_attrs", "reqd_attrs", "eval_all", "process_include", "grab_property", "grab_macro"):
+        for name in ("check_attrs", "reqd_attrs", "eval_all", "grab_property", "grab_macro"):
             setattr(xacro, name, self._followed(getattr(xacro, name)))
+        xacro.process_include = self._followed(self._include(xacro.process_include))
         xacro.handle_macro_call = self._followed(self._call(xacro.handle_macro_call))
         substitution_args._eval_find = self._find
         substitution_args._eval_env = self._environment
@@ -110,25 +125,65 @@ class Expansion:
         return follow
 
     def _call(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        def call(node: minidom.Element, *rest: Any) -> Any:
+        def call(node: minidom.Element, macros: Any, symbols: Any) -> Any:
+            if self._left_out(node.tagName, macros, symbols):
+                xacro.replace_node(node, by=None)
+                return True
             self.calls.append(node)
-            result = function(node, *rest)
+            result = function(node, macros, symbols)
             self.calls.pop()
             return result
 
         return call
 
+    def _left_out(self, tag: str, macros: Any, symbols: Any) -> bool:
+        """Whether an element calls a macro that nothing defines, after an include was left out."""
+        if not tag.startswith("xacro:") or tag == "xacro:call" or not any(p.includes for p in self.absent.values()):
+            return False
+        try:
+            xacro.resolve_macro(tag.removeprefix("xacro:"), macros, symbols)
+        except KeyError:
+            if len(self.unknown_calls) < MAX_NAMED:
+                self.unknown_calls.append(UnknownCall(tag.removeprefix("xacro:"), place_of(self.node)))
+            return True
+        return False
+
+    def _include(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        def include(node: minidom.Element, *rest: Any) -> None:
+            try:
+                function(node, *rest)
+            except AbsentPackageError:
+                xacro.filestack.pop()
+                xacro.replace_node(node, by=None)
+
+        return include
+
     def _parse(self, _: object, filename: str) -> minidom.Document:
         path = Path(filename)
+        if self.text is not None and path == self.path:
+            return self._document(parse(self.text.encode(), filename, self.findings, "S103"), filename)
+        self._refuse_absent(filename)
         check_readable(path, self.packages.files)
         if not path.is_file():
             xacro.filestack.pop()
             missing = FileNotFoundError()  # by which an optional include knows that there is none
             raise XacroException(f"no file {filename!r}", exc=missing)
-        root = read(path, self.findings, "S103")
+        return self._document(read(path, self.findings, "S103"), filename)
+
+    def _refuse_absent(self, filename: str) -> None:
+        """Note a file to be included of a package that is absent, and do not read it."""
+        name, _, rest = filename.rpartition(SCHEME)[2].partition("/")
+        if SCHEME in filename and name in self.absent:
+            if len(self.absent[name].includes) < MAX_NAMED:
+                self.absent[name].includes.append(f"$(find {name})/{rest}")
+            raise AbsentPackageError(f"no package {name!r}")
+
+    def _document(self, root: Element | None, filename: str) -> minidom.Document:
         if root is None:
             raise AccessDeniedError(f"{filename!r} cannot be read")
-        self.known |= {element.get("name") for element in root.walk() if element.tag == "xacro:arg"}
+        for element in root.walk():
+            if element.tag == "xacro:arg":
+                self.known.setdefault(element.get("name"), element.attributes.get("default"))
         document = minidom.Document()
         document.appendChild(node_of(root, document))
         return document
@@ -140,7 +195,7 @@ class Expansion:
         if text.startswith("$(eval "):
             return str(xacro_expressions.evaluate(text[len("$(eval ") : -1], self._names()))
         if text.startswith("$(arg "):
-            self.known.add(text[len("$(arg ") : -1].strip())
+            self.known.setdefault(text[len("$(arg ") : -1].strip())
         context = {"arg": self.arguments, "filename": xacro.filestack[-1]}
         try:
             return substitution_args.resolve_args(text, context=context)
@@ -157,15 +212,20 @@ class Expansion:
         return known | {name: substitution_args.convert_value(text, "auto") for name, text in self.arguments.items()}
 
     def _find(self, package: str) -> str:
+        if package in self.without:
+            return self._absent(package, [f"package {package!r} is left out"])
         if self.found is not None and package not in self.found:
             self.wanted = package
             raise XacroException(f"the package {package!r} lies where this process may not look")
         folder = self.packages.find(package) if self.found is None else self.found[package]
-        if isinstance(folder, list):
-            raise XacroException("\n".join(folder))
-        if folder is None:
-            raise XacroException("\n".join(self.packages.lacks(package)))
+        if folder is None or isinstance(folder, list):
+            return self._absent(package, folder or self.packages.lacks(package))
         return str(Path(folder).absolute())
+
+    def _absent(self, package: str, lacks: list[str]) -> str:
+        if package not in self.absent and len(self.absent) < MAX_NAMED:
+            self.absent[package] = AbsentPackage(package, place_of(self.node), lacks)
+        return f"{SCHEME}{package}"
 
     def _environment(self, name: str) -> str:
         text = f"$(env {name}): the environment is not read, so that a file means the same everywhere"
@@ -191,7 +251,9 @@ def main() -> None:
     request = json.load(sys.stdin)
     files = Files(tuple(map(Path, request["roots"])), installed=tuple(map(Path, request["installed"])))
     packages = Packages(Path(request["folder"]), tuple(map(Path, request["paths"])), files)
-    expansion = Expansion(Path(request["path"]), request["arguments"], packages, request["found"])
+    expansion = Expansion(
+        Path(request["path"]), request["arguments"], packages, request["found"], request["text"], request["without"]
+    )
     stream = reply()
     confine(files, TIERS["xacro"])
     answer(stream, expansion.run)

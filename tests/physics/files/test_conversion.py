@@ -14,6 +14,7 @@ from graphengine.sandbox.confinement import ProcessError, ask
 from tests.physics.files.test_meshes import TWO, collada, exported, gltf, instance
 
 GOOD = collada(f"<node>{instance()}</node>")
+WITHOUT_ITS_MATERIAL = collada(f"<node>{instance('red')}</node>")
 
 
 def glb(count: int) -> bytes:
@@ -37,6 +38,13 @@ def test_each_file_becomes_files_of_mujoco_in_its_colours_or_one() -> None:
     assert [struct.unpack_from("<4i", file.data) for file in seen] == [(4, 0, 0, 1)] * 2
     assert [(struct.unpack_from("<4i", file.data), file.colour) for file in collided] == [((6, 0, 0, 2), None)]
     assert "no element found" in why(empty)
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "utf-8", "utf-16", "iso-8859-1", "windows-1252"])
+def test_encodings_that_exporters_declare_are_known_where_nothing_can_be_imported(encoding: str) -> None:
+    declared = f'<?xml version="1.0" encoding="{encoding}"?>\n' + GOOD.decode().partition("?>")[2]
+    (found,) = convert_all([Foreign(declared.encode(encoding), ".dae", visual=True)])
+    assert isinstance(found, list)
 
 
 def test_a_file_cannot_ask_for_more_memory_than_there_is() -> None:
@@ -121,5 +129,5 @@ def test_each_format_is_read_where_no_file_can_be(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(conversion, "_MODULE", "confined")
     names = {".glb": "glb", ".ply": "ply", ".off": "off", ".stl": "stl_ascii"}
     files = [Foreign(exported(name), suffix, visual=True) for suffix, name in names.items()]
-    found = convert_all([*files, Foreign(GOOD, ".dae", visual=True)])
+    found = convert_all([*files, *(Foreign(data, ".dae", visual=True) for data in (GOOD, WITHOUT_ITS_MATERIAL))])
     assert [answer for answer in found if not isinstance(answer, list)] == []

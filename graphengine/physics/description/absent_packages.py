@@ -1,0 +1,87 @@
+"""Packages that a xacro file names and that are not there: what they would bring, and a file without them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.wording import listing, printable
+from graphengine.physics.files.xml import Element
+
+SCHEME = "package://"
+"""Begins what `$(find NAME)` stands for if the package is absent, so that text which only mentions it stays readable."""
+MAX_NAMED = 100
+"""Packages, and as many files and macros of each, that an expansion remembers."""
+
+
+@dataclass(slots=True)
+class AbsentPackage:
+    """A package that is not found, or that the user leaves out.
+
+    Attributes:
+        name: of the package.
+        span: where the description names it first.
+        lacks: why it is not found: a sentence, then lines of help.
+        includes: its files that would be included, each as `$(find NAME)/FILE`.
+    """
+
+    name: str
+    span: Span | None
+    lacks: list[str]
+    includes: list[str] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class UnknownCall:
+    """A call of a macro that no file defines, after an include was left out."""
+
+    macro: str
+    span: Span | None
+
+
+def report(
+    absent: Sequence[AbsentPackage],
+    calls: Sequence[UnknownCall],
+    without: Collection[str],
+    findings: Findings,
+    *,
+    failed: bool,
+) -> None:
+    """Add an error for each absent package that is needed, and a note for what was left out on request.
+
+    Args:
+        absent: the packages.
+        calls: calls of macros that may be defined in them.
+        without: names of those that are left out on request.
+        findings: takes the errors and notes.
+        failed: whether the file could not be expanded, so that all of them are needed.
+    """
+    macros = list(dict.fromkeys(printable(call.macro) for call in calls[:MAX_NAMED]))
+    for package in absent[:MAX_NAMED]:
+        if not package.includes and not failed:
+            text = f"no package {package.name!r}: {SCHEME}{package.name} stays in the text that names it"
+            findings.add("N103", text, package.span)
+            continue
+        brings = [listing(map(printable, package.includes), "includes")] if package.includes else []
+        brings += [listing(macros, "macros that would be called")] if macros else []
+        if package.name in without:
+            findings.add("N103", f"left out, as asked for: package {package.name!r}", package.span, *brings)
+            continue
+        text, *remedies = map(printable, package.lacks or [f"no package {package.name!r}"])
+        alternative = f"or leave all of it out: --without {package.name} of import-urdf"
+        findings.add("S103", f"xacro: {text}", package.span, *brings, *remedies, alternative)
+
+
+def drop_meshes(root: Element, packages: Collection[str], findings: Findings) -> None:
+    """Remove the visuals and colliders of a description whose meshes lie in some packages."""
+    prefixes = tuple(f"{SCHEME}{name}/" for name in packages)
+    for link in root.all("link"):
+        for part in [part for part in link.children if _names_one(part, prefixes)]:
+            link.children.remove(part)
+            text = f"left out, as asked for: a {part.tag} of link {printable(link.get('name'))!r}"
+            findings.add("N103", text, part.span)
+
+
+def _names_one(part: Element, prefixes: tuple[str, ...]) -> bool:
+    return any(shape.tag == "mesh" and shape.get("filename").startswith(prefixes) for shape in part.walk())

@@ -1,0 +1,53 @@
+"""Lists the elements of a description that no part of an import has used."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from graphengine.format.wording import printable
+from graphengine.format.yaml_text import scalar
+from graphengine.physics.files.xml import Element, numbers
+from graphengine.physics.importing.draft import Draft, Remark
+
+
+def fill(draft: Draft) -> None:
+    """Add a line to `lost` for each kind of element that is not converted."""
+    root = draft.urdf.element
+    unused = [element for element in root.children if not draft.used(element)]
+    for tag in ("transmission", "ros2_control"):
+        if found := [element for element in unused if element.tag == tag]:
+            names = _names([each.get("name") for each in found])
+            draft.lost.append(Remark(f"{tag} {names}: it lists no joint that moves", found[0].span))
+    _gazebo(draft, [element for element in unused if element.tag == "gazebo"])
+    parts = [part for joint in draft.urdf.joints.values() for part in joint.element.children if not draft.used(part)]
+    for tag in ("safety_controller", "calibration"):
+        if found := [part for part in parts if part.tag == tag]:
+            draft.lost.append(Remark(f"{tag} of joints", found[0].span))
+    if textures := [element for element in root.walk() if element.tag == "texture"]:
+        draft.lost.append(Remark("textures of materials", textures[0].span))
+    moving = [part for joint in draft.urdf.moving() for part in joint.element.children if not draft.used(part)]
+    if fast := [p for p in moving if p.tag == "limit" and (numbers(p.get("velocity", "0"), 1) or (0.0,))[0] > 0]:
+        text = "velocity limits of joints without a drive, which have no set point to limit"
+        draft.lost.append(Remark(text, fast[0].span))
+
+
+def _gazebo(draft: Draft, elements: Sequence[Element]) -> None:
+    """A line for elements that say the same about several links or joints."""
+    alike: dict[str, list[Element]] = {}
+    for gazebo in elements:
+        left = [child for child in gazebo.children if not draft.used(child)]
+        if left or not gazebo.children:
+            alike.setdefault(", ".join(map(_described, left)) or "nothing", []).append(gazebo)
+    for what, found in alike.items():
+        owners = _names([name for element in found if (name := element.get("reference"))])
+        draft.lost.append(Remark(f"gazebo {what}: {owners}" if owners else f"gazebo {what}", found[0].span))
+
+
+def _described(element: Element) -> str:
+    """An element in few words: its tag with its name, type and text, as far as it has them."""
+    words = (element.tag, element.get("name"), element.get("type"), element.text[:60])
+    return printable(" ".join(word for word in words if word))
+
+
+def _names(names: Sequence[str]) -> str:
+    return ", ".join(printable(scalar(name)) for name in names)

@@ -1,0 +1,104 @@
+"""Reads the description that an import begins with, from a URDF or a xacro file."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from graphengine.format.diagnostics import Findings
+from graphengine.physics.description import xacro
+from graphengine.physics.description.absent_packages import drop_meshes
+from graphengine.physics.description.xacro_macros import choose_macro, robot_macros, wrapper
+from graphengine.physics.files.packages import Packages
+from graphengine.physics.files.xml import Element
+
+WRAPPER = ".urdf.xacro"
+"""Suffix of the file that makes a robot of a macro."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What the user says about a description.
+
+    Attributes:
+        arguments: values of the arguments of a xacro file, and of the parameters of a macro.
+        macro: the macro that is the robot.
+        without: packages that are left out.
+    """
+
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    macro: str | None = None
+    without: Collection[str] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class RobotSource:
+    """A description, xacro expanded.
+
+    Attributes:
+        element: its root.
+        as_given: whether it is the file's own text.
+        wrapper: text of the xacro file that makes it of a macro; empty without one.
+    """
+
+    element: Element
+    as_given: bool
+    wrapper: str = ""
+
+
+def read_source(
+    path: Path, root: Element, target: Path, wishes: Wishes, packages: Packages, findings: Findings
+) -> RobotSource | None:
+    """Expand a description if it has xacro syntax; what is wrong with it goes to `findings`.
+
+    Args:
+        path: of the description.
+        root: of the same, read.
+        target: the robot file that is to be written.
+        wishes: of the user.
+        packages: which it can see.
+        findings: takes errors, and notes on what was chosen and left out.
+    """
+    before = len(findings.errors)
+    if not xacro.is_xacro(path, root):
+        drop_meshes(root, wishes.without, findings)
+        return RobotSource(root, not wishes.without)
+    macro = choose_macro(root, wishes.macro, wishes.arguments, findings)
+    if len(findings.errors) > before:
+        return None
+    if macro is None:
+        element = xacro.expand(path, wishes.arguments, packages, findings, without=wishes.without)
+        text = ""
+    else:
+        file = target.with_suffix(WRAPPER)
+        trial, text = (
+            wrapper(macro, path, target.stem, wishes.arguments, packages, complete=complete)
+            for complete in (False, True)
+        )
+        others = {key: value for key, value in wishes.arguments.items() if key not in macro.parameters}
+        element = xacro.expand(file, others, packages, findings, text=trial, without=wishes.without)
+        if wishes.macro is None:
+            told = f"the file makes no robot; {file.name} calls its macro {macro.name!r}"
+            findings.add("N103", told, macro.span)
+    if element is None:
+        return None
+    drop_meshes(element, wishes.without, findings)
+    return RobotSource(element, False, text)
+
+
+def arguments_of(path: Path, root: Element, packages: Packages, findings: Findings) -> list[str]:
+    """The arguments of a xacro file and the parameters of its robot macros, with their defaults, as lines for people."""
+    if not xacro.is_xacro(path, root):
+        return [f"{path}: no xacro syntax, so it takes no arguments"]
+    lines = [f"arguments of {path}:", *_listed(xacro.defaults(path, packages, findings))]
+    for macro in robot_macros(root):
+        lines += [f"parameters of the macro {macro.name}, which --macro {macro.name} makes a robot of:"]
+        lines += _listed(macro.parameters)
+    return lines
+
+
+def _listed(defaults: Mapping[str, str | None]) -> list[str]:
+    width = max(map(len, defaults), default=0)
+    values = {name: "no default" if value is None else f"default {value!r}" for name, value in defaults.items()}
+    return [f"  {name:{width}}  {value}" for name, value in values.items()] or ["  none"]
