@@ -16,14 +16,13 @@ from graphengine.cli.common import (
     add_permission_arguments,
     add_repeatable,
     clean,
-    make_options,
-    open_file,
+    open_scene,
     table,
 )
 from graphengine.cli.progress import progress
 from graphengine.cli.quantities import number, whole
 from graphengine.format.errors import UsageError
-from graphengine.format.files import find_file, near
+from graphengine.format.files import near
 
 if TYPE_CHECKING:
     from graphengine.api.calibration.figures import Calibration, ImuNoise, Motion, Odometry
@@ -35,7 +34,7 @@ BOUND = 0.02
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     what = "a scene file, or the name of an included one, such as dd100_flat"
-    parser.add_argument("scene", metavar="SCENE", help=what)
+    parser.add_argument("file", metavar="SCENE", help=what)
     drive = parser.add_argument_group("test drives")
     drive.add_argument("--robot", metavar="NAME", help="robot to calibrate (default: the only one)")
     topic = "Twist, TwistStamped or AckermannDriveStamped topic (default: the only one)"
@@ -59,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_allow_argument(parser)
     add_import_argument(parser)
     add_permission_arguments(parser)
-    parser.set_defaults(robot_state=False, rays="auto")
+    parser.set_defaults(scene=None, robot_state=False, rays="auto")
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -69,8 +68,7 @@ def execute(arguments: argparse.Namespace) -> int:
         raise UsageError(f"--picture {picture}: write the name of an SVG file, such as square.svg")
     if arguments.check is not None and not arguments.check > 0.0:
         raise UsageError(f"--check {arguments.check:g}: write a number above 0, such as {BOUND}")
-    path = find_file(arguments.scene)
-    scene = open_file(path, make_options(arguments), arguments.modules)
+    scene = open_scene(arguments)
     if scene is None:
         return 1
     result = _calibrate(scene, arguments)

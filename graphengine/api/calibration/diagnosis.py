@@ -57,7 +57,7 @@ def rolls_away(velocity: Twist) -> list[str]:
 
 def stands_still(drives: DriveRecorder, wheels: WheelMeter, load: dict[str, float]) -> list[str]:
     """Explain why a robot does not move although it is commanded; the last drive of `drives` was such a command."""
-    trace = drives.trace()
+    trace = drives.trace(drives.rows // 2)
     rates = {name: rate for name, rate in wheels.rates(trace).items() if abs(rate) > 0.05}
     if rates:
         turning = ", ".join(f"{name} ({rate:.2f} rad/s)" for name, rate in list(rates.items())[:8])

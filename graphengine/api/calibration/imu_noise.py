@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from graphengine.api.calibration.drive_recorder import STILL, DriveRecorder
+from graphengine.api.calibration.drive_recorder import REST, STILL, DriveRecorder
 from graphengine.api.calibration.figures import Floats, ImuNoise
 from graphengine.api.session import Session
 from graphengine.api.topics import Subscription
@@ -16,11 +16,11 @@ LARGEST_RATE = 10_000
 
 
 def measure(sim: Session, topics: Sequence[str], drives: DriveRecorder, seconds: float) -> tuple[ImuNoise, ...]:
-    """Let the robot stand for a time, s, and return the noise of its IMUs; one without two messages is left out."""
+    """Let the robot stand for a time (s) and return the noise of its IMUs; one without two messages is left out."""
     subscriptions = [sim.subscribe(topic, keep=round(seconds * LARGEST_RATE)) for topic in topics]
     drives.begin()
     drives.drive(STILL, seconds)
-    found = [_noise(subscription, seconds) for subscription in subscriptions]
+    found = [_noise(subscription, seconds + REST) for subscription in subscriptions]
     for subscription in subscriptions:
         subscription.close()
     return tuple(imu for imu in found if imu is not None)
