@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from typing import Any
 
 from graphengine.devices.rotation import rotate
-from graphengine.format.spec import MaterialSpec
 from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.xml import Element, numbers
@@ -95,8 +94,8 @@ def _friction(
     direction = values.find(*path, "fdir1")
     if along == across or link in bound(draft):
         surfaces.setdefault((along,), []).append(link)
-    elif direction is None or "across" not in MaterialSpec.model_fields:
-        reason = "without fdir1, Gazebo takes it along an axis of the world" if direction is None else "one coefficient"
+    elif direction is None:
+        reason = "without fdir1, Gazebo takes it along an axis of the world"
         subject.lost(f"mu2 {across:g}: {reason}; mu1 {along:g} holds in all directions")
         surfaces.setdefault((along,), []).append(link)
     else:

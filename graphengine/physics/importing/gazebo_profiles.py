@@ -5,16 +5,34 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from graphengine.format.wording import printable
-from graphengine.physics.files.xml import Element
+from graphengine.physics.files.xml import numbers
 from graphengine.physics.importing.gazebo_values import Subject, UnusableError, Values
 
 _AXES = ("x", "y", "z")
+
+
+class _Triad(NamedTuple):
+    """Three accelerometers or gyroscopes: names in SDF and in a profile, and the profile's units in one of SI."""
+
+    section: str
+    classic: str
+    name: str
+    device: str
+    instability: str
+    units: float
+
+
+_TRIADS = (
+    _Triad("linear_acceleration", "accel", "acceleration", "accelerometer", "bias_instability_ug", 1e6 / 9.80665),
+    _Triad(
+        "angular_velocity", "rate", "angular_velocity", "gyroscope", "bias_instability_dph", math.degrees(1.0) * 3600.0
+    ),
+)
 _COARSEST = 0.1
 """Resolution (m) of a distance beyond which it is taken for a placeholder, as the 1 m that many descriptions have."""
-_MIXED = "the profile has one for all axes, the greatest"
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,18 +115,25 @@ def sonar(values: Values, sensor: Subject) -> Figures:
 def imu(values: Values, sensor: Subject) -> Figures:
     """An inertial unit. Gazebo's noise and bias are of each axis."""
     profile: dict[str, Any] = {"rate": _rate(values, 100.0, sensor)}
-    for name, section, classic in (
-        ("acceleration", "linear_acceleration", "accel"),
-        ("angular_velocity", "angular_velocity", "rate"),
-    ):
-        noise = [_of_axis(values, (section, axis, "noise"), classic, "stddev") for axis in _AXES]
-        means = [_of_axis(values, (section, axis, "noise"), classic, "mean") for axis in _AXES]
-        bias = [_of_axis(values, (section, axis, "noise"), classic, "bias_mean") for axis in _AXES]
-        if len(set(noise)) > 1:
-            sensor.guessed(f"noise of {section} {noise}: {_MIXED}")
-        offsets = [mean + offset for mean, offset in zip(means, bias, strict=True)]
-        profile |= _given(**{f"{name}_noise": max(noise)})
-        profile |= {f"{name}_bias": offsets} if any(offsets) else {}
+    for triad in _TRIADS:
+        quantities = {
+            name: [_of_axis(values, triad, axis, name) for axis in _AXES]
+            for name in ("stddev", "mean", "bias_mean", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
+        }
+        for name in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time"):
+            if len(set(quantities[name])) > 1:
+                sensor.guessed(f"{name} of {triad.section}: the profile has one for all axes, the greatest")
+        noise, drift, time = (
+            max(quantities[name]) for name in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
+        )
+        noise = noise or _of_plugin(values, triad)
+        bias = [mean + offset for mean, offset in zip(quantities["mean"], quantities["bias_mean"], strict=True)]
+        profile |= _given(**{f"{triad.name}_noise": noise})
+        profile |= {f"{triad.name}_bias": bias} if any(bias) else {}
+        if drift and time > 0.0:
+            # Gazebo drives the bias with this deviation per root of a second; the profile has that which results.
+            instability = drift * math.sqrt(time / 2.0) * triad.units
+            profile[triad.device] = {triad.instability: float(f"{instability:.6g}"), "bias_correlation_time": time}
     values.text("imu", "noise", "type")
     return Figures("imu", "imu", profile, "imu")
 
@@ -247,16 +272,24 @@ def _noise(values: Values, sensor: Subject, *paths: tuple[str, ...]) -> float:
         if mean:
             sensor.lost(f"mean {mean:g} of its noise; the profile has the standard deviation alone", found.span)
         return deviation
-    return 0.0
+    return values.number("plugin", "gaussianNoise")
 
 
-def _of_axis(values: Values, path: tuple[str, ...], classic: str, quantity: str) -> float:
+def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:
     """A number of an axis's noise, or else of classic Gazebo's noise of all axes."""
-    found: Element | None = values.find("imu", *path)
-    if found is not None:
-        values.text("imu", *path, "type")
-        return 0.0 if found.get("type") == "none" else values.number("imu", *path, quantity)
-    return values.number("imu", "noise", classic, quantity)
+    path = ("imu", triad.section, axis, "noise")
+    found = values.find(*path)
+    if found is None:
+        return values.number("imu", "noise", triad.classic, quantity)
+    kind = found.get("type") or values.text(*path, "type")
+    return 0.0 if kind == "none" else values.number(*path, quantity)
+
+
+def _of_plugin(values: Values, triad: _Triad) -> float:
+    """The noise that a plugin of ROS 1 makes: the greatest of three axes."""
+    texts = (values.text("plugin", f"{triad.classic}GaussianNoise"), values.text("plugin", "gaussianNoise"))
+    given = [numbers(text, len(text.split())) or (0.0,) for text in texts if text]
+    return max(given[0]) if given else 0.0
 
 
 def _pinhole(values: Values, sensor: Subject) -> dict[str, Any]:

@@ -24,13 +24,24 @@ from graphengine.physics.model.robot_prims import prim_name
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 
 MAX_SENSORS = 200
+_IMU_PLUGINS = ("gazebo_ros_imu", "hector_gazebo_ros_imu")
 MAX_DISTANCE = 1e6
 """Greatest distance (m) of a sensor from its link."""
 _OPTICAL = multiply(LOOKING_FORWARD, (1.0, 0.0, 0.0, 0.0))
 """Orientation of an optical frame (z forward, x right) in the frame of a camera that looks along x."""
 _SAME = 1e-3
 """Greatest difference (m, or of a quaternion's number) between poses that are taken for the same."""
-_NO_EFFECT = ("visualize", "always_on", "alwaysOn", "enable_metrics", "namespace", "updateRate", "update_rate")
+_NO_EFFECT = (
+    "visualize",
+    "always_on",
+    "alwaysOn",
+    "enable_metrics",
+    "namespace",
+    "updateRate",
+    "update_rate",
+    "bodyName",
+    "serviceName",
+)
 """Tags that change nothing here; a plugin's rate counts only where the sensor has none."""
 _PREFIX = {"lidar": "lidar", "camera": "camera", "imu": "imu"}
 """Parameter of a graph that has the sensor's path; `sensor` for other kinds."""
@@ -67,16 +78,28 @@ def _sensors(draft: Draft, notes: Notes) -> Iterator[_Found]:
     urdf, count = draft.urdf, 0
     taken = {prim_name(name) for name in (*urdf.links, *urdf.joints)}
     for gazebo in urdf.element.all("gazebo"):
-        link = gazebo.get("reference")
-        for element in gazebo.all("sensor"):
-            draft.use(element)
+        for link, element in (
+            *((gazebo.get("reference"), child) for child in gazebo.all("sensor")),
+            *_of_plugins(gazebo),
+        ):
             count += 1
             if count > MAX_SENSORS:
                 draft.lost.append(Remark(f"sensors after the first {MAX_SENSORS}", element.span))
                 return
+            draft.use(element)
             if (found := _read(draft, element, link, taken, notes)) is not None:
                 taken.add(found.name)
                 yield found
+
+
+def _of_plugins(gazebo: Element) -> Iterator[tuple[str, Element]]:
+    """The inertial units of classic Gazebo that are plugins without a sensor, each with its link, as sensors."""
+    for plugin in gazebo.all("plugin"):
+        if plugin.get("filename").removeprefix("lib").removesuffix(".so") in _IMU_PLUGINS:
+            values = Values(plugin)
+            link = values.text("bodyName|body_name") or gazebo.get("reference")
+            attributes = {"type": "imu", "name": plugin.get("name") or "imu"}
+            yield link, Element("sensor", attributes, plugin.span, [plugin])
 
 
 def _read(draft: Draft, element: Element, link: str, taken: set[str], notes: Notes) -> _Found | None:
@@ -99,7 +122,7 @@ def _read(draft: Draft, element: Element, link: str, taken: set[str], notes: Not
         except ValidationError as errors:
             first = errors.errors(include_url=False, include_context=False)[0]
             where = ".".join(map(str, first["loc"]))
-            subject.lost(": ".join(text for text in (where, first["msg"]) if text))
+            subject.lost(": ".join(text for text in (where, first["msg"].removeprefix("Value error, ")) if text))
         else:
             name = _unused(prim_name(given)[:60] or kind, figures.type, taken)
             return _Found(name, link, pose, values, figures, subject, gazebo_topics.topics(figures.graph, values))
@@ -152,7 +175,7 @@ def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
     """Add the graph that publishes a sensor, and one for its frame if that is no link."""
     figures, kind = sensor.figures, sensor.figures.type
     device: Device = DEVICES.all[kind]
-    path = "/".join(part for part in (_prim(draft.urdf, sensor.link), sensor.name, device.child) if part)
+    path = "/".join(part for part in (_path(draft.urdf, sensor.link), sensor.name, device.child) if part)
     names, customary = sensor.topics, gazebo_topics.customary(figures.graph)
     if not names:
         owner = gazebo_topics.legal(sensor.subject.name)
@@ -199,39 +222,31 @@ def _frame(draft: Draft, sensor: _Found) -> str:
 
 def _optical_link(urdf: Urdf, link: str, pose: Pose) -> str:
     """A link that does not move against another and whose frame is the optical one of a camera on that; empty without."""
-    for other in _rigidly_below(urdf, _top(urdf, link)):
-        at = relative(urdf.pose_in_root(link), urdf.pose_in_root(other))
-        if other != link and _same(at, pose):
-            return other
-    return ""
-
-
-def _top(urdf: Urdf, link: str) -> str:
-    while (carrier := urdf.links[link].carrier) is not None and not carrier.moves:
-        link = carrier.parent
-    return link
-
-
-def _rigidly_below(urdf: Urdf, link: str) -> Iterator[str]:
-    pending = [link]
+    pending: list[tuple[str, str, Pose]] = [(link, "", NOWHERE)]
     while pending:
-        link = pending.pop()
-        yield link
-        pending += [joint.child for joint in reversed(urdf.links[link].below) if not joint.moves]
+        at, came_from, place = pending.pop()
+        if at != link and _same(place, pose):
+            return at
+        carrier = urdf.links[at].carrier
+        if carrier is not None and not carrier.moves and carrier.parent != came_from:
+            pending.append((carrier.parent, at, compose(place, relative(carrier.pose, NOWHERE))))
+        fixed = [joint for joint in urdf.links[at].below if not joint.moves and joint.child != came_from]
+        pending += [(joint.child, at, compose(place, joint.pose)) for joint in reversed(fixed)]
+    return ""
 
 
 def _prim(urdf: Urdf, link: str) -> str:
     """What a robot file calls a link's prim: its name, or its path where a joint is called the same."""
     name = prim_name(link)
-    others = [prim_name(joint) for joint in urdf.joints]
-    if name not in others:
-        return name
-    names: list[str] = []
-    at: str | None = link
-    while at is not None:
-        names.append(prim_name(at))
-        carrier = urdf.links[at].carrier
-        at = carrier.parent if carrier is not None else None
+    return _path(urdf, link) if name in map(prim_name, urdf.joints) else name
+
+
+def _path(urdf: Urdf, link: str) -> str:
+    """Path of a link's prim from the root link on."""
+    names = [prim_name(link)]
+    while (carrier := urdf.links[link].carrier) is not None:
+        link = carrier.parent
+        names.append(prim_name(link))
     return "/".join(reversed(names))
 
 
