@@ -16,8 +16,8 @@ from graphengine.cli.common import (
     add_permission_arguments,
     add_repeatable,
     clean,
-    open_file,
     make_options,
+    open_file,
     table,
 )
 from graphengine.cli.progress import progress
@@ -26,7 +26,7 @@ from graphengine.format.errors import UsageError
 from graphengine.format.files import find_file, near
 
 if TYPE_CHECKING:
-    from graphengine.api.calibration.figures import Calibration, Imu, Motion, Odometry
+    from graphengine.api.calibration.figures import Calibration, ImuNoise, Motion, Odometry
     from graphengine.api.scene import Scene
 
 BOUND = 0.02
@@ -44,12 +44,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     drive.add_argument("--speed", metavar="V", type=number, default=0.3, help=f"m/s (default 0.3); {limit}")
     drive.add_argument("--turn-speed", metavar="W", type=number, default=0.6, help=f"rad/s (default 0.6); {limit}")
     result = parser.add_argument_group("result")
-    check = "exit with 1 if the robot reaches a commanded speed with a larger relative error (default 0.02); 1.5 times that for turns and sideways"
+    check = "exit with 1 if a reached speed is off by a larger share (default 0.02; turns and sideways: 1.5 times that)"
     result.add_argument("--check", metavar="BOUND", type=number, nargs="?", const=BOUND, help=check)
     write = "write wheel radius, track, wheel base and covariances to the robot's graph and robot files"
     result.add_argument("--write", action="store_true", help=write)
-    result.add_argument("--picture", metavar="FILE", type=Path, help="SVG file: the driven squares, commanded, true and by odometry")
-    result.add_argument("--format", choices=("text", "json"), default="text", help="json: SI units, null for what was not measured")
+    picture = "SVG file to write: a square, as commanded, as driven and by odometry"
+    result.add_argument("--picture", metavar="FILE", type=Path, help=picture)
+    form = "json: SI units, null for what was not measured"
+    result.add_argument("--format", choices=("text", "json"), default="text", help=form)
     files = parser.add_argument_group("files")
     inputs = "set an input to a value; [ROBOT/][GRAPH/]NODE.PORT, globs allowed"
     add_repeatable(files, "--set", "NODE.PORT=VALUE", inputs)
@@ -83,7 +85,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _calibrate(scene: Scene, arguments: argparse.Namespace) -> Calibration:
-    from graphengine.api.calibration.calibrate import calibrate
+    from graphengine.api.calibration.calibrator import calibrate
     from graphengine.api.scene import loaded_of
 
     share = 0.0
@@ -156,14 +158,14 @@ def _report(result: Calibration) -> str:
     kind = f", {result.kinematics}" if result.kinematics else ""
     parts = [f"{result.robot}: {result.command_topic} ({result.command_type}){kind}"]
     parts.append(table([_MOTION_HEAD, *map(_motion_row, result.motions)]))
-    parts.append(table(list(_geometry(result)), indent=""))
+    parts.append(table(list(_geometry(result))))
     if result.squares:
         parts.append(table([_SQUARE_HEAD, *_squares(result)]))
-    parts += [table(list(_odometry(one)), indent="") for one in result.odometry]
+    parts += [table(list(_odometry(one))) for one in result.odometry]
     parts += [table(list(_imu(one))) for one in result.imus]
     if result.notes:
         parts.append("\n".join(["not measured, or to look at:", *(f"  {note}" for note in result.notes)]))
-    return "\n\n".join(part for part in parts if part)
+    return "\n\n".join(parts)
 
 
 _MOTION_HEAD = ("MOTION", "COMMANDED", "REACHED", "", "SETTLED", "DRIFT", "SLIP")
@@ -201,7 +203,8 @@ def _geometry(result: Calibration) -> Iterator[Sequence[str]]:
     if result.wheel_base is not None:
         yield "wheel base", f"{result.wheel_base:.5f} m"
     if result.turning_centre is not None:
-        yield "turning centre", f"x {_rounded(result.turning_centre[0], 4)} m, y {_rounded(result.turning_centre[1], 4)} m from the base link"
+        x, y = (_rounded(value, 4) for value in result.turning_centre)
+        yield "turning centre", f"x {x} m, y {y} m from the base link"
 
 
 def _squares(result: Calibration) -> Iterator[Sequence[str]]:
@@ -224,9 +227,11 @@ def _odometry(one: Odometry) -> Iterator[Sequence[str]]:
     if one.square_position_error is not None and one.square_heading_error is not None:
         yield "square", f"{_millimetres(one.square_position_error)}, {_degrees(one.square_heading_error)} at the end"
     alphas = {f"alpha{n}": getattr(one.alphas, f"alpha{n}") for n in range(1, 6)}
-    known = ", ".join(f"{name} {_scientific(value)}" for name, value in alphas.items() if value is not None)
-    if known:
-        yield "AMCL", f"{known} (nav2_amcl: mean square error / motion squared, per 0.25 m or 0.2 rad)"
+    if any(value is not None for value in alphas.values()):
+        yield (
+            "AMCL",
+            ", ".join(f"{name} {'-' if value is None else _scientific(value)}" for name, value in alphas.items()),
+        )
     variances = one.covariances
     if variances.distance_variance is not None:
         distance, heading = variances.distance_variance, variances.heading_variance_by_distance or 0.0
@@ -235,7 +240,7 @@ def _odometry(one: Odometry) -> Iterator[Sequence[str]]:
         yield "covariance", straight + ("" if turn is None else f" and {_scientific(turn)} rad2/rad")
 
 
-def _imu(one: Imu) -> Iterator[Sequence[str]]:
+def _imu(one: ImuNoise) -> Iterator[Sequence[str]]:
     yield "IMU", f"{one.topic}, {one.rate:.4g} Hz, at rest"
     yield "gyroscope", f"noise {one.gyro_noise:.3g} rad/s, bias {one.gyro_bias:.3g} rad/s"
     yield "accelerometer", f"noise {one.accelerometer_noise:.3g} m/s2, gravity {one.gravity:.4f} m/s2"

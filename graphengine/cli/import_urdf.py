@@ -7,7 +7,9 @@ import math
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,14 +24,14 @@ from graphengine.cli.common import (
 from graphengine.cli.progress import progress
 from graphengine.cli.quantities import duration
 from graphengine.format.atomic_write import write_together
-from graphengine.format.diagnostics import Findings
+from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files, installed_packages, near, require_file
 from graphengine.format.wording import listing
 from graphengine.ros.domain import Domain
 
 if TYPE_CHECKING:
-    from graphengine.physics.description.urdf import Urdf, Wheel
+    from graphengine.physics.importing.draft import Remark
     from graphengine.physics.importing.import_robot import Imported, Origin
 
 WAIT = 10.0
@@ -40,8 +42,6 @@ LONGEST = 10
 """Lines of one kind that the report tells; the robot file has all."""
 WIDEST = 160
 """Characters of such a line."""
-FORWARDS = 0.999
-"""Least cosine of the angle between a wheel's axle and the robot's y axis, for a robot that drives straight."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -76,6 +76,12 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"longest wait for the network (default {WAIT:g}s)",
     )
     add_transport_argument(parser, " for --topic and --node")
+    parser.add_argument(
+        "--controllers",
+        metavar="FILE",
+        type=Path,
+        help="parameters of ros2_control, such as ros2_controllers.yaml, which say how the base is driven",
+    )
     parser.add_argument("--macro", metavar="NAME", help="the macro of a xacro file to make a robot of")
     left_out = "leave out what a package brings: included files, their macros, meshes"
     add_repeatable(parser, "--without", "PACKAGE", left_out)
@@ -155,26 +161,41 @@ def check_source(arguments: argparse.Namespace) -> None:
 
 
 def find_origin(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
-    """Read the given description; None after an error.
+    """Read the given description and what was given with it; None after an error.
 
     Args:
         arguments: those of `add_source_arguments`, and `file`.
         target: the robot file that is to be written.
         findings: takes what is wrong.
     """
+    read = _from_file if arguments.file else _from_network
+    return _with_controllers(read(arguments, target, findings), arguments, findings)
+
+
+def _from_network(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
     from graphengine.physics.files.packages import Packages
     from graphengine.physics.files.xml import parse
     from graphengine.physics.importing.import_robot import Origin
 
-    fixed = arguments.fixed_base
-    if arguments.file:
-        return _from_file(arguments, target, findings)
     text, told = _remote(arguments)
     element = parse(text.encode(), told, findings, "S103")
     if element is None:
         return None
     packages = Packages(target.absolute().parent, arguments.package_path, _files(target, arguments))
-    return Origin(element, packages, None, told, target, fixed)
+    return Origin(element, packages, None, told, target, arguments.fixed_base)
+
+
+def _with_controllers(origin: Origin | None, arguments: argparse.Namespace, findings: Findings) -> Origin | None:
+    """Read the file of controllers, if one is given; None after an error."""
+    if origin is None or arguments.controllers is None:
+        return origin
+    from graphengine.format import document
+
+    path = Path(near(arguments.controllers))
+    require_file(path)
+    origin.packages.files.note(path)
+    controllers = document.load(path, findings)
+    return replace(origin, controllers=controllers) if controllers is not None else None
 
 
 def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
@@ -255,12 +276,10 @@ def print_report(imported: Imported, findings: Findings) -> None:
     """Print a report on the imported robot."""
     from collections import Counter
 
-    from graphengine.physics.description.urdf import track
-
     robot, urdf = imported.robot, imported.robot.urdf
-    rolling = urdf.wheels(urdf.moving())
+    draft = imported.draft
     base = "free" if imported.free else "fixed to the world"
-    if imported.free and not rolling:
+    if imported.free and not draft.wheels:
         base += "; --fixed-base bolts it to the world"
     links, joints = counted(len(urdf.links), "link"), counted(len(urdf.joints), "joint")
     lines = [f"wrote {', '.join(near(str(path)) for path in imported.files)}"]
@@ -270,21 +289,24 @@ def print_report(imported: Imported, findings: Findings) -> None:
         lines.append(f"lowest collider at z = {imported.lowest:.4f} m, all joints at zero")
     outcomes = Counter(imported.library.outcomes.values())
     lines.append(f"meshes: {', '.join(f'{number} {what}' for what, number in sorted(outcomes.items())) or 'none'}")
-    lines += [f"wheel on {wheel.joint}: radius {wheel.radius:g} m" for wheel in rolling]
-    if (distance := track(rolling)) is not None:
-        lines.append(f"track {distance:g} m")
     if followers := [joint.name for joint in robot.moving if joint.mimic is not None]:
         lines.append(listing(followers, "joints that follow another"))
-    notes = [finding for finding in findings.items if finding.severity == "note"]
+    written = {str(path) for path in imported.files}  # notes on these files repeat the remarks
+    notes = [note for note in findings.items if note.severity == "note" and not _lies_in(note, written)]
     lines += _some("note", [": ".join([note.message, *note.help]) for note in notes])
-    lines += _some("not carried over", [remark.text for remark in imported.draft.lost])
+    lines += _remarks("carried over", draft.carried)
+    lines += _remarks("noticed", draft.noticed)
+    lines += _remarks("guessed", draft.guessed)
+    lines += _remarks("not carried over", draft.lost)
     if imported.outside:
         allowed = " ".join(f"--allow {near(str(folder))}" for folder in imported.outside)
         lines.append(f"scenes with this robot read files outside of their folder: run them with {allowed}")
     lines.append(f"in a scene: {_example(imported)}")
-    if imported.free and (drive := _drive(urdf, rolling)):
-        lines.append(f"in its file, to drive it: {drive}")
     print(clean("\n".join(line.replace("\n", " ") for line in lines)))
+
+
+def _lies_in(finding: Finding, paths: Collection[str]) -> bool:
+    return finding.span is not None and finding.span.source.path in paths
 
 
 def _example(imported: Imported) -> str:
@@ -294,21 +316,15 @@ def _example(imported: Imported) -> str:
     return f"robots: {{{imported.robot.name}: {{use: {imported.use}{place}}}}}"
 
 
-def _drive(urdf: Urdf, rolling: Sequence[Wheel]) -> str:
-    """An example graph for a robot with two parallel wheels that turn forward about its y axis; else an empty string."""
-    from graphengine.devices.rotation import rotate
-    from graphengine.physics.description.urdf import track
-
-    poses = [urdf.pose_in_root(urdf.joints[wheel.joint].child) for wheel in rolling]
-    axles = [rotate(pose[1], urdf.joints[wheel.joint].axis) for pose, wheel in zip(poses, rolling, strict=True)]
-    if len(rolling) != 2 or any(axle[1] < FORWARDS for axle in axles) or (distance := track(rolling)) is None:
-        return ""
-    left, right = sorted(rolling, key=lambda wheel: -wheel.along)
-    values = f"wheels: [{left.joint}, {right.joint}], radius: {left.radius:.7g}, distance: {distance:.7g}"
-    return f"graphs: {{drive: {{use: graphs/drive.yaml, parameters: {{base: {urdf.root}, {values}}}}}}}"
+def _remarks(what: str, remarks: Sequence[Remark]) -> list[str]:
+    """Lines for the first remarks, each with its place."""
+    spans = [remark.span for remark in remarks]
+    places = [f" ({Path(span.source.path).name}:{span.line})" if span is not None else "" for span in spans]
+    return _some(what, [remark.text for remark in remarks], places)
 
 
-def _some(what: str, items: Sequence[str]) -> list[str]:
-    """Lines for the first items, each cut to a maximum length."""
-    shown = [f"{what}: {item if len(item) <= WIDEST else f'{item[: WIDEST - 1]}…'}" for item in items[:LONGEST]]
+def _some(what: str, items: Sequence[str], ends: Sequence[str] = ()) -> list[str]:
+    """Lines for the first items, each cut to a maximum length and followed by its end."""
+    cut = [item if len(item) <= WIDEST else f"{item[: WIDEST - 1]}…" for item in items[:LONGEST]]
+    shown = [f"{what}: {item}{end}" for item, end in zip_longest(cut, ends[: len(cut)], fillvalue="")]
     return [*shown, *([f"{what}: … ({len(items) - LONGEST} more)"] if len(items) > LONGEST else [])]

@@ -226,6 +226,13 @@ class PlaceSpec(FileSpec):
     orientation: Orientation = UPRIGHT
 
 
+class JointStartSpec(FileSpec):
+    """The start of a joint of one robot."""
+
+    start: Speed
+    """Position at the start, rad or m, instead of the robot file's."""
+
+
 class RobotUse(FileSpec):
     """The use of a robot file in a scene, once or as a fleet: `NAME_0000`, `NAME_0001` and so on."""
 
@@ -245,6 +252,8 @@ class RobotUse(FileSpec):
     """Pose of each robot relative to `position` and `orientation`, instead of `count`."""
     namespace: NamespacePattern | None = None
     """Namespace of the base link, instead of the robot file's; {name} is the robot's name, {index:04} its number."""
+    joints: dict[str, JointStartSpec] = {}
+    """Positions of joints at the start, as name: {start: …}."""
     robot_state: bool = False
     """Publish the topics of robot_state_publisher."""
 
@@ -289,6 +298,8 @@ class DriveSpec(FileSpec):
     """Limit of the drive's torque or force, N m or N; default: the description's effort."""
     max_acceleration: Positive | None = None
     """Maximum rate of change of the velocity set point, rad/s2 or m/s2."""
+    max_velocity: Positive | None = None
+    """Maximum of the velocity set point, and maximum rate of change of the position set point, rad/s or m/s."""
 
 
 class UsdDriveSpec(FileSpec):
@@ -304,6 +315,15 @@ class UsdDriveSpec(FileSpec):
     """Limit of the drive's torque or force, N m or N; default: the description's effort."""
 
 
+class SpringSpec(FileSpec):
+    """A spring at a joint, which nothing commands."""
+
+    stiffness: Gain
+    """Stiffness of the spring, N m/rad, or N/m."""
+    rest: Speed = 0.0
+    """Position of the joint at which the spring exerts no force, rad or m."""
+
+
 class JointSpec(FileSpec):
     """Changes to a joint of the robot description."""
 
@@ -316,11 +336,18 @@ class JointSpec(FileSpec):
     usd_drive: UsdDriveSpec | None = None
     armature: NotNegative = 0.0
     """Rotor inertia as it acts at the joint, kg m2, or kg."""
+    start: Speed | None = None
+    """Position at the start and after a reset, rad or m, and first target of a position drive."""
+    limits: Pair | None = None
+    """Lowest and highest position, rad or m, instead of the description's."""
+    spring: SpringSpec | None = None
 
     @model_validator(mode="after")
     def _one_drive(self) -> JointSpec:
         if self.drive and self.usd_drive:
             raise ValueError("a joint has a drive or a usd_drive, not both")
+        if self.limits and self.limits[0] >= self.limits[1]:
+            raise ValueError("limits are [lowest, highest]")
         return self
 
 
@@ -334,6 +361,19 @@ class LinkSpec(FileSpec):
     """Whether gravity acts on the link's mass."""
     colour: Annotated[tuple[Share, Share, Share], Field(strict=False)] | None = None
     """Red, green and blue, 0 to 1, of visuals whose colour neither the description nor their mesh gives."""
+
+
+class WheelColliderSpec(FileSpec):
+    """A collider about the axis of a wheel's joint, in place of all colliders of its link."""
+
+    shape: Literal["ellipsoid", "cylinder"] = "ellipsoid"
+    """An ellipsoid touches the floor at one point, a cylinder along its width."""
+    radius: Positive
+    """Radius of the wheel, m."""
+    width: Positive
+    """Width of the wheel, m."""
+    offset: float = 0.0
+    """Distance of the wheel's middle from the joint along the joint's axis, m."""
 
 
 class MaterialSpec(FileSpec):
@@ -423,8 +463,8 @@ class RobotSpec(FileSpec, defer_build=True):
     joints: dict[str, JointSpec] = {}
     keep_only_joints: tuple[str, ...] = Field(default=(), strict=False)
     """Joints to keep; every other joint of the description is disabled."""
-    wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"]] = {}
-    """Collider shape of wheels, by link name."""
+    wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"] | WheelColliderSpec] = {}
+    """Colliders of wheels, by link name: `ellipsoid` in place of a cylinder, or {radius: …, width: …} in place of any other."""
     materials: dict[Name, MaterialSpec] = {}
     frames: dict[Name, FrameSpec] = {}
     sensors: dict[Name, SensorSpec] = {}

@@ -1,13 +1,14 @@
 """The process of the page: `python -m graphengine.view.page_process FD HOST PORT`, started by `page_client.Page`.
 
-It reads what the run tells from a socket that it was given, draws the 3D part, and passes the rest on to the viewers. It ends
-when the socket does.
+It reads the run's data from a socket that it inherits, draws the 3D part, and sends everything else to the viewers. It ends
+when the socket closes.
 """
 
 from __future__ import annotations
 
 import contextlib
 import json
+import math
 import signal
 import sys
 import threading
@@ -33,12 +34,12 @@ OF_SCENE = -1
 
 
 class PageProcess:
-    """Passes on what a run tells and what viewers ask.
+    """Passes data of a run to viewers, and their requests to the run.
 
     Args:
-        run: the other end.
+        run: connection to the run.
         host: address of the page.
-        port: port of the page; 0 takes a free one.
+        port: port of the page; 0: a free port.
     """
 
     def __init__(self, run: Connection, host: str, port: int) -> None:
@@ -136,7 +137,21 @@ def _draw(graph: GraphDetails) -> str:
 
 
 def _text(told: Mapping[str, Any]) -> str:
-    return json.dumps(told, allow_nan=False, default=_plain)
+    try:
+        return json.dumps(told, allow_nan=False, default=_plain)
+    except ValueError:  # a command's result may hold numbers that JSON does not have
+        return json.dumps(_finite(told), allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    """Return a JSON value with texts such as `nan` in the place of numbers that are not finite."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if isinstance(value, Mapping):
+        return {str(key): _finite(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    return value if value is None or isinstance(value, bool | int | str) else _finite(_plain(value))
 
 
 def _plain(value: Any) -> Any:

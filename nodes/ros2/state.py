@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.compiler.lint_registry import lint
 from graphengine.devices.motion import Articulation
-from graphengine.format.errors import BadValueError
+from graphengine.format.errors import BadValueError, GraphError
 from graphengine.messages import messages
 from graphengine.node import Bound, Context, In
 from graphengine.node.types import Doubles, Float, Quaterniond, String, Target, Tokens, UChars, Vector3d, read_only
 from graphengine.nodes.checked import same_length
+from graphengine.nodes.core.articulation import NO_JOINTS
 from graphengine.nodes.ros2.publisher import PublisherNode, header, stamp
+
+if TYPE_CHECKING:
+    from graphengine.compiler.lint_registry import LintContext
 
 
 class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishClock"):
@@ -119,6 +124,21 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         parts = values[:joints], values[joints : 2 * joints], values[2 * joints :]
         port = "timeStamp" if time is self.time_stamp else "sensorTime"
         return messages.JointState(header(time, "", port), list(names), *parts)
+
+
+@lint("W211")
+def lint_empty_joint_states(context: LintContext) -> None:
+    """Warn of publishers of joint states of robots that have no joint which moves: each message is empty."""
+    for _, instance, node in context.nodes(ROS2PublishJointState):
+        if not node.target_prim or node.joint_names:
+            continue
+        try:
+            robot = context.stage.stands_for_robot(context.stage.find(node.target_prim[0]))
+        except GraphError:  # reported by the dry setup
+            continue
+        if robot is not None and not robot.facts.get("joints", True):
+            message = f"{instance.id} publishes empty messages: no joint of {robot.path} moves"
+            context.findings.add("W211", message, instance.span, NO_JOINTS, related=instance.entry.via)
 
 
 def _rounded(values: NDArray[np.float64], steps: float) -> NDArray[np.float64]:

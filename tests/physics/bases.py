@@ -41,6 +41,7 @@ class Base:
         radius: of the wheels, m.
         width: of the wheels, m.
         mass: of the chassis, kg.
+        driven: names of the wheels with a drive; empty: all.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Base:
     radius: float
     width: float
     mass: float
+    driven: tuple[str, ...] = ()
 
     def urdf(self) -> str:
         """The description; base_link is on the level of the axles."""
@@ -66,24 +68,27 @@ class Base:
             parts.append(_joint(f"{wheel.name}_steer", "base_link", above, place, f"0 0 {wheel.steering}"))
             place = 'xyz="0 0 0"'
         mass = 0.05 * self.mass
-        about, across = mass * self.radius**2 / 2, mass * self.radius**2 / 4
+        about, across = mass * self.radius**2 / 2, mass * (3 * self.radius**2 + self.width**2) / 12
         shape = f'<cylinder radius="{self.radius}" length="{self.width}"/>'
         collider = f'<collision><origin rpy="1.5707963267948966 0 0"/><geometry>{shape}</geometry></collision>'
         parts.append(f'<link name="{wheel.name}">{_inertial(mass, across, about, across)}{collider}</link>')
         return [*parts, _joint(f"{wheel.name}_joint", above, wheel.name, place, "0 1 0")]
 
-    def write(self, project: Project, keys: str = "", damping: float = 50.0, name: str = "bot") -> Project:
-        """Write the robot's two files; `keys` are more of the robot file."""
-        drives = "".join(f"  {wheel.name}_joint: {{drive: {{damping: {damping}}}}}\n" for wheel in self.wheels)
-        drives += "".join(
-            f"  {wheel.name}_steer: {{drive: {{stiffness: 2000, damping: 50}}}}\n"
-            for wheel in self.wheels
-            if wheel.steering
-        )
+    def files(self, keys: str = "", damping: float = 50.0, name: str = "bot") -> dict[str, str]:
+        """The robot file and the description by their names; `keys` are more of the robot file."""
+        driven = self.driven or [wheel.name for wheel in self.wheels]
+        steered = [wheel.name for wheel in self.wheels if wheel.steering]
+        drives = "".join(f"  {wheel}_joint: {{drive: {{damping: {damping}}}}}\n" for wheel in driven)
+        drives += "".join(f"  {wheel}_steer: {{drive: {{stiffness: 2000, damping: 50}}}}\n" for wheel in steered)
         colliders = ", ".join(f"{wheel.name}: ellipsoid" for wheel in self.wheels)
-        project.write(f"{name}.urdf", self.urdf())
         text = f"robot: {name}\nurdf: {name}.urdf\nwheel_colliders: {{{colliders}}}\njoints:\n{drives}{keys}\n"
-        return project.write(f"{name}.yaml", text)
+        return {f"{name}.urdf": self.urdf(), f"{name}.yaml": text}
+
+    def write(self, project: Project, keys: str = "", damping: float = 50.0, name: str = "bot") -> Project:
+        """Write the robot's two files."""
+        for file, text in self.files(keys, damping, name).items():
+            project.write(file, text)
+        return project
 
 
 def material(wheels: Sequence[str], direction: Sequence[float], across: float, more: str = "") -> str:
@@ -118,7 +123,7 @@ MECANUM = Base("mecanum", four_wheels(0.3, 0.4208), 0.05, 0.04, 13.0)
 
 
 def twist(simulation: Simulation, robot: str = "bot") -> Floats:
-    """Velocity ahead and to the left (m/s) and turn rate (rad/s) of base_link in its own frame."""
+    """Velocity ahead and to the left (m/s) and turn rate (rad/s) of base_link, in its own frame."""
     body = simulation.body(simulation.stage.find(f"/{robot}/base_link"))
     orientation, (linear, angular) = body.pose()[1], body.velocity()
     return np.array([*unrotate(orientation, linear)[:2], unrotate(orientation, angular)[2]])
@@ -142,3 +147,10 @@ def reached(
 def joints(simulation: Simulation, robot: str = "bot") -> Joints:
     """The joints of a robot."""
     return simulation.articulation(simulation.stage.find(f"/{robot}"))
+
+
+ROLLERS = dict(zip(FOUR, (-1, 1, 1, -1), strict=True))
+"""Of a mecanum base: the axis of the roller at the floor points along (1, s)."""
+MECANUM_WHEELS = "materials:\n" + "".join(material([name], (1, sign, 0), 0.0) for name, sign in ROLLERS.items())
+SKID_WHEELS = "materials:\n" + material(FOUR, (1, 0, 0), 0.05)
+ON_THE_FLOOR = "scene: test\nworld: world.xml\nrobots:\n  bot: {{use: bot.yaml, position: [0, 0, {height}]}}\n"

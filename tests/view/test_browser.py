@@ -135,6 +135,10 @@ def test_a_recording_is_seen_at_any_time(tmp_path: Path) -> None:
         page.keyboard.press("Space")
         until(page, "document.getElementById('place').textContent === '32.00 / 32.00 s'")
         until(page, "document.getElementById('playback').textContent === 'Play'")
+        row = 'tr[data-port="ComputeOdom.inputs:chassisPrim"] input'
+        found["reasons"] = [
+            (page.is_enabled(one), page.get_attribute(one, "title")) for one in ("#topics-tab", "#findings-tab", row)
+        ]
         found["buttons"] = [
             page.is_visible(f"#{name}") for name in ("play", "pause", "reset", "pace", "wheel", "playback")
         ]
@@ -145,3 +149,6 @@ def test_a_recording_is_seen_at_any_time(tmp_path: Path) -> None:
     assert len(found["marks"]) == 1
     assert found["marks"][0].startswith("30.02 s: push ")
     assert found["buttons"] == [False, False, False, False, False, True]
+    assert not any(enabled for enabled, _ in found["reasons"])
+    assert found["reasons"][2][1] == "a recording cannot be changed"
+    assert all(reason for _, reason in found["reasons"])

@@ -145,6 +145,16 @@ def test_of_what_a_viewer_does_not_read_only_the_newest_waits(served: Served) ->
     assert len(read) < 2000
 
 
+def test_a_viewer_that_does_not_read_its_answers_is_disconnected(served: Served) -> None:
+    with served.connect() as viewer:
+        viewer.recv(timeout=10)
+        (number,) = served.server.viewers
+        for _ in range(300):
+            served.server.answer(number, "x" * 100_000)
+        assert eventually(lambda: {"ask": "gone"} in served.asked)
+        assert not served.server.viewers
+
+
 def test_nobody_can_ask_for_a_public_tunnel(served: Served) -> None:
     handlers = served.server.viser._websock_server._incoming_handlers
     assert _messages.ShareUrlRequest not in handlers

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 
+import numpy as np
+
 from graphengine.api.calibration.drive_recorder import DriveRecorder
+from graphengine.api.calibration.figures import Twist
 from graphengine.api.calibration.robot_interface import COMMAND_TYPES
 from graphengine.api.calibration.wheel_geometry import WheelMeter
 from graphengine.api.session import Session
 from graphengine.scene.loaded_scene import LoadedScene
 
-import numpy as np
+SLOWEST = 1e-3
+"""Speed of a robot that moves, m/s or rad/s."""
 
 
 def no_command(scene: LoadedScene, alone: LoadedScene) -> str:
@@ -42,6 +47,14 @@ def floor_load(sim: Session, robot: str) -> dict[str, float]:
     return dict(loads)
 
 
+def rolls_away(velocity: Twist) -> list[str]:
+    """Report a robot that moves without a command."""
+    speed = math.hypot(velocity.x, velocity.y)
+    if speed < SLOWEST and abs(velocity.yaw) < SLOWEST:
+        return []
+    return [f"the robot moves without a command: {speed:.4f} m/s, {velocity.yaw:.4f} rad/s"]
+
+
 def stands_still(drives: DriveRecorder, wheels: WheelMeter, load: dict[str, float]) -> list[str]:
     """Explain why a robot does not move although it is commanded; the last drive of `drives` was such a command."""
     trace = drives.trace()
@@ -58,10 +71,8 @@ def stands_still(drives: DriveRecorder, wheels: WheelMeter, load: dict[str, floa
         return ["no joint of the robot has a drive: give the wheels one below `joints:` of the robot file"]
     targets = drives.set_points()
     if not np.any(np.abs(np.nan_to_num(targets)) > 0.0):
-        return [
-            "no joint gets a velocity command: check the wires from the subscriber of the command topic to the node that "
-            "commands the joints, and its jointNames"
-        ]
+        remedy = "check the wires from the subscriber of the command topic to the node that commands joints, and its jointNames"
+        return [f"no joint gets a velocity command: {remedy}"]
     return ["joints are commanded but do not turn: check damping and max_force of their drives"]
 
 

@@ -82,7 +82,7 @@ class DriveRecorder:
         return len(self._rows)
 
     def begin(self) -> None:
-        """Let the robot stand for a moment, so that odometry is published, and start a new trace with the present as first row."""
+        """Let the robot stand until odometry is published, and start a new trace with the present as its first row."""
         self._poses.clear()
         self.drive(STILL, REST)
         del self._rows[:-1]
@@ -119,7 +119,9 @@ class DriveRecorder:
         """Return the motion since `begin`, or the last rows of it."""
         bases, joints, odometry, frames = zip(*self._rows[-last:], strict=True)
         paths = {topic: _path([row.get(topic, _NONE) for row in odometry]) for topic in self._odometry}
-        truths = {topic: _path([row.get(topic, base) for row, base in zip(frames, bases, strict=True)]) for topic in paths}
+        truths = {
+            topic: _path([row.get(topic, base) for row, base in zip(frames, bases, strict=True)]) for topic in paths
+        }
         return Trace(self.dt, _path(bases), np.array(joints).reshape(len(bases), -1), paths, truths)
 
     def set_points(self) -> Floats:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Kind = Literal["straight", "turn", "sideways"]
+Kinematics = Literal["differential", "mecanum", "ackermann", ""]
 TURN_MARGIN = 1.5
 """Bound of turns and of sideways motions, as a multiple of the bound of straight motions."""
 
@@ -57,7 +58,7 @@ class Motion:
 
 
 @dataclass(frozen=True, slots=True)
-class Wheel:
+class DrivenWheel:
     """A driven wheel: joint, rolling radius (distance per angle, m), and the side of the base it is on, if known."""
 
     joint: str
@@ -154,7 +155,7 @@ class Odometry:
 
 
 @dataclass(frozen=True, slots=True)
-class Imu:
+class ImuNoise:
     """What an IMU measures while the robot stands.
 
     Attributes:
@@ -206,16 +207,16 @@ class Calibration:
     speed: float
     turn_speed: float
     moves: bool
-    kinematics: Literal["differential", "mecanum", "ackermann", ""] = ""
+    kinematics: Kinematics = ""
     motions: tuple[Motion, ...] = ()
-    wheels: tuple[Wheel, ...] = ()
+    wheels: tuple[DrivenWheel, ...] = ()
     wheel_radius: float | None = None
     track: float | None = None
     wheel_base: float | None = None
     turning_centre: tuple[float, float] | None = None
     squares: tuple[Square, ...] = ()
     odometry: tuple[Odometry, ...] = ()
-    imus: tuple[Imu, ...] = ()
+    imus: tuple[ImuNoise, ...] = ()
     notes: tuple[str, ...] = ()
 
     def outside(self, bound: float) -> tuple[Motion, ...]:

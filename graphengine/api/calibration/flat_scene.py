@@ -47,7 +47,9 @@ def on_flat_floor(scene: LoadedScene, robot: RobotInstance) -> Iterator[LoadedSc
         "robots": {robot.name: kept},
     }
     allowed = [*scene.options.allowed, document.path.absolute().parent]
-    options = replace(scene.options, allowed=allowed, scene=None, rays="mujoco")  # no ray is cast unless a graph needs it
+    options = replace(
+        scene.options, allowed=allowed, scene=None, rays="mujoco"
+    )  # no ray is cast unless a graph needs it
     with tempfile.TemporaryDirectory(prefix="graphengine-") as folder:
         path = Path(folder, f"{scene.path.stem}.yaml")
         path.write_text("".join(f"{key}: {flow(value)}\n" for key, value in data.items()), encoding="utf-8")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from graphengine.api.calibration.drive_recorder import STILL, DriveRecorder
-from graphengine.api.calibration.figures import Floats, Imu
+from graphengine.api.calibration.figures import Floats, ImuNoise
 from graphengine.api.session import Session
 from graphengine.api.topics import Subscription
 
@@ -15,7 +15,7 @@ LARGEST_RATE = 10_000
 """Messages per second that are kept."""
 
 
-def measure(sim: Session, topics: Sequence[str], drives: DriveRecorder, seconds: float) -> tuple[Imu, ...]:
+def measure(sim: Session, topics: Sequence[str], drives: DriveRecorder, seconds: float) -> tuple[ImuNoise, ...]:
     """Let the robot stand for a time, s, and return the noise of its IMUs; one without two messages is left out."""
     subscriptions = [sim.subscribe(topic, keep=round(seconds * LARGEST_RATE)) for topic in topics]
     drives.begin()
@@ -26,7 +26,7 @@ def measure(sim: Session, topics: Sequence[str], drives: DriveRecorder, seconds:
     return tuple(imu for imu in found if imu is not None)
 
 
-def _noise(subscription: Subscription[object], seconds: float) -> Imu | None:
+def _noise(subscription: Subscription[object], seconds: float) -> ImuNoise | None:
     messages = subscription.messages
     if len(messages) < 2:
         return None
@@ -34,7 +34,7 @@ def _noise(subscription: Subscription[object], seconds: float) -> Imu | None:
         np.array([_components(getattr(message, name)) for message in messages])
         for name in ("angular_velocity", "linear_acceleration")
     )
-    return Imu(
+    return ImuNoise(
         subscription.topic,
         len(messages) / seconds,
         _largest_deviation(gyro),

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from graphengine.api.calibration.figures import Floats, Twist
 from graphengine.api.calibration.drive_recorder import Trace
+from graphengine.api.calibration.figures import Floats, Twist
 
 SETTLED = 0.05
 """Relative deviation of a velocity that has settled."""

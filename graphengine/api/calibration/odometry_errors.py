@@ -22,7 +22,8 @@ class OdometryMeter:
         self.topic = topic
         self.notes: list[str] = []
         self._errors: dict[str, list[float]] = {
-            name: [] for name in ("distance", "lateral", "heading", "turn", "turn_position", "sideways", "square", "end")
+            name: []
+            for name in ("distance", "lateral", "heading", "turn", "turn_position", "sideways", "square", "end")
         }
         self._straight: list[tuple[float, float, float, float]] = []
         self._sideways: list[tuple[float, float, float, float]] = []
@@ -38,7 +39,9 @@ class OdometryMeter:
         error = displacement(odometry) - true
         if motion.kind == "turn":
             self._take_turn(motion, true, error)
-            self._turns += [(abs(t[2]), e[2], math.hypot(e[0], e[1])) for t, e in pieces(truth, odometry, FARTHEST, ANGLE)]
+            self._turns += [
+                (abs(t[2]), e[2], math.hypot(e[0], e[1])) for t, e in pieces(truth, odometry, FARTHEST, ANGLE)
+            ]
             return
         along, across = (0, 1) if motion.kind == "straight" else (1, 0)
         distance = abs(true[along])
@@ -95,7 +98,9 @@ class OdometryMeter:
             mean_square([turn / angle for angle, turn, _ in self._turns]),
             mean_square([turn / distance for distance, _, _, turn in moved]),
             mean_square([along / distance for distance, along, _, _ in moved]),
-            mean_square([position / angle for angle, _, position in self._turns]) if self._errors["turn_position"] else None,
+            mean_square([position / angle for angle, _, position in self._turns])
+            if self._errors["turn_position"]
+            else None,
             mean_square([across / distance for distance, _, across, _ in moved]) if omni else None,
         )
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from graphengine.api.calibration.drive_recorder import Trace
-from graphengine.api.calibration.figures import Floats, Motion, Wheel
+from graphengine.api.calibration.figures import DrivenWheel, Floats, Motion
 from graphengine.api.calibration.measuring import increments, mean
 from graphengine.physics.description.urdf import track
 from graphengine.physics.model.robot import RobotInstance
@@ -37,6 +37,8 @@ class WheelMeter:
         self._radii: dict[int, list[float]] = {}
         self._offsets: dict[int, list[float]] = {}
         self._bases: list[float] = []
+        self._moved: dict[str, tuple[float, Floats]] = {}
+        """Of each motion the distance (m) or turn (rad) of the base, and the angles by which joints turned."""
         self._straight_angles: Floats = np.zeros(len(self._names))
 
     @staticmethod
@@ -66,6 +68,7 @@ class WheelMeter:
         """Add a steady motion."""
         forward, _, turn = increments(window.base).sum(axis=0).tolist()
         moved = window.joints[-1] - window.joints[0]
+        self._moved[motion.name] = (turn if motion.kind == "turn" else forward, moved)
         if motion.kind == "straight":
             self._take_straight(window, forward, moved)
         elif motion.kind == "turn" and abs(turn) > 0.1 and self._wheels:
@@ -90,8 +93,10 @@ class WheelMeter:
     def _take_arc(self, window: Trace, forward: float, turn: float) -> None:
         """Add the wheel base that follows from the steering angles: with the angle s of a bicycle, tan(s) d / w."""
         angles = window.joints.mean(axis=0) - self._straight_angles
-        steering = [i for i in self._driven if i not in self._wheels and abs(angles[i]) > STEERED and not self._wheel_on(i)]
-        steering = [i for i in steering if not self._robot.urdf.joints[self._names[i]].type == "prismatic"]
+        steering = [
+            i for i in self._driven if i not in self._wheels and abs(angles[i]) > STEERED and not self._wheel_on(i)
+        ]
+        steering = [i for i in steering if self._robot.urdf.joints[self._names[i]].type != "prismatic"]
         if steering:
             cotangent = float(np.mean([1.0 / math.tan(abs(angles[i])) for i in steering]))
             self._bases.append(abs(forward / turn) / cotangent)
@@ -114,18 +119,25 @@ class WheelMeter:
         """Signed rolling radius: negative for a wheel whose axis points to the right."""
         return float(np.mean(self._radii[index]))
 
+    def _offset(self, index: int) -> float:
+        """Distance from the turning centre to the left, m."""
+        return float(np.mean(self._offsets[index]))
+
     # Figures
 
     @property
-    def wheels(self) -> tuple[Wheel, ...]:
+    def wheels(self) -> tuple[DrivenWheel, ...]:
         """The wheels in the order of the articulation."""
         return tuple(self._figures())
 
-    def _figures(self) -> Iterator[Wheel]:
+    def _figures(self) -> Iterator[DrivenWheel]:
         for index in sorted(self._radii):
-            offset = mean(self._offsets.get(index, []))
-            wheel = Wheel(self._names[index], abs(self._radius(index)))
-            yield wheel if offset is None else replace(wheel, side="left" if offset > 0.0 else "right")
+            wheel = DrivenWheel(self._names[index], abs(self._radius(index)))
+            yield (
+                replace(wheel, side="left" if self._offset(index) > 0.0 else "right")
+                if index in self._offsets
+                else wheel
+            )
 
     @property
     def radius(self) -> float | None:
@@ -135,7 +147,7 @@ class WheelMeter:
     @property
     def track(self) -> float | None:
         """Distance of left and right wheels by which they turn the base, m; None without wheels on both sides."""
-        offsets = [float(np.mean(values)) for values in self._offsets.values()]
+        offsets = [self._offset(index) for index in self._offsets]
         left, right = [y for y in offsets if y > 0.0], [y for y in offsets if y <= 0.0]
         return float(np.mean(left) - np.mean(right)) if left and right else None
 
@@ -144,31 +156,47 @@ class WheelMeter:
         """Distance of the axles that explains the turns in arcs, m."""
         return mean(self._bases)
 
-    @property
-    def straight_slip(self) -> float | None:
-        """Share of the wheels' motion that is lost when driving straight; None if a radius is not described."""
-        described = [self._robot.wheel_radii.get(wheel.joint) for wheel in self.wheels]
-        known = [radius for radius in described if radius]
-        radius = self.radius
-        return 1.0 - radius / float(np.mean(known)) if radius and len(known) == len(described) else None
+    def slip(self, motion: Motion, *, omni: bool) -> float | None:
+        """Return the share of the wheels' motion in a motion that the base does not follow; None if it is not known.
 
-    def turn_slip(self, *, omni: bool) -> float | None:
-        """Share of the wheels' motion that is lost when turning; None if the wheels' places are not described."""
-        joints = [self._robot.urdf.joints[wheel.joint] for wheel in self.wheels if wheel.side]
-        distance = track(self._robot.urdf.wheels(joints))
-        if distance is None or not self.track:
+        The wheels' motion follows from the radii and places in the description; `omni` is for a base that goes sideways.
+        """
+        if motion.name not in self._moved or motion.kind == "sideways":
             return None
-        places = [_place(self._robot, joint.name)[0] for joint in joints]
-        return 1.0 - (distance + (max(places) - min(places) if omni else 0.0)) / self.track
+        actual, angles = self._moved[motion.name]
+        paths = {
+            wheel: math.copysign(self._described_radius(wheel), self._radius(wheel)) * float(angles[wheel])
+            for wheel in self._radii
+        }
+        if not paths or any(map(math.isnan, paths.values())):
+            return None
+        if motion.kind == "straight":
+            return 1.0 - actual / rolled if (rolled := float(np.mean(list(paths.values())))) else None
+        left, right = ([paths[i] for i in self._offsets if (self._offset(i) > 0.0) is side] for side in (True, False))
+        distance = self._described_track(omni=omni)
+        if not (left and right and distance):
+            return None
+        rolled = float(np.mean(right) - np.mean(left)) / distance
+        return 1.0 - actual / rolled if rolled else None
 
-    def notes(self, *, moves: bool) -> list[str]:
+    def _described_radius(self, index: int) -> float:
+        """Radius by the description, m; not a number if it does not say it."""
+        return self._robot.wheel_radii.get(self._names[index], math.nan)
+
+    def _described_track(self, *, omni: bool) -> float | None:
+        joints = [self._robot.urdf.joints[self._names[index]] for index in self._offsets]
+        distance = track(self._robot.urdf.wheels(joints))
+        if distance is None or not omni:
+            return distance
+        places = [_place(self._robot, joint.name)[0] for joint in joints]
+        return distance + max(places) - min(places)
+
+    def notes(self) -> list[str]:
         """Return why figures are missing."""
-        if not moves:
-            return []
         if not self._radii:
             return ["wheel radius: no driven joint turns while the robot drives straight"]
         missing = []
-        if self.straight_slip is None:
+        if any(math.isnan(self._described_radius(index)) for index in self._radii):
             missing.append("slip: the description does not say the radius of every driven wheel")
         if self.track is None:
             missing.append("track: no unsteered driven wheels on both sides of the turning centre")

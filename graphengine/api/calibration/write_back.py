@@ -23,6 +23,8 @@ from graphengine.scene.loaded_scene import LoadedScene
 
 SAME = 5e-4
 """Relative difference up to which a value in a file is left as it is."""
+LEAST = 1e-12
+"""A smaller figure is noise of the arithmetic, and is not written."""
 _PARAMETER = re.compile(r"\$\(([^$()]*)\)")
 _COVARIANCES = {
     "distanceVariance": "distance_variance",
@@ -92,13 +94,15 @@ def find_changes(scene: LoadedScene, calibration: Calibration) -> tuple[list[Cha
     notes = []
     for graph, instance, name, index, old, new in _wanted(scene, calibration):
         label = f"{graph.name.partition('/')[2]}/{instance.id}.{name}"
-        if new <= 0.0:
+        if new < LEAST:
             continue
         place = _find_place(graph, instance, name, index, file)
         if place is not None and (value := place.document.find(*place.location)) is not None:
             old = float(value.data)  # an override of `--set` is not in the file
         if abs(new - abs(old)) <= SAME * new:
             continue
+        if place is None and old == 0.0 and name not in _COVARIANCES:
+            continue  # not set; another input of the node replaces it
         if place is None:
             notes.append(f"{label}: not written, as the file does not set it to one number; measured {new:.5g}")
             continue
@@ -157,9 +161,11 @@ def _find_place(graph: Graph, instance: Instance, name: str, index: int | None, 
     if name in entry.given or f"inputs:{name}" in entry.given:
         return None
     key = next((key for key in (name, f"inputs:{name}") if key in entry.spec.inputs), None)
-    if key is None:
+    if key is None and (name not in _COVARIANCES or entry.via):
         return None
-    location: Location = (*entry.location, "inputs", key)
+    location: Location = (*entry.location, "inputs", key or name)
+    if key is None:
+        return _Place(entry.document, location)
     levels = instance.id.split("/")
     return _lead_out(entry.document, location, index, graph, levels[:-1], file)
 

@@ -1,4 +1,4 @@
-"""Rewrites a description for MuJoCo: meshes it can decode, valid colours, inertias it accepts, nothing else."""
+"""Converts a description for MuJoCo: meshes that it can decode, valid colours, and inertias that it accepts."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def for_mujoco(
     """The description in MuJoCo's dialect of URDF.
 
     Args:
-        urdf: which stays as it is.
-        name: of the robot.
+        urdf: robot description, which is not changed.
+        name: name of the robot.
         free: whether its root link moves.
         colours: of visuals that have none, by link.
         library: reads the meshes and keeps them.

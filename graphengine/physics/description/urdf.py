@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, from_rpy, rotate
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element, numbers
 
-MOVING = ("revolute", "continuous", "prismatic")
+TURNING = ("revolute", "continuous")
+MOVING = (*TURNING, "prismatic")
 WORLD = "world"
 """Name of a root link that stands for the world: what hangs on it is bolted down."""
 
 
 @dataclass(slots=True, eq=False)
 class UrdfLink:
-    """A link; mass in kg."""
+    """A link of a robot description; mass in kg."""
 
     name: str
     element: Element
@@ -39,7 +41,7 @@ class UrdfLink:
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """A mimic joint's law: its position is `multiplier * leader + offset`, in rad or m."""
+    """The law of a mimic joint: its position is `multiplier * leader + offset`, rad or m."""
 
     leader: str
     multiplier: float
@@ -49,7 +51,7 @@ class Mimic:
 
 @dataclass(slots=True, eq=False)
 class UrdfJoint:
-    """A joint. Its pose is that of the child link in the parent link at joint position zero."""
+    """A joint. Its pose is that of the child link in the parent link's frame at joint position zero."""
 
     name: str
     type: str
@@ -62,12 +64,12 @@ class UrdfJoint:
 
     @property
     def moves(self) -> bool:
-        """Whether it has a degree of freedom."""
+        """Whether the joint has a degree of freedom."""
         return self.type in MOVING
 
     @property
     def limits(self) -> tuple[float, float] | None:
-        """Lowest and highest position, rad or m; None without limits, or if they are no range, as in MuJoCo."""
+        """Lowest and highest position, rad or m; None without limits, or if they are not a range, as in MuJoCo."""
         limit = self.element.first("limit")
         if limit is None or self.type == "continuous":
             return None
@@ -76,10 +78,18 @@ class UrdfJoint:
 
     @property
     def effort(self) -> float | None:
-        """Limit of the effort, N m or N; a limit of zero or less is ignored, as in MuJoCo."""
+        """Effort limit, N m or N; a limit of zero or less is ignored, as in MuJoCo."""
         limit = self.element.first("limit")
         effort = numbers(limit.get("effort"), 1) if limit is not None else None
         return effort[0] if effort and effort[0] > 0 else None
+
+    def limit(self, lowest: float, highest: float) -> None:
+        """Give the joint other limits, rad or m, in the XML element too."""
+        limit = self.element.first("limit")
+        if limit is None:
+            limit = Element("limit", {}, self.element.span)
+            self.element.children.append(limit)
+        limit.attributes |= {"lower": repr(lowest), "upper": repr(highest)}
 
     def put(self, position: Vector3) -> None:
         """Move the joint's origin, m, in the XML element too."""
@@ -93,7 +103,7 @@ class UrdfJoint:
 
 @dataclass(frozen=True, slots=True)
 class Wheel:
-    """A wheel: its radius, m, and its centre along the axle, m."""
+    """Radius of a wheel, m, and position of its centre along the axle, m."""
 
     joint: str
     radius: float
@@ -105,11 +115,11 @@ class Urdf:
     """A robot description whose links form one tree.
 
     Attributes:
-        element: the whole of it, xacro expanded.
-        packages: where its meshes lie.
-        links: by name, in order of the file.
-        joints: by name, in order of the file.
-        root: the link that no joint carries.
+        element: root element, with xacro expanded.
+        packages: packages of its meshes.
+        links: links by name, in order of the file.
+        joints: joints by name, in order of the file.
+        root: link without a parent joint.
     """
 
     element: Element
@@ -124,7 +134,7 @@ class Urdf:
         return sum(link.mass for link in self.links.values())
 
     def depth_first(self, start: str = "") -> Iterator[UrdfLink]:
-        """A link, by default the root, and all links below it, parents first."""
+        """Yield a link, by default the root, and all links below it, parents first."""
         pending = [self.links[start or self.root]]
         while pending:
             link = pending.pop()
@@ -132,7 +142,7 @@ class Urdf:
             pending.extend(self.links[joint.child] for joint in reversed(link.below))
 
     def moving(self) -> list[UrdfJoint]:
-        """The joints with a degree of freedom, breadth first from the root: PhysX's order of an articulation."""
+        """Return the joints with a degree of freedom, breadth first from the root: PhysX's order of an articulation."""
         links = [self.links[self.root]]
         for link in links:
             links.extend(self.links[joint.child] for joint in link.below)
@@ -147,24 +157,37 @@ class Urdf:
         return link
 
     def pose_in_root(self, link: str) -> Pose:
-        """Pose of a link in the root link, all joints at zero."""
+        """Return the pose of a link in the root link's frame, with all joints at zero."""
         pose, carrier = NOWHERE, self.links[link].carrier
         while carrier is not None:
             pose = compose(carrier.pose, pose)
             carrier = self.links[carrier.parent].carrier
         return pose
 
-    def wheels(self, joints: Iterable[UrdfJoint]) -> list[Wheel]:
-        """The wheels on some joints, in the same order; `along` is measured along the axle of the first."""
+    def wheels(
+        self, joints: Iterable[UrdfJoint], shapes: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    ) -> list[Wheel]:
+        """The wheels on some joints, in the same order; `along` is measured along the axle of the first.
+
+        Args:
+            joints: that may carry wheels.
+            shapes: radius of a wheel, and distance of its middle from the joint along the axis (both m), by link; other wheels
+                are told by the description's colliders.
+        """
         found: list[Wheel] = []
         axle = None
         for joint in joints:
-            wheel = self._wheel(joint)
+            wheel = self._wheel(joint) if joint.child not in shapes else self._given_wheel(joint, *shapes[joint.child])
             if wheel is None:
                 continue
             axle = axle or rotate(self.pose_in_root(joint.child)[1], joint.axis)
             found.append(Wheel(joint.name, wheel[0], sum(a * b for a, b in zip(wheel[1], axle, strict=True))))
         return found
+
+    def _given_wheel(self, joint: UrdfJoint, radius: float, offset: float) -> tuple[float, Vector3]:
+        x, y, z = joint.axis
+        centre = compose(self.pose_in_root(joint.child), ((x * offset, y * offset, z * offset), NOWHERE[1]))
+        return radius, centre[0]
 
     def _wheel(self, joint: UrdfJoint) -> tuple[float, Vector3] | None:
         """Radius (m) and centre in the root link of a wheel: a sphere, or a cylinder about the joint's axis."""
@@ -182,19 +205,19 @@ class Urdf:
 
 
 def track(wheels: Sequence[Wheel]) -> float | None:
-    """Distance (m) of the outermost wheels along the axle; None if all stand behind each other."""
+    """Return the distance (m) between the outermost wheels along the axle; None if all are at the same position."""
     distance = max(w.along for w in wheels) - min(w.along for w in wheels) if wheels else 0.0
     return distance if distance > 1e-6 else None
 
 
 def shape_of(element: Element) -> Element | None:
-    """The `box`, `cylinder`, `sphere` or `mesh` of a collision or visual."""
+    """Return the `box`, `cylinder`, `sphere` or `mesh` element of a collision or visual."""
     geometry = element.first("geometry")
     return geometry.children[0] if geometry is not None and geometry.children else None
 
 
 def origin_of(element: Element) -> Pose | None:
-    """The pose in an element's `origin`; None if it is not made of numbers."""
+    """Return the pose in an element's `origin`; None if it does not consist of numbers."""
     origin = element.first("origin")
     if origin is None:
         return NOWHERE

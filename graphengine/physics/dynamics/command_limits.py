@@ -1,8 +1,9 @@
-"""The most that a command may ask of a joint, so that a message from the network does not make a simulation diverge.
+"""Limits for joint commands, so that a message from the network cannot make a simulation diverge.
 
 An effort is limited as in the robot's description. Where that has no limit, it is what lifts the robot at an arm of 1 m, and no
 more than accelerates the joint's own inertia by 1e5 rad/s2 (or m/s2). A velocity is limited to 1e6 deg/s, as in Isaac Sim (or to
-the same number of m/s), and that of a wheel to 100 rad/s, PhysX's own default: faster wheels make a robot diverge.
+the same number of m/s), and that of a wheel to 100 rad/s, PhysX's own default: faster wheels make a robot diverge. A drive with
+a maximum velocity has that limit besides.
 A position lies within the joint's range, widened on both sides by the range, because grippers push with targets beyond it.
 """
 
@@ -24,21 +25,24 @@ FASTEST_WHEEL = 100.0
 
 
 def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) -> dict[Kind, list[tuple[float, float]]]:
-    """The lowest and the highest legal command of each kind for each joint of a robot.
+    """Return the lowest and highest legal command of each kind for each joint of a robot.
 
     Args:
-        model: compiled.
+        model: compiled model.
         robot: prim of the robot.
-        joints: ids in the model of the robot's moving joints, in the articulation's order.
+        joints: ids of the robot's moving joints in the model, in the articulation's order.
     """
-    efforts = {prim.facts["joint"]: prim.facts.get("effort") for prim in robot.descendants() if prim.kind == "joint"}
+    joints_by_name = {prim.facts["joint"]: prim.facts for prim in robot.descendants() if prim.kind == "joint"}
     wheels = robot.facts.get("wheel_radii", {})
     found: dict[Kind, list[tuple[float, float]]] = {"position": [], "velocity": [], "effort": []}
     for name, joint in zip(robot.facts["joints"], joints, strict=True):
+        effort, drive = joints_by_name[name].get("effort"), joints_by_name[name].get("drive")
         fastest = FASTEST_WHEEL if name in wheels else FASTEST
+        if drive is not None:
+            fastest = min(fastest, drive.max_velocity)
         mass = float(model.body_subtreemass[model.body_rootid[model.jnt_bodyid[joint]]])
         inertia = float(model.dof_M0[model.jnt_dofadr[joint]])
-        strongest = efforts[name] or min(mass * GRAVITY * ARM, ACCELERATION * inertia)
+        strongest = effort or min(mass * GRAVITY * ARM, ACCELERATION * inertia)
         lowest, highest = model.jnt_range[joint].tolist() if model.jnt_limited[joint] else (-math.inf, math.inf)
         width = highest - lowest
         found["position"].append((lowest - width, highest + width))

@@ -15,6 +15,16 @@ _DEFAULTS = {
     "odom_frame": "odom",
     "joint_states": "joint_states",
     "rear_steering": False,
+    "center": [0.0, 0.0],
+    "left_multiplier": 1.0,
+    "right_multiplier": 1.0,
+    "steering_multiplier": 1.0,
+    "wheels_per_side": 1,
+    "steered_wheels": 2,
+    "first_wheel": 2,
+    "end_wheel": 4,
+    "axles": [[1.0, 0, 0, 0.0]] * 4,
+    "rollers": [45.0, -45.0, -45.0, 45.0],
 }
 """Parameters of the graphs that a robot file leaves out."""
 _SKID_ALONG = 0.8
@@ -32,9 +42,8 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
     parameters = {name: value for name, value in parameters.items() if _DEFAULTS.get(name) != value}
     comment = f"{base.kinematics}, from {base.source}"
     draft.sections["graphs"][GRAPH] = Entry({"use": use, "parameters": parameters}, [comment])
-    draft.carried.append(Remark(f"base: {_summary(drivetrain)}; {base.source}", base.span)) if not base.guessed else (
-        draft.guessed.append(Remark(f"base: {_summary(drivetrain)}, from {base.source}", base.span))
-    )
+    remark = Remark(f"base: {_summary(drivetrain)}, from {base.source}", base.span)
+    (draft.guessed if base.guessed else draft.carried).append(remark)
     _grip(draft, drivetrain)
 
 
@@ -44,11 +53,8 @@ def _summary(drivetrain: Drivetrain) -> str:
     names = ("radius", "track", "wheelbase")
     measures = [f"{name} {known[name]:g} m" for name in names if isinstance(known.get(name), float)]
     kind = drivetrain.base.kinematics
-    if kind == "differential" and drivetrain.grip:
-        kind_told = "skid-steered"
-    else:
-        kind_told = kind
-    return ", ".join([f"{kind_told} with {len(drivetrain.wheels)} driven wheels", *measures])
+    told = "skid-steered" if kind == "differential" and drivetrain.grip else kind
+    return ", ".join([f"{told} with {len(drivetrain.wheels)} driven wheels", *measures])
 
 
 def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
@@ -69,7 +75,9 @@ def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
         if not bound.isdisjoint(group):
             continue
         name = "wheels" if skids else f"rollers_{number + 1}"
-        about = "slide sideways in a turn, as skid-steered wheels do" if skids else "grip along the axes of their rollers"
+        about = (
+            "slide sideways in a turn, as skid-steered wheels do" if skids else "grip along the axes of their rollers"
+        )
         value = {
             "dynamic_friction": _SKID_ALONG if skids else _ROLLER_ALONG,
             "across": drivetrain.across,

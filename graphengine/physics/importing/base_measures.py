@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import Any
 
 from graphengine.devices.rotation import Vector3
 from graphengine.physics.description.urdf import UrdfJoint
@@ -61,36 +62,45 @@ def _compare(draft: Draft, base: Base, what: str, said: float | None, true: floa
 
 
 def _differential(draft: Draft, base: Base, driven: Sequence[BaseWheel], radius: float) -> Drivetrain | None:
-    left = [wheel for wheel in driven if wheel.centre[1] > 0]
-    right = [wheel for wheel in driven if wheel.centre[1] < 0]
+    left, right = _by_side(driven)
     if not (left and right) or not all(wheel.sideways for wheel in driven):
         text = f"{base.source}: its wheels do not stand left and right of the root link's x axis: no graph drives them"
         draft.lost.append(Remark(text, base.span))
         return None
+    if len(left) != len(right) or not _alike(left) or not _alike(right):
+        text = (
+            f"{base.source}: its wheels on one side differ in number or direction from each other: no graph drives them"
+        )
+        draft.lost.append(Remark(text, base.span))
+        return None
     track = _mean(wheel.centre[1] for wheel in left) - _mean(wheel.centre[1] for wheel in right)
     _compare(draft, base, "track", base.track, track)
-    skids = len(left) > 1 and len(right) > 1
+    skids = len(driven) > 2
     if base.multiplier != 1.0:
-        text = f"the multiplier {base.multiplier:g} of the track, from {base.source}, is not used: "
-        text += "skidding wheels slide sideways here, so that the plain track makes turns come out as told"
-        text = text if skids else text.partition("not used")[0] + "not used: turns come out as told without it"
+        why = "wheels slide sideways here, and the plain track" if skids else "the plain track"
+        text = f"{base.source}: the multiplier {base.multiplier:g} of the track is not used: {why} makes turns come out as told"
         draft.guessed.append(Remark(text, base.span))
-    parameters = {
-        "left": [wheel.joint for wheel in left],
-        "right": [wheel.joint for wheel in right],
-        **_signs("left_signs", left),
-        **_signs("right_signs", right),
+    parameters = _sides(left, right) | {
+        "wheels_per_side": len(left),
         "radius": _rounded(radius),
         "track": _rounded(track),
+        "center": _centre(driven),
     }
     grip = tuple((1.0, 0.0, 0.0) for _ in driven) if skids else ()
     return Drivetrain(base, (*left, *right), (), parameters | base.parameters, grip, _SKID_ACROSS)
 
 
+def _by_side(wheels: Sequence[BaseWheel]) -> tuple[list[BaseWheel], list[BaseWheel]]:
+    """The wheels on the left and on the right, those in front first."""
+    return [wheel for wheel in wheels if wheel.centre[1] > 0], [wheel for wheel in wheels if wheel.centre[1] < 0]
+
+
 def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain | None:
     """Also omnidirectional wheels, whose rollers lie along the direction in which the wheel rolls."""
-    if len(driven) < 3:
-        draft.lost.append(Remark(f"{base.source}: it names fewer than three wheels", base.span))
+    left, right = _by_side(driven)
+    if (len(left), len(right)) != (2, 2) or not (_alike(left) and _alike(right)):
+        text = f"{base.source}: it has not two wheels of one direction on each side: no graph drives them"
+        draft.lost.append(Remark(text, base.span))
         return None
     grips = [_grip(draft, wheel) for wheel in driven]
     axles = [math.atan2(-wheel.axle[0], wheel.axle[1]) for wheel in driven]  # from the y axis, about z
@@ -100,9 +110,15 @@ def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrai
         "positions": [[_rounded(value) for value in (*wheel.centre[:2], 0.0)] for wheel in driven],
         "axles": [[_rounded(math.cos(axle / 2)), 0, 0, _rounded(math.sin(axle / 2))] for axle in axles],
         "rollers": [_rounded((angle + 90.0) % 180.0 - 90.0, 6) for angle in rollers],  # a line has no sign
-        "radius": [_rounded(wheel.radius) for wheel in driven],
+        "radius": _rounded(_mean(wheel.radius for wheel in driven)),
+        "center": _centre(driven),
+        "track": _rounded(_spread(driven)),
+        "wheelbase": _rounded(max(w.centre[0] for w in driven) - min(w.centre[0] for w in driven)),
+        **_sides(left, right),
     }
-    known = {key: value for key, value in base.parameters.items() if "acceleration" not in key and key != "deceleration"}
+    known = {
+        key: value for key, value in base.parameters.items() if "acceleration" not in key and key != "deceleration"
+    }
     return Drivetrain(base, tuple(driven), (), parameters | known, tuple(grips), 0.0)
 
 
@@ -127,13 +143,13 @@ def _without_virtual_wheels(draft: Draft, base: Base, wheels: Sequence[BaseWheel
     driven = [joint for joint in base.driven if joint in joints] or fixed
     steering = [joint for joint in base.steering if joint in swivels] or [*swivels]
     names = ", ".join((*driven, *steering))
-    draft.guessed.append(Remark(f"{base.source} commands joints without wheels: {names} are commanded instead", base.span))
+    draft.guessed.append(
+        Remark(f"{base.source} commands joints without wheels: {names} are commanded instead", base.span)
+    )
     return replace(base, driven=tuple(driven), steering=tuple(steering))
 
 
-def _ackermann(
-    draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Sequence[BaseWheel]
-) -> Drivetrain | None:
+def _ackermann(draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Sequence[BaseWheel]) -> Drivetrain | None:
     urdf = draft.urdf
     rolling = {wheel.joint: wheel for wheel in (*wheels, *driven) if not wheel.caster}.values()
     steered = [wheel for wheel in rolling if wheel.swivel and wheel.swivel in base.steering]
@@ -151,15 +167,16 @@ def _ackermann(
         _compare(draft, base, "track", base.track, track)
     front, back = (steered, fixed) if ahead > 0 else (fixed, steered)
     turned = [wheel.swivel != "" for wheel in driven]
+    left, right = _by_side(fixed)
     in_front = [flag == (ahead > 0) for flag in turned]
     first = 0 if any(in_front) else 2
-    parameters: dict[str, object] = {
+    parameters = {
         "wheels": [wheel.joint for wheel in driven],
         "wheel_signs": [wheel.sign for wheel in driven],
         "first_wheel": first,
         "end_wheel": first + len(driven),
         "steering": [joint.name for joint in pivots],
-        "steering_signs": [math.copysign(1.0, axis_in_root(urdf, joint)[2]) for joint in pivots],
+        "steering_multiplier": math.copysign(1.0, axis_in_root(urdf, pivots[0])[2]),
         "steered_wheels": len(pivots),
         "rear_steering": ahead < 0,
         "wheelbase": _rounded(abs(ahead)),
@@ -167,23 +184,36 @@ def _ackermann(
         "front_radius": _rounded(_mean(wheel.radius for wheel in front)),
         "back_radius": _rounded(_mean(wheel.radius for wheel in back)),
         "steering_limit": _rounded(_steering_limit(pivots)),
+        "center": _centre(fixed),
+        **_sides(left or fixed, right or fixed),
     }
     return Drivetrain(base, tuple(driven), tuple(pivots), parameters | base.parameters)
 
 
 def _steering_limit(pivots: Sequence[UrdfJoint]) -> float:
-    """The largest angle that all steering joints reach to both sides; without limits a graph's own."""
+    """The largest angle that all steering joints reach to both sides, rad; 0 if no joint has limits."""
     ends = [min(-joint.limits[0], joint.limits[1]) for joint in pivots if joint.limits is not None]
-    return max(min(ends, default=_DEFAULT_STEERING), _LEAST_STEERING)
+    return max(min(ends), _LEAST_STEERING) if ends else 0.0
 
 
-_DEFAULT_STEERING = 0.6
+def _sides(left: Sequence[BaseWheel], right: Sequence[BaseWheel]) -> dict[str, Any]:
+    """The joints of both sides, and the signs of their speeds."""
+    return {
+        "left": [wheel.joint for wheel in left],
+        "right": [wheel.joint for wheel in right],
+        "left_multiplier": left[0].sign,
+        "right_multiplier": right[0].sign,
+    }
 
 
-def _signs(name: str, wheels: Sequence[BaseWheel]) -> dict[str, list[float]]:
-    """The signs of some wheels, unless a graph has them by default."""
-    signs = [wheel.sign for wheel in wheels]
-    return {name: signs} if signs != [1.0] else {}
+def _alike(wheels: Sequence[BaseWheel]) -> bool:
+    """Whether the joints of some wheels turn in one direction to roll forward."""
+    return len({wheel.sign for wheel in wheels}) == 1
+
+
+def _centre(wheels: Sequence[BaseWheel]) -> list[float]:
+    """The middle of some wheels in the root link, m."""
+    return [round((min(ends) + max(ends)) / 2, 6) + 0.0 for ends in zip(*(w.centre[:2] for w in wheels), strict=True)]
 
 
 def _mean(values: Iterable[float]) -> float:

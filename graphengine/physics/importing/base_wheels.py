@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 from graphengine.devices.rotation import Vector3, rotate
 from graphengine.physics.description.urdf import Urdf, UrdfJoint
+from graphengine.physics.importing.draft import Draft, WheelShape
 
 _ALIGNED = 0.99
 """Least cosine of the angle between two axes that count as parallel."""
-_OFF_FLOOR = 0.1
-"""Highest distance of a wheel from the floor, in radii, at which it touches it in use."""
 _TRAIL = 0.1
 """Least distance, in radii, of a caster's wheel behind the axis of its swivel."""
 
@@ -48,13 +47,9 @@ class BaseWheel:
         return 1.0 if self.axle[1] > 0 else -1.0
 
 
-def wheels_on_floor(urdf: Urdf) -> list[BaseWheel]:
-    """Return the wheels that touch the floor when the robot stands upright, in order of the description."""
-    found = [_wheel(urdf, joint) for joint in urdf.moving()]
-    wheels = [wheel for wheel in found if wheel is not None]
-    rolling = [wheel for wheel in wheels if not wheel.caster] or wheels
-    floor = min((wheel.centre[2] - wheel.radius for wheel in rolling), default=0.0)
-    return [wheel for wheel in wheels if abs(wheel.centre[2] - wheel.radius - floor) <= _OFF_FLOOR * wheel.radius]
+def wheels_on_floor(draft: Draft) -> list[BaseWheel]:
+    """Return the wheels that a robot stands on, in order of its joints."""
+    return [_wheel(draft.urdf, shape) for shape in draft.wheels.values() if shape.on_floor]
 
 
 def axis_in_root(urdf: Urdf, joint: UrdfJoint) -> Vector3:
@@ -62,23 +57,15 @@ def axis_in_root(urdf: Urdf, joint: UrdfJoint) -> Vector3:
     return rotate(urdf.pose_in_root(joint.child)[1], joint.axis)
 
 
-def _wheel(urdf: Urdf, joint: UrdfJoint) -> BaseWheel | None:
-    found = urdf.wheels([joint])
-    axle = axis_in_root(urdf, joint)
-    if not found or abs(axle[2]) > 1 - _ALIGNED:
-        return None
-    origin = urdf.pose_in_root(joint.child)[0]
-    along = found[0].along - sum(a * b for a, b in zip(origin, axle, strict=True))
-    x, y, z = (a + along * b for a, b in zip(origin, axle, strict=True))
-    swivel = _swivel(urdf, joint)
+def _wheel(urdf: Urdf, shape: WheelShape) -> BaseWheel:
+    swivel = _swivel(urdf, urdf.joints[shape.joint])
     caster = False
     if swivel is not None:
-        pivot = urdf.pose_in_root(swivel.child)[0]
-        trail = abs((x - pivot[0]) * axle[1] - (y - pivot[1]) * axle[0])  # across the axle, in the plane of the floor
-        caster = trail > _TRAIL * found[0].radius
-    return BaseWheel(
-        joint.name, joint.child, found[0].radius, (x, y, z), axle, swivel.name if swivel is not None else "", caster
-    )
+        (x, y, _), (pivot_x, pivot_y, _) = shape.centre, urdf.pose_in_root(swivel.child)[0]
+        trail = abs((x - pivot_x) * shape.axis[1] - (y - pivot_y) * shape.axis[0])  # across the axle
+        caster = trail > _TRAIL * shape.radius
+    pivot = swivel.name if swivel is not None else ""
+    return BaseWheel(shape.joint, shape.link, shape.radius, shape.centre, shape.axis, pivot, caster)
 
 
 def _swivel(urdf: Urdf, joint: UrdfJoint) -> UrdfJoint | None:

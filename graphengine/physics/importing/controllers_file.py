@@ -122,14 +122,16 @@ def _flat(value: Value) -> dict[str, Value]:
 
 
 def _named(draft: Draft) -> Iterator[Document]:
-    """The files that Gazebo's plugins name."""
+    """The files that Gazebo's plugins name, each once."""
+    seen: set[str] = set()
     for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
         name = plugin.get("filename") + plugin.get("name")
         if not any(part in name for part in _CONTROL_PLUGINS):
             continue
         draft.use(plugin)
         for parameters in plugin.all("parameters"):
-            if parameters.text:
+            if parameters.text and parameters.text not in seen:
+                seen.add(parameters.text)
                 document = _open(draft, parameters.text, parameters.span)
                 if document is not None:
                     yield document
@@ -154,5 +156,3 @@ def _open(draft: Draft, reference: str, span: Span) -> Document | None:
     for finding in findings.items:
         draft.lost.append(Remark(f"{told}: {finding.message}", finding.span or span))
     return document
-
-

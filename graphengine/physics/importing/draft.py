@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Span
 from graphengine.format.document import Document
 from graphengine.physics.description.urdf import Urdf
+from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
 
 
@@ -23,7 +25,7 @@ class Entry:
         hint: a comment after the value.
     """
 
-    value: dict[str, Any] = field(default_factory=dict)
+    value: Any = field(default_factory=dict)
     comments: list[str] = field(default_factory=list)
     hint: str = ""
 
@@ -41,6 +43,35 @@ class Remark:
     span: Span | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class WheelShape:
+    """A wheel as an import finds it, all joints at zero.
+
+    Attributes:
+        joint: that it turns on.
+        link: that has its collider.
+        radius: m.
+        width: of its collider, m.
+        offset: of its middle from the joint along the joint's axis, m.
+        axis: of its joint, in the root link.
+        centre: in the root link, m.
+        collider: tag of its shape in the description.
+        on_floor: whether it reaches down as far as the lowest collider of the robot does.
+        swivels: whether a vertical joint without limits carries it, as that of a caster.
+    """
+
+    joint: str
+    link: str
+    radius: float
+    width: float
+    offset: float
+    axis: Vector3
+    centre: Vector3
+    collider: str
+    on_floor: bool
+    swivels: bool
+
+
 @dataclass(slots=True, eq=False)
 class Draft:
     """A robot file to be written.
@@ -53,11 +84,15 @@ class Draft:
         package_paths: folders of its packages, as the file names them.
         fixed_base: whether the root link is fixed to the world.
         controllers: parameters of ros2_control that the user gave.
+        library: reads the meshes; None for a description that is not imported.
+        wheels: by joint, in order of the joints.
         settings: keys at the top level of the file with plain values, such as `self_collision`.
         sections: entries by section (`joints`, `materials`, `sensors`, `graphs`, …) and key, in order of the file.
         carried: what the description says and the file repeats.
         guessed: what the description does not say and the file needs.
         lost: what the description says and the file cannot hold, with the reason.
+        noticed: what the robot does as it is described, such as a weight that rests on its chassis.
+        mujoco_warnings: of the models that the draft was tried as, as keys.
     """
 
     urdf: Urdf
@@ -67,12 +102,20 @@ class Draft:
     package_paths: Sequence[str] = ()
     fixed_base: bool = False
     controllers: Document | None = None
+    library: Library | None = None
+    wheels: dict[str, WheelShape] = field(default_factory=dict)
     settings: dict[str, Any] = field(default_factory=dict)
     sections: defaultdict[str, dict[str, Entry]] = field(default_factory=lambda: defaultdict(dict))
     carried: list[Remark] = field(default_factory=list)
     guessed: list[Remark] = field(default_factory=list)
     lost: list[Remark] = field(default_factory=list)
+    noticed: list[Remark] = field(default_factory=list)
+    mujoco_warnings: dict[str, None] = field(default_factory=dict)
     _used: dict[int, Element] = field(default_factory=dict)
+
+    def bound(self) -> set[str]:
+        """Links that a material of the draft binds."""
+        return {link for entry in self.sections["materials"].values() for link in entry.value.get("bind", ())}
 
     def entry(self, section: str, key: str) -> Entry:
         """Return the entry of a section with this key; a new one if there is none."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from graphengine.physics.importing import base_graph, joint_drives
-from graphengine.physics.importing.base import Base, Drivetrain
+from graphengine.physics.importing.base import Base
 from graphengine.physics.importing.base_controllers import base_of_controllers
 from graphengine.physics.importing.base_guess import base_of_wheels
 from graphengine.physics.importing.base_measures import measured
@@ -19,19 +19,17 @@ from graphengine.physics.importing.joint_commands import JointCommands, joint_co
 def fill(draft: Draft) -> None:
     """Give joints their drives, and a base its graph and the friction of its wheels."""
     commands = joint_commands(draft)
-    wheels = wheels_on_floor(draft.urdf)
+    wheels = wheels_on_floor(draft)
     drivetrain = None
     if not draft.fixed_base:
         tried = (measured(draft, base, wheels) for base in _bases(draft, wheels, commands))
         drivetrain = next((found for found in tried if found is not None), None)
-    joint_drives.fill(draft, commands, wheels, drivetrain)
     if drivetrain is not None:
         base_graph.fill(draft, drivetrain)
+    joint_drives.fill(draft, commands, wheels, drivetrain)
 
 
-def _bases(
-    draft: Draft, wheels: Sequence[BaseWheel], commands: Mapping[str, JointCommands]
-) -> Iterator[Base]:
+def _bases(draft: Draft, wheels: Sequence[BaseWheel], commands: Mapping[str, JointCommands]) -> Iterator[Base]:
     """The bases that the sources describe, the most trusted first."""
     topics = topics_of_plugins(draft)
     base = base_of_controllers(draft, controllers(draft))

@@ -1,4 +1,4 @@
-"""A description made into a robot: what `graphrun import-urdf` writes, tried out before anything is written."""
+"""Imports a description as a robot for `graphrun import-urdf`, and tests it before any file is written."""
 
 from __future__ import annotations
 
@@ -21,10 +21,20 @@ from graphengine.physics.engine import REFUSALS, body_names, collides, compiled,
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
-from graphengine.physics.importing import drivetrain, gazebo_links, gazebo_sensors, left_behind
+from graphengine.physics.importing import (
+    drivetrain,
+    gazebo_links,
+    gazebo_sensors,
+    joint_dynamics,
+    left_behind,
+    resting,
+    wheel_material,
+    wheels,
+)
 from graphengine.physics.importing.bundle import bundle_graphs, bundle_meshes
 from graphengine.physics.importing.draft import Draft
 from graphengine.physics.importing.robot_source import WRAPPER
+from graphengine.physics.importing.trial import FLOOR_FRICTION
 from graphengine.physics.importing.writer import render
 from graphengine.physics.model.fleet_expansion import place
 from graphengine.physics.model.geoms import extents
@@ -32,15 +42,23 @@ from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
 from graphengine.physics.model.robot_prims import add_robot
 
-_PARTS = (drivetrain.fill, gazebo_links.fill, gazebo_sensors.fill, left_behind.fill)
+_PARTS = (
+    wheels.fill,
+    gazebo_links.fill,
+    drivetrain.fill,
+    joint_dynamics.fill,
+    wheel_material.fill,
+    resting.fill,
+    gazebo_sensors.fill,
+    left_behind.fill,
+)
 """What fills a draft, in this order."""
-_FLOOR_FRICTION = 1.0
 _MESHES = ("mesh", "texture")
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where a description came from, and where its robot file goes.
+    """The source of a description, and the target for its robot file.
 
     Attributes:
         element: the description, xacro expanded.
@@ -67,13 +85,13 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """A robot that a robot file would give, compiled once, and the texts of the files.
+    """An imported robot, which was compiled once, and the texts of its files.
 
     Attributes:
-        robot: as a scene has it.
+        robot: the robot as in a scene.
         free: whether its root link moves.
-        lowest: height (m) of the lowest point of its colliders above its root link, all joints at zero; None without any.
-        library: which knows what became of its meshes.
+        lowest: height (m) of the lowest point of its colliders above its root link, all joints at zero; None without colliders.
+        library: library with its meshes.
         files: texts by path, the robot file last.
         copies: files to copy, by where they go.
         outside: folders that lie outside of the robot file's project, which scenes need `--allow` for.
@@ -93,7 +111,7 @@ class Imported:
 
 
 def import_robot(origin: Origin, findings: Findings) -> Imported | None:
-    """Try a description out; what is wrong with it goes to `findings`."""
+    """Test a description and return the robot; errors are added to `findings`."""
     urdf = read_urdf(origin.element, origin.packages, findings)
     if urdf is None:
         return None
@@ -101,7 +119,9 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     packages = [] if origin.bundled else list(_used_packages(urdf))
     path = origin.path or origin.target.with_suffix(".urdf")
     told = [_near(folder, origin.target) for folder in packages]
-    draft = Draft(urdf, name, origin.told, _near(path, origin.target), told, origin.fixed_base, origin.controllers)
+    library = Library(files, findings)
+    near = _near(path, origin.target)
+    draft = Draft(urdf, name, origin.told, near, told, origin.fixed_base, origin.controllers, library)
     for fill in _PARTS:
         fill(draft)
     graphs = bundle_graphs(draft) if origin.bundled else {}
@@ -109,9 +129,8 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     file = robot_file(text, origin.target, findings)
     (placement,) = place(name, RobotUse(use=str(origin.target)))
     robot = load_robot(placement, file, files, findings, urdf) if file is not None else None
-    library = Library(files, findings)
-    spec = robot_spec(robot, library, _FLOOR_FRICTION, findings) if robot is not None else None
-    model = _compiled(spec, urdf, findings) if spec is not None else None
+    spec = robot_spec(robot, library, FLOOR_FRICTION, findings) if robot is not None else None
+    model = _compiled(spec, draft, findings) if spec is not None else None
     if robot is None or model is None:
         return None
     bodies = {f"{name}/{body}" for body in body_names(model)}
@@ -141,7 +160,8 @@ def _beside(file: Path, target: Path) -> Path:
     return Path(os.path.normpath(file.parent / target))
 
 
-def _compiled(spec: mujoco.MjSpec, urdf: Urdf, findings: Findings) -> mujoco.MjModel | None:
+def _compiled(spec: mujoco.MjSpec, draft: Draft, findings: Findings) -> mujoco.MjModel | None:
+    urdf = draft.urdf
     try:
         model, told = compiled(spec)
     except REFUSALS as error:
@@ -150,7 +170,7 @@ def _compiled(spec: mujoco.MjSpec, urdf: Urdf, findings: Findings) -> mujoco.MjM
         places = (element.span for element in urdf.element.walk() if element.get("name") in owners)
         findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, urdf.element.span))
         return None
-    for text in told:
+    for text in draft.mujoco_warnings | dict.fromkeys(told):
         findings.add("W205", f"MuJoCo: {text}", urdf.element.span)
     return model
 

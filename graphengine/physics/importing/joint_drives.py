@@ -34,15 +34,19 @@ _MOST = 1e9
 def plain(draft: Draft) -> None:
     """Give every wheel a velocity drive, as for a description that a scene uses without a robot file."""
     moving = draft.urdf.moving()
-    rolling = {wheel.joint: wheel for wheel in draft.urdf.wheels(moving)}
+    rolling = {wheel.joint: wheel.radius for wheel in draft.wheels.values() if not wheel.swivels}
+    if not draft.wheels:
+        rolling = {wheel.joint: wheel.radius for wheel in draft.urdf.wheels(moving)}
     for joint in moving:
         entry = draft.entry("joints", joint.name)
         if joint.name in rolling:
-            radius = rolling[joint.name].radius
+            radius = rolling[joint.name]
             entry.comments.append(
                 f"a wheel of radius {radius:g} m; its velocity drive follows what a controller commands"
             )
             entry.value["drive"] = {"damping": WHEEL_DAMPING}
+        elif joint.name in draft.wheels:
+            entry.comments.append("a caster's wheel, which turns freely")
         elif joint.mimic is None:
             entry.hint = f"to hold it, e.g. {{drive: {flow(servo(joint))}}}"
 
@@ -69,8 +73,8 @@ def fill(
         decisions.setdefault(decision, []).append(joint)
         entry = draft.entry("joints", joint.name)
         entry.value |= _drive(draft, joint, decision.kind, wheels, drivetrain)
-        if decision.kind not in ("velocity", "position") and decision.why:
-            entry.hint = decision.why
+        if decision.kind not in ("velocity", "position"):
+            entry.hint = _TOLD[decision.kind]
         start = commands[joint.name].start if joint.name in commands else None
         if start is not None:
             entry.value["start"] = start
@@ -92,8 +96,8 @@ class _Decision:
 _TOLD = {
     "velocity": "velocity drive",
     "position": "position drive",
-    "effort": "no drive",
-    "free": "free",
+    "effort": "no drive, takes efforts",
+    "free": "no drive, turns freely",
 }
 
 
@@ -107,31 +111,31 @@ def _decide(
     kinds = command.ranges if command is not None else {}
     source = f"commanded by {drivetrain.base.source}" if drivetrain is not None and not drivetrain.base.guessed else ""
     if drivetrain is not None and joint.name in [wheel.joint for wheel in drivetrain.wheels]:
-        return _of_base("velocity", "a driven wheel of the base", kinds, source)
+        return _of_base("velocity", "driven wheels of the base", kinds, source)
     if drivetrain is not None and joint in drivetrain.steering:
-        return _of_base("position", "it steers a wheel of the base", kinds, source)
+        return _of_base("position", "they steer wheels of the base", kinds, source)
     if command is not None and kinds:
         kind = next(kind for kind in KINDS if kind in kinds)
         if "velocity" in kinds and joint.limits is None:
             kind = "velocity"
         return _Decision(kind, f"{kind} command of {command.source.partition(' ')[0]}")
     if command is not None or commands:
-        return _Decision("free", "no controller commands it")
+        return _Decision("free", "no controller commands them")
     if joint.name in [wheel.joint for wheel in wheels]:
-        return _Decision("free", "a wheel that drives nothing", guessed=True)
+        return _Decision("free", "wheels that drive nothing", guessed=True)
     if joint.name in [wheel.swivel for wheel in wheels]:
-        return _Decision("free", "the swivel of a caster", guessed=True)
+        return _Decision("free", "swivels of casters", guessed=True)
     if joint.type == "continuous" and "wheel" in joint.name.lower():
-        return _Decision("velocity", "its name says that it is a wheel, though no collider does", guessed=True)
+        return _Decision("velocity", "wheels by their names, though no collider says so", guessed=True)
     if joint.effort is not None:
-        return _Decision("position", "a joint with a limit of effort has a motor, which holds it", guessed=True)
-    return _Decision("free", "nothing says that it has a motor", guessed=True)
+        return _Decision("position", "a limit of effort suggests a motor, which holds them", guessed=True)
+    return _Decision("free", "nothing suggests a motor", guessed=True)
 
 
 def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> _Decision:
     """The decision on a joint of the base: carried over if the description or a controller says it, else guessed."""
     if kind in kinds:
-        return _Decision(kind, f"{role}, by its {kind} command interface")
+        return _Decision(kind, f"{role} with a {kind} command interface")
     return _Decision(kind, f"{role}, {source}" if source else role, guessed=not source)
 
 

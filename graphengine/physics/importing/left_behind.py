@@ -16,7 +16,8 @@ def fill(draft: Draft) -> None:
     unused = [element for element in root.children if not draft.used(element)]
     for tag in ("transmission", "ros2_control"):
         if found := [element for element in unused if element.tag == tag]:
-            draft.lost.append(Remark(f"{tag}: {_names([each.get('name') for each in found])}", found[0].span))
+            names = _names([each.get("name") for each in found])
+            draft.lost.append(Remark(f"{tag} {names}: it lists no joint that moves", found[0].span))
     _gazebo(draft, [element for element in unused if element.tag == "gazebo"])
     parts = [part for joint in draft.urdf.joints.values() for part in joint.element.children if not draft.used(part)]
     for tag in ("safety_controller", "calibration"):
@@ -24,8 +25,9 @@ def fill(draft: Draft) -> None:
             draft.lost.append(Remark(f"{tag} of joints", found[0].span))
     if textures := [element for element in root.walk() if element.tag == "texture"]:
         draft.lost.append(Remark("textures of materials", textures[0].span))
-    if fast := [p for p in parts if p.tag == "limit" and (numbers(p.get("velocity", "0"), 1) or (0.0,))[0] > 0]:
-        text = "velocity limits of joints: a drive's max_acceleration and what commands it bound their speed"
+    moving = [part for joint in draft.urdf.moving() for part in joint.element.children if not draft.used(part)]
+    if fast := [p for p in moving if p.tag == "limit" and (numbers(p.get("velocity", "0"), 1) or (0.0,))[0] > 0]:
+        text = "velocity limits of joints without a drive, which have no set point to limit"
         draft.lost.append(Remark(text, fast[0].span))
 
 

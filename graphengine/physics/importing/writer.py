@@ -39,6 +39,7 @@ def render(draft: Draft) -> str:
             lines += ["", f"{section}:"]
             for key, entry in entries.items():
                 lines += _entry(key, entry)
+    lines += _remarks("Noticed", draft.noticed)
     lines += _remarks("Guessed, as the description does not say", draft.guessed)
     lines += _remarks("Not carried over", draft.lost)
     return "\n".join(lines) + "\n"

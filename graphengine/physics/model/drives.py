@@ -31,13 +31,15 @@ class Drive:
     target_velocity: float = 0.0
     max_acceleration: float = math.inf
     """Limit on the slope of the velocity set point."""
+    max_velocity: float = math.inf
+    """Limit of the velocity set point, and on the slope of the position set point."""
     max_force: float = math.inf
     carries: float = 0.0
     """What a wheel moves of the mass of its robot, by its radius: inertia over mass, m²."""
 
 
 def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | None:
-    """The drive of a joint, None if it has none; lengths in USD are metres and forces are forces, so only angles change.
+    """Return the drive of a joint in SI units, or None. Lengths and forces in USD are SI, so only angles are converted.
 
     Args:
         joint: what the robot file says.
@@ -46,7 +48,7 @@ def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | Non
     """
     if joint.drive is not None:
         drive = joint.drive
-        limits = drive.max_acceleration or math.inf, drive.max_force or effort
+        limits = drive.max_acceleration or math.inf, drive.max_velocity or math.inf, drive.max_force or effort
         return Drive(drive.stiffness, drive.damping, drive.target_velocity, *limits)
     if joint.usd_drive is not None:
         usd, factor = joint.usd_drive, 1.0 if prismatic else DEGREES
@@ -56,7 +58,7 @@ def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | Non
 
 
 def in_si(drive: Drive) -> str:
-    """What a turning joint's drive does, for people."""
+    """Return the parameters of a rotary joint's drive in SI units, as text."""
     parts = {
         "damping": (drive.damping, "N m s/rad"),
         "stiffness": (drive.stiffness, "N m/rad"),
@@ -66,11 +68,11 @@ def in_si(drive: Drive) -> str:
 
 
 def servos(joint: str, drive: Drive) -> tuple[tuple[str, float], tuple[str, float]]:
-    """Name and gain of the actuators that push a joint to its target position and to its target velocity."""
+    """Return name and gain of the actuators that push a joint to its target position and velocity."""
     return (f"{joint}.position", drive.stiffness), (f"{joint}.velocity", drive.damping)
 
 
 def servo_ids(model: mujoco.MjModel, drives: Iterable[tuple[str, Drive]]) -> Indices:
-    """Ids of the joints' position servos and velocity servos, shape (2, joints); -1 for a gain of zero, which has no servo."""
+    """Return ids of the joints' position and velocity servos, shape (2, joints); -1 for a gain of zero, which has no servo."""
     found = [[model.actuator(servo).id if gain > 0 else -1 for servo, gain in servos(*drive)] for drive in drives]
     return np.array(found, np.intp).reshape(-1, 2).T.copy()

@@ -45,7 +45,7 @@ DEFAULT_SOLREF = (0.02, 1.0)
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """What MuJoCo is told about a collider."""
+    """Contact parameters of a collider in MuJoCo."""
 
     friction: float
     condim: int
@@ -53,7 +53,7 @@ class Contact:
     solref: tuple[float, float]
 
     def tell(self, geom: Any) -> None:
-        """Give it to a geom, of a model or of one that is being built: MuJoCo has no type for both."""
+        """Apply the parameters to a geom of a compiled or editable model."""
         geom.friction[0] = self.friction
         geom.condim = self.condim
         geom.priority = self.priority
@@ -61,12 +61,12 @@ class Contact:
 
 
 def stronger(first: str, second: str) -> str:
-    """The one of two rules that PhysX goes by."""
+    """Return the one of two combine modes that PhysX uses."""
     return max(first, second, key=list(RULES).index)
 
 
 def combine(first: float, second: float, rule: str) -> float:
-    """One number out of two, as PhysX combines them."""
+    """Return one number for two, as PhysX combines them."""
     return _COMBINED[rule](first, second)
 
 
@@ -76,9 +76,9 @@ def greatest_friction(material: MaterialSpec) -> float:
 
 
 def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Contact:
-    """The contact of a material with a floor of a certain friction.
+    """Return the contact parameters of a material on a floor with a given friction.
 
-    Without friction the contact has one dimension and the higher priority, so that no other collider brings friction back in.
+    Without friction the contact has one dimension and the higher priority, so that no other collider adds friction.
     """
     friction = combine(greatest_friction(material), floor, stronger(material.combine, FLOOR_RULE))
     if friction == 0:

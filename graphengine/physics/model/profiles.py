@@ -27,15 +27,15 @@ Length = Annotated[float, Field(gt=0.0, le=10.0)]
 
 
 class DeviceSections(Spec):
-    """What has a section for each of some kinds of device, of which one is given."""
+    """A model with one section per kind of device, of which one is given."""
 
     @classmethod
     def kinds(cls) -> list[Device]:
-        """The kinds of device that have a section."""
+        """Return the kinds of device that have a section."""
         return [device for device in DEVICES.all.values() if device.kind in cls.model_fields]
 
     def devices(self) -> list[tuple[Device, Profile]]:
-        """The sections that are given."""
+        """Return the sections that are given."""
         return [(kind, profile) for kind in self.kinds() if (profile := getattr(self, kind.kind)) is not None]
 
 
@@ -72,25 +72,27 @@ class RigProfile(Spec):
 
 
 class ShapeSpec(Spec):
-    """A part of a sensor's body, which cameras and the rays of other robots see; nothing collides with it."""
+    """A part of a sensor's body, visible to cameras and other robots' rays, without collisions."""
 
     shape: Literal["box", "cylinder"]
     size: Annotated[tuple[Length, Length, Length], Field(strict=False)] = Field(
         description="Length, width and height, m; a cylinder stands upright and is round."
     )
-    position: Offsets = Field(default=(0.0, 0.0, 0.0), description="Of its middle, in the frame of the sensor's mount.")
+    position: Offsets = Field(
+        default=(0.0, 0.0, 0.0), description="Pose of its centre in the frame of the sensor's mount."
+    )
     colour: Annotated[tuple[Share, Share, Share], Field(strict=False)] = Field(description="Red, green, blue; 0 to 1.")
 
     @model_validator(mode="after")
     def _round(self) -> ShapeSpec:
         if self.shape == "cylinder" and self.size[0] != self.size[1]:
-            raise ValueError("a cylinder is as wide as it is long")
+            raise ValueError("a cylinder must be as wide as it is long")
         return self
 
 
 @_with_sections()
 class DeviceProfile(DeviceSections):
-    """What a sensor profile file says of a single device."""
+    """The content of a profile file for a single device."""
 
     format: Format = 1
     sensor: Name
@@ -102,7 +104,7 @@ class SensorProfile(DeviceProfile):
 
     rig: RigProfile | None = None
     appearance: Annotated[tuple[ShapeSpec, ...], Field(strict=False, max_length=100)] = Field(
-        default=(), description="What it looks like to cameras and to the rays of other robots."
+        default=(), description="Appearance for cameras and for rays of other robots."
     )
 
     @model_validator(mode="after")
@@ -113,7 +115,7 @@ class SensorProfile(DeviceProfile):
 
 
 def read_profiles(robot: RobotFile, files: Files, findings: Findings) -> dict[str, SensorProfile]:
-    """The profile of each sensor of a robot, by the sensor's name."""
+    """Return the profile of each sensor of a robot, by the sensor's name."""
     found: dict[str, SensorProfile] = {}
     loaded: dict[str, Loaded[SensorProfile] | None] = {}
     for name, sensor in robot.spec.sensors.items():

@@ -1,4 +1,4 @@
-"""A robot of a scene: its description with what the robot file changes about it, every name checked, no physics yet."""
+"""A robot of a scene: its description with the changes of its robot file, all names checked, without physics."""
 
 from __future__ import annotations
 
@@ -6,36 +6,41 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from graphengine.devices.rotation import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3, rotate
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.files import Files
-from graphengine.format.spec import RobotSpec
+from graphengine.format.spec import RobotSpec, WheelColliderSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.description.description_reader import read_description
 from graphengine.physics.description.robot_file import RobotFile
-from graphengine.physics.description.urdf import Urdf, UrdfJoint, shape_of, track
+from graphengine.physics.description.urdf import TURNING, Urdf, UrdfJoint, shape_of, track
 from graphengine.physics.files.xml import write
 from graphengine.physics.model.drives import Drive, drive_of, in_si
 from graphengine.physics.model.fleet_expansion import RobotPlacement
 from graphengine.physics.model.joint_disabling import Disabled, disable_joints
+from graphengine.physics.model.joint_starts import check_starts, joint_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.profiles import SensorProfile, read_profiles
+
+_LEVEL = 1e-3
+"""Least part of a direction of friction that lies in the plane of a floor."""
 
 
 @dataclass(slots=True, eq=False, repr=False)
 class RobotInstance:
-    """One robot of a scene.
+    """A robot of a scene.
 
     Attributes:
-        placement: its name, pose and namespace in the scene.
-        file: the robot file with what it extends; `file.spec.graphs` are its graphs, `file.folder(…)` where their paths begin.
-        urdf: the description, origins of the robot file applied.
+        placement: name, pose and namespace in the scene.
+        file: robot file with those that it extends; `file.spec.graphs` are its graphs, `file.folder(…)` gives the folder of
+            paths.
+        urdf: robot description, with origins of the robot file applied.
         urdf_text: the same as XML, for robot_state_publisher.
-        profiles: of its sensors, by name.
-        moving: the joints of the articulation, in order.
-        drives: of moving joints that have one, by joint.
-        disabled: the joints that the file disables, and which link moves freely then.
-        floor: friction of what it stands on.
+        profiles: profiles of its sensors, by name.
+        moving: joints of the articulation, in order.
+        drives: drives of the moving joints that have one, by joint name.
+        disabled: disabled joints, and the link that moves freely because of them.
+        floor: friction of the floor.
     """
 
     placement: RobotPlacement
@@ -50,7 +55,7 @@ class RobotInstance:
 
     @property
     def name(self) -> str:
-        """In the scene: the prefix of its names in the physics model."""
+        """Name in the scene: the prefix of its names in the physics model."""
         return self.placement.name
 
     @property
@@ -65,31 +70,42 @@ class RobotInstance:
 
     @property
     def articulation_root(self) -> str:
-        """Link that graphs address the robot by."""
+        """Link by which graphs address the robot."""
         return self.spec.articulation_root or self.disabled.free_link or self.spec.base_link
 
     @property
     def fixed_transforms(self) -> tuple[tuple[str, str, Vector3, Quaternion], ...]:
-        """Parent frame, child frame, translation (m) and rotation of every fixed joint, in order of the description."""
+        """Parent frame, child frame, translation (m) and rotation of each fixed joint, in order of the description."""
         fixed = [joint for joint in self.urdf.joints.values() if not joint.moves]
         return tuple((joint.parent, joint.child, *joint.pose) for joint in fixed)
 
     @property
+    def starts(self) -> dict[str, float]:
+        """Position at the start (rad or m) of each moving joint that has one."""
+        return joint_starts(self.moving, self.spec.joints, self.placement.use)
+
+    @property
     def wheel_radii(self) -> dict[str, float]:
         """Radius (m) of the wheel on each moving joint that carries one."""
-        return {wheel.joint: wheel.radius for wheel in self.urdf.wheels(self.moving)}
+        return {wheel.joint: wheel.radius for wheel in self.urdf.wheels(self.moving, wheel_shapes(self.spec))}
 
     @property
     def wheel_distance(self) -> float | None:
         """Distance (m) along the axle between the centres of the two driven wheels; None unless there are two, apart."""
-        driven = self.urdf.wheels(joint for joint in self.moving if joint.name in self.drives)
+        driven = self.urdf.wheels((j for j in self.moving if j.name in self.drives), wheel_shapes(self.spec))
         return track(driven) if len(driven) == 2 else None
+
+
+def wheel_shapes(spec: RobotSpec) -> dict[str, tuple[float, float]]:
+    """Radius and offset (m) of the wheels that a robot file gives a collider of their own, by link."""
+    shapes = spec.wheel_colliders.items()
+    return {link: (shape.radius, shape.offset) for link, shape in shapes if isinstance(shape, WheelColliderSpec)}
 
 
 def load_robot(
     placement: RobotPlacement, file: RobotFile, files: Files, findings: Findings, urdf: Urdf | None = None
 ) -> RobotInstance | None:
-    """Check a robot file against its description, read unless given; what is wrong goes to `findings`."""
+    """Check a robot file against its description, which is read unless given; errors are added to `findings`."""
     urdf = urdf or read_description(file, files, findings)
     profiles = read_profiles(file, files, findings)
     if urdf is None:
@@ -101,9 +117,13 @@ def load_robot(
     for name, joint in file.spec.joints.items():
         if joint.position is not None:
             urdf.joints[name].put(joint.position)
+        if joint.limits is not None:
+            _limit(name, joint.limits, file, urdf, findings)
     disabled = disable_joints(file, urdf, findings)
     drives = _drives(file, urdf, disabled, findings)
     _check_colliders(file, urdf, findings)
+    _check_joints(file, urdf, disabled, findings)
+    _check_directions(file, urdf, findings)
     text = '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
     return RobotInstance(placement, file, urdf, text, profiles, tuple(urdf.moving()), drives, disabled)
 
@@ -155,7 +175,7 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
         key = "drive" if spec.drive is not None else "usd_drive"
         span = file.key_span("joints", name, key)
         if not joint.moves:
-            findings.add("S104", f"joint {name!r} is fixed: a drive has nothing to move", span, "remove the drive")
+            findings.add("S104", f"joint {name!r} is fixed: a drive cannot move it", span, "remove the drive")
             continue
         if not (drive.damping or drive.stiffness):
             advice = "damping follows velocities, stiffness positions; efforts need no drive"
@@ -164,10 +184,44 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
         drives[name] = drive
         if spec.usd_drive is not None and joint.type != "prismatic":
             findings.add("N103", f"joint {name!r}: USD counts degrees, in SI it is {in_si(drive)}", span)
-    wheels = urdf.wheels(urdf.joints[name] for name in drives)
+    wheels = urdf.wheels((urdf.joints[name] for name in drives), wheel_shapes(file.spec))
     for wheel in wheels:
         drives[wheel.joint] = replace(drives[wheel.joint], carries=wheel.radius**2 / len(wheels))
     return drives
+
+
+def _limit(name: str, limits: tuple[float, float], file: RobotFile, urdf: Urdf, findings: Findings) -> None:
+    joint = urdf.joints[name]
+    if joint.type in ("revolute", "prismatic"):
+        joint.limit(*limits)
+    else:
+        findings.add("S104", f"joint {name!r} is {joint.type}: it has no limits", file.span("joints", name, "limits"))
+
+
+def _check_joints(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings) -> None:
+    """Check positions at the start, and springs."""
+    joints = file.spec.joints
+    places = {name: file.span("joints", name, "start") for name, joint in joints.items() if joint.start is not None}
+    check_starts(joints, places, urdf, disabled.joints, findings)
+    for name, joint in joints.items():
+        if joint.spring is not None and (not urdf.joints[name].moves or name in disabled.joints):
+            span = file.key_span("joints", name, "spring")
+            findings.add("S104", f"joint {name!r} does not move: a spring has nothing to push", span)
+
+
+def _check_directions(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
+    """Report directions of friction of which nothing lies in the plane of a floor."""
+    for name, material in file.spec.materials.items():
+        if material.direction is None:
+            continue
+        for link in material.bind:
+            frame = material.expressed_in or urdf.turns_in(link)
+            x, y, z = rotate(urdf.pose_in_root(frame)[1], material.direction)
+            if math.hypot(x, y) < _LEVEL * math.hypot(x, y, z):
+                text = f"material {name!r}: its direction points along the z axis of {urdf.root!r}, none of it along a floor"
+                advice = f"give the direction along which it grips the floor with dynamic_friction, in the frame of {frame!r}"
+                findings.add("S106", text, file.span("materials", name, "direction"), advice)
+                break
 
 
 def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
@@ -176,7 +230,12 @@ def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
         if shape == "ellipsoid" and tags != ["cylinder"]:
             what = listing(tags, "its colliders")
             span = file.key_span("wheel_colliders", link)
-            findings.add("S106", f"link {link!r} is no wheel: an ellipsoid replaces one cylinder", span, what)
+            size = "for another collider write {radius: …, width: …}, in m"
+            findings.add("S106", f"link {link!r} is no wheel: an ellipsoid replaces one cylinder", span, what, size)
+        carrier = urdf.links[link].carrier
+        if isinstance(shape, WheelColliderSpec) and (carrier is None or carrier.type not in TURNING):
+            span = file.key_span("wheel_colliders", link)
+            findings.add("S106", f"link {link!r} is no wheel: no joint turns it", span)
     for name, material in file.spec.materials.items():
         for index, link in enumerate(material.bind):
             if not urdf.links[link].colliders:

@@ -1,12 +1,15 @@
-"""A checked robot as an MjSpec that a world can attach."""
+"""Builds a checked robot as an MjSpec that a world can attach."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Collection
 
+import numpy as np
+
 from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
+from graphengine.format.spec import SpringSpec, WheelColliderSpec
 from graphengine.physics.description.for_mujoco import for_mujoco
 from graphengine.physics.description.mjcf import parse
 from graphengine.physics.description.urdf import WORLD, Mimic, Urdf
@@ -26,13 +29,13 @@ _TIGHT_SOLIMP = (0.999, 0.9999)
 
 
 def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: Findings) -> mujoco.MjSpec | None:
-    """The robot as MuJoCo's editable model, None when something is wrong with it.
+    """Return the robot as MuJoCo's editable model; None if there are errors.
 
     Args:
-        robot: checked against its description.
+        robot: robot that was checked against its description.
         library: reads the meshes.
-        floor: friction of what the robot stands on.
-        findings: takes what is wrong, and notes on what was resolved.
+        floor: friction of the floor.
+        findings: receives errors and notes.
     """
     before = len(findings.errors)
     free_link = robot.disabled.free_link
@@ -92,6 +95,8 @@ def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
             driven.armature = robot.spec.joints[joint.name].armature
         if joint.name in robot.drives:
             _add_servos(spec, joint.name, robot.drives[joint.name])
+        if joint.name in robot.spec.joints and (spring := robot.spec.joints[joint.name].spring) is not None:
+            _add_spring(driven, spring)
         if joint.mimic is not None:
             _tie(spec, joint.name, joint.mimic)
 
@@ -105,6 +110,14 @@ def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:
     driven.stiffness[0] += drive.stiffness
     driven.damping[0] += drive.damping
     driven.actfrclimited = False
+
+
+def _add_spring(joint: mujoco.MjsJoint, spring: SpringSpec) -> None:
+    """Add a spring to a joint, whose drive may be one too: two springs are one with the sum of their forces."""
+    stiffness = joint.stiffness[0] + spring.stiffness
+    if stiffness > 0:
+        joint.springref = spring.stiffness * spring.rest / stiffness
+    joint.stiffness[0] = stiffness
 
 
 def _tie(spec: mujoco.MjSpec, joint: str, mimic: Mimic) -> None:
@@ -131,11 +144,33 @@ def _colliders(body: mujoco.MjsBody) -> list[mujoco.MjsGeom]:
 def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     """An ellipsoid touches the floor in one point; the two at the rims of a cylinder scrub in a turn."""
     for link, shape in robot.spec.wheel_colliders.items():
-        if shape == "ellipsoid":
+        if isinstance(shape, WheelColliderSpec):
+            _replace_colliders(spec, link, shape, robot.urdf)
+        elif shape == "ellipsoid":
             for geom in _colliders(spec.body(link)):
                 radius, half_width = geom.size[0], geom.size[1]
                 geom.type = mujoco.mjtGeom.mjGEOM_ELLIPSOID
                 geom.size = [radius, radius, half_width]
+
+
+def _replace_colliders(spec: mujoco.MjSpec, link: str, shape: WheelColliderSpec, urdf: Urdf) -> None:
+    """Give a wheel one collider about its joint's axis in place of all others, with the colour of the first."""
+    body, carrier = spec.body(link), urdf.links[link].carrier
+    if carrier is None:  # which was reported
+        return
+    old = _colliders(body)
+    size = (
+        [shape.radius, shape.radius, shape.width / 2] if shape.shape == "ellipsoid" else [shape.radius, shape.width / 2]
+    )
+    kind = mujoco.mjtGeom.mjGEOM_ELLIPSOID if shape.shape == "ellipsoid" else mujoco.mjtGeom.mjGEOM_CYLINDER
+    turn = np.zeros(4)
+    mujoco.mju_quatZ2Vec(turn, np.array(carrier.axis))
+    position = np.array(carrier.axis) * shape.offset
+    made = body.add_geom(name=f"{link}.wheel", type=kind, size=[*size, 0.0][:3], pos=position, quat=turn)
+    if old:
+        made.rgba, made.material = old[0].rgba, old[0].material
+    for geom in old:
+        spec.delete(geom)
 
 
 def _group_geoms(spec: mujoco.MjSpec, robot: RobotInstance) -> None:

@@ -21,16 +21,16 @@ from graphengine.physics.sensors.implementations import Profile
 
 
 def prim_name(name: str) -> str:
-    """A name as USD allows it: letters, digits and '_'."""
+    """Return a name that is legal in USD: letters, digits and '_'."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
     return f"_{plain}" if plain[:1].isdigit() else plain
 
 
 def within(stage: Stage, robot: str, reference: str) -> Prim:
-    """The prim that a robot file means: a path below the robot's, or a name that only one of its prims has.
+    """Return the prim that a robot file names: by a path below the robot's prim, or by a name that is unique in the robot.
 
     Raises:
-        PrimError: there is none, or, as AmbiguousPrimError, more than one.
+        PrimError: there is no such prim, or there are several (AmbiguousPrimError).
     """
     path = f"{robot}/{reference}"
     if path in stage and stage.is_literal(path, found := stage.find(path)):
@@ -56,10 +56,10 @@ def add_robot(stage: Stage, robot: RobotInstance, bodies: Collection[str], findi
     """Define a robot's prims.
 
     Args:
-        stage: takes them.
-        robot: checked.
-        bodies: names in the physics model; a link that is not among them is a frame.
-        findings: takes prims that do not exist or exist twice.
+        stage: stage to which they are added.
+        robot: checked robot.
+        bodies: names in the physics model; a link without a body is a frame.
+        findings: receives prims that do not exist or are ambiguous.
     """
     _PrimBuilder(stage, robot, bodies, findings).build()
 
@@ -158,6 +158,7 @@ class _PrimBuilder:
         return paths
 
     def _joints(self, links: dict[str, str]) -> None:
+        starts = self.robot.starts
         for joint in self.robot.urdf.joints.values():
             name = prim_name(joint.name)
             self._add(
@@ -172,7 +173,9 @@ class _PrimBuilder:
                     "parent": links[joint.parent],
                     "child": links[joint.child],
                     "drive": self.robot.drives.get(joint.name),
+                    "leader": joint.mimic.leader if joint.mimic is not None else "",
                     "effort": joint.effort,
+                    **({"start": starts[joint.name]} if joint.name in starts else {}),
                 },
             )
 

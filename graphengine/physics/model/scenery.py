@@ -1,4 +1,4 @@
-"""A scene's world and the kinds of robots in it, as MuJoCo's editable models: any set of robots compiles from them."""
+"""A scene's world and its kinds of robots as MuJoCo's editable models, from which any set of robots can be compiled."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from graphengine.physics.engine import REFUSALS, compiled, mujoco
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, place_of
 from graphengine.physics.model.fleet_expansion import RobotPlacement
+from graphengine.physics.model.joint_starts import check_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
@@ -37,13 +38,13 @@ class _RobotKind:
 
 
 class Scenery:
-    """A world, and robots to be put into it.
+    """A world, and robots to add to it.
 
     Args:
-        scene: what messages about the world point to; relative paths begin in its folder.
-        world: parsed; None if that failed, and then nothing compiles.
-        lines: where each line of the parsed text comes from.
-        library: reads what descriptions refer to.
+        scene: scene for messages about the world; relative paths begin in its folder.
+        world: parsed world; None if parsing failed, and then nothing can be compiled.
+        lines: origin of each line of the parsed text.
+        library: reads the files to which descriptions refer.
     """
 
     def __init__(
@@ -58,13 +59,13 @@ class Scenery:
         """By path of the file, or by the text of the description."""
 
     def copy(self, files: Files) -> Scenery:
-        """The same, which reads other robots from `files` without this one knowing."""
+        """Return a copy that reads further robots from `files` independently of this one."""
         made = copy.copy(self)
         made.library, made._kinds = self.library.copy(files), dict(self._kinds)
         return made
 
     def robot(self, placement: RobotPlacement, findings: Findings) -> RobotInstance | None:
-        """A robot at its place; each robot file is read once, and what is wrong with it told once."""
+        """Return a robot at its place; each robot file is read once, and its errors are reported once."""
         use = placement.use.use
         if is_text(use):
             path, key = self.scene.folder / "description", use
@@ -76,14 +77,23 @@ class Scenery:
         if key not in self._kinds:
             self._kinds[key] = self._read(path, placement, findings)
         kind = self._kinds[key]
+        if kind is not None:
+            self._check_starts(kind.robot, placement, findings)
         return replace(kind.robot, placement=placement, floor=self._floor) if kind is not None else None
+
+    def _check_starts(self, robot: RobotInstance, placement: RobotPlacement, findings: Findings) -> None:
+        """Check where the scene lets a robot's joints start, once for a fleet."""
+        joints, document = placement.use.joints, self.scene.document
+        if joints and placement.key and placement.name in (placement.key, f"{placement.key}_0000"):
+            places = {name: document.span("robots", placement.key, "joints", name, "start") for name in joints}
+            check_starts(joints, places, robot.urdf, robot.disabled.joints, findings)
 
     def _place_of(self, placement: RobotPlacement) -> Span | None:
         """Where the scene names a robot's file; nowhere for one that comes later."""
         return self.scene.document.span("robots", placement.key, "use") if placement.key else None
 
     def forget(self, robots: Mapping[str, RobotInstance]) -> None:
-        """Read anew what was wrong, and the texts that no robot is made of."""
+        """Discard robots with errors, and descriptions given as text that no robot uses."""
         used = {id(robot.file) for robot in robots.values()}
         self._kinds = {
             key: kind
@@ -131,7 +141,7 @@ class Scenery:
         )
 
     def compile(self, robots: Mapping[str, RobotInstance], findings: Findings) -> mujoco.MjModel | None:
-        """One model of the world and robots from `robot`; None when MuJoCo refuses."""
+        """Return one model of the world and robots from `robot`; None if MuJoCo refuses."""
         whole = self._assembled(robots, findings)
         if whole is None:
             return None

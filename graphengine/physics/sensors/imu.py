@@ -1,8 +1,8 @@
-"""An inertial unit, which measures means over the time since its last sample.
+"""An inertial measurement unit, which measures means over the time since its last sample.
 
-So its samples, added up, give the motion; a shock between two of them is not missed, nor does a contact that rattles for one
-physics step count as if it had lasted. Acceleration is the change of velocity from step to step in the world frame, turned into
-the sensor's frame: a difference of velocities in a frame that turns would lack the centripetal part.
+So the integral of its samples gives the motion; a shock between two samples is not missed, and a contact that vibrates for one
+physics step does not count as if it had lasted. Acceleration is the change of velocity per step in the world frame, rotated to
+the sensor's frame: a difference of velocities in a rotating frame would lack the centripetal part.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class ImuProfile(Profile):
 
 @dataclass(frozen=True, slots=True)
 class _Mean:
-    """A sample before noise: acceleration without gravity, what gravity adds, angular velocity; in the sensor's frame."""
+    """A sample before noise, in the sensor's frame: acceleration without gravity, the part of gravity, and angular velocity."""
 
     count: int
     """Ticks, or physics steps, since the start."""
@@ -65,12 +65,12 @@ class _Mean:
 
 
 class _Samples:
-    """The samples of graphs that run at every tick, or of those that run at every physics step.
+    """The samples for graphs that run per tick, or for graphs that run per physics step.
 
     Args:
-        sampling: counts ticks, or steps.
-        period: seconds from one count to the next, as numerator and denominator.
-        steps: physics steps from one count to the next.
+        sampling: schedule of the samples, in ticks or steps.
+        period: seconds per tick or step, as numerator and denominator.
+        steps: physics steps per tick or step.
     """
 
     def __init__(self, sampling: Sampling, period: tuple[int, int], steps: int) -> None:
@@ -79,12 +79,12 @@ class _Samples:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew."""
+        """Restart sampling."""
         self.newest: _Mean | None = None
         self._sums, self._added = [0.0] * 9, 0
 
     def add(self, step: int, values: Sequence[float], orientation: Quaternion) -> None:
-        """Take in what a step did."""
+        """Add the measurements of a step."""
         self._sums = [total + value for total, value in zip(self._sums, values, strict=True)]
         self._added += 1
         count, rest = divmod(step, self._steps)
@@ -100,8 +100,8 @@ class _Samples:
 class InertialUnit(CarriedPrim):
     """The unit at an imu prim, whose facts are its profile.
 
-    Graphs that run at every tick get a sample of whole ticks; those that run at every physics step may get more of them.
-    Orientation is that at the sample's time.
+    Graphs that run per tick get samples of whole ticks; graphs that run per physics step may get more samples. Orientation is
+    that at the time of the sample.
     """
 
     sees_steps = True
@@ -125,23 +125,23 @@ class InertialUnit(CarriedPrim):
         self.see_displacement()
 
     def bind(self) -> None:
-        """Find the body that carries the unit, and gravity, which may change."""
+        """Find the body that carries the unit, and read gravity, which may change."""
         super().bind()
         self._gravity = self._simulation.model.opt.gravity
 
     def reset(self) -> None:
-        """Begin anew from the present state."""
+        """Restart from the current state."""
         self._by_tick.reset()
         self._by_step.reset()
         self._sampled = None
         self.see_displacement()
 
     def see_displacement(self) -> None:
-        """Begin the next step from where the unit was put."""
+        """Start the next step from the pose at which the unit was placed."""
         self._velocity, self._orientation = self.velocity()[0], self.pose()[1]
 
     def see_motion(self) -> None:
-        """Take in a step: change of velocity, gravity and turn, each in the sensor's frame halfway through it."""
+        """Add the measurements of a step: change of velocity, gravity and rotation, in the sensor's frame halfway through it."""
         seconds, steps = self._by_step.period
         velocity, turning = self.velocity()
         orientation, rate = self.pose()[1], steps / seconds
@@ -156,13 +156,13 @@ class InertialUnit(CarriedPrim):
 
     @property
     def due(self) -> bool:
-        """Whether a new sample falls into this tick; for graphs of physics steps, into this step."""
+        """Return whether a new sample belongs to this tick; for graphs that run per physics step, to this step."""
         if self._simulation.stepping:
             return self._by_step.sampling.due(self._simulation.steps)
         return self._by_tick.sampling.due(self._simulation.tick)
 
     def sample(self) -> ImuSample:
-        """The newest sample, shared by all who ask in its tick or step."""
+        """Return the newest sample, the same for all callers in its tick or step."""
         samples = self._by_step if self._simulation.stepping else self._by_tick
         mean = samples.newest or self._at_rest()
         if self._sample is None or self._sampled is not mean:
@@ -171,12 +171,12 @@ class InertialUnit(CarriedPrim):
         return self._sample
 
     def _upwards(self) -> Vector3:
-        """What gravity adds to what an accelerometer reads, m/s2, in the world frame."""
+        """Return what gravity adds to the reading of an accelerometer, m/s2, in the world frame."""
         x, y, z = self._gravity.tolist()
         return -x, -y, -z
 
     def _at_rest(self) -> _Mean:
-        """What there is to see before the first sample."""
+        """Return the sample before the first one: the unit at rest."""
         turning, orientation = self.velocity()[1], self.pose()[1]
         gravity = unrotate(orientation, self._upwards())
         return _Mean(0, -1, (0.0, 0.0, 0.0, *gravity, *unrotate(orientation, turning)), orientation)
@@ -197,7 +197,7 @@ class InertialUnit(CarriedPrim):
 
 
 def _halfway(before: Quaternion, after: Quaternion, vector: Vector3) -> Vector3:
-    """A vector of the world in the mean of two frames; off by an eighth of the square of the angle between them."""
+    """Return a vector of the world in the mean of two frames; the error is an eighth of the squared angle between them."""
     a, b, c = unrotate(before, vector)
     d, e, f = unrotate(after, vector)
     return (a + d) / 2, (b + e) / 2, (c + f) / 2

@@ -17,15 +17,23 @@ from graphengine.physics.dynamics.directed_friction import _compiled, turn_conta
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.materials import sentences
 from graphengine.physics.simulation import Simulation
-from tests.physics.bases import FOUR, MECANUM, SKID, Base, Wheel, joints, material, reached
+from tests.physics.bases import (
+    FOUR,
+    MECANUM,
+    MECANUM_WHEELS,
+    ON_THE_FLOOR,
+    ROLLERS,
+    SKID,
+    SKID_WHEELS,
+    Base,
+    Wheel,
+    joints,
+    material,
+    reached,
+)
 from tests.physics.harness import Project, steps
 
 Floats = NDArray[np.float64]
-ROLLERS = dict(zip(FOUR, (-1, 1, 1, -1), strict=True))
-"""Of a mecanum base: the roller axis of a wheel at the floor points along (1, s)."""
-MECANUM_WHEELS = "materials:\n" + "".join(material([name], (1, sign, 0), 0.0) for name, sign in ROLLERS.items())
-SKID_WHEELS = "materials:\n" + material(FOUR, (1, 0, 0), 0.05)
-ON_THE_FLOOR = "scene: test\nworld: world.xml\nrobots:\n  bot: {{use: bot.yaml, position: [0, 0, {height}]}}\n"
 TWISTS = [(0.5, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, -0.5, 0.0), (0.35, 0.35, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]
 
 
@@ -169,6 +177,18 @@ def test_a_spawned_robot_moves_as_told_too(project: Project) -> None:
     np.testing.assert_allclose(found, [0.0, 0.4, 0.0], atol=0.001)
 
 
+def test_what_sleeps_sleeps_on_and_does_not_change_how_a_robot_moves(project: Project) -> None:
+    speeds = mecanum_speeds(0.1, 0.3, 0.4)
+    alone = load(project, MECANUM, MECANUM_WHEELS)
+    drive(alone, speeds)
+    crate = '<body name="crate" pos="4 0 .1"><freejoint/><geom type="box" size=".1 .1 .1" mass="2"/></body>'
+    project.world(crate, before='<option><flag sleep="enable"/></option>')
+    simulation = project.load().simulation
+    drive(simulation, speeds)
+    assert np.count_nonzero(simulation.data.tree_asleep >= 0) == 1
+    assert simulation.data.qpos[7:].tolist() == alone.data.qpos.tolist()
+
+
 def test_friction_that_a_graph_writes_scales_both_directions(project: Project) -> None:
     simulation = load(project, SKID, SKID_WHEELS)
     prim = simulation.stage.find("/bot/Materials/front_left")
@@ -308,6 +328,10 @@ def test_both_frictions_are_told() -> None:
         ("across: -0.1, direction: [1, 0, 0]", "across: "),
         ("across: 0.1, direction: [1, 0]", "direction"),
         ("across: 0.1, direction: [1, 0, 0], expressed_in: chasis", "the robot has no link 'chasis'"),
+        (
+            "across: 0.1, direction: [0, 0, 2]",
+            "its direction points along the z axis of 'base_link', none of it along a floor",
+        ),
     ],
 )
 def test_a_material_that_cannot_be_is_refused_at_its_place(project: Project, keys: str, complaint: str) -> None:

@@ -40,6 +40,13 @@ def test_each_file_becomes_files_of_mujoco_in_its_colours_or_one() -> None:
     assert "no element found" in why(empty)
 
 
+@pytest.mark.parametrize("encoding", ["ascii", "utf-8", "utf-16", "iso-8859-1", "windows-1252"])
+def test_encodings_that_exporters_declare_are_known_where_nothing_can_be_imported(encoding: str) -> None:
+    declared = f'<?xml version="1.0" encoding="{encoding}"?>\n' + GOOD.decode().partition("?>")[2]
+    (found,) = convert_all([Foreign(declared.encode(encoding), ".dae", visual=True)])
+    assert isinstance(found, list)
+
+
 def test_a_file_cannot_ask_for_more_memory_than_there_is() -> None:
     huge, box = convert_all(
         [Foreign(glb(300_000_000), ".glb", visual=True), Foreign(exported("ply"), ".ply", visual=True)]

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from graphengine.api.calibration import diagnosis, imu_noise
 from graphengine.api.calibration.drive_recorder import STILL, DriveRecorder, Trace
-from graphengine.api.calibration.figures import Calibration, Kind, Motion, Square, Twist
+from graphengine.api.calibration.figures import Calibration, ImuNoise, Kind, Kinematics, Motion, Square, Twist
 from graphengine.api.calibration.flat_scene import on_flat_floor
 from graphengine.api.calibration.measuring import (
     at_offset,
@@ -44,9 +44,11 @@ from graphengine.scene.loaded_scene import LoadedScene
 SPEED, TURN_SPEED = 0.3, 0.6
 """Default commands, m/s and rad/s."""
 REST, LONGEST_RAMP, LONGEST_TURN = 3.0, 15.0, 60.0
-"""Times, s: standing at the start, waiting for a steady velocity, and waiting for a full turn."""
+"""Times, s: standing at the start, waiting for a steady velocity, and turning once."""
 STRAIGHT = 4.0
 """Time for which a steady straight motion is measured, s."""
+ARC = 1.0
+"""Angle of an arc, rad."""
 SIDE = 1.0
 """Side of the square, m."""
 LEAST = 0.05
@@ -71,12 +73,22 @@ def calibrate(
     log: Log = log_to_logging,
     progress: Progress = no_progress,
 ) -> Calibration:
-    """Calibrate a robot of a scene. The first arguments are those of `Scene.calibrate`.
+    """Calibrate a robot of a scene.
 
     Args:
+        scene: scene with the robot.
+        robot: name of the robot, as in `Scene.calibrate`, which describes the next arguments too.
+        command_topic: topic to drive the robot with; None if it has only one.
+        speed: speed to command, m/s.
+        turn_speed: turn rate to command, rad/s.
+        seed: seed of all random generators.
         modules: Python modules with node types.
         log: receives severity, prim path and text of what nodes log.
         progress: receives the completed share of the work, 0 to 1.
+
+    Raises:
+        CheckError: the robot or one of its graphs has errors.
+        UsageError: the robot or the topic is not clear, or a speed is not above 0.
     """
     for name, value in (("speed", speed), ("turn_speed", turn_speed)):
         if not 0.0 < value < math.inf:
@@ -85,7 +97,9 @@ def calibrate(
     with on_flat_floor(scene, chosen) as flat:
         command = find_command(flat.claims, command_topic)
         if command is None:
-            return Calibration(chosen.name, "", "", speed, turn_speed, False, notes=(diagnosis.no_command(scene, flat),))
+            return Calibration(
+                chosen.name, "", "", speed, turn_speed, False, notes=(diagnosis.no_command(scene, flat),)
+            )
         speed = min(speed, limit_of(flat, "maxLinearSpeed"))
         turn_speed = min(turn_speed, limit_of(flat, "maxAngularSpeed"))
         options = RunOptions(seed=seed, domain=0, log=log)
@@ -130,97 +144,102 @@ class _Calibrator:
         self._imus = published(scene.claims, IMU)
         instance = scene.world.robots[robot]
         self._wheel_base = known_wheel_base(scene) or WheelMeter.described_wheel_base(instance)
+        self._arc_radius = _arc_radius(self._wheel_base, limit_of(scene, "maxWheelRotation"))
         odometry = published(scene.claims, ODOMETRY)
         self._drives = DriveRecorder(sim, robot, command, odometry, self._wheel_base)
         self._wheels = WheelMeter(instance, self._drives.articulation.joint_names)
         self._meters = {topic: OdometryMeter(topic) for topic in odometry}
         self._result = Calibration(robot, command.topic, command.type, speed, turn_speed, moves=True)
         self._motions: list[Motion] = []
-        self._notes: list[str] = [] if odometry else ["odometry: the robot's graphs publish no nav_msgs/Odometry"]
+        self._notes = [
+            f"{what}: the robot's graphs publish no {message_type.replace('/msg/', '/')}"
+            for what, message_type, topics in (("odometry", ODOMETRY, odometry), ("IMU", IMU, self._imus))
+            if not topics
+        ]
+        self._arc_rate = 0.0
+        self._at_rest = STILL
         self._mark: Checkpoint
 
     def run(self) -> Calibration:
         """Drive all motions; stop after the first if the robot does not move."""
         imus = imu_noise.measure(self._sim, self._imus, self._drives, REST)
+        self._at_rest = mean_velocity(self._drives.trace(round(1.0 / self._drives.dt)))
+        self._notes += diagnosis.rolls_away(self._at_rest)
         self._mark = self._sim.checkpoint()
         load = diagnosis.floor_load(self._sim, self._result.robot)
-        speed = self._result.speed
+        speed, turn = self._result.speed, Twist(yaw=self._result.turn_speed)
         forward = self._measure("forward", "straight", Twist(x=speed))
-        if abs(forward.share) < LEAST and not self._turns_on_the_spot():
-            self._notes[:0] = diagnosis.stands_still(self._drives, self._wheels, load)
-            return self._finished(moves=False, imus=imus)
+        if not self._follows(forward.commanded, forward.reached):
+            reasons = diagnosis.stands_still(self._drives, self._wheels, load)
+            if not self._responds(turn, by_wheels=False):
+                self._notes[:0] = reasons
+                return self._finished(imus, moves=False)
         self._measure("backward", "straight", Twist(x=-speed))
         self._progress(0.2)
-        on_the_spot = self._result.command_type != ACKERMANN and self._turns_on_the_spot()
-        steered = self._measure_turns() if on_the_spot else self._measure_arcs()
+        on_the_spot = self._result.command_type != ACKERMANN and self._responds(turn)
+        if on_the_spot:
+            self._measure("turn_left", "turn", turn)
+            self._measure("turn_right", "turn", Twist(yaw=-self._result.turn_speed))
+        steered = not on_the_spot and self._measure_arcs()
         self._progress(0.5)
-        sideways = on_the_spot and self._goes_sideways()
+        sideways = on_the_spot and self._responds(Twist(y=speed))
         if sideways:
             self._measure("sideways_left", "sideways", Twist(y=speed))
             self._measure("sideways_right", "sideways", Twist(y=-speed))
         self._progress(0.6)
-        squares = []
-        if on_the_spot or steered:
-            squares = [self._square(1.0, steered=steered), self._square(-1.0, steered=steered)]
-        self._progress(1.0)
-        kinematics = "mecanum" if sideways else "differential" if on_the_spot else "ackermann" if steered else ""
-        return self._finished(kinematics=kinematics, squares=tuple(squares), imus=imus)
+        squares: list[Square] = []
+        for sign in (1.0, -1.0) if on_the_spot or steered else ():
+            squares.append(self._square(sign, steered=steered))
+            self._progress(0.8)
+        kinematics: Kinematics = (
+            "mecanum" if sideways else "differential" if on_the_spot else "ackermann" if steered else ""
+        )
+        return replace(self._finished(imus, kinematics), squares=tuple(squares))
 
-    def _finished(self, **more: object) -> Calibration:
+    def _finished(self, imus: tuple[ImuNoise, ...], kinematics: Kinematics = "", *, moves: bool = True) -> Calibration:
         """The result, with the figures of all drives so far."""
-        omni = more.get("kinematics") == "mecanum"
-        wheels = self._wheels
-        slips = {"straight": wheels.straight_slip, "turn": wheels.turn_slip(omni=omni)}
-        motions = tuple(replace(one, slip=slips.get(one.kind)) for one in self._motions)
-        self._notes += wheels.notes(moves=bool(more.get("moves", True)))
-        self._notes += diagnosis.clamped(self._sim)
+        omni, wheels = kinematics == "mecanum", self._wheels
+        notes = self._notes + (wheels.notes() if moves else []) + diagnosis.clamped(self._sim)
         odometry = []
         for topic, meter in self._meters.items():
             odometry.append(meter.figures(self._drives.child_frames.get(topic, ""), omni=omni))
-            self._notes += meter.notes
+            notes += meter.notes if moves else []
         return replace(
             self._result,
-            motions=motions,
+            moves=moves,
+            kinematics=kinematics,
+            motions=tuple(replace(one, slip=wheels.slip(one, omni=omni)) for one in self._motions),
             wheels=wheels.wheels,
             wheel_radius=wheels.radius,
             track=wheels.track,
             wheel_base=wheels.wheel_base,
             turning_centre=_turning_centre(self._motions),
             odometry=tuple(odometry),
-            notes=tuple(self._notes),
-            **more,  # type: ignore[arg-type]
+            imus=imus,
+            notes=tuple(notes),
         )
 
     # Motions
 
-    def _turns_on_the_spot(self) -> bool:
-        """Whether a turn rate alone moves the wheels, or the robot."""
-        return self._responds(Twist(yaw=self._result.turn_speed))
-
-    def _goes_sideways(self) -> bool:
-        return self._responds(Twist(y=self._result.speed))
-
-    def _responds(self, twist: Twist) -> bool:
-        """Whether a command moves the wheels, or moves the robot as commanded; measured for a short time."""
+    def _responds(self, twist: Twist, *, by_wheels: bool = True) -> bool:
+        """Whether a command, given for a short time, moves the robot as commanded, or also whether it turns the wheels."""
         self._begin()
         self._drives.drive(twist, 2.0)
         trace = self._drives.trace()
         part = trace.part(len(trace.base) // 2)
-        return self._wheels.roll(part) or abs(_share(twist, mean_velocity(part))) >= LEAST
+        return self._follows(twist, mean_velocity(part)) or (by_wheels and self._wheels.roll(part))
+
+    def _follows(self, twist: Twist, reached: Twist) -> bool:
+        """Whether a command changes the velocity by `LEAST` of it; a robot may move by itself."""
+        return abs(_share(twist, reached) - _share(twist, self._at_rest)) >= LEAST
 
     def _begin(self) -> None:
         self._sim.restore(self._mark)
         self._drives.begin()
 
-    def _measure_turns(self) -> bool:
-        for name, sign in (("turn_left", 1.0), ("turn_right", -1.0)):
-            self._measure(name, "turn", Twist(yaw=sign * self._result.turn_speed))
-        return False
-
     def _measure_arcs(self) -> bool:
         """Measure arcs to both sides; True if the robot turns in them."""
-        radius = 3.0 * self._wheel_base if self._wheel_base else 1.5
-        self._arc_rate = min(self._result.turn_speed, self._result.speed / radius)
+        self._arc_rate = min(self._result.turn_speed, self._result.speed / self._arc_radius)
         for name, sign in (("arc_left", 1.0), ("arc_right", -1.0)):
             self._measure(name, "turn", Twist(x=self._result.speed, yaw=sign * self._arc_rate))
         turned = any(abs(motion.share) >= LEAST for motion in self._motions[-2:])
@@ -257,12 +276,12 @@ class _Calibrator:
         return motion
 
     def _drive_a_turn(self, twist: Twist, begin: int) -> None:
-        """Drive on until a full turn is complete, or give up early if the robot hardly turns."""
+        """Drive on until a full turn on the spot, or an arc of `ARC`, is complete; stop early if the robot hardly turns."""
         self._drives.drive(twist, 2.0)
         rate = abs(mean_velocity(self._drives.trace().part(begin)).yaw)
-        needed = 1.02 * math.tau / rate - 2.0 if rate > 0.0 else math.inf
-        if needed <= LONGEST_TURN:
-            self._drives.drive(twist, max(needed, self._drives.dt))
+        needed = (ARC if twist.x else 1.02 * math.tau) / rate - 2.0 if rate > 0.0 else math.inf
+        if 0.0 < needed <= LONGEST_TURN:
+            self._drives.drive(twist, needed)
 
     def _square(self, sign: float, *, steered: bool) -> Square:
         """Drive a square by time: counter-clockwise for sign 1, clockwise for -1."""
@@ -304,6 +323,13 @@ class _Calibrator:
     def _stop(self) -> None:
         """Command zero until the robot stands."""
         self._drives.drive_until(STILL, _stands, 3.0, block=0.25)
+
+
+def _arc_radius(wheel_base: float | None, steering_limit: float) -> float:
+    """Radius of arcs, m: 2 to 5 wheel bases, at 0.8 of the steering limit, rad; 3 wheel bases if that is not known."""
+    if wheel_base is None:
+        return 1.5
+    return wheel_base * (min(max(1.0 / math.tan(0.8 * steering_limit), 2.0), 5.0) if steering_limit < 1.2 else 3.0)
 
 
 def _share(twist: Twist, reached: Twist) -> float:

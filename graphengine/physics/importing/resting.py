@@ -1,0 +1,154 @@
+"""How a robot rests on a flat floor: which links carry its weight, and where its centre of mass lies between its wheels.
+
+What rests on the floor and does not roll brakes the robot, so it gets a material without friction.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+
+import numpy as np
+
+from graphengine.physics.description.urdf import WORLD
+from graphengine.physics.dynamics.contact_forces import contact_points
+from graphengine.physics.engine import Floats, body_names, collides, mujoco
+from graphengine.physics.importing.draft import Draft, Remark, WheelShape
+from graphengine.physics.importing.trial import FLOOR_FRICTION, trial_model, trial_spec
+from graphengine.physics.model.geoms import extents
+from graphengine.physics.model.robot import RobotInstance
+
+NAME = "CasterMaterial"
+STEP = 1 / 240
+"""s; that of a scene."""
+SECONDS = 2.0
+"""Time to come to rest, before the forces are measured."""
+MEASURED = 0.25
+"""Last part of that time, over which forces are averaged, s."""
+STIFF = 1e5
+"""Damping of joints that nothing holds, N m s/rad or N s/m: an arm keeps its pose while the base comes to rest."""
+LEANING = 1.0
+"""Tilt (degrees) from which it is told: a lidar that leans sees the floor."""
+FALLEN = math.cos(math.radians(20))
+"""Cosine of the tilt from which a robot lies on its side."""
+OFF_CENTRE = 0.05
+"""Part of the track by which a centre of mass lies to one side before it is told."""
+LEAST_SHARE = 0.001
+"""Part of the weight below which a link does not rest on the floor."""
+NEAR = 0.01
+"""Height (m) above the floor below which a link touches it when the robot pitches."""
+
+
+def fill(draft: Draft) -> None:
+    """Let the robot stand on a floor, tell what carries it, and free of friction what does not roll."""
+    standing = [wheel for wheel in draft.wheels.values() if wheel.on_floor]
+    driven = [wheel for wheel in standing if not wheel.swivels]
+    if not driven or draft.fixed_base or draft.urdf.root == WORLD:
+        return
+    trial = trial_spec(draft)
+    model = _model(draft, *trial) if trial is not None else None
+    if model is None:
+        return
+    data = _at_rest(model)
+    if data is None or data.body(draft.urdf.root).xmat[8] < FALLEN:
+        draft.noticed.append(Remark("on a flat floor the robot does not come to rest on its wheels"))
+        return
+    tilt = math.degrees(math.acos(min(float(data.body(draft.urdf.root).xmat[8]), 1.0)))
+    if tilt > LEANING:
+        draft.noticed.append(Remark(f"on a flat floor the robot leans by {tilt:.1f} degrees"))
+    _tell_centre(draft, model, data, driven)
+    wheels = {wheel.link for wheel in standing}
+    forces = _forces(model, data)
+    near = [link for link in _near(draft, model, data) if link not in wheels]
+    _free(draft, {link: force for link, force in forces.items() if link not in wheels}, near, sum(forces.values()))
+
+
+def _model(draft: Draft, spec: mujoco.MjSpec, robot: RobotInstance) -> mujoco.MjModel | None:
+    """The robot above a plane; joints that nothing holds and no wheel hangs on stay as they are."""
+    options = spec.option
+    options.timestep, options.integrator = STEP, mujoco.mjtIntegrator.mjINT_DISCRETE
+    options.cone, options.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0
+    carrying: set[str] = set()
+    for wheel in draft.wheels.values():
+        joint = draft.urdf.links[wheel.link].carrier
+        while joint is not None:
+            carrying.add(joint.name)
+            joint = draft.urdf.links[joint.parent].carrier
+    for moving in robot.moving:
+        if moving.name not in carrying and moving.name not in robot.drives:
+            spec.joint(moving.name).damping[0] = STIFF
+    model = trial_model(draft, spec)
+    if model is None:
+        return None
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    reach = extents(model, data, np.flatnonzero(collides(model)))
+    if reach is None:
+        return None
+    height = float(reach[0][2]) - 0.001
+    plane = mujoco.mjtGeom.mjGEOM_PLANE
+    spec.worldbody.add_geom(type=plane, size=[0, 0, 1], pos=[0, 0, height], friction=[FLOOR_FRICTION, 0.005, 0.0001])
+    return trial_model(draft, spec)
+
+
+def _at_rest(model: mujoco.MjModel) -> mujoco.MjData | None:
+    """The state after some seconds; None if the simulation diverges."""
+    data = mujoco.MjData(model)
+    for _ in range(round((SECONDS - MEASURED) / STEP)):
+        mujoco.mj_step(model, data)
+    diverged = any(warning.number for warning in data.warning) or not np.isfinite(data.qpos).all()
+    return None if diverged else data
+
+
+def _forces(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
+    """Mean force (N) with which the floor carries each link."""
+    names, forces = body_names(model), defaultdict[str, float](float)
+    steps = round(MEASURED / STEP)
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+        mujoco.mj_forward(model, data)
+        contacts = contact_points(model, data)
+        for force, bodies in zip(contacts.forces, contacts.bodies.tolist(), strict=True):
+            if 0 in bodies:
+                forces[names[max(bodies)]] += abs(float(force[2])) / steps
+    return forces
+
+
+def _near(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData) -> list[str]:
+    """Links whose colliders reach down nearly as far as the floor."""
+    floor, solid = data.geom_xpos[model.geom_bodyid == 0][0][2], np.flatnonzero(collides(model))
+    found: list[str] = []
+    for link in draft.urdf.links:
+        body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, link)
+        reach = extents(model, data, solid[model.geom_bodyid[solid] == body]) if body > 0 else None
+        if reach is not None and reach[0][2] < floor + NEAR:
+            found.append(link)
+    return found
+
+
+def _free(draft: Draft, forces: dict[str, float], near: list[str], weight: float) -> None:
+    """Bind links that rest on the floor, or nearly so, and do not roll to a material without friction."""
+    resting = {link: force for link, force in forces.items() if force > LEAST_SHARE * weight}
+    for link, force in resting.items():
+        text = f"{force:.3g} N, {force / weight:.0%} of the weight, rest on {link}, which does not roll"
+        colliders = draft.urdf.links[link].colliders
+        draft.noticed.append(Remark(text, colliders[0].span if colliders else None))
+    if links := [link for link in dict.fromkeys([*resting, *near]) if link not in draft.bound()]:
+        entry = draft.entry("materials", NAME)
+        entry.comments.append("slides: with friction, what touches the floor and does not roll would brake the robot")
+        entry.value = {"static_friction": 0.0, "dynamic_friction": 0.0, "combine": "min", "bind": links}
+
+
+def _tell_centre(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData, driven: list[WheelShape]) -> None:
+    """Tell of a centre of mass that lies to one side of the middle between the wheels."""
+    root = data.body(draft.urdf.root)
+    centre = root.xmat.reshape(3, 3).T @ (data.subtree_com[model.body_rootid[root.id]] - root.xpos)
+    axle = np.array(driven[0].axis)
+    along: Floats = np.array([wheel.centre for wheel in driven]) @ axle
+    track, middle = float(np.ptp(along)), float(along.min() + along.max()) / 2
+    off = float(centre @ axle) - middle
+    if track > 0 and abs(off) > OFF_CENTRE * track:
+        text = f"the centre of mass lies {abs(off) * 1000:.0f} mm to one side of the middle of its wheels, "
+        draft.noticed.append(
+            Remark(text + "so the base drifts when wheels slip, as those of a skid-steer base do in a turn")
+        )

@@ -1,0 +1,47 @@
+"""A draft of a robot as a MuJoCo model, to find out what its robot file has to say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from graphengine.format.diagnostics import Findings
+from graphengine.format.spec import RobotUse
+from graphengine.physics.description.description_reader import robot_file
+from graphengine.physics.engine import REFUSALS, compiled, mujoco
+from graphengine.physics.importing.draft import Draft
+from graphengine.physics.importing.writer import render
+from graphengine.physics.model.fleet_expansion import place
+from graphengine.physics.model.robot import RobotInstance, load_robot
+from graphengine.physics.model.robot_model import robot_spec
+
+FLOOR_FRICTION = 1.0
+"""Of the floor that an imported robot is tried on."""
+
+
+def trial_spec(draft: Draft) -> tuple[mujoco.MjSpec, RobotInstance] | None:
+    """The robot that a draft describes so far; None if anything is wrong with it, which the import reports later."""
+    if draft.library is None:
+        return None
+    scratch = Findings()
+    file = robot_file(render(draft), Path(f"{draft.name}.yaml"), scratch)
+    (placement,) = place(draft.name, RobotUse(use=f"{draft.name}.yaml"))
+    robot = load_robot(placement, file, draft.library.files, scratch, draft.urdf) if file is not None else None
+    reported, draft.library.findings = draft.library.findings, scratch
+    try:
+        spec = robot_spec(robot, draft.library, FLOOR_FRICTION, scratch) if robot is not None else None
+    finally:
+        draft.library.findings = reported
+    return (spec, robot) if spec is not None and robot is not None else None
+
+
+def trial_model(draft: Draft, spec: mujoco.MjSpec) -> mujoco.MjModel | None:
+    """The model of a description; None if MuJoCo refuses it.
+
+    MuJoCo warns of a file only when it decodes it first, so its warnings are kept in the draft.
+    """
+    try:
+        model, warnings = compiled(spec)
+    except REFUSALS:
+        return None
+    draft.mujoco_warnings.update(dict.fromkeys(warnings))
+    return model

@@ -1,0 +1,156 @@
+"""Finds the wheels of a robot, also those whose colliders are meshes, and gives them colliders that roll."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from graphengine.devices.rotation import rotate
+from graphengine.physics.description.urdf import TURNING, UrdfJoint, origin_of, shape_of
+from graphengine.physics.engine import Floats, collides, mujoco
+from graphengine.physics.importing.draft import Draft, Remark, WheelShape
+from graphengine.physics.importing.trial import trial_model, trial_spec
+from graphengine.physics.model.geoms import extents, mesh_vertices
+
+WIDE = 8 * math.pi
+"""Range (rad) of a revolute joint that turns on and on, as a continuous one does: four turns."""
+ROUND = 0.93
+"""Least reach of a wheel in any direction about its axis, by the greatest: a wheel of ten corners is round."""
+LEVEL = 0.3
+"""Greatest slope of a wheel's axis: cosine of its angle with the vertical."""
+ALIGNED = 0.99
+"""Least cosine of the angle between a cylinder's axis and that of the joint which turns it as a wheel."""
+STANDING = 0.02
+"""Height (m) above the lowest collider up to which a link stands on the floor."""
+PLUMB = 0.9
+"""Least cosine of the angle between a caster's swivel and the vertical."""
+_DIRECTIONS = np.linspace(0.0, 2 * math.pi, 72, endpoint=False)
+
+
+def fill(draft: Draft) -> None:
+    """Find the wheels, and write `wheel_colliders` for those that would roll badly as they are."""
+    trial = trial_spec(draft)
+    model = trial_model(draft, trial[0]) if trial is not None else None
+    if model is None:
+        return
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    below = extents(model, data, np.flatnonzero(collides(model)))
+    for joint in draft.urdf.moving():
+        if below is not None and (wheel := _wheel(draft, joint, model, data, float(below[0][2]))) is not None:
+            draft.wheels[joint.name] = wheel
+            _shape(draft, wheel)
+
+
+def turns_on(joint: UrdfJoint) -> bool:
+    """Whether a joint turns without end, or nearly so."""
+    limits = joint.limits
+    return joint.type in TURNING and (limits is None or limits[1] - limits[0] > WIDE)
+
+
+def _wheel(
+    draft: Draft, joint: UrdfJoint, model: mujoco.MjModel, data: mujoco.MjData, lowest: float
+) -> WheelShape | None:
+    if not turns_on(joint):
+        return None
+    body = model.body(joint.child).id
+    geoms = [geom for geom in np.flatnonzero(collides(model)) if model.geom_bodyid[geom] == body]
+    if (crooked := _crooked(draft, joint)) is not None:
+        reach = extents(model, data, geoms)
+        if reach is not None and reach[0][2] < lowest + STANDING:
+            draft.noticed.append(crooked)
+        return None
+    points = [_surface(model, data, int(geom)) for geom in geoms]
+    axis = rotate(draft.urdf.pose_in_root(joint.child)[1], joint.axis)
+    root = data.body(draft.urdf.root)
+    axle, joint_at = root.xmat.reshape(3, 3) @ np.array(axis), data.xpos[body]
+    if not points or (size := _size(np.concatenate(points) - joint_at, axle)) is None:
+        return None
+    radius, width, offset = size
+    centre = joint_at + axle * offset
+    on_floor = bool(centre[2] - radius < lowest + 0.25 * radius + 0.002 and abs(axle[2]) < LEVEL)
+    tags = [shape.tag for part in draft.urdf.links[joint.child].colliders if (shape := shape_of(part)) is not None]
+    tag = tags[0] if len(set(tags)) == 1 else "mesh"
+    if not on_floor and (tag not in ("cylinder", "sphere") or joint.type != "continuous"):
+        return None  # a roll of an arm, a lidar that spins
+    in_root = root.xmat.reshape(3, 3).T @ (centre - root.xpos)
+    place = (float(in_root[0]), float(in_root[1]), float(in_root[2]))
+    swivels = _swivels(draft, joint)
+    return WheelShape(joint.name, joint.child, radius, width, offset, axis, place, tag, on_floor, swivels)
+
+
+def _surface(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
+    """Points of a geom's surface in the world, shape (n, 3), m: corners, circles, or all vertices of a mesh."""
+    kind, size = model.geom_type[geom], model.geom_size[geom]
+    circle = np.stack([np.cos(_DIRECTIONS), np.sin(_DIRECTIONS), np.zeros_like(_DIRECTIONS)], axis=1)
+    if kind == mujoco.mjtGeom.mjGEOM_MESH:
+        points = mesh_vertices(model, int(model.geom_dataid[geom]))
+    elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        points = np.concatenate([circle * size[0] + [0, 0, end * size[1]] for end in (-1, 1)])
+    elif kind == mujoco.mjtGeom.mjGEOM_BOX:
+        points = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * size
+    else:
+        radii = np.where(size > 0, size, size[0])
+        points = np.concatenate([circle[:, turn] * radii for turn in ([0, 1, 2], [2, 0, 1], [1, 2, 0])])
+    placed: Floats = data.geom_xpos[geom] + points @ data.geom_xmat[geom].reshape(3, 3).T
+    return placed
+
+
+def _size(points: Floats, axle: Floats) -> tuple[float, float, float] | None:
+    """Radius, width and offset along the axle (m) of what is round about an axle through the origin, and no roller; else None."""
+    along = points @ axle
+    across = np.cross(axle, [1.0, 0.0, 0.0] if abs(axle[0]) < 0.9 else [0.0, 1.0, 0.0])
+    across /= np.linalg.norm(across)
+    u, v = points @ across, points @ np.cross(axle, across)
+    reach = np.array([np.max(u * math.cos(angle) + v * math.sin(angle)) for angle in _DIRECTIONS])
+    radius, width = float(reach.max()), float(np.ptp(along))
+    if radius <= 0 or reach.min() < ROUND * radius or width > 4 * radius:
+        return None
+    return radius, width, float(along.min() + along.max()) / 2
+
+
+def _swivels(draft: Draft, joint: UrdfJoint) -> bool:
+    """Whether a joint above a wheel's turns freely about the vertical."""
+    above = draft.urdf.links[joint.parent].carrier
+    while above is not None:
+        axis = rotate(draft.urdf.pose_in_root(above.child)[1], above.axis)
+        if turns_on(above) and abs(axis[2]) > PLUMB:
+            return True
+        above = draft.urdf.links[above.parent].carrier
+    return False
+
+
+def _shape(draft: Draft, wheel: WheelShape) -> None:
+    """Write the collider of a wheel that would not roll smoothly: corners of a mesh, and the rims of a cylinder."""
+    colliders = draft.urdf.links[wheel.link].colliders
+    if not wheel.on_floor or wheel.collider == "sphere":
+        return
+    entry = draft.entry("wheel_colliders", wheel.link)
+    if wheel.collider == "cylinder" and len(colliders) == 1:
+        entry.value = "ellipsoid"
+        return
+    entry.value = {"shape": "ellipsoid", "radius": _rounded(wheel.radius), "width": _rounded(wheel.width)}
+    if abs(wheel.offset) > 1e-4:
+        entry.value["offset"] = _rounded(wheel.offset)
+    text = f"wheel {wheel.link}: an ellipsoid of radius {wheel.radius:.4g} m rolls in place of its {wheel.collider}"
+    draft.guessed.append(Remark(text, colliders[0].span))
+
+
+def _crooked(draft: Draft, joint: UrdfJoint) -> Remark | None:
+    """A remark on a joint that turns a cylinder which does not lie about its axis."""
+    colliders = draft.urdf.links[joint.child].colliders
+    shape, pose = (shape_of(colliders[0]), origin_of(colliders[0])) if len(colliders) == 1 else (None, None)
+    if shape is None or pose is None or shape.tag != "cylinder":
+        return None
+    own = rotate(pose[1], (0.0, 0.0, 1.0))
+    cosine = abs(sum(a * b for a, b in zip(own, joint.axis, strict=True)))
+    if cosine > ALIGNED:
+        return None
+    angle = math.degrees(math.acos(cosine))
+    text = f"joint {joint.name} turns the cylinder of {joint.child} about an axis {angle:.0f} degrees off its own: no wheel"
+    return Remark(text, colliders[0].span)
+
+
+def _rounded(number: float) -> float:
+    return float(f"{number:.6g}")

@@ -1,0 +1,65 @@
+"""How an imported robot rests on a floor: what carries it, what must slide, and where its weight lies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.physics.importing.harness import CASTER, CHASSIS, INERTIA, imported, keys, noticed, rover, wheel
+
+
+def test_a_caster_that_does_not_roll_slides_and_its_share_of_the_weight_is_told(tmp_path: Path) -> None:
+    robot = imported(tmp_path, rover(CASTER))
+    material = keys(robot)["materials"]["CasterMaterial"]
+    assert material == {"static_friction": 0.0, "dynamic_friction": 0.0, "combine": "min", "bind": ["caster"]}
+    (told,) = noticed(robot)
+    # 10 kg pull at 0.05 m behind the axle, the caster stands at 0.25 m: 2 kg of 12.
+    assert told == "19.7 N, 17% of the weight, rest on caster, which does not roll"
+
+
+def test_a_chassis_that_drags_slides_too(tmp_path: Path) -> None:
+    low = CHASSIS.replace('xyz="-.1 0 .06"', 'xyz="-.1 0 -.07"')
+    robot = imported(tmp_path, rover(chassis=low))
+    assert keys(robot)["materials"]["CasterMaterial"]["bind"] == ["base_link"]  # type: ignore[index]
+    assert "rest on base_link, which does not roll" in noticed(robot)[0]
+
+
+def test_an_arm_that_nothing_holds_does_not_upset_the_robot(tmp_path: Path) -> None:
+    arm = f"""<link name="arm"><inertial><origin xyz="0 0 .4"/><mass value="2"/>{INERTIA}</inertial>
+        <collision><origin xyz="0 0 .4"/><geometry><box size=".05 .05 .8"/></geometry></collision></link>
+      <joint name="arm_joint" type="revolute">
+        <parent link="base_link"/><child link="arm"/><origin xyz="-.1 0 .1" rpy="0 .2 0"/><axis xyz="0 1 0"/>
+        <limit lower="-2" upper="2" effort="5" velocity="1"/>
+      </joint>"""
+    robot = imported(tmp_path, rover(CASTER, arm))
+    assert keys(robot)["materials"]["CasterMaterial"]["bind"] == ["caster"]  # type: ignore[index]
+
+
+@pytest.mark.parametrize(("y", "told"), [(0.0, False), (0.08, True)])
+def test_a_weight_to_one_side_is_told(tmp_path: Path, y: float, told: bool) -> None:
+    robot = imported(tmp_path, rover(CASTER, chassis=CHASSIS.replace('xyz="-.05 0 .05"', f'xyz="-.05 {y} .05"')))
+    assert any("centre of mass lies 67 mm to one side" in text for text in noticed(robot)) is told
+
+
+def test_a_robot_that_falls_over_is_told(tmp_path: Path) -> None:
+    high = CHASSIS.replace('xyz="-.05 0 .05"', 'xyz="-.05 .5 1"')
+    assert noticed(imported(tmp_path, rover(chassis=high))) == [
+        "on a flat floor the robot does not come to rest on its wheels"
+    ]
+
+
+def test_a_robot_that_leans_is_told(tmp_path: Path) -> None:
+    robot = imported(tmp_path, rover(CASTER.replace("-.25 0 -.05", "-.25 0 -.03")))
+    (degrees,) = [float(text.split()[-2]) for text in noticed(robot) if "the robot leans by" in text]
+    assert degrees == pytest.approx(4.61, abs=0.15)  # 0.03 cos a + 0.25 sin a = 0.05
+
+
+def test_nothing_slides_on_a_fixed_base_or_without_wheels(tmp_path: Path) -> None:
+    assert "CasterMaterial" not in keys(imported(tmp_path, rover(CASTER), fixed_base=True))["materials"]
+    fixed = wheel("left", 0.2, kind="fixed") + wheel("right", -0.2, kind="fixed")
+    assert "materials" not in keys(imported(tmp_path, rover(CASTER, wheels=fixed)))
+
+
+def test_the_same_description_gives_the_same_file(tmp_path: Path) -> None:
+    assert imported(tmp_path, rover(CASTER)).files == imported(tmp_path, rover(CASTER)).files

@@ -1,0 +1,85 @@
+"""Wheels that an import finds: by their shape, on joints that turn on and on, where the robot stands on them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.physics.importing.harness import CASTER, CYLINDER, INERTIA, MESH, drum, imported, keys, noticed, rover, wheel
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "wheel.obj").write_text(drum(24), encoding="utf-8")
+    return tmp_path
+
+
+def meshed(**more: str) -> str:
+    return wheel("left", 0.2, MESH, **more) + wheel("right", -0.2, MESH, **more)  # type: ignore[arg-type]
+
+
+def test_a_wheel_with_a_mesh_is_found_and_rolls_as_an_ellipsoid(folder: Path) -> None:
+    (folder / "wheel.obj").write_text(drum(24, radius=0.1, width=0.04, offset=0.03), encoding="utf-8")
+    robot = imported(folder, rover(CASTER, wheels=meshed()))
+    left = robot.draft.wheels["left_joint"]
+    assert (left.radius, left.width, left.offset) == pytest.approx((0.1, 0.04, 0.03), abs=1e-6)
+    assert left.centre == pytest.approx((0, 0.23, 0), abs=1e-6)
+    shape = {"shape": "ellipsoid", "radius": 0.1, "width": 0.04, "offset": 0.03}
+    assert keys(robot)["wheel_colliders"]["left_wheel"] == pytest.approx(shape)  # type: ignore[comparison-overlap]
+    assert robot.robot.wheel_radii == pytest.approx({"left_joint": 0.1, "right_joint": 0.1})
+    assert keys(robot)["joints"]["left_joint"] == {"drive": {"damping": 50.0}}
+
+
+@pytest.mark.parametrize(("corners", "found"), [(4, False), (6, False), (10, True), (60, True)])
+def test_what_has_too_few_corners_is_no_wheel(folder: Path, corners: int, found: bool) -> None:
+    (folder / "wheel.obj").write_text(drum(corners), encoding="utf-8")
+    assert bool(imported(folder, rover(CASTER, wheels=meshed())).draft.wheels) is found
+
+
+@pytest.mark.parametrize(
+    ("limits", "found"),
+    [('lower="-1e16" upper="1e16"', True), ('lower="-6.3" upper="6.3"', False), ('lower="-1.5" upper="1.5"', False)],
+)
+def test_a_revolute_joint_carries_a_wheel_if_it_turns_on_and_on(folder: Path, limits: str, found: bool) -> None:
+    more = f'<limit {limits} effort="5" velocity="10"/>'
+    robot = imported(folder, rover(CASTER, wheels=meshed(kind="revolute", more=more)))
+    assert ("left_joint" in robot.draft.wheels) is found
+
+
+def test_what_turns_high_up_is_a_wheel_only_if_it_is_no_mesh(folder: Path) -> None:
+    above = wheel("roll", 0, MESH).replace('xyz="0 0 0"', 'xyz="0 0 1"').replace('xyz="0 0', 'xyz="0 0')
+    robot = imported(folder, rover(CASTER, above.replace('<origin xyz="0 0 0"/>', '<origin xyz="0 0 1"/>')))
+    assert list(robot.draft.wheels) == ["left_joint", "right_joint"]
+
+
+def test_a_cylinder_rolls_as_an_ellipsoid_and_a_sphere_as_it_is(folder: Path) -> None:
+    sphere = '<geometry><sphere radius=".1"/></geometry>'
+    robot = imported(folder, rover(CASTER, wheels=wheel("left", 0.2) + wheel("right", -0.2, sphere)))
+    assert keys(robot)["wheel_colliders"] == {"left_wheel": "ellipsoid"}
+
+
+def test_a_wheel_that_does_not_turn_about_its_own_axis_is_told(folder: Path) -> None:
+    crooked = CYLINDER.replace("1.5707963267948966", "1.2")
+    robot = imported(folder, rover(CASTER, wheels=wheel("left", 0.2) + wheel("right", -0.2, crooked)))
+    told = "joint right_joint turns the cylinder of right_wheel about an axis 21 degrees off its own: no wheel"
+    assert told in noticed(robot)
+
+
+def test_a_caster_of_swivel_and_wheel_turns_freely(folder: Path) -> None:
+    swivel = f"""<link name="fork"><inertial><mass value=".2"/>{INERTIA}</inertial></link>
+      <joint name="swivel" type="continuous">
+        <parent link="base_link"/><child link="fork"/><origin xyz="-.25 0 -.05"/><axis xyz="0 0 1"/>
+      </joint>"""
+    roll = wheel("small", 0, CYLINDER.replace('radius=".1"', 'radius=".05"')).replace("base_link", "fork")
+    robot = imported(folder, rover(swivel, roll))
+    assert robot.draft.wheels["small_joint"].swivels
+    assert keys(robot)["joints"]["small_joint"] == {}
+    assert keys(robot)["joints"]["swivel"] == {}
+    assert keys(robot)["materials"]["WheelMaterial"]["bind"] == ["left_wheel", "right_wheel"]  # type: ignore[index]
+
+
+def test_wheels_get_full_grip(folder: Path) -> None:
+    material = keys(imported(folder, rover(CASTER)))["materials"]["WheelMaterial"]
+    bind = ["left_wheel", "right_wheel"]
+    assert material == {"static_friction": 1.0, "dynamic_friction": 1.0, "combine": "max", "bind": bind}
