@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from graphengine.format.version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from graphengine.api.calibration.figures import Calibration as Calibration
     from graphengine.api.robots import Joint as Joint
     from graphengine.api.robots import Pose as Pose
     from graphengine.api.robots import Robot as Robot
@@ -45,6 +46,7 @@ _MODULES = {
     "api.scene": ("Scene", "GraphInfo", "RobotInfo"),
     "api.session": ("Session", "Checkpoint"),
     "api.topics": ("Subscription", "Publication"),
+    "api.calibration.figures": ("Calibration",),
     "api.robots": ("Robot", "Pose", "Velocity", "Joint"),
     "runtime.reloading": ("Reloaded",),
     "format.errors": (

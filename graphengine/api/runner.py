@@ -29,6 +29,7 @@ from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import LoadedScene
+from graphengine.view.node_problems import NodeProblems
 
 if TYPE_CHECKING:
     from graphengine.api.topics import Publication
@@ -67,6 +68,8 @@ class Runner:
         self._recorder: Recorder | None = None
         self.feed: Feed | None = None
         """Feed of the page, if there is one."""
+        self.problems = NodeProblems()
+        """Problems of nodes since the start, which a page shows that is opened later."""
         with ExitStack() as closing:
             self._check()
             own = Domain.from_environment(options.environ)
@@ -91,6 +94,7 @@ class Runner:
                 bad_values=options.bad_values,
             )
             self.session.desk = self.desk
+            self.problems.dropped = self.session.services.dropped
             closing.callback(self.session.close)
             self._open_recorder(modules)
             closing.callback(self._end_recording)
@@ -101,7 +105,7 @@ class Runner:
         """Raise UsageError for invalid options."""
         options = self.options
         if any(finding.code == "N102" for finding in self.scene.findings.items):
-            raise UsageError(f"{self.scene.path} asks for prims of a scene; give one with --scene")
+            raise UsageError(f"{self.scene.path} uses prims of a scene; give one with --scene")
         if options.bad_values not in get_args(BadValues):
             raise UsageError(f"bad_values: no policy {options.bad_values!r}; {listing(get_args(BadValues))}")
         if options.simulation_interfaces is not None:
@@ -142,16 +146,14 @@ class Runner:
 
     def _log(self, severity: str, node: str, text: str) -> None:
         self.options.log(severity, node, text)
-        if self.feed is not None:
-            self.feed.problems.log(severity, node, text)
+        self.problems.log(severity, node, text)
 
     def _take_fault(self, error: NodeError) -> None:
         if self.options.fault is not None:
             self.options.fault(error)
         else:
             self.options.log("error", "", str(error))
-        if self.feed is not None:
-            self.feed.problems.add(error.node, str(error))
+        self.problems.add(error.node, str(error))
 
     def _open_channel(self, closing: ExitStack) -> None:
         if self.options.control is not None:

@@ -19,6 +19,7 @@ from graphengine.node.dropped_values import BadValues
 from graphengine.scene.loaded_scene import LoadedScene
 
 if TYPE_CHECKING:
+    from graphengine.api.calibration.figures import Calibration
     from graphengine.physics.occupancy.map_files import Convention, Format
     from graphengine.physics.occupancy.occupancy_map import OccupancyMap, Point, Rectangle
 
@@ -205,6 +206,40 @@ class Scene:
         if path is not None:
             write_map(made, Path(path), image, convention)
         return made
+
+    def calibrate(
+        self,
+        robot: str | None = None,
+        *,
+        command_topic: str | None = None,
+        speed: float = 0.3,
+        turn_speed: float = 0.6,
+        seed: int = 0,
+    ) -> Calibration:
+        """Drive a robot alone on a flat floor and measure how it follows its commands, as `graphrun calibrate` does.
+
+        The robot file and its graphs are used as they are; the scene's world and its own graphs are not. The same files
+        give the same figures.
+
+        >>> result = scene.calibrate()
+        >>> result.kinematics, f"{result.wheel_radius:.3f} m", result.outside(0.02)
+        ('differential', '0.049 m', ())
+
+        Args:
+            robot: name of the robot; None if the scene has only one, or only robots of one file.
+            command_topic: topic to drive it with, of type Twist, TwistStamped or AckermannDriveStamped; a unique end of the
+                name is enough; None if it has only one.
+            speed: speed to command, m/s; at most what the robot's controllers allow.
+            turn_speed: turn rate to command, rad/s; at most what the robot's controllers allow.
+            seed: seed of all random generators.
+
+        Raises:
+            CheckError: the robot or one of its graphs has errors on the flat floor.
+            UsageError: an argument is invalid, or the scene has several robots or the robot several topics.
+        """
+        from graphengine.api.calibration.calibrator import calibrate
+
+        return calibrate(self._loaded, robot, command_topic, speed, turn_speed, seed=seed, modules=self._modules)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the scene as the bytes of its files, the arguments of `load` and the names of modules."""

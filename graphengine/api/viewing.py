@@ -111,6 +111,7 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
         findings=functools.partial(findings_of, runner.session),
         definitions=runner.scene.definitions,
         read_only=read_only,
+        problems=runner.problems,
     )
     runner.show(feed)
     runner.session.open_page = functools.partial(open_page, runner, host, port, read_only=read_only)

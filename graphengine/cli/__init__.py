@@ -16,13 +16,15 @@ from graphengine.format.version import __version__
 
 VERBS = {
     "demo": "run a demo: a robot drives through a warehouse, with commands to try",
+    "new": "begin a project: a robot from its description, its graphs, a scene and a test",
     "run": "run a scene or a graph",
     "ctl": "control a running session: pause, step, reset, spawn, push",
     "replay": "replay a recorded run and compare the output byte by byte",
-    "view": "show a recorded run on a web page: play it, go to any time, find the first difference of a replay",
+    "view": "show a recorded run on a web page: play it, go to any time, find where a replay first differs",
     "check": "report all errors and warnings in scenes and graphs",
     "show": "show a graph's nodes and wires, its schedule, its generated code or a drawing",
     "snapshot": "render a picture of a scene, from above, in perspective or from one of its cameras",
+    "calibrate": "drive a robot on a flat floor and measure how it follows its commands: speeds, wheel radius, odometry, drift",
     "map": "make an occupancy map of a scene for nav2's map_server",
     "import": "convert the graphs of an Isaac Sim script or USD stage to YAML",
     "export": "convert a graph to a script that builds it in Isaac Sim",
@@ -49,7 +51,7 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(  # type: ignore[override]  # typeshed's overloads say no more
         self, args: Sequence[str] | None = None, namespace: Any = None
     ) -> tuple[Any, list[str]]:
-        """Parse arguments; unknown options are reported by the verb's parser, which can suggest near ones."""
+        """Parse arguments. The verb's parser reports unknown options, because it can suggest similar ones."""
         parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:
             options = [word.partition("=")[0] for word in unknown if word.startswith("--")]
@@ -95,7 +97,7 @@ def add_verb(verbs: Any, name: str, summary: str, **more: Any) -> Any:
 
 
 def make_parser(*whole: str) -> argparse.ArgumentParser:
-    """Return the parser of the command line; only the given verbs add their arguments."""
+    """Return the parser of the command line; it knows all verbs, but only the arguments of the given ones."""
     parser = Parser(
         prog="graphrun", description="OmniGraph-style ActionGraphs in YAML, run against MuJoCo, seen by ROS 2."
     )

@@ -131,7 +131,7 @@ def explain(error: GraphError) -> str:
 
 
 def counted(number: int, thing: str) -> str:
-    """`1 graph`, `2 graphs`."""
+    """Return a number with its noun, in the plural unless the number is 1: `1 graph`, `2 graphs`."""
     return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
@@ -155,7 +155,7 @@ def make_options(arguments: argparse.Namespace) -> Options:
 
 
 def reading_options(arguments: argparse.Namespace) -> Options:
-    """The options given by the arguments of `add_allow_argument` and by the machine.
+    """Return the options for reading files: `--allow`, `--msg-path` and the ROS packages installed on this machine.
 
     Raises:
         UsageError: a file or folder does not exist.
@@ -183,7 +183,7 @@ def message_paths(arguments: argparse.Namespace) -> list[Path]:
 
 
 def make_registry(modules: Sequence[str]) -> Any:
-    """A registry of the installed node types and those of the user's modules."""
+    """Return a registry of the installed node types and of those that `modules` define."""
     from graphengine.compiler.registry import default_registry
 
     registry = default_registry().copy()  # others in this process share the original

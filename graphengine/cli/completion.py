@@ -41,7 +41,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
     parser = make_parser(*VERBS)
     _complete_values(parser)
-    print(shtab.complete(parser, arguments.shell))
+    script = shtab.complete(parser, arguments.shell)
+    # shtab's script for zsh registers itself with `eval` only, not with `source <(graphrun completion zsh)`.
+    print(script.replace("[[ $zsh_eval_context[-1] == eval ]]", "[[ $zsh_eval_context[-1] == (eval|file) ]]"))
     return 0
 
 

@@ -71,7 +71,7 @@ class Console:
             self.tell(text)
 
     def say(self, severity: str, node: str, message: str) -> None:
-        """Print a node's message; a repeated first line is printed once."""
+        """Print a node's message, unless a message of this node with the same severity and first line was printed before."""
         key = (severity, node, message.partition("\n")[0])
         if key not in self.said and not (self.quiet and severity == "info"):
             self.said.add(key)
@@ -84,7 +84,7 @@ class Console:
         self.say("error", "", explain(error))
 
     def reloaded(self, reload: Future[Any]) -> None:
-        """Print the result of a reload, or the errors of the files."""
+        """Print the result of a reload, or the errors in the changed files."""
         if (error := reload.exception()) is None:
             done = reload.result()
             lines = [*done["warnings"], *([done["text"]] if done["files"] or done["mended"] else [])]

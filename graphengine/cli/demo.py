@@ -1,4 +1,4 @@
-"""`graphrun demo`: a robot drives a round through a warehouse, and the terminal says what to try with it."""
+"""`graphrun demo`: run a demo in which a robot drives through a warehouse, and print commands to try."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graphengine.format.files import near, shipped
 
 SCENE, GRAPH = Path("scenes/demo.yaml"), Path("graphs/demo/round.yaml")
 INTRODUCTION = """\
-A Dingo drives a round through a warehouse, along what its lidar sees on the left. Ctrl-C ends it.
+A Dingo robot drives through a warehouse and follows the obstacles on its left, which its lidar sees. Ctrl-C ends the run.
 Try in another terminal: `graphrun teleop`, `graphrun topic echo /dd100_0000/odom`, \
 `graphrun ctl push dd100 --impulse 0,40,0`, `graphrun ctl move pallet_01 -9.2 5`.
 Its graph is {graph}: copy it, change a number, and `graphrun run` your copy.

@@ -1,7 +1,7 @@
-"""Keys of a run's terminal, pressed for its graphs.
+"""Passes the keys that are pressed in the terminal of a run to its graphs.
 
-A terminal sends a character when a key is pressed and repeats it while the key is held, but sends nothing at its release. So a
-key counts as released after a silence longer than a terminal's delay before the first repetition.
+A terminal sends a character when a key is pressed and repeats it while the key is held, but sends nothing when it is released.
+So a key counts as released when it is silent for longer than a terminal's delay before the first repetition.
 """
 
 from __future__ import annotations

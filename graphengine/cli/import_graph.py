@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 LONGEST = 10
 """Notes that are told one by one."""
-BESIDE = " belongs to no graph and is left out"
+BESIDE = " does not belong to a graph and is left out"
 """How notes end of what a script does beside; they become one."""
 
 
@@ -60,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_repeatable(parser, "--assume", "PATH|NAME", assumed)
     variable = "environment variable for a script; without VALUE, the value in your environment"
     add_repeatable(parser, "--env", "NAME[=VALUE]", variable, type=_variable)
-    impulses = "period in ticks of nodes that a script triggers by impulses in a loop (default: never)"
+    impulses = "period, in ticks, at which the graph triggers nodes that the script triggers in a loop (default: never)"
     parser.add_argument("--impulse-every", metavar="TICKS", type=whole, default=0, help=impulses)
     parser.epilog = "Arguments after -- are passed to the script in sys.argv."
     parse = parser.parse_known_args
@@ -109,9 +109,11 @@ def execute(arguments: argparse.Namespace) -> int:
 def _check_usage(arguments: argparse.Namespace) -> None:
     require_file(arguments.file)
     if arguments.file.suffix not in (".py", ".usd", ".usda", ".usdc", ".usdz"):
-        raise UsageError(f"{arguments.file}: what can be imported ends in .py, .usda, .usd or .usdc")
+        raise UsageError(
+            f"{arguments.file}: not an importable file; write the name of a .py, .usda, .usd or .usdc file"
+        )
     if arguments.impulse_every < 0:
-        raise UsageError(f"--impulse-every {arguments.impulse_every}: give a number of ticks from 1 up")
+        raise UsageError(f"--impulse-every {arguments.impulse_every}: write a number of ticks, at least 1")
     if arguments.arguments and arguments.file.suffix != ".py":
         raise UsageError(f"{arguments.arguments[0]}: only a script takes arguments")
     for folder in arguments.allow:
@@ -206,4 +208,4 @@ def _notes(findings: Findings) -> Iterator[str]:
         yield f"note: … ({len(notes) - LONGEST} more)"
     if passed:
         more = f", … ({len(passed) - LONGEST} more)" if len(passed) > LONGEST else ""
-        yield f"note: left out is what belongs to no graph: {', '.join(passed[:LONGEST])}{more}"
+        yield f"note: left out, because it does not belong to a graph: {', '.join(passed[:LONGEST])}{more}"

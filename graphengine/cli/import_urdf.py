@@ -7,7 +7,9 @@ import math
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,14 +24,14 @@ from graphengine.cli.common import (
 from graphengine.cli.progress import progress
 from graphengine.cli.quantities import duration
 from graphengine.format.atomic_write import write_together
-from graphengine.format.diagnostics import Findings
+from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files, installed_packages, near, require_file
 from graphengine.format.wording import listing
 from graphengine.ros.domain import Domain
 
 if TYPE_CHECKING:
-    from graphengine.physics.description.urdf import Urdf, Wheel
+    from graphengine.physics.importing.draft import Remark
     from graphengine.physics.importing.import_robot import Imported, Origin
 
 WAIT = 10.0
@@ -40,8 +42,6 @@ LONGEST = 10
 """Lines of one kind that the report tells; the robot file has all."""
 WIDEST = 160
 """Characters of such a line."""
-FORWARDS = 0.999
-"""Least cosine of the angle between a wheel's axle and the robot's y axis, for a robot that drives straight."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +49,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file", metavar="URDF|XACRO", nargs="?", help="robot description file; or use --topic or --node"
     )
-    parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", help="arguments of a xacro file")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="robot file to write")
     parser.add_argument(
         "--args",
@@ -58,6 +57,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="list the arguments of a xacro file, and write nothing",
     )
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
+    add_source_arguments(parser)
+
+
+def add_source_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments that say where the description comes from and how it is read, but for its file."""
+    parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", help="arguments of a xacro file")
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
         "--topic", nargs="?", const=TOPIC, help=f"read the description from a latched topic (default {TOPIC})"
@@ -71,6 +76,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"longest wait for the network (default {WAIT:g}s)",
     )
     add_transport_argument(parser, " for --topic and --node")
+    parser.add_argument(
+        "--controllers",
+        metavar="FILE",
+        type=Path,
+        help="parameters of ros2_control, such as ros2_controllers.yaml, which say how the base is driven",
+    )
     parser.add_argument("--macro", metavar="NAME", help="the macro of a xacro file to make a robot of")
     left_out = "leave out what a package brings: included files, their macros, meshes"
     add_repeatable(parser, "--without", "PACKAGE", left_out)
@@ -95,9 +106,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
     if arguments.list_arguments:
         return _list_arguments(arguments)
-    _check_usage(arguments)
+    _check_output(arguments)
+    check_source(arguments)
     findings = Findings()
-    origin = _origin(arguments, findings)
+    origin = find_origin(arguments, arguments.output, findings)
     with progress("importing"):
         imported = import_robot(origin, findings) if origin is not None else None
     print_findings(findings, notes=False)
@@ -106,12 +118,29 @@ def execute(arguments: argparse.Namespace) -> int:
         return 1
     refuse_to_overwrite(imported.files, force=arguments.force)
     write_together({path: text.encode() for path, text in imported.files.items()})
-    _report(imported, findings)
+    print_report(imported, findings)
     return 0
 
 
-def _check_usage(arguments: argparse.Namespace) -> None:
-    """Check the arguments before anything is read.
+def _check_output(arguments: argparse.Namespace) -> None:
+    """Check what `-o` says.
+
+    Raises:
+        UsageError: a robot file cannot have this name, or exists.
+    """
+    if arguments.output is None:
+        raise UsageError("give -o FILE, the robot file to write")
+    if arguments.output.suffix not in (".yaml", ".yml"):
+        raise UsageError(f"-o {arguments.output}: a robot file ends in .yaml")
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", arguments.output.stem):
+        raise UsageError(
+            f"-o {arguments.output}: the robot gets the name of the file, which may have letters, digits and '_' only"
+        )
+    refuse_to_overwrite((arguments.output,), force=arguments.force)
+
+
+def check_source(arguments: argparse.Namespace) -> None:
+    """Check the arguments of `add_source_arguments` before anything is read.
 
     Raises:
         UsageError: the arguments are invalid.
@@ -121,43 +150,55 @@ def _check_usage(arguments: argparse.Namespace) -> None:
         raise UsageError("give one of a file, --topic and --node")
     if remote and (given := [*arguments.arguments, *arguments.without, *filter(None, [arguments.macro])]):
         raise UsageError(f"{given[0]}: a description from the network takes no arguments, --macro and --without")
-    if arguments.output is None:
-        raise UsageError("give -o FILE, the robot file to write")
     for text in arguments.arguments:
         if not re.match(r"[^:=]+:=", text):
             raise UsageError(f"{text}: write NAME:=VALUE, as for xacro")
-    if arguments.output.suffix not in (".yaml", ".yml"):
-        raise UsageError(f"-o {arguments.output}: a robot file ends in .yaml")
-    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", arguments.output.stem):
-        raise UsageError(
-            f"-o {arguments.output}: the robot gets the name of the file, which may have letters, digits and '_' only"
-        )
     for folder in (*arguments.allow, *arguments.package_path):
         if not folder.is_dir():
             raise UsageError(f"no folder {str(folder)!r}")
     if not 0 < arguments.timeout <= LONGEST_WAIT:
         raise UsageError(f"--timeout: write more than 0 s and at most {LONGEST_WAIT:g} s")
-    refuse_to_overwrite((arguments.output,), force=arguments.force)
 
 
-def _origin(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
-    """Read the given description; None after an error."""
+def find_origin(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
+    """Read the given description and what was given with it; None after an error.
+
+    Args:
+        arguments: those of `add_source_arguments`, and `file`.
+        target: the robot file that is to be written.
+        findings: takes what is wrong.
+    """
+    read = _from_file if arguments.file else _from_network
+    return _with_controllers(read(arguments, target, findings), arguments, findings)
+
+
+def _from_network(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
     from graphengine.physics.files.packages import Packages
     from graphengine.physics.files.xml import parse
     from graphengine.physics.importing.import_robot import Origin
 
-    target, fixed = arguments.output, arguments.fixed_base
-    if arguments.file:
-        return _from_file(arguments, findings)
     text, told = _remote(arguments)
     element = parse(text.encode(), told, findings, "S103")
     if element is None:
         return None
     packages = Packages(target.absolute().parent, arguments.package_path, _files(target, arguments))
-    return Origin(element, packages, None, told, target, fixed)
+    return Origin(element, packages, None, told, target, arguments.fixed_base)
 
 
-def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | None:
+def _with_controllers(origin: Origin | None, arguments: argparse.Namespace, findings: Findings) -> Origin | None:
+    """Read the file of controllers, if one is given; None after an error."""
+    if origin is None or arguments.controllers is None:
+        return origin
+    from graphengine.format import document
+
+    path = Path(near(arguments.controllers))
+    require_file(path)
+    origin.packages.files.note(path)
+    controllers = document.load(path, findings)
+    return replace(origin, controllers=controllers) if not findings.errors else None
+
+
+def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
     from graphengine.physics.description import xacro
     from graphengine.physics.files.packages import Packages
     from graphengine.physics.files.xml import read
@@ -171,20 +212,18 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
         return None
     packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
     is_xacro = xacro.is_xacro(path, element)
-    if is_xacro and path.resolve() == arguments.output.with_suffix(".urdf").resolve():
-        raise UsageError(f"-o {arguments.output}: what {path} expands to would be overwritten; choose another name")
+    if is_xacro and path.resolve() == target.with_suffix(".urdf").resolve():
+        raise UsageError(f"-o {target}: what {path} expands to would be overwritten; choose another name")
     if not is_xacro and (given := [*arguments.arguments, *filter(None, [arguments.macro])]):
         raise UsageError(f"{given[0]}: no xacro syntax in {path}")
     values = dict(text.split(":=", 1) for text in arguments.arguments)
     wishes = Wishes(values, arguments.macro, arguments.without)
-    source = read_source(path, element, arguments.output, wishes, packages, findings)
+    source = read_source(path, element, target, wishes, packages, findings)
     if source is None:
         return None
     told = " ".join([str(path), *arguments.arguments])
     given_path = path if source.as_given else None
-    return Origin(
-        source.element, packages, given_path, told, arguments.output, arguments.fixed_base, wrapper=source.wrapper
-    )
+    return Origin(source.element, packages, given_path, told, target, arguments.fixed_base, wrapper=source.wrapper)
 
 
 def _list_arguments(arguments: argparse.Namespace) -> int:
@@ -233,17 +272,14 @@ def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
         transport.close()
 
 
-def _report(imported: Imported, findings: Findings) -> None:
+def print_report(imported: Imported, findings: Findings) -> None:
     """Print a report on the imported robot."""
     from collections import Counter
 
-    from graphengine.physics.description.urdf import track
-    from graphengine.physics.model.robot import wheel_shapes
-
     robot, urdf = imported.robot, imported.robot.urdf
-    rolling = urdf.wheels(urdf.moving(), wheel_shapes(robot.spec))
+    draft = imported.draft
     base = "free" if imported.free else "fixed to the world"
-    if imported.free and not rolling:
+    if imported.free and not draft.wheels:
         base += "; --fixed-base bolts it to the world"
     links, joints = counted(len(urdf.links), "link"), counted(len(urdf.joints), "joint")
     lines = [f"wrote {', '.join(near(str(path)) for path in imported.files)}"]
@@ -253,23 +289,24 @@ def _report(imported: Imported, findings: Findings) -> None:
         lines.append(f"lowest collider at z = {imported.lowest:.4f} m, all joints at zero")
     outcomes = Counter(imported.library.outcomes.values())
     lines.append(f"meshes: {', '.join(f'{number} {what}' for what, number in sorted(outcomes.items())) or 'none'}")
-    lines += [f"wheel on {wheel.joint}: radius {wheel.radius:g} m" for wheel in rolling]
-    if (distance := track(rolling)) is not None:
-        lines.append(f"track {distance:g} m")
     if followers := [joint.name for joint in robot.moving if joint.mimic is not None]:
         lines.append(listing(followers, "joints that follow another"))
-    notes = [finding for finding in findings.items if finding.severity == "note"]
+    written = {str(path) for path in imported.files}  # notes on these files repeat the remarks
+    notes = [note for note in findings.items if note.severity == "note" and not _lies_in(note, written)]
     lines += _some("note", [": ".join([note.message, *note.help]) for note in notes])
-    lines += _some("noticed", [remark.text for remark in imported.draft.noticed])
-    lines += _some("guessed", [remark.text for remark in imported.draft.guessed])
-    lines += _some("not carried over", [remark.text for remark in imported.draft.lost])
+    lines += _remarks("carried over", draft.carried)
+    lines += _remarks("noticed", draft.noticed)
+    lines += _remarks("guessed", draft.guessed)
+    lines += _remarks("not carried over", draft.lost)
     if imported.outside:
         allowed = " ".join(f"--allow {near(str(folder))}" for folder in imported.outside)
         lines.append(f"scenes with this robot read files outside of their folder: run them with {allowed}")
     lines.append(f"in a scene: {_example(imported)}")
-    if imported.free and (drive := _drive(urdf, rolling)):
-        lines.append(f"in its file, to drive it: {drive}")
     print(clean("\n".join(line.replace("\n", " ") for line in lines)))
+
+
+def _lies_in(finding: Finding, paths: Collection[str]) -> bool:
+    return finding.span is not None and finding.span.source.path in paths
 
 
 def _example(imported: Imported) -> str:
@@ -279,21 +316,15 @@ def _example(imported: Imported) -> str:
     return f"robots: {{{imported.robot.name}: {{use: {imported.use}{place}}}}}"
 
 
-def _drive(urdf: Urdf, rolling: Sequence[Wheel]) -> str:
-    """An example graph for a robot with two parallel wheels that turn forward about its y axis; else an empty string."""
-    from graphengine.devices.rotation import rotate
-    from graphengine.physics.description.urdf import track
-
-    poses = [urdf.pose_in_root(urdf.joints[wheel.joint].child) for wheel in rolling]
-    axles = [rotate(pose[1], urdf.joints[wheel.joint].axis) for pose, wheel in zip(poses, rolling, strict=True)]
-    if len(rolling) != 2 or any(axle[1] < FORWARDS for axle in axles) or (distance := track(rolling)) is None:
-        return ""
-    left, right = sorted(rolling, key=lambda wheel: -wheel.along)
-    values = f"wheels: [{left.joint}, {right.joint}], radius: {left.radius:.7g}, distance: {distance:.7g}"
-    return f"graphs: {{drive: {{use: graphs/drive.yaml, parameters: {{base: {urdf.root}, {values}}}}}}}"
+def _remarks(what: str, remarks: Sequence[Remark]) -> list[str]:
+    """Lines for the first remarks, each with its place."""
+    spans = [remark.span for remark in remarks]
+    places = [f" ({Path(span.source.path).name}:{span.line})" if span is not None else "" for span in spans]
+    return _some(what, [remark.text for remark in remarks], places)
 
 
-def _some(what: str, items: Sequence[str]) -> list[str]:
-    """Lines for the first items, each cut to a maximum length."""
-    shown = [f"{what}: {item if len(item) <= WIDEST else f'{item[: WIDEST - 1]}…'}" for item in items[:LONGEST]]
+def _some(what: str, items: Sequence[str], ends: Sequence[str] = ()) -> list[str]:
+    """Lines for the first items, each cut to a maximum length and followed by its end."""
+    cut = [item if len(item) <= WIDEST else f"{item[: WIDEST - 1]}…" for item in items[:LONGEST]]
+    shown = [f"{what}: {item}{end}" for item, end in zip_longest(cut, ends[: len(cut)], fillvalue="")]
     return [*shown, *([f"{what}: … ({len(items) - LONGEST} more)"] if len(items) > LONGEST else [])]

@@ -98,7 +98,7 @@ class Live:
         for number, handler in self._before.items():
             signal.signal(number, handler)
         for topic, number in self.transport.malformed.items():
-            print(f"WARNING: {topic}: dropped what is no message of the topic's type, {number} times", file=sys.stderr)
+            print(f"WARNING: {topic}: dropped messages that do not fit the topic's type: {number}", file=sys.stderr)
         self.transport.close()
         return kind is KeyboardInterrupt
 
@@ -114,7 +114,7 @@ class Live:
         return self.transport.graph().without(self._node)
 
     def graph_with(self, topic: str) -> NetworkGraph:
-        """The endpoints of peers, once a topic has a writer or reader; prints that it waits, until Ctrl-C."""
+        """Return the endpoints of peers once a topic has a writer or reader; print a warning before waiting until Ctrl-C."""
         graph = self.graph(lambda graph: topic in graph.types())
         if topic not in graph.types():
             warning = f"WARNING: topic [{topic}] does not appear to be published yet"
@@ -138,7 +138,7 @@ class Live:
         return types[0]
 
     def unknown(self, topic: str, graph: NetworkGraph) -> TransportError:
-        """The error for a topic without writers and readers."""
+        """Return the error for a topic without writers and readers."""
         known = [name for name in graph.types() if not is_hidden(name)]
         hint = near_topic(topic, graph.types()) or listing(known, "topics")
         return TransportError(f"unknown topic {topic!r}\n{hint}\nseen over {self.transport.description}")

@@ -40,15 +40,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--cell", metavar="SIZE", type=number, default=0.05, help="side of a cell, m (default 0.05)")
     whole = "area of the map, m, rounded outwards to cells (default: all obstacles)"
     numbers("--bounds", "XMIN", "YMIN", "XMAX", "YMAX", help=whole)
-    prims("--select", "cover the extent of this prim, not of all obstacles")
+    prims("--select", "map the extent of this prim, not of all obstacles")
     numbers(
         "--origin",
         "X",
         "Y",
         default=(0.0, 0.0),
-        help="point that is a corner of cells, m; aligns the grid (default 0 0)",
+        help="coordinates of any corner of a cell, m; the grid is aligned to it (default 0 0)",
     )
-    seed = "point, m, from which free space is filled (default: the first robot); may be repeated"
+    seed = "point in free space, m, from which the free area is filled (default: the first robot); may be repeated"
     numbers("--from", "X", "Y", dest="seeds", action="append", default=[], help=seed)
     prims("--include", "robot or movable body to map as an obstacle")
     prims("--exclude", "prim to leave out of the obstacles")
@@ -103,12 +103,12 @@ def _stem(output: str | None, scene: Path) -> Path:
     ending = next((ending for ending in ENDINGS if output.endswith(ending)), "")
     stem = Path(output.removesuffix(ending))
     if output.endswith("/") or not stem.name or stem.is_dir():
-        raise UsageError(f"-o {output}: this is a folder; write {stem / scene.stem}")
+        raise UsageError(f"-o {output}: is a folder; write a file name such as {stem / scene.stem}")
     return stem
 
 
 def _refuse_others(path: Path) -> None:
-    """Check that a file is not a graph or a robot, of which there is no map.
+    """Refuse graph and robot files, because only scenes have maps.
 
     Raises:
         UsageError: it is one.
@@ -118,7 +118,7 @@ def _refuse_others(path: Path) -> None:
     found = document.load(path, Findings())
     kind = spec_reader.kind_of(found) if found is not None else None
     if kind in ("graph", "robot"):
-        raise UsageError(f"{path}: this is a {kind} file; a map is made of a scene")
+        raise UsageError(f"{path}: this is a {kind} file; give a scene file")
 
 
 def _summary(chart: OccupancyMap) -> str:

@@ -51,7 +51,9 @@ def execute(arguments: argparse.Namespace) -> int:
         types = [cls]
     else:
         if arguments.message is not None:
-            raise UsageError("--message: name a node type that makes ports from it, such as ROS2Publisher")
+            raise UsageError(
+                "--message needs the name of a node type that makes ports from a message, such as ROS2Publisher"
+            )
         for owner, problem in registry.broken.items():
             print(clean(f"warning: {owner} could not be imported: {problem}"), file=sys.stderr)
         types = [registry.types[name] for name in sorted(registry.types) if registry.types[name].type_name == name]
@@ -70,7 +72,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _find(name: str, registry: Registry) -> type[Node]:
-    """The type with a registered or short name.
+    """Return the type with a registered or short name.
 
     Raises:
         UsageError: there is none.

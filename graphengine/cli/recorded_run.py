@@ -98,7 +98,7 @@ def _start(
                 print(plain(finding.render()), file=sys.stderr)
         return 1
     if arguments.against and any(finding.code == "N102" for finding in scene.findings):
-        raise UsageError(f"{arguments.against} asks for prims of a scene; give a scene to --against")
+        raise UsageError(f"{arguments.against} uses prims of a scene; give a scene to --against")
 
     def warn(text: str) -> None:
         print(plain(f"warning: {text}"), file=sys.stderr)

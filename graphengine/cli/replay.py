@@ -27,8 +27,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_repeatable(parser, "--ignore", "TOPIC", "topic to leave out of the comparison; globs allowed")
     values = "set an input to a value, in addition to the run's own settings; [ROBOT/][GRAPH/]NODE.PORT, globs allowed"
     add_repeatable(parser, "--set", "NODE.PORT=VALUE", values)
-    parser.add_argument("--seed", type=whole, help="seed instead of the run's")
-    parser.add_argument("--rays", choices=("auto", "mujoco", "fast"), help="ray casting instead of the run's")
+    parser.add_argument("--seed", type=whole, help="seed of all random generators (default: that of the recorded run)")
+    parser.add_argument(
+        "--rays", choices=("auto", "mujoco", "fast"), help="ray casting of lidars (default: that of the recorded run)"
+    )
     add_allow_argument(parser)
     add_import_argument(parser)
     add_permission_arguments(parser)
@@ -62,7 +64,7 @@ def _replay(arguments: argparse.Namespace, run: RecordedRun) -> int:
 
 
 def verdict(found: Difference | None, run: Replay) -> str:
-    """The result of the comparison as text."""
+    """Return the result of the comparison as text: identical, or where and how the replay differs."""
     if found is None:
         return f"identical: {_counted(run)}, {run.recording.times.seconds(run.ticks):.3f} s"
     lines = [line for text in found.lines for line in text.split("\n")]

@@ -41,20 +41,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_transport_argument(parser, reaching_others=False)
     foxglove = (
-        "serve all topics to Foxglove at ws://HOST:PORT, besides the transport (default host 127.0.0.1); anyone who"
-        " connects can publish to the topics that graphs read"
+        "serve all topics to Foxglove at ws://HOST:PORT, in addition to --transport (default host 127.0.0.1); there is no"
+        " password: all users and programs of this machine, including web pages in its browsers, can connect, read, and"
+        " publish to the topics that graphs read"
     )
     parser.add_argument("--foxglove", metavar="[HOST:]PORT", type=address, help=foxglove)
     parser.add_argument("--keep-going", action="store_true", help="an exception in a node ends its branch, not the run")
-    bad = "drop and count values from wires that a node cannot use, or end the run (default drop)"
+    bad = "values from wires that a node cannot use: drop and count them, or end the run (default drop)"
     parser.add_argument("--bad-values", choices=("drop", "stop"), default="drop", help=bad)
-    record = "record all input and output to an MCAP file, for replay, ros2 bag and Foxglove; ticks wait for pictures"
+    record = (
+        "record all input and output to an MCAP file, for replay, ros2 bag and Foxglove; ticks wait for camera images"
+    )
     parser.add_argument("--record", metavar="FILE", type=Path, help=record)
-    profile = "print at the end how often each node ran and fired and its computing time, measured in every tenth tick"
+    profile = "print at the end how often each node ran and fired, and its computing time; measures every tenth tick"
     parser.add_argument("--profile", action="store_true", help=profile)
     watch = (
-        "run changed files as soon as they are saved: graphs are exchanged and their nodes keep their state, another world"
-        " or robot begins anew at t = 0, and files with errors change nothing"
+        "reload files as soon as they are saved: nodes of changed graphs keep their state, a changed world or robot restarts"
+        " the run at t = 0, and the run continues with the previous version of files with errors"
     )
     parser.add_argument("--watch", action="store_true", help=watch)
     parser.add_argument(

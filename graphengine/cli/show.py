@@ -61,7 +61,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
-    """Write a drawing of all graphs, also those with errors; return 1 if there are any, else 0."""
+    """Write a drawing of all graphs, including those with errors; return 1 if a graph has errors or there is no graph, else 0."""
     from graphengine.drawing import page, svg
     from graphengine.drawing.view_model import make_graph_view
 

@@ -99,7 +99,9 @@ def _take(scene: Scene, arguments: argparse.Namespace) -> tuple[Picture | Image,
     except UsageError as error:
         raise UsageError(f"--camera {error}") from None
     if arguments.depth and prim is None:
-        raise UsageError(f"--depth: {arguments.camera} is a view without depth; name the prim of a camera")
+        raise UsageError(
+            f"--depth: {arguments.camera} is a view, which has no depth image; give the prim of a camera to --camera"
+        )
     with start_runner(scene, RunOptions(domain=0, log=_log)) as runner:
         with progress("simulating", lambda: runner.session.time, arguments.at):
             runner.run(arguments.at, math.inf)

@@ -17,7 +17,7 @@ FRAMES = 2
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     add_file_arguments(parser)
-    form = "foxglove-layout prints a layout with the scene's topics, which Foxglove imports from a file"
+    form = "foxglove-layout: a Foxglove layout that shows the scene's topics; import it from a file in Foxglove"
     parser.add_argument("--format", choices=("text", "json", "foxglove-layout"), default="text", help=form)
 
 
@@ -40,7 +40,7 @@ def execute(arguments: argparse.Namespace) -> int:
     rows += [_row(claim) for claim in claims]
     print(clean(table([tuple(cell.replace("\n", " ") for cell in row) for row in rows])))
     if scene.world is None:
-        print("without a scene, namespaces are not known; give one with --scene", file=sys.stderr)
+        print("namespaces are unknown without a scene; give one with --scene", file=sys.stderr)
     return 0
 
 

@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_permission_arguments(parser)
     parser.set_defaults(against=None, set=[], seed=None, rays=None)  # a recording is shown with its own options
     parser.epilog = (
-        "A recording contains the inputs of a run. The run is replayed from them in the background and compared."
+        "In the background, the run is replayed from its recorded inputs and compared with the recorded output."
     )
 
 

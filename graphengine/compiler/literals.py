@@ -253,7 +253,11 @@ def check_required(graph: Graph, findings: Findings) -> None:
             if port.side == "inputs" and port.required:
                 groups.setdefault(port.field if port.required is True else str(port.required), []).append(port)
         for ports in groups.values():
-            empty = [types.equal(instance.value(port.field), port.default) for port in ports]
+            empty = [
+                types.equal(instance.value(port.field), port.default)
+                and not (port.default_counts and port.field in instance.literals)
+                for port in ports
+            ]
             told = any(port.field in instance.refused for port in ports)
             if told or not all(empty) or any((instance.id, port.name) in wired for port in ports):
                 continue

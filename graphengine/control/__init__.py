@@ -1,1 +1,1 @@
-"""What can be asked of a running session from outside of its thread: by other threads, and by other programs of its user."""
+"""Control of a running session from other threads and programs: the socket of `graphrun ctl`, and simulation_interfaces."""

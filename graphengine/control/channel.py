@@ -1,8 +1,8 @@
-"""The socket by which other programs of the same user reach a session's desk.
+"""The socket through which other programs of the same user send commands to a session.
 
-Each request is a line of JSON, `{"command": "push", "arguments": {...}}`, and is answered by one: `{"result": ...}`, or
-`{"error": "why not"}`. A connection may carry any number of them, one after the other. Who sends anything else is disconnected.
-When there are too many clients, the one that has been idle for the longest is disconnected, after a line with the reason.
+Each request is one line of JSON, `{"command": "push", "arguments": {...}}`, and so is each response: `{"result": ...}`, or
+`{"error": "reason"}`. A connection can carry any number of requests, one after the other; it is closed after an invalid one.
+If there are too many clients, the one that has been idle for the longest gets an error with the reason and is disconnected.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ ENDING = 1.0
 
 
 class Channel:
-    """Listens from when it is made until it is closed.
+    """Listens for clients until it is closed.
 
     Args:
-        desk: of the session.
-        name: of the run.
-        environment: where the folder of the sockets is found.
+        desk: command queue of the session.
+        name: name of the run.
+        environment: environment variables, which determine the folder of the socket.
 
     Raises:
-        ControlError: there is no place for the socket.
+        ControlError: the socket cannot be created.
     """
 
     def __init__(self, desk: Desk, name: str, environment: Mapping[str, str]) -> None:
@@ -59,7 +59,7 @@ class Channel:
         self._thread.start()
 
     def _listen(self, unborn: Path) -> None:
-        """A socket gets its name when it listens: before, it would look like one that was left behind."""
+        """Listen under a temporary name, then rename: other processes remove sockets that do not listen."""
         with contextlib.suppress(FileNotFoundError):
             unborn.unlink()
         self._socket.bind(str(unborn))
@@ -79,7 +79,7 @@ class Channel:
                 continue
             with self._lock:
                 if not _is_own(connection) or not self._has_room():
-                    _refuse(connection, f"{MAX_CLIENTS} clients wait for answers already; try again later")
+                    _refuse(connection, f"{MAX_CLIENTS} clients are waiting for responses; try again later")
                     connection.close()
                     continue
                 thread = threading.Thread(target=self._talk, args=(connection,), name="control client", daemon=True)
@@ -88,7 +88,7 @@ class Channel:
                 thread.start()
 
     def _has_room(self) -> bool:
-        """Whether there may be one more client; where only idle ones are in its way, the idlest is disconnected."""
+        """Make room for another client, if necessary by disconnecting the longest idle one; return whether there is room."""
         if len(self._clients) < MAX_CLIENTS:
             return True
         if not self._idle:
@@ -96,13 +96,13 @@ class Channel:
         idlest = next(iter(self._idle))
         del self._idle[idlest]
         connection = self._clients.pop(idlest)
-        _refuse(connection, f"disconnected: idle, and more than {MAX_CLIENTS} clients came")
+        _refuse(connection, f"disconnected as the longest idle client: there are more than {MAX_CLIENTS}")
         with contextlib.suppress(OSError):
             connection.shutdown(socket.SHUT_RDWR)
         return True
 
     def _talk(self, connection: socket.socket) -> None:
-        """Answer a client until it has had enough."""
+        """Answer a client's requests until it disconnects."""
         lines, thread = Lines(connection), threading.current_thread()
         try:
             with connection:
@@ -134,7 +134,7 @@ class Channel:
             return {"error": f"{type(error).__name__}: {error}"}
 
     def close(self) -> None:
-        """Let clients hear the answers that are due, and leave nothing behind; safe to call twice."""
+        """Send the responses that are due, disconnect all clients and remove the socket; safe to call twice."""
         self._closed.set()
         with contextlib.suppress(FileNotFoundError):
             self.path.unlink()
@@ -158,13 +158,13 @@ class Channel:
 
 
 def _refuse(connection: socket.socket, why: str) -> None:
-    """Say why a client is disconnected, if it can take that without waiting."""
+    """Send the reason for a disconnection, if the client can receive it immediately."""
     with contextlib.suppress(OSError):
         connection.send(json.dumps({"error": why}).encode() + b"\n", socket.MSG_DONTWAIT)
 
 
 def _is_own(connection: socket.socket) -> bool:
-    """Whether a client is the same user's, where the system tells; elsewhere the folder's mode has to do."""
+    """Return whether a client belongs to the same user; where the system cannot tell, the folder's mode protects the socket."""
     if not hasattr(socket, "SO_PEERCRED"):
         return True
     credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize("3i"))

@@ -1,4 +1,4 @@
-"""A running session as another program of its user sees it."""
+"""Client for controlling a running session from another program of the same user."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class Client:
     """A connection to a run.
 
     Args:
-        entry: which.
+        entry: run to connect to.
 
     Raises:
-        ControlError: it is not there any more.
+        ControlError: the run has ended.
     """
 
     def __init__(self, entry: Entry) -> None:
@@ -33,10 +33,10 @@ class Client:
         self._lines = Lines(self._connection)
 
     def ask(self, command: str, arguments: Mapping[str, Any] | None = None) -> Any:
-        """Ask for one of `commands.COMMANDS`; what came of it.
+        """Send one of `commands.COMMANDS`; return its result.
 
         Raises:
-            ControlError: it was refused, or the run ended meanwhile.
+            ControlError: the command was refused, or the run ended meanwhile.
         """
         try:
             with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # a client that is refused can read why
@@ -51,7 +51,7 @@ class Client:
         return answer.get("result")
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         self._connection.close()
 
     def __enter__(self) -> Client:
@@ -62,11 +62,11 @@ class Client:
 
 
 def find(meant: str = "", environment: Mapping[str, str] = os.environ) -> Entry:
-    """The run that is meant, by its name or the number of its process; the only one if nothing is given.
+    """Return the run with a name or process id; without one, the only run.
 
     Raises:
-        ControlError: there is none, or none such.
-        UsageError: there are several.
+        ControlError: no run matches.
+        UsageError: several runs match.
     """
     there = runs.running(environment)
     fitting = [entry for entry in there if meant in ("", entry.name, str(entry.pid))]
@@ -74,11 +74,11 @@ def find(meant: str = "", environment: Mapping[str, str] = os.environ) -> Entry:
         return fitting[0]
     if not there:
         raise ControlError(
-            "nothing runs here that could be controlled\n  start something, as with: graphrun run dd100_warehouse\n"
+            "no run to control\n  start one, for example: graphrun run dd100_warehouse\n"
             f"  looked in {runs.folder(environment)}"
         )
     listed = "".join(f"\n  --run {entry.pid}   {entry.name}" for entry in fitting or there)
     if fitting:
-        raise UsageError(f"{len(fitting)} sessions run; say which{listed}")
+        raise UsageError(f"there are {len(fitting)} runs; choose one{listed}")
     near = did_you_mean(meant, [entry.name for entry in there])
-    raise ControlError(f"no session {meant!r} runs{'; ' + near if near else ''}{listed}")
+    raise ControlError(f"there is no run {meant!r}{'; ' + near if near else ''}{listed}")

@@ -1,4 +1,4 @@
-"""JSON over a stream, one value a line."""
+"""Sends and receives JSON values over a stream, one per line."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ PATIENCE = 10.0
 
 
 class BadLineError(Exception):
-    """What came is no line of JSON, is too long, or took too long."""
+    """The received data is not a line of JSON, too long, or incomplete after the timeout."""
 
 
 class Lines:
-    """The lines of a connection.
+    """Sends and receives JSON lines on a connection.
 
     Args:
-        connection: a stream; it stays its owner's.
+        connection: stream socket; the caller closes it.
     """
 
     def __init__(self, connection: socket.socket) -> None:
@@ -32,21 +32,21 @@ class Lines:
         """Send a value.
 
         Raises:
-            OSError: the other end is gone, or takes nothing.
+            OSError: the peer has disconnected, or does not receive in time.
         """
         self._connection.settimeout(PATIENCE)
         self._connection.sendall(json.dumps(value).encode() + b"\n")
 
     def receive(self, most: int, *, patience: float | None = None) -> Any:
-        """The next value, None at the end.
+        """Return the next value; None at the end of the stream.
 
         Args:
-            most: bytes that it may have.
-            patience: seconds until it begins; None for ever.
+            most: maximum length of the line, bytes.
+            patience: maximum wait for its first byte, s; None: no limit.
 
         Raises:
-            BadLineError: it is none.
-            OSError: the other end is gone.
+            BadLineError: the line is not JSON, too long, or took too long.
+            OSError: the peer has disconnected.
         """
         deadline = time.monotonic() + PATIENCE if self._rest else None
         while b"\n" not in self._rest:

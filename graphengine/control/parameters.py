@@ -1,4 +1,4 @@
-"""The parameter `real_time_factor` of a session's node, for `ros2 param`: `simulation_interfaces` has nothing for it."""
+"""The parameter `real_time_factor` of a session's node, for `ros2 param`, because simulation_interfaces cannot set the speed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
 
 NAME = "real_time_factor"
-DESCRIPTION = "seconds of simulation in a second of wall time; 0 for as fast as possible"
+DESCRIPTION = "seconds of simulation per second of wall time; 0 for as fast as possible"
 FASTEST = 1e6
 
 # Of rcl_interfaces/msg/ParameterType.
@@ -28,9 +28,9 @@ def offer_parameters(offers: Offers, node: str, desk: Desk) -> None:
     """Offer the parameter services of a session's node.
 
     Args:
-        offers: to which they are added.
-        node: its full name.
-        desk: of the session.
+        offers: services to which the parameter services are added.
+        node: full name of the node.
+        desk: command queue of the session.
 
     Raises:
         MessageTypeError: the transport does not know the services' types.
@@ -49,21 +49,21 @@ def offer_parameters(offers: Offers, node: str, desk: Desk) -> None:
 
 
 def _set(desk: Desk, request: Any, response: Any) -> Future[Any] | None:
-    """Write those that can be, in order."""
+    """Set the valid parameters, in order."""
     response.results = [_result(_refusal(parameter)) for parameter in request.parameters]
     pairs = zip(request.parameters, response.results, strict=True)
     return _write(desk, [parameter for parameter, result in pairs if result.successful])
 
 
 def _set_atomically(desk: Desk, request: Any, response: Any) -> Future[Any] | None:
-    """Write all of them, or none."""
+    """Set all parameters, or none if one is invalid."""
     refusals = [refusal for parameter in request.parameters if (refusal := _refusal(parameter))]
     response.result = _result(refusals[0] if refusals else "")
     return _write(desk, [] if refusals else request.parameters)
 
 
 def _write(desk: Desk, parameters: Sequence[Any]) -> Future[Any] | None:
-    """Of several values of the one parameter, the last is what is left."""
+    """Set the rate of the session; of several values, the last one counts."""
     return desk.submit("rate", {"factor": _factor(parameters[-1]) or "max"}) if parameters else None
 
 
@@ -102,11 +102,11 @@ def _factor(parameter: Any) -> float:
 
 
 def _refusal(parameter: Any) -> str:
-    """Why a parameter cannot be set so; empty if it can be."""
+    """Return the reason why a parameter value is invalid; empty if it is valid."""
     if parameter.name != NAME:
-        return f"there is no parameter {parameter.name[:200]!r}; there is {NAME!r}"
+        return f"unknown parameter {parameter.name[:200]!r}; the only one is {NAME!r}"
     if parameter.value.type not in (_INTEGER, _DOUBLE):
-        return f"{NAME} is a number"
+        return f"{NAME} must be a number"
     factor = _factor(parameter)
     legal = factor == 0.0 or SLOWEST <= factor <= FASTEST
     return "" if legal else f"{NAME} cannot be {factor:g}; legal: 0, or {SLOWEST:g} to {FASTEST:g}"

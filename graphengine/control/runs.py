@@ -1,7 +1,7 @@
-"""The running sessions of this user on this machine: each has a socket in a folder that is nobody else's.
+"""Finds the running sessions of this user on this machine: each has a socket in a folder that only the user can access.
 
-A socket is named `NAME.PID`, after the file that is run and its process. One that nobody listens to was left by a process that
-was killed, and is removed by whoever looks next.
+A socket is named `NAME.PID`, after the file and the process of the run. A socket that accepts no connection was left by a
+process that was killed; `running` removes it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ PATIENCE = 5.0
 
 @dataclass(frozen=True, slots=True, order=True)
 class Entry:
-    """A run that can be reached."""
+    """A run that accepts connections."""
 
     name: str
     pid: int
@@ -40,10 +40,10 @@ class Entry:
 
 
 def folder(environment: Mapping[str, str]) -> Path:
-    """The folder of the sockets, made if it is not there.
+    """Return the folder of the sockets; create it if it does not exist.
 
     Raises:
-        ControlError: it cannot be made, or others than the user could write to it.
+        ControlError: the folder cannot be created, or other users can access it.
     """
     named, usual = environment.get("XDG_RUNTIME_DIR", ""), f"{RUNTIME}/{os.getuid()}"
     runtime = next((path for path in (named, usual) if os.path.isabs(path) and os.path.isdir(path)), None)
@@ -55,21 +55,21 @@ def folder(environment: Mapping[str, str]) -> Path:
     except OSError as error:
         raise ControlError(f"{path}: {error.strerror}") from None
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o077:
-        raise ControlError(f"{path}: not a folder that is the user's alone, with mode 700")
+        raise ControlError(f"{path}: must be a folder that you own, with mode 700")
     return path
 
 
 def entry_name(name: str, pid: int) -> str:
-    """What the socket of a run is called."""
+    """Return the file name of a run's socket."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)[:MAX_NAME] or "run"
     return f"{plain}.{pid}"
 
 
 def connect(path: Path) -> socket.socket:
-    """A connection to a run.
+    """Connect to a run.
 
     Raises:
-        OSError: nobody is there; ConnectionRefusedError when nobody is any more.
+        OSError: the run cannot be reached; ConnectionRefusedError if its process has ended.
     """
     connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
@@ -83,10 +83,10 @@ def connect(path: Path) -> socket.socket:
 
 
 def running(environment: Mapping[str, str]) -> list[Entry]:
-    """The runs that can be reached, by name; what dead ones left behind is removed.
+    """Return the runs that accept connections, sorted by name; remove the sockets of dead processes.
 
     Raises:
-        ControlError: the folder of the sockets is not the user's alone.
+        ControlError: other users can access the folder of the sockets.
     """
     found = []
     for path in sorted(folder(environment).iterdir()):

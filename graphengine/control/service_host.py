@@ -1,4 +1,4 @@
-"""Services that are answered when a session's desk is done with what was asked for."""
+"""Hosts services whose responses are sent when the session has executed the request."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def _nothing(*_: object) -> None:
 
 
 class Offers:
-    """Some services of one transport.
+    """Services offered on a transport.
 
     Args:
-        transport: to offer them on.
-        complain: told once a service of a peer that sends what is no request.
+        transport: transport that carries the services.
+        complain: receives one warning per service about malformed requests.
     """
 
     def __init__(self, transport: Transport, complain: Callable[[str], None]) -> None:
@@ -48,14 +48,14 @@ class Offers:
         finish: Callable[[Any, BaseException | None], None] = _nothing,
         then: Callable[[Any, Any], None] = _nothing,
     ) -> None:
-        """Offer one service.
+        """Offer a service.
 
         Args:
-            service: absolute.
+            service: absolute name.
             service_type: as in `std_srvs/srv/Trigger`.
-            handle: what is asked for.
-            finish: writes into an answer what came of the future.
-            then: called with request and answer once that has left.
+            handle: handles a request; may return a future, after which the response is sent.
+            finish: writes the outcome into the response: its arguments are the response and the exception, or None.
+            then: called with request and response after the response was sent.
 
         Raises:
             MessageTypeError: the transport does not know the type.
@@ -96,10 +96,12 @@ class Offers:
         except TransportError as error:
             if service not in self._malformed:
                 self._malformed.add(service)
-                self._complain(f"{service}: a peer sends what is not {message_type}; dropped ({error})")
+                self._complain(
+                    f"{service}: a peer sends malformed {message_type} requests, which are dropped ({error})"
+                )
             return None
 
     def close(self) -> None:
-        """Withdraw them; safe to call twice."""
+        """Close all services; safe to call twice."""
         for server in self._servers.values():
             server.close()

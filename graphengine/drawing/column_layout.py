@@ -1,7 +1,7 @@
 """Linear-time layout for large graphs: boxes in columns, long links above all boxes.
 
-Nothing is done against crossings. Links of one port share their lines; a link that ends in the next column runs between the
-two, any other goes up, along a line above all boxes, and down again.
+Crossings are not minimized. Links of one port share their lines. A link to the next column runs between the two columns; any
+other link goes up, along a line above all boxes, and down again.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangem
 
 
 def _ranks(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> list[int]:
-    """The column of each box: behind its inputs, except for one or more links of each cycle."""
+    """Return the column of each box: to the right of its inputs, except for one or more links of each cycle."""
     following: list[list[int]] = [[] for _ in boxes]
     missing = [0] * len(boxes)
     for link in links:
@@ -69,7 +69,7 @@ def _ranks(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> list[int]
 def _placed(
     boxes: Sequence[LayoutBox], ranks: Sequence[int], lanes: dict[int, dict[Port, int]]
 ) -> tuple[tuple[Point, ...], dict[int, float]]:
-    """Corners of the boxes, and where the gap behind each column begins."""
+    """Return the corners of the boxes, and the position of the gap to the right of each column."""
     columns: dict[int, list[int]] = {}
     for index, rank in enumerate(ranks):
         columns.setdefault(rank, []).append(index)

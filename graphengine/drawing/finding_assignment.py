@@ -17,7 +17,7 @@ CIRCLES = ("G209", "G210")
 
 
 class _EndNode(NamedTuple):
-    """The node at an end of a wire, and where the subgraphs that the wire came through were used."""
+    """The node at an end of a wire, and the places where the subgraphs around the wire were used."""
 
     node: str
     via: Via
@@ -28,12 +28,12 @@ T = TypeVar("T", NodeEntry, WireEntry, _EndNode)
 
 @dataclass(slots=True)
 class AssignedFindings:
-    """Findings by node, and those of the whole graph.
+    """The findings of each node and of the whole graph.
 
     Attributes:
-        nodes: by id.
-        circular: wires that run in a circle.
-        graph: those of its files that belong to no node.
+        nodes: findings by node id.
+        circular: wires that form a cycle.
+        graph: findings of the graph's files that belong to no node.
     """
 
     nodes: dict[str, list[Finding]] = field(default_factory=dict)
@@ -42,7 +42,7 @@ class AssignedFindings:
 
 
 def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
-    """Assign to each node the findings in its span or in a wire of it, and those of its cycles."""
+    """Assign findings to nodes: those at the node or at one of its wires, and those of its cycles."""
     assigned = AssignedFindings()
     regions = [(entry, *_region(entry)) for entry in graph.flat.nodes]
     paths = {entry.document.source.path for entry in graph.flat.nodes} | {graph.flat.loaded.document.source.path}
@@ -64,19 +64,19 @@ def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
 
 
 def _told_of(finding: Finding, things: Sequence[T]) -> Sequence[T]:
-    """Of things in subgraphs that are used several times, those of the use that a finding names, if any."""
+    """Return the things to which a finding applies: in a subgraph used several times, only those of the use that it names."""
     told = set(finding.related)
     return [thing for thing in things if told.issuperset(thing.via)] or things
 
 
 def _circle(finding: Finding, graph: Graph) -> Sequence[WireEntry]:
-    """The wires that a finding names."""
+    """Return the wires that a finding about a cycle names."""
     places = {(str(span), span.length) for span, _ in finding.related}
     return _told_of(finding, [wire for wire in graph.flat.wires if (str(wire.span), wire.span.length) in places])
 
 
 def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
-    """The node at each span of a wire, for a whole wire its target; the other end if that node is unknown."""
+    """Return the node at each span of a wire: for the whole wire its target, or the other end if that node is unknown."""
     names = {entry.id for entry in graph.flat.nodes}
     places: dict[tuple[str, int], list[_EndNode]] = {}
     for wire in graph.flat.wires:
@@ -87,7 +87,7 @@ def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
 
 
 def _region(entry: NodeEntry) -> tuple[tuple[int, int], tuple[int, int]]:
-    """First and last position of a node in its file, as line and column."""
+    """Return the first and last position of a node in its file, each as line and column."""
     key = entry.key_span()
     last = (key.line, key.column)
     found = entry.document.find(*entry.location)

@@ -15,7 +15,7 @@ GAP = (44.0, 28.0)
 
 @dataclass(frozen=True, slots=True)
 class LayoutBox:
-    """A rectangle to be placed; `edge` keeps it in the first or last column, `place` is its position in the file."""
+    """A rectangle to place; `edge` keeps it in the first or last column, `place` is its position in the graph file."""
 
     width: float
     height: float
@@ -25,7 +25,7 @@ class LayoutBox:
 
 @dataclass(frozen=True, slots=True)
 class LayoutLink:
-    """From the right side of one box to the left side of another; heights count from the top of each box."""
+    """A link from the right side of one box to the left side of another; heights are measured from the top of each box."""
 
     source: int
     source_y: float
@@ -35,7 +35,7 @@ class LayoutLink:
 
 @dataclass(frozen=True, slots=True)
 class Arrangement:
-    """Top left corners of the boxes, and one polyline of horizontal and vertical lines for each link."""
+    """A layout: the top left corner of each box, and a polyline of horizontal and vertical lines for each link."""
 
     corners: tuple[Point, ...]
     routes: tuple[Route, ...]
@@ -44,7 +44,7 @@ class Arrangement:
 def bounds(
     boxes: Sequence[LayoutBox], corners: Sequence[Point], routes: Iterable[Route]
 ) -> tuple[float, float, float, float]:
-    """Left, top, right and bottom of all boxes and routes; zeros if there are none."""
+    """Return left, top, right and bottom of all boxes and routes; zeros if there are none."""
     points = [point for route in routes for point in route]
     points += corners
     points += [(x + box.width, y + box.height) for box, (x, y) in zip(boxes, corners, strict=True)]
@@ -53,13 +53,13 @@ def bounds(
 
 
 def ends(boxes: Sequence[LayoutBox], corners: Sequence[Point], link: LayoutLink) -> tuple[Point, Point]:
-    """First and last point of a link."""
+    """Return the first and last point of a link."""
     (x, y), (other_x, other_y) = corners[link.source], corners[link.target]
     return (x + boxes[link.source].width, y + link.source_y), (other_x, other_y + link.target_y)
 
 
 def simplified(points: Iterable[Point]) -> Route:
-    """A polyline without repeated and collinear points."""
+    """Return a polyline without repeated and collinear points."""
     kept: list[Point] = []
     for point in points:
         if kept and point == kept[-1]:

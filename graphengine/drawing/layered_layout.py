@@ -1,7 +1,7 @@
-"""Layered (Sugiyama) layout by graphlay: boxes in columns from left to right, each behind its inputs.
+"""Layered (Sugiyama) layout with graphlay: boxes in columns from left to right, each to the right of its inputs.
 
-graphlay does what Sugiyama's method does: it breaks cycles, ranks, orders against crossings, places and routes, and knows
-ports. Links of a box to itself are drawn here, around the box, which takes the room for them with it.
+graphlay breaks cycles, assigns columns, reduces crossings, places boxes and routes links between ports. This module draws the
+links from a box to itself, and enlarges the box by the room for them.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangem
 def _mended(
     boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence[LayoutLink], routes: Sequence[Route]
 ) -> Sequence[Route]:
-    """Routes around boxes, for the few that run through a box in graphs with many cycles."""
+    """Return routes in which the links that run through a box, a few in graphs with many cycles, are routed around it."""
     low = np.array(corners)
     high = low + np.array([(box.width, box.height) for box in boxes])
     wrong = [number for number, route in enumerate(routes) if _crosses(route, low, high)]
@@ -86,7 +86,7 @@ def _mended(
 
 
 def _crosses(route: Route, low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
-    """Whether a line of the route runs through a box."""
+    """Return whether a line of the route runs through a box."""
     for pair in pairwise(route):
         begin, end = np.min(pair, axis=0), np.max(pair, axis=0)
         if np.all((begin < high - _TOUCH) & (end > low + _TOUCH), axis=1).any():
@@ -114,13 +114,13 @@ def _edge(link: LayoutLink, boxes: Sequence[LayoutBox], room: Sequence[float]) -
 
 
 def _around(begin: Point, end: Point, top: float, distance: float) -> Route:
-    """From the right side of a box over its top to the left side."""
+    """Return the route from the right side of a box over its top to its left side."""
     right, left, above = begin[0] + distance, end[0] - distance, top - distance
     return (begin, (right, begin[1]), (right, above), (left, above), (left, end[1]), end)
 
 
 def _squared(begin: Point, corners: Iterable[Point], end: Point) -> Route:
-    """The polyline through these corners, all its lines made exactly horizontal or vertical, from port to port."""
+    """Return the polyline through the corners from port to port, with all lines exactly horizontal or vertical."""
     route = [begin]
     for x, y in corners:
         last_x, last_y = route[-1]

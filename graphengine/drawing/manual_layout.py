@@ -18,7 +18,7 @@ _CLEAR = 0.1
 
 
 def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangement:
-    """Keep given places, scaled up until no boxes overlap; boxes without a place stand below, in columns."""
+    """Keep the given positions, scaled up until no boxes overlap; boxes without a position are placed below, in columns."""
     corners = _corners(boxes, links)
     return Arrangement(corners, tuple(routing.routes(boxes, corners, links)))
 
@@ -42,7 +42,7 @@ def _corners(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> tuple[P
 
 
 def _stretched(boxes: Sequence[LayoutBox]) -> dict[int, Point]:
-    """Given places, scaled by one factor for all; without boxes that would need too large a factor."""
+    """Return the given positions, scaled by one factor; boxes that would need too large a factor are left out."""
     kept: list[int] = []
     stretch = 1.0
     for index, box in enumerate(boxes):
@@ -57,7 +57,7 @@ def _stretched(boxes: Sequence[LayoutBox]) -> dict[int, Point]:
 
 
 def _needed_stretch(box: LayoutBox, place: Point, others: Sequence[LayoutBox]) -> float:
-    """The factor at which a box no longer overlaps the others."""
+    """Return the scale factor at which a box no longer overlaps the others."""
     if not others:
         return 1.0
     there = np.array([other.place for other in others])

@@ -1,7 +1,7 @@
 """Layout of a graph with nested subgraphs.
 
-A subgraph is laid out by itself and then stands in the graph around it as one box. Wires that lead into it or out of it
-have a port on its border, which inside is a box without width in the first or the last column.
+Each subgraph is laid out separately and is one box in the graph around it. A wire into or out of a subgraph has a port on its
+border; inside, the port is a box without width in the first or last column.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class SubgraphFrame:
 
 @dataclass(slots=True)
 class GraphLayout:
-    """Boxes of nodes by id with their corners, borders of subgraphs, and the polyline of each wire."""
+    """A complete layout: node boxes with their corners by id, subgraph borders, and the polyline of each wire."""
 
     boxes: dict[str, NodeBox]
     corners: dict[str, Point] = field(default_factory=dict)
@@ -52,7 +52,7 @@ class GraphLayout:
 
 @dataclass(slots=True)
 class _Level:
-    """A subgraph, or the graph itself, laid out; coordinates start at its own corner."""
+    """The layout of a subgraph or of the graph itself, in coordinates relative to its corner."""
 
     width: float
     height: float
@@ -128,7 +128,7 @@ def _arrange_level(group: str, view: GraphView, nodes: dict[str, NodeBox], level
     pins: dict[Pin, int] = {}
 
     def end(wire: WireView, *, begins: bool) -> tuple[int, float]:
-        """Box and height at which the part of a wire in this level begins or ends."""
+        """Return the box and height at which the part of a wire in this level begins or ends."""
         (node, port), inner = (wire.source, wire.target) if begins else (wire.target, wire.source)
         if not _holds(group, node):
             pin = (group, begins, inner)
@@ -154,7 +154,7 @@ def _arrange_level(group: str, view: GraphView, nodes: dict[str, NodeBox], level
 def _way(
     view: GraphView, boxes: Sequence[LayoutBox], links: Collection[LayoutLink]
 ) -> Callable[[Sequence[LayoutBox], Sequence[LayoutLink]], Arrangement]:
-    """Choose the layout of a level. It depends on sizes only, so a graph has one picture on every machine."""
+    """Choose the layout of a level by sizes only, so that a graph looks the same on every machine."""
     whole = len(view.nodes) + len(view.wires)
     if len(boxes) + len(links) > MAX_LEVEL or whole > MAX_WHOLE:
         return column_layout.arrange
@@ -166,13 +166,13 @@ def _holds(group: str, node: str) -> bool:
 
 
 def _child(group: str, node: str) -> str:
-    """A node if it lies directly in a group, else the subgraph directly in the group that it lies in."""
+    """Return a node that is directly in a group, else the subgraph directly in the group that contains the node."""
     start = len(group) + 1 if group else 0
     return node[:start] + node[start:].partition("/")[0]
 
 
 def _touches(group: str, wire: WireView) -> bool:
-    """Whether a part of a wire lies in a group, and not wholly within one of the subgraphs in it."""
+    """Return whether a part of a wire is in a group, but not completely within one of its subgraphs."""
     children = [_child(group, node) for node, _ in (wire.source, wire.target) if _holds(group, node)]
     return len(children) == 1 or len(set(children)) == 2 or children[:1] == [wire.source[0]]
 
@@ -186,7 +186,7 @@ def _framed(
     pins: dict[Pin, int],
     links: dict[LayoutLink, int],
 ) -> _Level:
-    """A level with its corner at zero. A subgraph has room for a border and a caption; its pins lie on the border."""
+    """Return a level with its corner at zero. A subgraph gets room for a border and a caption; its pins are on the border."""
     left, top, right, bottom = bounds(boxes, made.corners, made.routes)
     padding, caption = (_PADDING, _CAPTION) if group else (0.0, 0.0)
     dx, dy = padding - left, padding + caption - top

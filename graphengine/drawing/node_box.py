@@ -1,4 +1,4 @@
-"""Size of a node's box, and positions of its texts and ports."""
+"""Computes the size of a node's box, and the positions of its labels and ports."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _MARKS = 4
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A text of a port with its place: its baseline begins at `x`, or ends there on the right side."""
+    """The text of a port; its baseline begins at `x`, or ends there on the right side of the box."""
 
     view: PortView
     side: str
@@ -36,7 +36,7 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A line that names a finding, or several of one code."""
+    """A line for one finding, or for several findings with the same code."""
 
     severity: str
     text: str
@@ -46,7 +46,7 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class NodeBox:
-    """A node's box, laid out."""
+    """A node's box with the positions of its parts."""
 
     view: NodeView
     width: float
@@ -60,13 +60,13 @@ class NodeBox:
 
     @property
     def severity(self) -> str:
-        """`error`, `warning` or nothing."""
+        """Highest severity of the node's findings: `error`, `warning` or empty."""
         severities = {mark.severity for mark in self.marks}
         return "error" if "error" in severities else "warning" if severities else ""
 
 
 def make_box(view: NodeView) -> NodeBox:
-    """Lay out the box of a node."""
+    """Compute the box of a node."""
     name = fitted(view.name, NAME_SIZE, _NAME_LIMIT, bold=True)
     kind = view.type_name.rpartition(".")[2] or "?"
     type_name = fitted(f"{kind}, {view.pace}" if view.pace else kind, TYPE_SIZE, _NAME_LIMIT)
@@ -93,7 +93,7 @@ def _label(port: PortView, side: str, y: float) -> Label:
 
 
 def _marks(findings: list[Finding], top: float) -> tuple[Mark, ...]:
-    """A line for each code, errors first."""
+    """Return a line for each finding code, errors first."""
     codes: dict[tuple[bool, str], list[Finding]] = {}
     for finding in findings:
         codes.setdefault((finding.severity != "error", finding.code), []).append(finding)

@@ -1,6 +1,7 @@
-"""One-file HTML page of a drawing: the SVG with pan, zoom and a line of text about the selected element.
+"""A drawing as one HTML file: the SVG with pan, zoom, and a line with details of the selected element.
 
-It opens from disk and asks the network for nothing: its policy lets run one script and two style sheets, by their digests.
+It opens from disk and makes no network requests: its content security policy allows only one script and two style sheets, by
+their digests.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from graphengine.drawing.view_model import GraphView
 
 
 def draw(views: Sequence[GraphView]) -> str:
-    """One page with all graphs, one below the other.
+    """Return one page with all graphs, one below the other.
 
     Raises:
         UsageError: the layout library is not installed.

@@ -1,8 +1,8 @@
-"""Routes links around placed boxes, with short ways and few bends.
+"""Routes links around placed boxes, with short routes and few bends.
 
-Around each box lies a frame at half the least distance between boxes. Frames never overlap, so along them every port can be
-reached from every other. The lines that the frames lie on are the grid of an A* search. Links that end up on one line are
-spread over the strip that is free on both sides of it.
+Each box has a frame at half the minimum distance between boxes. Frames never overlap, so every port can be reached from every
+other along them. The lines of the frames form the grid of an A* search. Links on the same line are then spread over the free
+strip around it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _HASTE = 2.0
 
 
 def routes(boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence[LayoutLink]) -> list[Route]:
-    """A polyline for each link; boxes are at least `GAP` apart."""
+    """Return a polyline for each link; boxes must be at least `GAP` apart."""
     router = _Router(boxes, corners, links)
     ways = [router.lines(*pair) for pair in router.ends]
     drawn = [_drawn(*pair, way) for pair, way in zip(router.ends, ways, strict=True)]
@@ -42,7 +42,7 @@ Step = tuple[int, int, int]
 
 
 class _Router:
-    """The grid: every line along a frame, and a row for each port."""
+    """The search grid: each line along a frame, and a row for each port."""
 
     def __init__(self, boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence[LayoutLink]) -> None:
         self.ends = [ends(boxes, corners, link) for link in links]
@@ -58,7 +58,7 @@ class _Router:
         self.open = self._open(0, self.columns, self.rows), self._open(1, self.rows, self.columns)
 
     def _open(self, axis: int, lines: NDArray[np.float64], along: NDArray[np.float64]) -> list[list[bool]]:
-        """Whether each line of an axis may be followed from each place along it to the next, which no frame is across."""
+        """Return for each grid line of an axis, and each place along it, whether no frame is between it and the next place."""
         free = np.ones((len(lines), len(along)), bool)
         for (low, high), (begin, end) in zip(self.frames[:, :, axis], self.frames[:, :, 1 - axis], strict=True):
             across = slice(np.searchsorted(lines, low, "right"), np.searchsorted(lines, high, "left"))
@@ -67,7 +67,7 @@ class _Router:
         return opened
 
     def lines(self, begin: Point, end: Point) -> list[Line]:
-        """Columns and rows in turn, from the row of one port to the row of another: A* with a price on bends."""
+        """Return alternating columns and rows between the rows of two ports, found by A* with a cost for bends."""
         start = self._column(begin[0] + _FRAME[0]), int(np.searchsorted(self.rows, begin[1]))
         goal = self._column(end[0] - _FRAME[0]), int(np.searchsorted(self.rows, end[1]))
         columns, rows = self.places
@@ -91,11 +91,11 @@ class _Router:
         raise AssertionError("frames that do not overlap leave a way between all ports")
 
     def _column(self, x: float) -> int:
-        """The column of a frame's side, which is at most a rounding away."""
+        """Return the column of a frame's side; their positions may differ by a rounding error."""
         return int(np.abs(self.columns - x).argmin())
 
     def _steps(self, here: Step, own: tuple[int, int]) -> Iterator[Step]:
-        """The places next to one, rows of other ports passed over."""
+        """Yield the neighbours of a place; rows of other ports are skipped."""
         column, row, _ = here
         for way in (-1, 1):
             other = row
@@ -122,7 +122,7 @@ class _Router:
 
 
 def _drawn(begin: Point, end: Point, lines: Sequence[Line]) -> Route:
-    """The polyline along lines, of which the first and the last are the rows of its ports."""
+    """Return the polyline along grid lines, of which the first and last are the rows of the ports."""
     corners = []
     for (axis, place), (_, other) in pairwise(lines):
         corners.append((other, place) if axis == 1 else (place, other))
@@ -130,7 +130,7 @@ def _drawn(begin: Point, end: Point, lines: Sequence[Line]) -> Route:
 
 
 def _spread(links: Sequence[LayoutLink], ways: Sequence[Sequence[Line]], routes: Sequence[Route]) -> list[list[Line]]:
-    """The same ways, those of different ports moved apart where they run along one line."""
+    """Move routes of different ports apart where they run along the same line."""
     spread = [list(way) for way in ways]
     stretches: dict[Line, dict[tuple[int, float], list[tuple[int, int]]]] = {}
     for number, way in enumerate(ways):
@@ -150,7 +150,7 @@ def _spread(links: Sequence[LayoutLink], ways: Sequence[Sequence[Line]], routes:
 def _extent(
     axis: int, place: float, routes: Sequence[Route], members: Sequence[tuple[int, int]]
 ) -> tuple[float, float]:
-    """From where to where some links run along a line."""
+    """Return the range of a line along which links run."""
     along = [
         point[1 - axis]
         for number, _ in members
@@ -162,7 +162,7 @@ def _extent(
 
 
 def _lanes(extents: Sequence[tuple[float, float]]) -> list[int]:
-    """The first lane of each in which nothing before it is in the way."""
+    """Return for each link the first lane that is free along its range."""
     lanes: list[int] = []
     for number, (low, high) in enumerate(extents):
         taken = {lane for lane, (a, b) in zip(lanes, extents[:number], strict=False) if a <= high and low <= b}

@@ -1,7 +1,7 @@
-"""Self-contained SVG of a drawing, without scripts, external fonts or images.
+"""A drawing as self-contained SVG, without scripts, external fonts or images.
 
-Whatever a file says goes through `escape`. Colours are those of a light page, and of a dark one where the viewer prefers that.
-What carries execution is told from what carries a value by weight and arrow head too, not by colour alone.
+All text from files goes through `escape`. Colours adapt to the viewer's light or dark theme. Execution and value wires differ
+in line width and arrow head, not only in colour.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ STYLE = "\n" + Template(resources.files(__package__).joinpath("svg.css").read_te
 
 
 def draw(views: Sequence[GraphView], *, named: bool = False) -> str:
-    """One SVG with all graphs, one below the other.
+    """Return one SVG with all graphs, one below the other.
 
     Args:
-        views: the graphs.
-        named: whether each node's group has its name as `data-node`, for scripts.
+        views: graphs to draw.
+        named: whether the group of each node has the attribute `data-node` with its name, for scripts.
 
     Raises:
         UsageError: the layout library is not installed.
@@ -86,7 +86,7 @@ def draw(views: Sequence[GraphView], *, named: bool = False) -> str:
 
 
 def escape(text: str) -> str:
-    """A text of a stranger as it may stand in the SVG: one line each, no character that XML refuses."""
+    """Return untrusted text in a form that is legal in SVG: on one line, without characters that XML forbids."""
     lines = text[:_ABOUT].split("\n")
     return html.escape("\n".join(map(printable, lines)))
 
@@ -104,7 +104,7 @@ def _text(x: float, y: float, text: str, kind: str) -> str:
 
 
 def _draw_graph(view: GraphView, *, named: bool) -> tuple[list[str], float, float]:
-    """One graph with its corner at zero; its width and height."""
+    """Draw a graph with its corner at zero; return it with its width and height."""
     layout = arrange(view)
     heading, head_width, head_height = _heading(view, max(layout.width, _LEAST))
     lines = [*heading, f'<g transform="translate(0 {_number(head_height)})">']
@@ -130,7 +130,7 @@ def _draw_graph(view: GraphView, *, named: bool) -> tuple[list[str], float, floa
 
 
 def _heading(view: GraphView, limit: float) -> tuple[list[str], float, float]:
-    """Name, place and pace of the graph, and the findings that no node has; its width and height."""
+    """Draw name, prim path and rate of the graph, and findings without a node; return it with its width and height."""
     title = fitted(view.title, _TITLE_SIZE, limit, bold=True)
     caption = fitted(view.caption, PORT_SIZE, limit)
     lines = [_text(0, 14, title, "title"), _text(0, 33, caption, "caption")]
@@ -156,7 +156,7 @@ def _about(finding: Finding) -> str:
 
 
 def _node(box: NodeBox, corner: Point, *, named: bool) -> list[str]:
-    """A box with its texts and ports; its tooltip is its `title`."""
+    """Draw a box with its labels and ports; `title` is its tooltip."""
     told = [_about(finding) for finding in box.view.findings]
     about = "\n\n".join([box.view.about, *told])
     kind = f"node {box.view.kind} {box.severity}".rstrip()
@@ -187,7 +187,7 @@ def _port(label: Label, box_width: float) -> str:
 
 
 def _wire(wire: WireView, route: Route) -> list[str]:
-    """A line with round corners, and its tip: full and heavy for execution, open and light for a value."""
+    """Draw a wire with rounded corners and an arrow head: filled and thick for execution, open and thin for values."""
     style = _style(wire)
     x, y = route[-1]
     line = _path([*route[:-1], (x - _ARROW, y)])
@@ -200,7 +200,7 @@ def _wire(wire: WireView, route: Route) -> list[str]:
 
 
 def _style(wire: WireView) -> str:
-    """How a wire is drawn."""
+    """Return the style of a wire, a key of `_STYLES`."""
     return wire.mistake or ("data-wire" if wire.form == "data" else wire.form)
 
 
@@ -211,7 +211,7 @@ def _tip(x: float, y: float, style: str) -> str:
 
 
 def _path(route: Sequence[Point]) -> str:
-    """The polyline with rounded corners."""
+    """Return the SVG path of a polyline with rounded corners."""
     parts = [f"M{_number(route[0][0])} {_number(route[0][1])}"]
     for before, (corner, after) in zip(route, pairwise(route[1:]), strict=False):
         radius = min(_ROUND, _length(before, corner) / 2, _length(corner, after) / 2)
@@ -235,7 +235,7 @@ def _towards(corner: Point, other: Point, distance: float) -> Point:
 
 
 def _signs(styles: Collection[str], x: float, y: float) -> Iterator[str]:
-    """The legend of the wires."""
+    """Draw the legend of the wires."""
     for style, (meaning, _) in _STYLES.items():
         if style not in styles:
             continue

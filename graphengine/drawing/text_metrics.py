@@ -1,7 +1,7 @@
 """Text widths that are the same on every machine, and truncation.
 
-No font is asked. The widths are at least those of DejaVu Sans, one of the widest among the fonts that browsers and viewers take
-for `sans-serif`, so a text fits its box in the others too.
+No font is loaded. The widths are at least those of DejaVu Sans, one of the widest fonts that browsers use for `sans-serif`, so
+a text also fits its box in other fonts.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _ROUNDING = 1e-6
 
 
 def width(text: str, size: float, *, bold: bool = False) -> float:
-    """At least the width of a text, in the unit of its size."""
+    """Return an upper bound of a text's width, in the unit of `size`."""
     return size * (_BOLD if bold else 1.0) * sum(map(_letter, text))
 
 
@@ -50,7 +50,7 @@ def _letter(letter: str) -> float:
 
 
 def fitted(text: str, size: float, limit: float, *, bold: bool = False, tail: bool = False) -> str:
-    """A printable text no wider than the limit; what is too long ends in `…`, or begins with it to keep its tail."""
+    """Return printable text that is no wider than the limit; longer text ends in `…`, or begins with it to keep its tail."""
     text = printable(text)
     if width(text, size, bold=bold) <= limit:
         return text

@@ -1,6 +1,6 @@
 """View model of a drawing: nodes with ports and values, wires, subgraphs, and their findings.
 
-The flat graph of the file is drawn, so that nodes of unknown types and wires that were refused are on the drawing too.
+It is made from the graph as written in the file, so that nodes with unknown types and refused wires are also drawn.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class PortView:
 
 @dataclass(slots=True)
 class NodeView:
-    """A node; `ports` are those that are wired or set, in the order of the type."""
+    """A node in a drawing; `ports` are those that are wired or set, in the order of the type."""
 
     id: str
     type_name: str
@@ -72,12 +72,12 @@ class NodeView:
 
     @property
     def name(self) -> str:
-        """The name within its own file."""
+        """Name within its own file."""
         return self.id.rpartition("/")[2]
 
     @property
     def group(self) -> str:
-        """The subgraph that contains the node; empty for none."""
+        """Subgraph that contains the node; empty for none."""
         return self.id.rpartition("/")[0]
 
 
@@ -86,11 +86,11 @@ class WireView:
     """A wire between two ports.
 
     Attributes:
-        source: where it begins.
-        target: where it ends.
-        form: what it carries.
-        mistake: what is wrong with it.
-        about: what is told of it.
+        source: port where it begins.
+        target: port where it ends.
+        form: execution, execution in a later pass, or data.
+        mistake: whether it was refused or is part of a cycle; empty if it is correct.
+        about: text of its tooltip.
     """
 
     source: PortPlace
@@ -102,7 +102,7 @@ class WireView:
 
 @dataclass(slots=True)
 class GraphView:
-    """A graph as it is drawn."""
+    """A graph in a drawing."""
 
     title: str
     caption: str
@@ -118,10 +118,10 @@ def make_graph_view(graph: Graph, findings: Findings) -> GraphView:
     """Return the view of a resolved graph, with or without errors.
 
     Raises:
-        UsageError: it is too large for a drawing to be of use.
+        UsageError: the graph is too large for a useful drawing.
     """
     if len(graph.flat.nodes) > MAX_NODES:
-        raise UsageError(f"{graph.name} has {len(graph.flat.nodes)} nodes; a drawing takes {MAX_NODES}")
+        raise UsageError(f"{graph.name} has {len(graph.flat.nodes)} nodes; a drawing can have at most {MAX_NODES}")
     instances = {instance.id: instance for instance in graph.instances}
     nodes = {entry.id: _node(graph, entry, instances.get(entry.id)) for entry in graph.flat.nodes}
     made = {id(wire.entry) for wire in (*graph.exec_wires, *graph.data_wires)}
@@ -169,13 +169,13 @@ def _pace(every: EverySpec | None) -> str:
 
 
 def _layout(entry: NodeEntry) -> Point | None:
-    """The position that a node's own file gives."""
+    """Return the position that the node's own file gives."""
     found = entry.document.find("layout", str(entry.location[-1]))
     return _place(found.to_data()) if found is not None else None
 
 
 def _place(data: Any) -> Point | None:
-    """A position in a file; None if it is malformed or too far off."""
+    """Return a position from a file; None if it is malformed or too far away."""
     if not isinstance(data, list | tuple) or len(data) != 2 or not all(type(part) in (int, float) for part in data):
         return None
     return (float(data[0]), float(data[1])) if all(abs(part) <= FARTHEST for part in data) else None
@@ -195,7 +195,7 @@ def _add_port(node: NodeView, side: str, port: Port, instance: Instance) -> Port
 
 
 def _about(port: Port, instance: Instance) -> str:
-    """A port's type, unit, default, constraint and documentation."""
+    """Return type, unit, default, constraint and documentation of a port."""
     if port.is_exec:
         return "\n".join(filter(None, (f"{port.name}: execution", port.doc)))
     first = f"{port.name}: {brief(settled_type(instance, port))}{f', {port.unit}' if port.unit else ''}"
@@ -205,7 +205,7 @@ def _about(port: Port, instance: Instance) -> str:
 
 
 def _value(value: Any, *, whole: bool) -> str:
-    """A value as YAML, truncated."""
+    """Return a value as YAML, truncated."""
     most = 64 if whole else _SHOWN
     more = isinstance(value, np.ndarray | tuple | list) and len(value) > most
     value = value[:most] if more else value
@@ -239,7 +239,7 @@ def _wire(entry: WireEntry, nodes: dict[str, NodeView], mistake: Mistake) -> Wir
 
 
 def _end(end: WireEnd, side: str, sides: Sequence[str], nodes: dict[str, NodeView]) -> tuple[PortPlace, bool]:
-    """The port that a wire begins or ends at, which is put on its box; whether it carries execution."""
+    """Return the port at an end of a wire, after adding it to its box, and whether it carries execution."""
     node = nodes[end.node]
     instance = node.instance
     port = find_port(instance.cls, end.port, [end.side] if end.side else sides) if instance else None
@@ -252,7 +252,7 @@ def _end(end: WireEnd, side: str, sides: Sequence[str], nodes: dict[str, NodeVie
 
 
 def _sort_ports(node: NodeView) -> None:
-    """Execution first, then in the order of the type. An input that is only read by others is shown on the right only."""
+    """Sort ports: execution first, then in the type's order. An input that other nodes only read is shown on the right only."""
     names = dict.fromkeys(port.name for port in node.instance.cls.fields.values()) if node.instance else ()
     order = {name: number for number, name in enumerate(names)}
     for side, name in list(node.ports):

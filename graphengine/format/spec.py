@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from graphengine.format.kinds import DEVICES
 from graphengine.format.legal_names import Name, Namespace, NamespacePattern, PrimPath, RobotPath
@@ -50,8 +50,15 @@ def _evaluator(value: Any) -> Any:
     return value
 
 
+def _not_zero(vector: tuple[float, float, float]) -> tuple[float, float, float]:
+    if not any(vector):
+        raise ValueError("a direction is a vector of a length above 0, such as [1, 0, 0]")
+    return vector
+
+
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
+Direction = Annotated[Vector, AfterValidator(_not_zero)]
 Connection = Annotated[str, Field(max_length=1000)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -344,6 +351,18 @@ class JointSpec(FileSpec):
         return self
 
 
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class LinkSpec(FileSpec):
+    """Changes to a link of the robot description."""
+
+    gravity: bool = True
+    """Whether gravity acts on the link's mass."""
+    colour: Annotated[tuple[Share, Share, Share], Field(strict=False)] | None = None
+    """Red, green and blue, 0 to 1, of visuals whose colour neither the description nor their mesh gives."""
+
+
 class WheelColliderSpec(FileSpec):
     """A collider about the axis of a wheel's joint, in place of all colliders of its link."""
 
@@ -367,8 +386,22 @@ class MaterialSpec(FileSpec):
     """No effect: MuJoCo's contacts have no restitution."""
     combine: Literal["average", "min", "multiply", "max"] = "average"
     """How this friction is combined with the floor's, at build and whenever a graph writes the friction."""
+    across: NotNegative | None = None
+    """Friction across `direction`, where `dynamic_friction` acts along it; default: the same in all directions."""
+    direction: Direction | None = None
+    """Direction of `dynamic_friction` at the point of contact, in the frame of `expressed_in`."""
+    expressed_in: str = ""
+    """Link whose frame `direction` is given in; default: the link that the wheel turns in."""
     bind: tuple[str, ...] = Field(default=(), strict=False)
     """Links whose colliders have this material."""
+
+    @model_validator(mode="after")
+    def _two_directions(self) -> MaterialSpec:
+        if (self.across is None) != (self.direction is None):
+            raise ValueError("friction in two directions needs both `across` and `direction`")
+        if self.expressed_in and self.direction is None:
+            raise ValueError("`expressed_in` is the frame of a `direction`, which is missing")
+        return self
 
 
 class FrameSpec(FileSpec):
@@ -388,12 +421,18 @@ class _TypeOfSensor:
         return handler(Literal[(*DEVICES.all, "realsense_d455", "rig")])
 
 
+def _name_or_figures(value: Any) -> Any:
+    if not isinstance(value, str | dict):
+        raise ValueError(f"expected the name of a profile, or the figures of one, got {shown(value)}")
+    return value
+
+
 class SensorSpec(FrameSpec, defer_build=True):
     """A sensor on a link."""
 
     type: Annotated[str, _TypeOfSensor]
-    profile: str = ""
-    """Name of a sensor profile, such as microscan3_9m_20hz."""
+    profile: Annotated[str | dict[str, Any], BeforeValidator(_name_or_figures)] = ""
+    """Name of a sensor profile, such as microscan3_9m_20hz, or its figures, such as {rate: 10.0, …} of an imu."""
     noise_std: NotNegative | None = None
     """Standard deviation of measured distances, m; default: that of the profile."""
 
@@ -420,6 +459,7 @@ class RobotSpec(FileSpec, defer_build=True):
     """Link that graphs can use for the robot, besides its prim and base link; empty: the freely moving link."""
     self_collision: bool = False
     """Let the robot's links collide with each other, except those connected by a joint."""
+    links: dict[str, LinkSpec] = {}
     joints: dict[str, JointSpec] = {}
     keep_only_joints: tuple[str, ...] = Field(default=(), strict=False)
     """Joints to keep; every other joint of the description is disabled."""

@@ -1,6 +1,7 @@
-"""Exports a graph as a script that builds it in Isaac Sim, by one `og.Controller.edit`.
+"""Exports a graph as a script that builds it in Isaac Sim with one `og.Controller.edit`.
 
-Subgraphs are expanded and parameters filled in: a script has neither. What Isaac Sim has no counterpart for is refused by name.
+Subgraphs are expanded and parameters inserted, because scripts have neither. Features without a counterpart in Isaac Sim are
+reported by name.
 """
 
 from __future__ import annotations
@@ -32,11 +33,11 @@ TICK_RATE = 60
 
 
 def write_script(graph: Graph, findings: Findings) -> str:
-    """The script; none if there is something that cannot be exported, which goes to the findings.
+    """Return the script; empty, with errors in `findings`, if a part cannot be exported.
 
     Args:
-        graph: resolved, without mistakes.
-        findings: takes what Isaac Sim has no counterpart for.
+        graph: resolved graph without errors.
+        findings: receives the parts that have no counterpart in Isaac Sim.
     """
     before = len(findings.errors)
     exporter = _Exporter(graph, findings)
@@ -52,7 +53,7 @@ class _Exporter:
                 self._refuse(instance)
 
     def _refuse(self, instance: Instance) -> None:
-        """Tell what of a node there is not in Isaac Sim."""
+        """Report the parts of a node that Isaac Sim does not have."""
         if instance.cls.type_name.startswith(OWN):
             self._tell(instance, f"there is no {instance.cls.type_name} in Isaac Sim")
         every = instance.entry.spec.every
@@ -73,7 +74,7 @@ class _Exporter:
         self.findings.add("G402", f"{instance.id}: {what}", instance.span, *help, related=instance.entry.via)
 
     def lines(self) -> Iterator[str]:
-        """Of the script."""
+        """Yield the lines of the script."""
         graph, spec = self.graph, self.graph.flat.spec
         layout = {self.names[name]: place for name, place in spec.layout.items() if name in self.names}
         if spec.doc:
@@ -118,7 +119,7 @@ class _Exporter:
             yield f"({text(self.names[instance.id])}, {text(type_name)})"
 
     def _attributes(self) -> Iterator[str]:
-        """Ports that OmniGraph's node types do not have from the start."""
+        """Yield the ports that OmniGraph's node types do not have initially."""
         for instance in self.graph.instances:
             fixed = _fixed_ports(instance)
             for key, port in instance.cls.ports.items():
@@ -136,14 +137,14 @@ class _Exporter:
             yield f"({text(start)}, {text(end)})"
 
     def _end(self, instance: Instance, port: Port) -> str:
-        """A port as scripts name it; a bundle that a node makes is a prim below the node there."""
+        """Return a port as scripts name it; a bundle output is a prim below the node."""
         output = port.side == "outputs"
         name = GATES[instance.cls.type_name][1] if instance.part_of and output else port.name
         between = "_" if output and str(port.type) == "bundle" else ":"
         return f"{self.names[instance.id]}.{port.side}{between}{name}"
 
     def _values(self, *, of_messages: bool) -> Iterator[str]:
-        """Either those that name the messages whose fields are ports, or all others."""
+        """Yield either the values that name message types, from which ports are made, or all others."""
         for instance in self.graph.instances:
             if issubclass(instance.cls, EveryTicks) and not of_messages:
                 yield f"({text(f'{self.names[instance.id]}.inputs:step')}, {instance.value('ticks')})"
@@ -170,9 +171,9 @@ class _Exporter:
 
 
 def _names(ids: Sequence[str]) -> dict[str, str]:
-    """Names in one graph: of a node inside of a subgraph, both names with a line between, and a number where that is taken.
+    """Return unique names in one graph: for nodes of subgraphs, both names joined by `_`, with a number if necessary.
 
-    That a gate is part of a node stands behind a dot.
+    The name of a node that implements a part of another one follows a dot.
     """
     names: dict[str, str] = {}
     taken = {known: 2 for known in ids if known.isidentifier()}
@@ -183,7 +184,7 @@ def _names(ids: Sequence[str]) -> dict[str, str]:
 
 
 def _fixed_ports(instance: Instance) -> set[str]:
-    """Ports that the node's type has without a graph that asks for more, or that it makes itself from its inputs."""
+    """Return the ports that a node's type always has, or that the node makes from its inputs."""
     bases = [base for base in instance.cls.__mro__[1:] if getattr(base, "type_name", "") == instance.cls.type_name]
     grows = instance.cls.type_name == SCRIPT_NODE or instance.cls.numbered
     base: Any = bases[-1] if bases and grows else instance.cls
@@ -191,7 +192,7 @@ def _fixed_ports(instance: Instance) -> set[str]:
 
 
 def _holes(instance: Instance) -> Iterator[str]:
-    """Numbered execution outputs that lead nowhere, below one that does not: OmniGraph counts up to the first missing."""
+    """Return unwired numbered execution outputs before a wired one: OmniGraph counts only up to the first missing number."""
     for stem, make in instance.cls.numbered.items():
         numbers = {int(field.removeprefix(stem)) for field in instance.cls.series[stem]}
         if make is ExecOut and 0 in numbers:
@@ -206,14 +207,14 @@ def _block(key: str, items: Sequence[str]) -> Iterator[str]:
 
 
 def literal(value: Any, port_type: PortType) -> str:
-    """A port's value in Python, as OmniGraph takes it."""
+    """Return the value of a port as Python code for OmniGraph."""
     if port_type == types.TARGET:
         return f"[{', '.join(f'usdrt.Sdf.Path({text(path)})' for path in value)}]"
     return plain(value)
 
 
 def plain(value: Any) -> str:
-    """Numbers, texts and lists of them in Python."""
+    """Return numbers, strings and lists of them as Python code."""
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, list | tuple):
@@ -224,14 +225,14 @@ def plain(value: Any) -> str:
 
 
 def number(value: Any) -> str:
-    """A number or truth value in Python."""
+    """Return a number or boolean as Python code."""
     if isinstance(value, float) and not math.isfinite(value):
         return f'float("{value}")'
     return repr(value)
 
 
 def text(value: str) -> str:
-    """A text in Python, in double quotes where that needs no escape more."""
+    """Return a string as Python code, in double quotes unless that needs more escapes."""
     quoted = repr(value)
     return f'"{quoted[1:-1]}"' if quoted[0] == "'" and '"' not in value and "\\'" not in quoted else quoted
 

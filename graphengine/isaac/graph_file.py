@@ -1,4 +1,4 @@
-"""Graph files of recorded graphs, with OmniGraph's names converted; what cannot be converted is reported."""
+"""Writes recorded graphs as graph files with converted names, and reports what cannot be converted."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _MOST_FOLLOWED = 100_000
 
 
 def file_names(graphs: Sequence[RecordedGraph]) -> list[str]:
-    """A name for each graph, of which no two are alike even where files do not tell capital letters: the end of its path."""
+    """Return a file name for each graph, from the end of its path; names differ not only in upper and lower case."""
     taken: dict[str, int] = {}
     names = []
     for graph in graphs:
@@ -59,12 +59,12 @@ def _legal(name: str) -> str:
 
 
 def unique(choices: Sequence[str], taken: dict[str, int], *, fold: bool = True) -> str:
-    """The first choice that is not taken, else the last one with a number; it is taken then.
+    """Return the first choice that is not taken, else the last one with a number, and mark it as taken.
 
     Args:
-        choices: names.
-        taken: names in use, each with the number that another one of this name tries first.
-        fold: whether names that differ in capital letters alone are the same.
+        choices: names in order of preference.
+        taken: names in use, each with the number to try first for another node of this name.
+        fold: whether names that differ only in upper and lower case count as equal.
     """
     key = str.lower if fold else str
     name = next((choice for choice in choices if key(choice) not in taken), choices[-1])
@@ -76,14 +76,14 @@ def unique(choices: Sequence[str], taken: dict[str, int], *, fold: bool = True) 
 
 
 def compose(graph: RecordedGraph, name: str, registry: Registry, findings: Findings, origin: str) -> str:
-    """The text of a graph file.
+    """Return the text of a graph file.
 
     Args:
-        graph: what an importer found.
-        name: of the graph.
-        registry: node types that are available.
-        findings: where everything is told that the file lacks or has otherwise.
-        origin: where the graph comes from, for people.
+        graph: graph that an importer found.
+        name: name of the graph.
+        registry: available node types.
+        findings: receives what the file lacks or changes.
+        origin: origin of the graph, for a comment in the file.
     """
     return "\n".join([*_Composer(graph, registry, findings).lines(name, origin), ""])
 
@@ -112,19 +112,19 @@ class _Composer:
             modernize(node, registry, findings)
             self.names[node.name] = legal = unique([_legal(node.name)], taken, fold=False)
             if legal != node.name:
-                findings.add("N301", f"node {node.name!r} is called {legal!r} in the file", node.span)
+                findings.add("N301", f"node {node.name!r} is named {legal!r} in the file", node.span)
             self.classes[node.name] = self._class(node)
 
     def _class(self, node: RecordedNode) -> type[Node] | None:
         found = self.registry.find(node.type)
         if found is None:
-            what = f"{node.name}: there is no node type {node.type!r} here"
+            what = f"{node.name}: the node type {node.type!r} is not available"
             advice = replacement(node.type) or self.registry.suggest(node.type, self.findings)
-            self.findings.add("W301", what, node.span, advice, "check tells it again")
+            self.findings.add("W301", what, node.span, advice, "`graphrun check` will report it again")
             return None
         if found.old_name:
             what = f"{node.type!r} is a name from before Isaac Sim 4.5"
-            self.findings.add("N101", what, node.span, f"its name now is {found.cls.type_name!r}")
+            self.findings.add("N101", what, node.span, f"its current name is {found.cls.type_name!r}")
         named = [*self.wired.get(node.name, ()), *node.attributes]
         if found.cls.type_name == SCRIPT_NODE and node.attributes:
             declared = [f"{key} {kind}" for key, kind in node.attributes.items()]
@@ -136,7 +136,7 @@ class _Composer:
             return None
 
     def lines(self, name: str, origin: str) -> Iterator[str]:
-        """Of the file."""
+        """Yield the lines of the file."""
         graph = self.graph
         yield comment(f"Imported from {origin}")
         yield "format: 1"
@@ -162,13 +162,13 @@ class _Composer:
             yield from (f"  {key}: {flow(position)}" for key, position in placed.items())
 
     def _when(self) -> Iterator[str]:
-        """How often it runs, and by which rule."""
+        """Yield the keys that say when the graph runs, and by which evaluator."""
         graph = self.graph
         physics = any(node.type.rpartition(".")[2] == "OnPhysicsStep" for node in graph.nodes.values())
         if graph.pipeline_stage == "on_demand" and physics:
             yield "runs: physics_step"
         elif graph.pipeline_stage == "on_demand":
-            self._leave_out("that it is evaluated only when a script asks for it; it runs every tick", graph.span)
+            self._leave_out("its evaluation on demand by a script; it runs every tick", graph.span)
         elif graph.pipeline_stage != "simulation":
             self._leave_out(f"its pipeline stage {graph.pipeline_stage}; it runs every tick", graph.span)
         if graph.evaluator != "execution":
@@ -176,14 +176,14 @@ class _Composer:
             advice = "write evaluator_name 'execution' there if its events are to decide what is computed"
             self.findings.add("N301", f"{graph.path} is a push graph: every node is computed", graph.span, advice)
         if graph.evaluator == "dirty_push":
-            self._leave_out("that it computes only what changed (dirty_push)", graph.span)
+            self._leave_out("its evaluator dirty_push, which computes only what changed", graph.span)
 
     def _leave_out(self, what: str, span: Span | None, *help: str) -> None:
-        self.findings.add("W302", f"{self.graph.path}: left out is {what}", span, *help)
+        self.findings.add("W302", f"{self.graph.path}: not converted: {what}", span, *help)
 
     def _variable(self, name: str, variable: RecordedValue) -> Iterator[str]:
         if not _NAME.match(name):
-            self._leave_out(f"variable {name!r}, which is no name", variable.span)
+            self._leave_out(f"variable {name!r}, which is not a legal name", variable.span)
             return
         data: Any = variable.data
         try:
@@ -221,7 +221,7 @@ class _Composer:
             yield from (f"        {line}" if line else "" for line in lines)
 
     def _carried(self, node: RecordedNode, cls: type[Node] | None, key: str, value: RecordedValue) -> bool:
-        """Whether a file holds such a value; told if not."""
+        """Return whether a file can hold a value; report it if not."""
         name = _port_name(key)
         what, advice = "", ""
         if not key.startswith("inputs:"):
@@ -243,7 +243,7 @@ class _Composer:
         return not what
 
     def _driven(self, wire: RecordedWire) -> Iterator[RecordedWire]:
-        """A wire; where it passes on the events of an input, as a compound's does, those of what drives that input."""
+        """Yield a wire, or, if its source only passes on the events of an input, the wires into that input instead."""
         ends = [(self.classes.get(node), _port_name(key)) for node, key in wire.ends]
         ports = [find_port(cls, name, ["inputs"]) for cls, name in ends if cls is not None]
         if not wire.source_port.startswith("inputs:") or not any(port is not None and port.is_exec for port in ports):
@@ -262,11 +262,11 @@ class _Composer:
                 pending.append(known.ends[0])
         many = self.followed > _MOST_FOLLOWED
         if many or not driven:
-            why = f"more than {_MOST_FOLLOWED} wires lead to what drives" if many else "nothing drives"
+            why = f"more than {_MOST_FOLLOWED} wires lead to" if many else "nothing fires"
             self._leave_out(f"the wire {wire}: {why} {wire.source}.{wire.source_port}", wire.span)
 
     def _wire(self, wire: RecordedWire) -> str:
-        """One connection; nothing if a node or port of it is not there."""
+        """Yield a connection; nothing if one of its nodes or ports does not exist."""
         ends = (wire.source, wire.source_port, ("outputs", "inputs")), (wire.target, wire.target_port, ("inputs",))
         written = []
         for node, key, sides in ends:
@@ -287,13 +287,13 @@ class _Composer:
 
 
 def _port_name(key: str) -> str:
-    """`wheelRadius` of `inputs:wheelRadius`."""
+    """Return the port name of an attribute: `wheelRadius` for `inputs:wheelRadius`."""
     side, colon, name = key.partition(":")
     return name if colon and side in ("inputs", "outputs", "state") else key
 
 
 def _literal(data: Any, type: str, port: Port | None) -> Any:
-    """A value as a graph file writes it; on a port of several types, with its type where that was given."""
+    """Return a value as in a graph file; on a port with several types, together with its type if given."""
     if port is None:
         return data
     if isinstance(port.type, PortType) and port.type != types.ANY:
@@ -306,7 +306,7 @@ def _literal(data: Any, type: str, port: Port | None) -> Any:
 
 
 def fit(data: Any, port_type: PortType) -> Any:
-    """The same value of the port's kind, where Python's types are looser: 1.0 for a whole number, 1 for true."""
+    """Convert a value to the kind of the port where Python's types are less strict: 1.0 to an integer, 1 to true."""
     if isinstance(data, list):
         element = PortType(port_type.base, port_type.count, False, port_type.role)
         return [fit(item, element) for item in data]

@@ -65,14 +65,14 @@ _USE_DOMAIN = "inputs:useDomainIDEnvVar"
 
 
 def replacement(type: str) -> str:
-    """Describe the replacement of a node type that is not available; empty if none is known."""
+    """Return a description of the replacement for a node type that is not available; empty if none is known."""
     families = (advice for prefix, advice in FAMILIES.items() if type.startswith(prefix))
     advice = REPLACEMENTS.get(type.rpartition(".")[2]) or next(families, "")
     return f"in its place: {advice}" if advice else ""
 
 
 def modernize(node: RecordedNode, registry: Registry, findings: Findings) -> None:
-    """Make a camera helper that publishes CameraInfo, as before Isaac Sim 4.5, a ROS2CameraInfoHelper."""
+    """Convert a camera helper that publishes CameraInfo, as before Isaac Sim 4.5, to a ROS2CameraInfoHelper."""
     found, kind = registry.find(node.type), node.values.get("inputs:type")
     if found is None or found.cls.type_name != _CAMERA_HELPER or kind is None or kind.data != "camera_info":
         return
@@ -88,10 +88,10 @@ def upgrade(node: RecordedNode, type: str, version: object, where: str, findings
 
     Args:
         node: the node.
-        type: its type's current name.
-        version: as the stage has it.
-        where: the node's prim.
-        findings: takes what was changed, and what may have to be.
+        type: current name of its type.
+        version: version in the stage.
+        where: prim path of the node.
+        findings: receives what was changed, and what the user may have to change.
     """
     current = _VERSIONS.get(type, 1)
     if not isinstance(version, int) or version >= current:
@@ -99,6 +99,6 @@ def upgrade(node: RecordedNode, type: str, version: object, where: str, findings
     old = f"{where} was saved as version {version} of {type}, which is at version {current}"
     if type == _CONTEXT and _USE_DOMAIN not in node.values:
         node.values[_USE_DOMAIN] = RecordedValue(False, "bool", node.span)
-        findings.add("N301", f"{old}: useDomainIDEnvVar becomes false, as it was without it", node.span)
+        findings.add("N301", f"{old}: useDomainIDEnvVar is set to false, as in that version", node.span)
     else:
-        findings.add("N301", f"{old}: look at its values, whose meaning may have changed", node.span)
+        findings.add("N301", f"{old}: check its values, whose meaning may have changed", node.span)

@@ -1,6 +1,6 @@
-"""A graph as an importer found it, in OmniGraph's names; shared by scripts and stages.
+"""A graph as an importer found it, with OmniGraph's names; shared by scripts and stages.
 
-Compounds are flat: a node inside of one is called `Compound/Node`, and wires lead to the inner nodes.
+Compounds are flattened: a node in one is named `Compound/Node`, and wires lead to the inner nodes.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ MAX_NAME = 2000
 
 @dataclass(slots=True)
 class RecordedValue:
-    """The value of an attribute, and its place.
+    """The value of an attribute.
 
     Attributes:
-        data: None, bool, int, float, str, or lists of them; tuples and arrays are lists, prim paths are text, a quaternion is
-            [x, y, z, w], a matrix its rows or all its numbers.
-        type: OmniGraph's name of its type, such as `double[3]`, where it was given: on ports that take several.
-        span: where it was set.
+        data: None, bool, int, float, str, or lists of them; tuples and arrays are lists, prim paths are strings, a quaternion is
+            [x, y, z, w], a matrix is a list of its rows or of all its numbers.
+        type: OmniGraph's type name, such as `double[3]`, if given: for ports with several types.
+        span: place where it was set.
     """
 
     data: Any
@@ -48,15 +48,15 @@ class RecordedValue:
 
 @dataclass(slots=True)
 class RecordedNode:
-    """A node.
+    """A node in a recorded graph.
 
     Attributes:
-        name: its path below the graph.
-        type: registered name, as it was found.
-        values: by the attribute's full name, such as `inputs:wheelRadius`.
-        attributes: those that were added to the node, by full name; the type of each as OmniGraph writes it.
+        name: path below the graph.
+        type: registered name as found.
+        values: values by full attribute name, such as `inputs:wheelRadius`.
+        attributes: types of the attributes that were added to the node, by full name.
         position: `ui:nodegraph:node:pos`.
-        span: where it was made.
+        span: place where it was created.
     """
 
     name: str
@@ -69,7 +69,7 @@ class RecordedNode:
 
 @dataclass(frozen=True, slots=True)
 class RecordedWire:
-    """A wire; ports have their full names, such as `outputs:tick`."""
+    """A wire between ports with full names, such as `outputs:tick`."""
 
     source: str
     source_port: str
@@ -88,16 +88,16 @@ class RecordedWire:
 
 @dataclass(slots=True)
 class RecordedGraph:
-    """A graph.
+    """A graph that an importer found.
 
     Attributes:
-        path: its own prim.
+        path: prim path.
         evaluator: `execution`, `push` or `dirty_push`.
         pipeline_stage: when it is evaluated.
-        nodes: by name, in the order in which they were made.
-        wires: in the order in which they were made.
-        variables: defaults by name; `type` is there.
-        span: where it was made.
+        nodes: nodes by name, in order of creation.
+        wires: wires in order of creation.
+        variables: default value of each variable by name, with its type.
+        span: place where it was created.
     """
 
     path: str
@@ -109,7 +109,7 @@ class RecordedGraph:
     span: Span | None = None
 
     def names(self) -> Iterator[str]:
-        """All names and types in the graph."""
+        """Return all names and types in the graph."""
         yield from (self.path or "\0", *self.nodes, *self.variables, *(value.type for value in self.variables.values()))
         yield from (end for wire in self.wires for ends in wire.ends for end in ends)
         for node in self.nodes.values():
@@ -117,13 +117,13 @@ class RecordedGraph:
 
 
 def pipeline_stage(name: str) -> PipelineStage | None:
-    """The pipeline stage of an enumerator's name or of a USD token such as `pipelineStageOnDemand`; None of others."""
+    """Return the pipeline stage for an enumerator's name or a USD token such as `pipelineStageOnDemand`; None for others."""
     word = re.sub(".*_STAGE_|^pipelineStage|_", "", name).lower()
     return next((stage for stage in PIPELINE_STAGES if stage.replace("_", "") == word), None)
 
 
 def carried(items: Collection[Any], names: Callable[[Any], Iterable[str]], what: str, findings: Findings) -> list[Any]:
-    """The graphs or namespaces of an import with legal names, up to the limit."""
+    """Return the graphs or namespaces of an import that have legal names, up to the limit."""
     kept = [item for item in items if all(len(name) <= MAX_NAME and name.isprintable() for name in names(item))]
     if left := len(items) - len(kept[:MAX_GRAPHS]):
         legal = f"at most {MAX_GRAPHS}, of printable names up to {MAX_NAME} characters"

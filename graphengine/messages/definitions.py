@@ -1,12 +1,12 @@
-"""Message types by their ROS names: their fields, their Python classes and their type hashes.
+"""Message types by their ROS names: fields, Python classes and type hashes.
 
-Known are the types of ROS 2 Jazzy (from rosbags), those below `share/` beside this file, and those of folders that a user
-names; files are read when a type is first asked for. Folders add types. They never give another meaning to one that is there
-without them, so what a node publishes does not depend on them.
+Known types are those of ROS 2 Jazzy (from rosbags), those in `share/` beside this file, and those in folders that a user gives;
+a file is read when its type is first used. Folders add types but never change a known type, so what a node publishes does not
+depend on them.
 
-Below `share/` are the bare fields and constants of ackermann_msgs 2.0.2, vision_msgs 4.1.1, simulation_interfaces 1.5.1, of the
-services of Isaac Sim's isaac_ros2_messages (github.com/isaac-sim/IsaacSim-ros_workspaces, jazzy_ws), and of what rosbags leaves
-out of Jazzy's common interfaces: nav_msgs/Goals and services.
+`share/` has the bare fields and constants of ackermann_msgs 2.0.2, vision_msgs 4.1.1, simulation_interfaces 1.5.1, of the
+services in Isaac Sim's isaac_ros2_messages (github.com/isaac-sim/IsaacSim-ros_workspaces, jazzy_ws), and of the types in Jazzy's
+common interfaces that rosbags lacks: nav_msgs/Goals and services.
 """
 
 from __future__ import annotations
@@ -63,14 +63,14 @@ _lock = threading.RLock()
 
 
 def _jazzy() -> Any:
-    """The types of ROS 2 Jazzy; importing them takes 50 ms, and most graphs are checked without."""
+    """Return the types of ROS 2 Jazzy; the import takes 50 ms, and most graphs are checked without it."""
     from rosbags.typesys.stores import ros2_jazzy
 
     return ros2_jazzy
 
 
 class _Store(Typestore):
-    """Types, and the codecs of those in another store."""
+    """A store of types that also uses the codecs of another store."""
 
     def __init__(self, below: Typestore) -> None:
         super().__init__()
@@ -78,18 +78,18 @@ class _Store(Typestore):
         self.types = ChainMap({}, below.types)  # type: ignore[assignment]
 
     def get_msgdef(self, typename: str) -> Msgdef[object]:
-        """What encodes and decodes a type."""
+        """Return the codec of a type."""
         if typename == wide_strings.NAME:
             return wide_strings.CODEC
         return super().get_msgdef(typename) if typename in self.fielddefs else self._below.get_msgdef(typename)
 
 
 class Definitions:
-    """Message types by name: those of folders, and others below them.
+    """Message types by name.
 
     Args:
-        folders: where definitions are looked for.
-        below: what is known without them; None for ROS 2 Jazzy's own types and no others.
+        folders: folders with definition files.
+        below: types that are known without the folders; None: only those of ROS 2 Jazzy.
     """
 
     def __init__(self, folders: Folders, below: Definitions | None = None) -> None:
@@ -102,7 +102,7 @@ class Definitions:
 
     @cached_property
     def store(self) -> Typestore:
-        """Encodes and decodes the types that were asked for."""
+        """The rosbags store that encodes and decodes the types used so far."""
         made = _Store(self._below.store) if self._below else Typestore(_jazzy())
         kept: Typestore = vars(self).setdefault("store", made)  # the same one for threads that ask at once
         return kept
@@ -118,23 +118,23 @@ class Definitions:
         return kept
 
     def __reduce__(self) -> str | tuple[Any, ...]:
-        """Pickle the folders; another process reads their files again."""
+        """Pickle only the folders; the process that unpickles reads their files again."""
         return "DEFINITIONS" if self is DEFINITIONS else (Definitions, (self._folders, self._below))
 
     def extended(self, given: Sequence[Path] = (), installed: Sequence[Path] = ()) -> Definitions:
-        """These and the types of folders; see `Folders`."""
+        """Return these types together with those of additional folders; see `Folders`."""
         return Definitions(Folders(given, installed), self) if given or installed else self
 
     def names(self) -> list[str]:
-        """Every type that is there: messages, services and actions."""
+        """Return the names of all known types: messages, services and actions."""
         below = self._below.names() if self._below else ()
         return sorted({*below, *self._known, *self._folders.names()})
 
     def definition(self, message_type: str) -> Definition:
-        """What a message, service or action consists of.
+        """Return the definition of a message, service or action type.
 
         Raises:
-            MessageTypeError: there is no such type, its definition cannot be used, or a folder has another one of it.
+            MessageTypeError: the type is unknown, its definition is invalid, or a folder defines it differently from ROS 2 Jazzy.
         """
         known = self._known.get(message_type)
         if known is None:
@@ -143,43 +143,43 @@ class Definitions:
         return known
 
     def message_class(self, message_type: str) -> type[Any]:
-        """The dataclass of a message.
+        """Return the dataclass of a message type.
 
         Raises:
-            MessageTypeError: as for `definition`, or it is a service or an action.
+            MessageTypeError: as for `definition`, or the type is a service or an action.
         """
         definition = self.definition(message_type)
         if not definition.is_message:
             hint = listing(_parts(definition.fields), "it has")
-            raise MessageTypeError(f"{message_type} is no message", message_type.rpartition("/")[2], hint)
+            raise MessageTypeError(f"{message_type} is not a message type", message_type.rpartition("/")[2], hint)
         return self.store.types[message_type]
 
     def service_parts(self, service_type: str) -> tuple[str, str]:
-        """Names of the messages that ask and answer, as in `std_srvs/srv/Trigger_Request`.
+        """Return the request and response types of a service type, as in `std_srvs/srv/Trigger_Request`.
 
         Raises:
-            MessageTypeError: as for `definition`, or it is no service.
+            MessageTypeError: as for `definition`, or the type is not a service.
         """
         request, response = f"{service_type}_Request", f"{service_type}_Response"
         named = [part for part in _parts(self.definition(service_type).fields) if part in (request, response)]
         if self.definition(service_type).is_message or len(named) != 2:
-            raise MessageTypeError(f"{service_type} is no service", service_type.rpartition("/")[2])
+            raise MessageTypeError(f"{service_type} is not a service type", service_type.rpartition("/")[2])
         return request, response
 
     def fields(self, message_type: str) -> list[Field]:
-        """Attributes of a message, and their types; where ROS's name is a keyword of Python, a `_` follows it."""
+        """Return attribute names and types of a message's fields; names that are Python keywords get a trailing `_`."""
         return [(normalize_fieldname(name), kind) for name, kind in self.definition(message_type).fields]
 
     def initial(self, message_type: str) -> Any:
-        """A message as ROS 2 makes it: what its definition says for a field, else zeros, empty texts and empty arrays."""
+        """Return a message with the default values of its definition, else zeros, empty strings and empty arrays."""
         fields, given = self.definition(message_type).fields, self.definition(message_type).initial
         return self.message_class(message_type)(*(self._initial(kind, given.get(name)) for name, kind in fields))
 
     def type_hash(self, message_type: str) -> str:
-        """The REP 2011 hash of a message, service or action, by which peers tell versions of a definition apart.
+        """Return the REP 2011 hash of a type, by which peers distinguish versions of a definition.
 
         Raises:
-            MessageTypeError: there is no such type.
+            MessageTypeError: the type is unknown.
         """
         if message_type not in self._hashes:
             store = Typestore()
@@ -190,33 +190,33 @@ class Definitions:
         return self._hashes[message_type]
 
     def agrees(self, message_type: str, type_hash: str) -> bool:
-        """Whether a peer's hash of a type is that of the definition here; true where the peer has none of this version."""
+        """Return whether a peer's type hash equals the one here; true if the peer has no hash of this version."""
         return not type_hash.startswith("RIHS01_") or type_hash == self.type_hash(message_type)
 
     def is_wide(self, message_type: str) -> bool:
-        """Whether there are wide strings in a type."""
+        """Return whether a type contains wide strings."""
         fields = (field for name in self._closure(message_type) for _, field in self.definition(name).fields)
         return any(element_of(field) == WIDE for field in fields)
 
     def text(self, message_type: str) -> str:
-        """The definition of a message and of its parts as recordings keep it; MCAP calls the form `ros2msg`.
+        """Return the definitions of a message and its nested types as text, in MCAP's format `ros2msg`.
 
         Raises:
-            MessageTypeError: there is no such type.
+            MessageTypeError: the type is unknown.
         """
         whole, *parts = self._closure(message_type)
         sections = [f"{'=' * 80}\nMSG: {part.replace('/msg/', '/')}\n{self.definition(part)}" for part in parts]
         return "".join([str(self.definition(whole)), *sections])
 
     def _closure(self, message_type: str) -> list[str]:
-        """A type, and then all that it consists of."""
+        """Return a type, followed by all its nested types."""
         names = [message_type]
         for name in names:  # which grows
             names += dict.fromkeys(part for part in _parts(self.definition(name).fields) if part not in names)
         return names
 
     def _load(self, message_type: str, within: tuple[str, ...]) -> Definition:
-        """Find a type and all that it consists of; `within` are the types that it is part of."""
+        """Load a type and its nested types; `within` are the types that contain it."""
         if message_type in self._known:
             return self._known[message_type]
         name, file = TypeName.parse(message_type), self._file(message_type)
@@ -231,7 +231,7 @@ class Definitions:
         parts = {part: None for definition in found.values() for part in _parts(definition.fields)}
         if len(within) == MAX_NESTING or message_type in (*within, *_parts(found[message_type].fields)):
             chain = " in ".join((message_type, *reversed(within[-3:])))
-            raise MessageTypeError(f"{file}: messages lie within each other without end: {chain}", name and name.name)
+            raise MessageTypeError(f"{file}: messages contain each other without end: {chain}", name and name.name)
         for part in parts:
             if part not in found:
                 self._load(part, (*within, message_type))
@@ -241,7 +241,7 @@ class Definitions:
         return found[message_type]
 
     def _add(self, found: dict[str, Definition], file: Path | None) -> None:
-        """Know the types of a file, whose parts are known already."""
+        """Register the types of a file, whose nested types are known already."""
         self._known |= found
         try:
             for name, definition in found.items():
@@ -254,7 +254,7 @@ class Definitions:
             raise
 
     def _check(self, name: str, definition: Definition, file: Path | None) -> None:
-        """Refuse a type of which not even one message could be made."""
+        """Refuse a type with too many values, or with an invalid default value."""
         if self._size(name) > MAX_VALUES:
             raise MessageTypeError(f"{file}: a {name} has more than {MAX_VALUES} values", name.rpartition("/")[2])
         kinds = dict(definition.fields)
@@ -264,10 +264,10 @@ class Definitions:
             except (TypeError, ValueError, OverflowError) as error:
                 fault = f"{field} cannot be {value!r}: {error}"
             if fault:
-                raise MessageTypeError(f"{file}: {fault}, and so it is by default", name.rpartition("/")[2])
+                raise MessageTypeError(f"{file}: invalid default value: {fault}", name.rpartition("/")[2])
 
     def _size(self, name: str) -> int:
-        """How many values a message has at least."""
+        """Return the minimum number of values in a message."""
         if name not in self._sizes:
             self._sizes[name] = sum(self._size_of(kind) for _, kind in self.definition(name).fields) or 1
         return self._sizes[name]
@@ -308,8 +308,8 @@ class Definitions:
         return is_below or message_type in self._known or self._file(message_type) is not None
 
     def _unknown(self, message_type: str, within: Sequence[str], found: dict[str, Definition]) -> MessageTypeError:
-        """No such type: what is near, and what to do."""
-        what = f"no message type {shown(message_type)}" + (f", of which {within[-1]} consists" if within else "")
+        """Return the error for an unknown type, with similar names and a remedy."""
+        what = f"no message type {shown(message_type)}" + (f", which {within[-1]} contains" if within else "")
         package, _, last = message_type.rpartition("/")
         if found:
             return MessageTypeError(what, last, listing(found, "known are"))
@@ -318,26 +318,26 @@ class Definitions:
         if siblings:
             return MessageTypeError(what, last, did_you_mean(last, siblings) or listing(siblings, package))
         namesakes = [name for name in names if name.rpartition("/")[2] == last]
-        remedy = "name the folder of its package with --msg-path, or source the workspace that it is installed in"
+        remedy = "give the folder of its package with --msg-path, or source the workspace in which it is installed"
         return MessageTypeError(what, message_type.partition("/")[0], did_you_mean(message_type, namesakes), remedy)
 
 
 def _replaced(fields: Sequence[Field], old: Description, new: Description) -> list[Field]:
-    """Fields with another type in place of one, in arrays too."""
+    """Return fields in which one type is replaced by another, also in arrays."""
     return [(name, replace_element(kind, lambda element: new if element == old else element)) for name, kind in fields]
 
 
 def another_definition(name: str, peer: str, message_type: str, own: str, effect: str = "") -> tuple[str, str]:
-    """What to say of a peer on a topic or service whose definition of its type is not the one here, and the remedy."""
+    """Return the warning about a peer that has another definition of a topic's or service's type, and the remedy."""
     package = message_type.partition("/")[0]
     return (
-        f"{name}: {peer} has another definition of {message_type} than {own}: {effect or 'nothing crosses'}",
+        f"{name}: {peer} has another definition of {message_type} than {own}: {effect or 'no messages are exchanged'}",
         f"use one version of {package} on both sides; --msg-path names the folder of its definitions",
     )
 
 
 def dtype_of(number: str) -> np.dtype[Any]:
-    """What arrays of a kind of number consist of; rosbags takes a byte for signed."""
+    """Return the dtype of arrays of a number type; rosbags has signed bytes."""
     return np.dtype({"byte": "int8", "char": "uint8"}.get(number, number))
 
 
@@ -346,14 +346,14 @@ def _another(message_type: str, known: Definition, other: Definition, file: Path
     ours, theirs = next((pair for pair in pairs if pair[0] != pair[1]), (None, None))
     field = (theirs or ours or ("", ()))[0]
     return MessageTypeError(
-        f"{file} is not the definition of {message_type} that peers of ROS 2 Jazzy have: {field!r} differs",
+        f"{file} differs from ROS 2 Jazzy's definition of {message_type} in {field!r}",
         message_type.rpartition("/")[2],
-        "give the type, or its package, another name",
+        "rename the type or its package",
     )
 
 
 def _parts(fields: Sequence[Field]) -> list[str]:
-    """The messages that a type consists of."""
+    """Return the message types of the fields."""
     elements = [element_of(kind) for _, kind in fields]
     return [detail for kind, detail in elements if kind == Nodetype.NAME]
 

@@ -1,6 +1,6 @@
-"""What nodes see of the network: topics and services, and their quality of service.
+"""The network as nodes see it: topics and services with their quality of service.
 
-The classes here work without peers, as a check needs them; those of a live network derive from them.
+The classes here work without a network, as checks need them; the classes for a live network are subclasses.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, Literal, Protocol
 
 @dataclass(frozen=True, slots=True)
 class QoS:
-    """Quality of service of an endpoint, in the words of OmniGraph's QoS profiles; times in seconds, 0 for unlimited."""
+    """Quality of service of an endpoint, with the names of OmniGraph's QoS profiles; times in seconds, 0 for unlimited."""
 
     history: Literal["keepLast", "keepAll", "systemDefault"] = "keepLast"
     depth: int = 10
@@ -27,7 +27,7 @@ class QoS:
 
 @dataclass(frozen=True, slots=True)
 class EndpointClaim:
-    """An endpoint that a node asked for: what the checks and `graphrun topics` know of the ROS 2 side."""
+    """An endpoint that a node requested in setup; checks and `graphrun topics` read it."""
 
     node: str
     """Prim path of the node."""
@@ -50,12 +50,12 @@ class EndpointClaim:
 
     @property
     def is_service(self) -> bool:
-        """Whether it is a service; a topic may have the same name."""
+        """Whether the endpoint belongs to a service; a topic may have the same name."""
         return self.direction in ("serve", "call")
 
 
 class TopicEndpoint:
-    """One end of a topic."""
+    """A publisher or subscription of a node."""
 
     def __init__(self, claim: EndpointClaim) -> None:
         self.claim = claim
@@ -63,53 +63,53 @@ class TopicEndpoint:
         """Full topic name."""
 
     def close(self) -> None:
-        """Leave the topic; the context of the node does so. Safe to call twice."""
+        """Close the endpoint; the node's context does this. Safe to call twice."""
 
 
 class Sink(Protocol):
-    """Takes encoded messages, such as a recorder."""
+    """Receives encoded messages, for example to record them."""
 
     def write(self, claim: EndpointClaim, data: bytes) -> None:
-        """Take one encoded message that a node published."""
+        """Called with each encoded message that a node publishes."""
 
     def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
-        """Take what a subscription sees from this tick on."""
+        """Called with the encoded messages that a subscription receives in the tick that begins."""
 
 
 class Publisher(TopicEndpoint):
-    """One topic to write to."""
+    """A publisher of a node."""
 
     @property
     def subscribers(self) -> int:
-        """Number of readers, recorders excluded."""
+        """Number of matched readers, without recorders."""
         return 0
 
     @property
     def wanted(self) -> bool:
-        """Whether somebody listens or records; a message that nobody wants need not be built."""
+        """Whether a reader or recorder needs the messages; if not, nodes need not create them."""
         return False
 
     def publish(self, message: Any) -> None:
-        """Send a message of `graphengine.messages.messages` to every sink; encoded once."""
+        """Send a message to the network and all sinks; it is encoded once."""
 
 
 class Subscription(TopicEndpoint):
-    """One topic to read from; deliveries are frozen at the start of each tick."""
+    """A subscription of a node; the messages of a tick are fixed when the tick begins."""
 
     skipped = 0
     """How many messages were passed over by `newest` since play."""
 
     def newest(self) -> Any | None:
-        """The newest message delivered in this tick, once; None when there is none. Older ones count as skipped."""
+        """Return the newest message of this tick, once; None if there is none. Older messages count as skipped."""
         return None
 
     def take(self) -> Sequence[Any]:
-        """All messages delivered in this tick, oldest first, once."""
+        """Return all messages of this tick, oldest first, once."""
         return ()
 
 
 class ServiceEndpoint:
-    """One end of a service."""
+    """A service server or client of a node."""
 
     def __init__(self, claim: EndpointClaim) -> None:
         self.claim = claim
@@ -119,11 +119,11 @@ class ServiceEndpoint:
         """ROS 2 name, as in `std_srvs/srv/SetBool`."""
 
     def close(self) -> None:
-        """Leave the service; the context of the node does so. Safe to call twice."""
+        """Close the endpoint; the node's context does this. Safe to call twice."""
 
 
 class ServiceServer(ServiceEndpoint):
-    """One service that is offered; requests are frozen at the start of each tick."""
+    """A service server of a node; the requests of a tick are fixed when the tick begins."""
 
     def __init__(self, claim: EndpointClaim, handle: int) -> None:
         super().__init__(claim)
@@ -133,30 +133,30 @@ class ServiceServer(ServiceEndpoint):
         """Identity of the request that the graph is about to answer; None where there is none."""
 
     def take(self) -> Sequence[tuple[bytes, Any]]:
-        """Requests that came before this tick and were not taken, oldest first: their identities and messages."""
+        """Return id and message of the waiting requests, oldest first, and remove them."""
         return ()
 
     def answer(self, request_id: bytes, response: Any) -> None:
-        """Answer a request when the tick ends; one that was answered, or came before a stop, is not."""
+        """Send a response at the end of the tick; ignored if the request was answered already, or came before a stop."""
 
 
 class ServiceClient(ServiceEndpoint):
-    """A client of a service; a tick sees the responses that arrived before it."""
+    """A service client of a node; the responses of a tick are fixed when the tick begins."""
 
     _calls = 0
 
     def call(self, request: Any) -> int:
-        """Ask when the tick ends, or as soon as a server is there; the number of the call, from 1 up."""
+        """Send a request at the end of the tick, or as soon as a server exists; return the number of the call, from 1."""
         self._calls += 1
         return self._calls
 
     def take(self) -> Sequence[tuple[int, Any]]:
-        """Answers that came before this tick and were not taken, in order: numbers of their calls, and messages."""
+        """Return call number and message of the waiting responses, in order of arrival, and remove them."""
         return ()
 
 
 class Network:
-    """Endpoints for the topics and services that nodes claim."""
+    """Creates the endpoints that nodes claim."""
 
     sent = 0
     """Messages sent since the start."""
@@ -170,48 +170,48 @@ class Network:
     """Open publishers."""
 
     def tap(self, sink: Sink) -> None:
-        """Let a sink take what is sent and delivered anyway: no message is built for it."""
+        """Pass messages to a sink that are sent or received anyway; publishers do not count it as a reader."""
 
     def untap(self, sink: Sink) -> None:
-        """End `tap`."""
+        """Undo `tap`."""
 
     def publisher(self, claim: EndpointClaim) -> Publisher:
-        """An endpoint to write to."""
+        """Create a publisher."""
         return Publisher(claim)
 
     def subscription(self, claim: EndpointClaim) -> Subscription:
-        """An endpoint to read from."""
+        """Create a subscription."""
         return Subscription(claim)
 
     def server(self, claim: EndpointClaim, handle: int) -> ServiceServer:
-        """An endpoint that answers, known to nodes by a number."""
+        """Create a service server; nodes find it by the number `handle`."""
         return ServiceServer(claim, handle)
 
     def client(self, claim: EndpointClaim) -> ServiceClient:
-        """An endpoint that asks."""
+        """Create a service client."""
         return ServiceClient(claim)
 
     def handing_over(self) -> AbstractContextManager[object]:
-        """Until its end, a node that asks for an endpoint gets the open one of an equal claim, if there is one."""
+        """Return a context in which a node that claims an endpoint gets the open one with an equal claim, if there is one."""
         return nullcontext()
 
     def freeze(self) -> None:
-        """Begin a tick: subscriptions deliver what arrived before it; what arrives later is delivered in the next tick."""
+        """Begin a tick: nodes get messages that arrived before it; later messages wait for the next tick."""
 
     def flush(self) -> None:
-        """End a tick: what was published in it leaves now."""
+        """End a tick: send the messages that were published in it."""
 
     def save(self) -> Any:
-        """A copy of what has arrived and was not taken, and of open calls."""
+        """Return a copy of the waiting messages and open calls."""
 
     def restore(self, saved: Any) -> None:
-        """Go back to what `save` returned, as far as messages have not left this process."""
+        """Restore the state that `save` returned; messages that were already sent cannot be recalled."""
 
     def forget_calls(self) -> None:
-        """Graphs begin anew: requests that nobody answered will not be, answers that have not come are not waited for."""
+        """Discard unanswered requests and calls, because graphs restart."""
 
     def log(self, severity: str, message: str) -> None:
-        """Pass a message for people on to the network."""
+        """Publish a log message, for example on `/rosout`."""
 
     def close(self) -> None:
         """Leave the network; safe to call twice."""

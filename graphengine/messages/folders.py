@@ -1,7 +1,7 @@
-"""Finds the files of messages, services and actions in packages.
+"""Finds the definition files of messages, services and actions in packages.
 
-A package keeps them as `<package>/msg/Range.msg`, `<package>/srv/Trigger.srv` and `<package>/action/Dock.action`, in its sources
-as well as below `share/` where it is installed.
+A package has them as `<package>/msg/Range.msg`, `<package>/srv/Trigger.srv` and `<package>/action/Dock.action`, both in its
+sources and installed below `share/`.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _IGNORED = frozenset(("COLCON_IGNORE", "AMENT_IGNORE"))
 
 @dataclass(slots=True)
 class Folders:
-    """Places where definitions are looked for, in this order.
+    """Folders in which definition files are looked up, in this order.
 
     Args:
         given: files, packages, or folders with packages at any depth up to `MAX_DEPTH`.
-        installed: folders of packages as an ament index has them, such as `/opt/ros/jazzy/share`.
+        installed: folders with installed packages, as in an ament index, such as `/opt/ros/jazzy/share`.
     """
 
     given: Sequence[Path] = ()
@@ -33,7 +33,7 @@ class Folders:
     _index: dict[str, Path] | None = field(default=None, init=False)
 
     def find(self, name: TypeName) -> Path | None:
-        """The file that defines a type."""
+        """Return the file that defines a type; None if there is none."""
         found = self._given().get(name.source)
         if found is not None:
             return found
@@ -42,7 +42,7 @@ class Folders:
         return next((file for file in files if file.is_file()), None)
 
     def names(self) -> list[str]:
-        """Every type that a file is there for."""
+        """Return the names of all types that have a file."""
         files = [file for share in self.installed for kind in KINDS for file in share.glob(f"*/{kind}/*.{kind}")]
         return sorted({*self._given(), *(f"{file.parts[-3]}/{file.parts[-2]}/{file.stem}" for file in files)})
 
@@ -69,6 +69,6 @@ def _is_ignored(names: Sequence[str]) -> bool:
 
 
 def _package_of(folder: Path, kind: str) -> str:
-    """The package whose definitions lie in a folder: what its manifest says, else the folder's own name."""
+    """Return the package of a folder with definitions: the name in its manifest, else the folder's name."""
     root = folder.parent if folder.name == kind else folder
     return manifest_name(root) or root.name

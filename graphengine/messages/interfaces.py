@@ -1,7 +1,7 @@
 """Parses definition files of messages, services and actions.
 
-A service is a request and a response, with `---` between them; an action is a goal, a result and feedback. The messages that
-ROS 2 makes of these are defined here as ROS 2 defines them.
+A service has a request and a response, separated by `---`; an action has a goal, a result and feedback. The messages that ROS 2
+derives from them are added here.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ SCALARS = {
 
 
 def signed_byte(value: int) -> int:
-    """A byte as the encoder takes it, which counts from -128.
+    """Return a byte as the signed number that the encoder expects.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the number is not in 0 to 255.
     """
     if not 0 <= value <= 0xFF:
-        raise ValueError(f"{value} is no byte")
+        raise ValueError(f"{value} is not a byte (0 to 255)")
     return (value ^ 0x80) - 0x80
 
 
@@ -71,13 +71,13 @@ WIDE: Description = (Nodetype.BASE, ("wstring", 0))
 
 
 class MessageTypeError(ContextError):
-    """A message type that is not known, or whose definition cannot be used."""
+    """A message type that is unknown, or whose definition is invalid."""
 
     code = "G308"
 
 
 class Definition(NamedTuple):
-    """What a message type consists of."""
+    """Constants, fields and default values of a message type."""
 
     constants: list[tuple[str, str, Any]]
     fields: list[Field]
@@ -92,7 +92,7 @@ class Definition(NamedTuple):
 
 
 class TypeName(NamedTuple):
-    """The parts of a name such as `std_srvs/srv/Trigger_Request`, of which `part` is `_Request`."""
+    """The parts of a type name; in `std_srvs/srv/Trigger_Request`, `part` is `_Request`."""
 
     package: str
     kind: str
@@ -101,12 +101,12 @@ class TypeName(NamedTuple):
 
     @property
     def source(self) -> str:
-        """What the file defines as a whole, as in `std_srvs/srv/Trigger`."""
+        """Name of the type that the file defines, without `part`, as in `std_srvs/srv/Trigger`."""
         return f"{self.package}/{self.kind}/{self.name}"
 
     @staticmethod
     def parse(message_type: str) -> TypeName | None:
-        """The parts of a name; None for one that ROS 2 would refuse, so that no name leads out of a folder."""
+        """Split a type name; None if ROS 2 does not allow it. So no name can lead out of a folder."""
         package, _, rest = message_type.partition("/")
         kind, _, last = rest.partition("/")
         name, underscore, part = last.partition("_")
@@ -115,10 +115,10 @@ class TypeName(NamedTuple):
 
 
 def read(path: Path, name: TypeName) -> dict[str, Definition]:
-    """Every message that a file defines, by its ROS name; and services and actions themselves, as their hashes need them.
+    """Return all messages that a file defines, by ROS name, and its services and actions, which are needed for their hashes.
 
     Raises:
-        MessageTypeError: the file cannot be read, or is no definition.
+        MessageTypeError: the file cannot be read, or is not a definition.
     """
     text = _text(path)
     if path.suffix == ".idl":
@@ -126,7 +126,7 @@ def read(path: Path, name: TypeName) -> dict[str, Definition]:
     parts, expected = re.split(r"^---[ \t]*$", text, flags=re.MULTILINE), KINDS[name.kind]
     if len(parts) != expected:
         what = f"{path} has {len(parts)} parts, a .{name.kind} file has {expected}"
-        raise MessageTypeError(what, name.name, "a line of three dashes stands between two parts")
+        raise MessageTypeError(what, name.name, "separate the parts by a line with three dashes")
     lines = itertools.accumulate((part.count("\n") for part in parts[:-1]), initial=0)
     parsed = [_parse(path, name.package, part, line) for part, line in zip(parts, lines, strict=True)]
     if name.kind == "msg":
@@ -139,37 +139,39 @@ def _text(path: Path) -> str:
         with open_regular(path) as file:
             data = file.read(MAX_BYTES + 1)
         if len(data) > MAX_BYTES:
-            raise MessageTypeError(f"{path} has more than {MAX_BYTES // 1024} kB: it is no definition", path.stem)
+            raise MessageTypeError(
+                f"{path} is larger than {MAX_BYTES // 1024} kB, too large for a definition", path.stem
+            )
         return data.decode("utf-8").replace("\r\n", "\n")
     except (OSError, UnicodeDecodeError) as error:
         raise MessageTypeError(f"{path} cannot be read: {error}", path.stem) from None
 
 
 def _parse(path: Path, package: str, text: str, line: int) -> Definition:
-    """Constants and fields of one part of a file, which begins at a line."""
+    """Return constants and fields of one part of a file; `line` is its offset in the file."""
     # What stands alone in a definition is a message of the package, also in those of services and actions.
     try:
         (message,) = MSGParser(f"MSG: {package}/msg/This\n{text}").specification()
     except (TypesysError, RecursionError, ValueError) as error:
         number, written = _first_fault(text)
         place = f"{path}:{line + number}: {written.strip()[:80]!r}" if number else str(path)
-        raise MessageTypeError(f"{place} is no definition of a field or constant", path.stem) from error
+        raise MessageTypeError(f"{place} is not a definition of a field or constant", path.stem) from error
     for parsed in message.fields:
         if not _SNAKE.match(parsed.name):
             legal = "legal: lower-case letters, digits and single underscores; the first is a letter, the last is none"
-            raise MessageTypeError(f"{path}: ROS 2 refuses the field name {parsed.name!r}", path.stem, legal)
+            raise MessageTypeError(f"{path}: the field name {parsed.name!r} is not legal in ROS 2", path.stem, legal)
     (constants, fields), *_ = make_typesdict([message]).values()
     initial = {parsed.name: _unescaped(parsed.value) for parsed in message.fields if parsed.value is not None}
     return _sound(path, Definition(list(constants), list(fields), initial))
 
 
 def _unescaped(value: Any) -> Any:
-    """A value that a definition gives to a field; in texts, rosbags leaves the backslashes before quotes."""
+    """Return a default value without the backslashes before quotes that rosbags leaves in strings."""
     return value.replace('\\"', '"').replace("\\'", "'") if isinstance(value, str) else value
 
 
 def _first_fault(text: str) -> tuple[int, str]:
-    """The first line that is not well-formed by itself, and its number from 1; 0 if every line is."""
+    """Return number (from 1) and text of the first malformed line; 0 if each line alone is well-formed."""
     for number, line in enumerate(text.split("\n"), 1):
         try:
             MSGParser(f"MSG: a/msg/This\n{line}").specification()
@@ -180,7 +182,7 @@ def _first_fault(text: str) -> tuple[int, str]:
 
 def _read_idl(path: Path, name: TypeName, text: str) -> dict[str, Definition]:
     if name.kind != "msg":
-        raise MessageTypeError(f"{path}: only messages are read from IDL", name.name, f"a .{name.kind} file will do")
+        raise MessageTypeError(f"{path}: only messages can be read from IDL", name.name, f"use a .{name.kind} file")
     try:
         found = get_types_from_idl(text)
     except Exception as error:  # a parser of a large language fails in many ways
@@ -192,7 +194,7 @@ def _read_idl(path: Path, name: TypeName, text: str) -> dict[str, Definition]:
 
 
 def _sound(path: Path, definition: Definition) -> Definition:
-    """A definition that has no two members of one name, and no type that cannot be encoded."""
+    """Check that member names are unique and that all types can be encoded; return the definition."""
     fields = [(name, replace_element(kind, _with_wide)) for name, kind in definition.fields]
     definition = definition._replace(fields=fields)
     names = Counter([field for field, _ in definition.fields] + [constant for constant, _, _ in definition.constants])
@@ -211,13 +213,13 @@ def _sound(path: Path, definition: Definition) -> Definition:
 
 
 def _with_wide(element: Description) -> Description:
-    """With wide strings as such, of which definitions other than IDL speak as of a message."""
+    """Return the type for wide strings; rosbags reads them as a message type, except in IDL."""
     kind, detail = element
     return WIDE if kind == Nodetype.NAME and detail.endswith("/msg/wstring") else element
 
 
 def replace_element(description: Description, replace: Callable[[Description], Description]) -> Description:
-    """A type, or one of arrays, with another type of its elements."""
+    """Apply a function to a type, or to the element type of an array."""
     kind, detail = description
     if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
         return kind, (replace_element(detail[0], replace), detail[1])
@@ -225,19 +227,19 @@ def replace_element(description: Description, replace: Callable[[Description], D
 
 
 def element_of(description: Description) -> Description:
-    """Type of the elements of an array; that of anything else is its own."""
+    """Return the element type of an array; any other type is returned unchanged."""
     kind, detail = description
     return detail[0] if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE) else description
 
 
 def message_of(description: Description) -> str:
-    """ROS name of the message that a field is; the empty string for one that is a number, a text or an array."""
+    """Return the ROS name of a message type; empty for numbers, strings and arrays."""
     kind, detail = description
     return str(detail) if kind == Nodetype.NAME else ""
 
 
 def written(description: Description) -> str:
-    """A type as files write it."""
+    """Return a type as it is written in definition files."""
     kind, detail = description
     if kind == Nodetype.NAME:
         return str(detail).replace("/msg/", "/")
@@ -248,12 +250,12 @@ def written(description: Description) -> str:
 
 
 def named(message_type: str) -> Description:
-    """Type of a field that is a message."""
+    """Return the type of a field that contains a message."""
     return (Nodetype.NAME, message_type)
 
 
 def _service(name: str, request: Definition, response: Definition) -> dict[str, Definition]:
-    """A service's messages, and the service with the event by which it is introspected."""
+    """Return the messages of a service, and the service with its introspection event."""
     optional = {part: (Nodetype.SEQUENCE, (named(f"{name}_{part.title()}"), 1)) for part in ("request", "response")}
     event = [("info", named("service_msgs/msg/ServiceEventInfo")), *optional.items()]
     parts = [(f"{part}_message", named(f"{name}_{part.title()}")) for part in ("request", "response", "event")]
@@ -266,7 +268,7 @@ def _service(name: str, request: Definition, response: Definition) -> dict[str, 
 
 
 def _action(name: str, goal: Definition, result: Definition, feedback: Definition) -> dict[str, Definition]:
-    """An action's messages and services (design.ros2.org/articles/actions.html), and the action itself."""
+    """Return the messages and services of an action (design.ros2.org/articles/actions.html), and the action itself."""
     identity = ("goal_id", named("unique_identifier_msgs/msg/UUID"))
     stamp = ("stamp", named("builtin_interfaces/msg/Time"))
     accepted, status = ("accepted", (Nodetype.BASE, ("bool", 0))), ("status", (Nodetype.BASE, ("int8", 0)))

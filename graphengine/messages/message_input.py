@@ -1,6 +1,6 @@
-"""Parses a message from YAML, as `ros2 topic pub` does; missing fields have their default values.
+"""Parses a message from YAML, as `ros2 topic pub` does; missing fields get their default values.
 
-`auto` for a header and `now` for a time stand for the moment at which the message is sent.
+`auto` for a header and `now` for a time are replaced by the time at which the message is sent.
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ _YES, _NO = ("yes", "Yes", "YES", "on", "On", "ON"), ("no", "No", "NO", "off", "
 
 
 class _InvalidValueError(Exception):
-    """A value that does not fit; the finding is added already."""
+    """A value that does not fit; its finding was added already."""
 
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """A message that bears the time at which it is sent."""
+    """A parsed message, whose time stamps are set when it is sent."""
 
     message: Any
     stamps: list[Any]
     """Parts of it that hold that time."""
 
     def stamp(self, nanoseconds: int) -> Any:
-        """The message, with a time since 1970 or since the simulation began."""
+        """Set the time stamps, in nanoseconds since 1970 or since the simulation began; return the message."""
         for stamp in self.stamps:
             stamp.sec, stamp.nanosec = divmod(nanoseconds, 1_000_000_000)
         return self.message
 
 
 def parse(text: str, message_type: str, definitions: Definitions = DEFINITIONS) -> Draft:
-    """The message that YAML describes.
+    """Parse a message from YAML.
 
     Raises:
-        CheckError: it describes none; what is wrong is told with its place in the text.
-        MessageTypeError: there is no such type.
+        CheckError: the text is not a message of the type; the findings have positions in the text.
+        MessageTypeError: the type is unknown.
     """
     definitions.message_class(message_type)
     findings = Findings()
@@ -64,12 +64,12 @@ def parse(text: str, message_type: str, definitions: Definitions = DEFINITIONS) 
 
 
 def full_type(name: str) -> str:
-    """`geometry_msgs/msg/Twist` for `geometry_msgs/Twist`."""
+    """Return the full type name for a short one: `geometry_msgs/msg/Twist` for `geometry_msgs/Twist`."""
     return re.sub(r"\A([^/]+)/([^/]+)\Z", r"\1/msg/\2", name)
 
 
 class _MessageReader(Maker):
-    """Values of YAML as rosbags has them in messages."""
+    """Makes messages from YAML values."""
 
     shorthands = MappingProxyType({HEADER: "auto", TIME: "now"})
 
@@ -79,7 +79,7 @@ class _MessageReader(Maker):
         self._findings = findings
 
     def message(self, given: Value, message_type: str, place: str) -> Any:
-        """A message of a mapping, or the one that a word stands for."""
+        """Return the message for a mapping, or for a word such as `now`."""
         if isinstance(given.data, str) and given.data == self.shorthands.get(message_type):
             message = self.definitions.initial(message_type)
             self.stamps.append(message.stamp if message_type == HEADER else message)
@@ -87,15 +87,15 @@ class _MessageReader(Maker):
         return super().message(given, message_type, place)
 
     def data(self, given: Value) -> Any:
-        """What YAML takes it for."""
+        """Return the value that YAML has."""
         return given.data
 
     def place_of(self, name: str, place: str) -> str:
-        """The field's name: errors have its line and column besides."""
+        """Return the field's name only, because errors also have line and column."""
         return name
 
     def scalar(self, given: Value, name: str) -> Any:
-        """A value as the type of its field has it, where YAML takes it for another."""
+        """Convert a YAML value to the type of its field."""
         data = given.data
         if name in TEXTS and isinstance(data, bool | int | float):
             return _as_written(given)
@@ -110,19 +110,19 @@ class _MessageReader(Maker):
     def refused(
         self, code: str, what: str, given: Value, place: str = "", key: Any = None, hint: str = ""
     ) -> Exception:
-        """Tell of it where it stands."""
+        """Add a finding with the position of the value."""
         self._findings.add(code, what, given.span if key is None else given.keys[key], hint)
         return _InvalidValueError()
 
 
 def _as_written(given: Value) -> str:
-    """A plain scalar that YAML takes for something else than a text."""
+    """Return a plain scalar as it is written, for values that YAML does not read as a string."""
     span = given.span
     return span.source.lines[span.line - 1][span.column - 1 : span.column - 1 + span.length]
 
 
 def _number(data: Any) -> Any:
-    """A floating-point number, also where YAML takes it for a text, as it does with `nan`."""
+    """Convert numbers, and strings such as `nan`, to a floating-point number; other values are returned unchanged."""
     try:
         return data if isinstance(data, bool) else float(data)
     except (TypeError, ValueError, OverflowError):

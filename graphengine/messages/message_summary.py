@@ -26,7 +26,7 @@ Values = NDArray[Any]
 
 
 def summarize(message: Any, width: int, *, picture: bool = True) -> str | None:
-    """A few lines on a message; None if messages of its type have no summary.
+    """Return a summary of a message in a few lines; None if its type has no summary.
 
     Args:
         message: decoded message.
@@ -61,9 +61,9 @@ def _scan(scan: Any, width: int, picture: bool) -> list[str]:
 
 
 def sparkline(values: Values, width: int) -> str:
-    """Return a line of bars, each as high as the smallest finite value of its part of the values.
+    """Return a line of bars. Each bar stands for an equal part of the values and shows its smallest finite value.
 
-    The highest bar is the largest of these; a part without finite values is a space.
+    The tallest bar is the largest of these values; a part without finite values is a space.
     """
     count = min(width, len(values))
     if count < 1:
@@ -86,14 +86,14 @@ def _image(image: Any, width: int, picture: bool) -> list[str]:
 
 
 def _channels(encoding: str) -> list[str]:
-    """Names of the channels of a colour encoding such as `rgb8`; empty for others."""
+    """Return the channel names of a colour encoding such as `rgb8`; empty for other encodings."""
     match = re.fullmatch(r"(rgb|bgr)(a?)(8|16)", encoding)
     colours = {"r": "red", "g": "green", "b": "blue", "a": "alpha"}
     return [colours[letter] for letter in match[1] + match[2]] if match else []
 
 
 def _pixels(image: Any) -> Values | None:
-    """The image as an array (height, width, channels); None if the encoding is unknown or the data do not fit."""
+    """Return the image as an array (height, width, channels); None if the encoding is unknown or the data has another size."""
     match = re.fullmatch(r"(8|16|32|64)([USF])C([1-4]?)", image.encoding)
     if match and (match[1], match[2]) != ("8", "F"):
         kind, channels = f"{_KINDS[match[2]]}{int(match[1]) // 8}", int(match[3] or 1)
@@ -111,7 +111,7 @@ def _pixels(image: Any) -> Values | None:
 
 
 def _shaded(brightness: Values, width: int) -> list[str]:
-    """The picture in block characters, which are twice as high as they are wide."""
+    """Draw an image with block characters, which are twice as high as wide."""
     height, wide = brightness.shape
     columns = min(width, PICTURE_WIDTH, wide)
     rows = max(round(columns * height / wide / 2.0), 1)
@@ -125,7 +125,7 @@ def _shaded(brightness: Values, width: int) -> list[str]:
 
 
 def _middles(count: int, parts: int) -> NDArray[np.intp]:
-    """Indices of the elements in the middle of equal parts."""
+    """Return the indices in the middle of equal parts of a range."""
     return ((np.arange(parts) + 0.5) * count / parts).astype(np.intp)
 
 
@@ -146,7 +146,7 @@ def _cloud(cloud: Any, width: int, picture: bool) -> list[str]:
 
 
 def _points(cloud: Any, fields: list[Any]) -> Values | None:
-    """The points as a structured array with fields f0, f1, …; None if the data do not fit."""
+    """Return the points as a structured array with fields f0, f1, …; None if the data has another size."""
     order = ">" if cloud.is_bigendian else "<"
     kinds = [order + _POINT_TYPES[field.datatype] for field in fields]
     ends = [field.offset + np.dtype(kind).itemsize for field, kind in zip(fields, kinds, strict=True)]
@@ -161,7 +161,7 @@ def _points(cloud: Any, fields: list[Any]) -> Values | None:
 
 
 def _extent(values: Values, *, mean: bool = False) -> str:
-    """`0.5 to 12`, with the mean if it is asked for; values that are not finite are left out and counted."""
+    """Return the range of values as text, such as `0.5 to 12`; with `mean`, also the mean and the number of non-finite values."""
     array = np.asarray(values, np.float64)
     finite = array[np.isfinite(array)]
     if not finite.size:

@@ -1,8 +1,7 @@
-"""Encodes messages of constant size by patching numbers in the bytes of one message.
+"""Encodes messages of constant size by patching numbers into the bytes of an earlier message.
 
-A topic's messages mostly differ in their numbers alone: frame ids stay, a tree has as many transforms as before, a picture as
-many pixels. Then a few packs into kept bytes take the place of the encoder, and large arrays, which lie between pieces of these
-bytes, are copied once: into the message.
+Most messages of a topic differ only in numbers: frame ids, the number of transforms and the size of images stay the same. Then
+packing the numbers into the old bytes replaces the encoder. Large arrays lie between pieces of these bytes and are copied once.
 """
 
 from __future__ import annotations
@@ -29,15 +28,15 @@ _HEADER = 4
 
 
 class _NoTemplateError(Exception):
-    """A message has parts of variable size."""
+    """The message has parts of variable size."""
 
 
 class Template:
-    """The bytes of a message, patched with the numbers of similar messages.
+    """The bytes of a message, into which the numbers of similar messages are patched.
 
     Args:
-        message: whose texts and lengths the others must share.
-        definitions: where its type is known.
+        message: message with the same strings and lengths.
+        definitions: message types.
     """
 
     def __init__(self, message: Any, definitions: Definitions = DEFINITIONS) -> None:
@@ -54,7 +53,7 @@ class Template:
 
     @staticmethod
     def of(message: Any, definitions: Definitions = DEFINITIONS) -> Template | None:
-        """A template of a message; None for one with parts that grow."""
+        """Return a template of a message; None if it has parts of variable size."""
         try:
             template = Template(message, definitions)
         except _NoTemplateError:
@@ -99,7 +98,7 @@ class Template:
         self._offset += size
 
     def _sequence(self, value: Any, kind: str, place: str) -> None:
-        """Texts that stay, or numbers."""
+        """Add a sequence of constant strings, or of numbers."""
         self._align(4)
         self._offset += 4
         if kind == "string":
@@ -111,7 +110,7 @@ class Template:
             self._array(value, kind, place)
 
     def _array(self, value: Any, kind: str, place: str) -> None:
-        """Numbers whose type and count stay."""
+        """Add numbers with constant type and count."""
         if not isinstance(value, np.ndarray) or kind not in _CODES:
             raise _NoTemplateError(place)
         self._constants += [(f"{place}.shape", value.shape), (f"{place}.dtype", value.dtype)]
@@ -121,10 +120,10 @@ class Template:
             self._offset += value.nbytes
 
     def _compile(self, data: bytes) -> Callable[[Any], bytes | None]:
-        """One comparison a constant, one pack a run of numbers without a gap, one copy an array.
+        """Generate the encode function: one comparison per constant, one pack per gapless run of numbers, one copy per array.
 
         Args:
-            data: the message's bytes, of which those around large arrays are kept.
+            data: bytes of the message; the pieces around large arrays are kept.
         """
         runs = self._runs()
         large = [(begin, end) for begin, end, _ in self._arrays if end - begin > MAX_PATCHED]
@@ -154,13 +153,13 @@ class Template:
         return encode
 
     def _comparison(self) -> str:
-        """Leave the function for a message that does not share the constants; types of arrays are the same object."""
+        """Return the line that leaves the function if a constant differs; dtypes are compared by identity."""
         operators = ["is not" if isinstance(value, np.dtype) else "!=" for _, value in self._constants]
         different = [f"{place} {operators[i]} c{i}" for i, (place, _) in enumerate(self._constants)]
         return f"if {' or '.join(different)}: return None" if different else ""
 
     def _runs(self) -> list[tuple[int, str, list[str]]]:
-        """Numbers that lie next to each other, to be packed together."""
+        """Group adjacent numbers, which are packed together."""
         runs: list[tuple[int, str, list[str]]] = []
         end = -1
         for offset, code, place in self._numbers:
@@ -174,7 +173,7 @@ class Template:
 
 
 class Encoder:
-    """Encodes one topic's messages: by a template while they are alike, else by the general encoder."""
+    """Encodes the messages of one topic: with a template if they are similar, else with the general encoder."""
 
     PATIENCE = 8
     """How many templates are made before the topic's messages count as too different."""
@@ -185,10 +184,10 @@ class Encoder:
         self._left = self.PATIENCE
 
     def encode(self, message: Any) -> bytes:
-        """One CDR message.
+        """Return the message as CDR bytes.
 
         Raises:
-            MessageError: a field does not have the type that the definition says.
+            MessageError: a field has the wrong type.
         """
         if self._template is not None:
             try:

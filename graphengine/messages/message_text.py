@@ -1,4 +1,4 @@
-"""Messages as text in the forms of ros2cli: YAML, comma-separated values, and constructor expressions."""
+"""Formats messages as text like ros2cli: YAML, comma-separated values, and constructor expressions."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _MAP = "tag:yaml.org,2002:map"
 
 @dataclass(frozen=True, slots=True)
 class TypedValue:
-    """A message, or what a field of one holds.
+    """A message or the value of a field, with its type.
 
     Args:
-        value: as rosbags has it.
-        kind: its type.
+        value: message object, array, list or scalar, as in rosbags.
+        kind: type of the value.
         definitions: message types.
     """
 
@@ -41,39 +41,39 @@ class TypedValue:
 
     @staticmethod
     def of(message: Any, definitions: Definitions = DEFINITIONS) -> TypedValue:
-        """A whole message."""
+        """Return a whole message with its type."""
         return TypedValue(message, named(message.__msgtype__), definitions)
 
     @property
     def is_message(self) -> bool:
-        """Whether it has fields."""
+        """Whether the value is a message."""
         return bool(self.kind[0] == Nodetype.NAME)
 
     @property
     def is_array(self) -> bool:
-        """Whether it has elements."""
+        """Whether the value is an array or a sequence."""
         return self.kind[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE)
 
     @property
     def scalar(self) -> str:
-        """What it is, or its elements are, such as `float64`; empty where these are messages."""
+        """Type of the scalar or of the array's elements, such as `float64`; empty for messages."""
         kind, detail = element_of(self.kind)
         return str(detail[0]) if kind == Nodetype.BASE else ""
 
     def fields(self) -> Iterator[tuple[str, TypedValue]]:
-        """Fields of a message by their ROS names."""
+        """Yield the fields of a message with their ROS names."""
         message_type = self.kind[1]
         attributes = (attribute for attribute, _ in self.definitions.fields(message_type))
         for attribute, (name, kind) in zip(attributes, self.definitions.definition(message_type).fields, strict=True):
             yield name, TypedValue(getattr(self.value, attribute), kind, self.definitions)
 
     def elements(self) -> Iterator[TypedValue]:
-        """Elements of an array."""
+        """Yield the elements of an array."""
         values = self.value.tolist() if isinstance(self.value, np.ndarray) else self.value
         return (TypedValue(value, self.kind[1][0], self.definitions) for value in values)
 
     def find(self, path: str) -> TypedValue:
-        """The value at a path of field names, such as `pose.pose.position`.
+        """Return the value at a path of field names, such as `pose.pose.position`.
 
         Raises:
             TransportError: there is no such field.
@@ -90,14 +90,14 @@ class TypedValue:
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """What is left out.
+    """Options for printing messages.
 
     Args:
-        longest: elements and characters from which on arrays and texts are cut; None for as long as they are.
-        arrays: false shows type and length of an array in its place.
-        texts: false shows the length of a text in its place.
-        flow: YAML with lists in brackets.
-        octets: bytes are characters, as rclpy has them, and no numbers.
+        longest: maximum length of arrays and strings, above which they are cut; None: no limit.
+        arrays: false prints only type and length of arrays.
+        texts: false prints only the length of strings.
+        flow: print YAML lists in brackets.
+        octets: print bytes as characters, as rclpy does, instead of numbers.
     """
 
     longest: int | None = None
@@ -108,13 +108,13 @@ class Style:
 
 
 def to_plain(message: Any, definitions: Definitions = DEFINITIONS) -> dict[str, Any]:
-    """What a message holds, in the order of its definition; bytes are numbers from 0."""
+    """Return a message as dicts, lists and scalars, in the order of its definition; bytes are numbers from 0 to 255."""
     plain: dict[str, Any] = _plain(TypedValue.of(message, definitions), Style(octets=False))
     return plain
 
 
 def to_yaml(part: TypedValue, style: Style = Style()) -> str:
-    """A message as `ros2 topic echo` prints it; the line of dashes that follows there is not part of it."""
+    """Return a message as `ros2 topic echo` prints it, without the line of dashes."""
     import yaml  # not for the nodes that need `to_plain`
 
     plain = _plain(part, style)
@@ -123,7 +123,7 @@ def to_yaml(part: TypedValue, style: Style = Style()) -> str:
 
 @functools.cache
 def _dumper() -> Any:
-    """Of YAML in which mappings keep their order, and stand below each other."""
+    """Return a YAML dumper that keeps the order of mappings and prints them in block style."""
     import yaml
 
     class Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
@@ -135,12 +135,12 @@ def _dumper() -> Any:
 
 
 def to_csv(part: TypedValue, style: Style = Style()) -> str:
-    """All values of a message in one line; a cut array ends with `...`."""
+    """Return all values of a message on one line; a cut array ends with `...`."""
     return ",".join(_cells(_plain(part, style)))
 
 
 def to_expression(part: TypedValue) -> str:
-    """A message as `ros2 topic pub` prints it: `std_msgs.msg.Bool(data=True)`."""
+    """Return a message as `ros2 topic pub` prints it: `std_msgs.msg.Bool(data=True)`."""
     if part.is_message:
         inside = ", ".join(f"{name}={to_expression(value)}" for name, value in part.fields())
         return f"{part.kind[1].replace('/', '.')}({inside})"
@@ -152,7 +152,7 @@ def to_expression(part: TypedValue) -> str:
 
 
 def to_plain_text(part: TypedValue) -> str:
-    """What a field holds as `ros2 topic echo --field` prints it, which shows Python's own forms of all but messages."""
+    """Return a field as `ros2 topic echo --field` prints it: messages as expressions, other values in Python's notation."""
     sequence = part.kind[0] == Nodetype.SEQUENCE
     if part.scalar in ("", "byte") or (sequence and part.scalar in ("bool", *TEXTS)):
         return to_expression(part)
@@ -162,7 +162,7 @@ def to_plain_text(part: TypedValue) -> str:
 
 
 def _plain(part: TypedValue, style: Style) -> Any:
-    """Mappings, lists and scalars."""
+    """Return a value as dicts, lists and scalars."""
     if part.is_message:
         return {name: _plain(value, style) for name, value in part.fields()}
     if not part.is_array:
@@ -177,7 +177,7 @@ def _plain(part: TypedValue, style: Style) -> Any:
 
 
 def _cells(plain: Any) -> Iterator[str]:
-    """Texts of all values, of which an empty array is one too."""
+    """Yield all values as strings; an empty array is one empty string."""
     if isinstance(plain, dict | list):
         values = plain.values() if isinstance(plain, dict) else plain or [""]
         yield from (cell for value in values for cell in _cells(value))
@@ -186,7 +186,7 @@ def _cells(plain: Any) -> Iterator[str]:
 
 
 def _scalar(part: TypedValue, style: Style) -> Any:
-    """A value that is no array, as rclpy has it."""
+    """Return a scalar as rclpy represents it."""
     if part.scalar == "byte":
         return _octet(part.value) if style.octets else part.value & 0xFF
     return _text(part.value, style) if part.scalar in TEXTS else part.value
@@ -199,7 +199,7 @@ def _text(text: str, style: Style) -> str:
 
 
 def _summary(part: TypedValue) -> str:
-    """Type and length of an array."""
+    """Return type and length of an array as text."""
     kind, ((element, detail), count) = part.kind
     name = detail if element == Nodetype.NAME else _IDL_NAMES.get(detail[0], detail[0])
     if kind == Nodetype.ARRAY:
@@ -208,5 +208,5 @@ def _summary(part: TypedValue) -> str:
 
 
 def _octet(value: int) -> bytes:
-    """A byte, which rosbags takes for a signed number."""
+    """Return a byte from the signed number that rosbags uses."""
     return bytes([value & 0xFF])

@@ -1,4 +1,4 @@
-"""Validates the values of a message against its type."""
+"""Checks the values of a message against its type."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ Fields = Callable[[str], Sequence[tuple[str, Description]]]
 
 
 def find_fault(value: Any, description: Description, place: str, fields: Fields) -> str:
-    """Describe the first part of a value that does not fit its type; the empty string if all do.
+    """Describe the first part of a value that does not fit its type; empty if all parts fit.
 
     Args:
-        value: a message, or what a field of one holds.
-        description: its type.
-        place: what it is called.
-        fields: looks up the definitions of messages.
+        value: message or value of a field.
+        description: type of the value.
+        place: name of the value in the description.
+        fields: returns the fields of a message type.
     """
     kind, detail = description
     if kind == Nodetype.NAME:

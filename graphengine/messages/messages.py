@@ -1,8 +1,8 @@
-"""ROS 2 messages: rosbags' definitions for Jazzy under their ROS names, and their CDR encoding.
+"""ROS 2 messages with rosbags' definitions for Jazzy, and their CDR encoding.
 
-A message is a plain dataclass; its array fields are numpy arrays of the exact dtype. Bytes are one CDR message: a header of
-four bytes, then the fields in little endian, padded to whole words of four bytes. Common messages such as `Twist` are
-attributes of this module, imported from rosbags at their first use, which takes 50 ms.
+A message is a plain dataclass; its array fields are numpy arrays with the exact dtype. Encoded messages are CDR: a header of four
+bytes, then the fields in little endian, padded to a multiple of four bytes. Common messages such as `Twist` are attributes of
+this module, imported from rosbags at first use, which takes 50 ms.
 """
 
 from __future__ import annotations
@@ -55,11 +55,11 @@ _ENCAPSULATIONS = (b"\0\0", b"\0\1")
 
 
 class MessageError(TransportError):
-    """A message that is not what its type says, or bytes that are no such message."""
+    """A message that does not fit its type, or bytes that cannot be decoded as its type."""
 
 
 def __getattr__(name: str) -> Any:
-    """The class of a message of Jazzy by the last part of its type's name, as in `Twist`."""
+    """Return the class of a Jazzy message by the last part of its type name, such as `Twist`."""
     if name[0].isupper():
         from rosbags.typesys.stores import ros2_jazzy
 
@@ -72,59 +72,59 @@ def __getattr__(name: str) -> Any:
 
 @functools.lru_cache(maxsize=16)  # all messages of a tick bear the same stamp
 def stamp(seconds: float) -> Time:
-    """A time in seconds as ROS writes it: whole nanoseconds towards zero, of which `nanosec` is never negative.
+    """Convert a time in seconds to a ROS time, truncated to nanoseconds.
 
-    Messages share it: make another one rather than change it.
+    The result is shared between messages and must not be changed.
 
     Raises:
-        MessageError: the time is beyond what the message can hold.
+        MessageError: the time is outside the range of the message.
     """
     if not _EARLIEST <= seconds < _LATEST:
-        raise MessageError(f"a stamp cannot be {seconds} s: ROS 2 counts seconds in 32 bits")
+        raise MessageError(f"a stamp cannot be {seconds} s: ROS 2 stores seconds in 32 bits")
     time: Time = message_class("builtin_interfaces/msg/Time")(*divmod(int(seconds * 1e9), 1_000_000_000))
     return time
 
 
 def seconds(time: Time) -> float:
-    """A time of ROS in seconds."""
+    """Convert a ROS time to seconds."""
     return time.sec + time.nanosec / 1e9
 
 
 def header(seconds: float, frame_id: str) -> Header:
-    """A header with that time and frame."""
+    """Return a header with a time (s) and a frame."""
     made: Header = message_class("std_msgs/msg/Header")(stamp(seconds), frame_id)
     return made
 
 
 def message_type(message: Any) -> str:
-    """The ROS name of a message's type, as in `nav_msgs/msg/Odometry`.
+    """Return the ROS name of a message's type, as in `nav_msgs/msg/Odometry`.
 
     Raises:
-        MessageError: it is no message.
+        MessageError: the object is not a message.
     """
     name = getattr(message, "__msgtype__", None)
     if not isinstance(name, str):
-        raise MessageError(f"{type(message).__name__} is no ROS message")
+        raise MessageError(f"{type(message).__name__} is not a ROS message")
     return name
 
 
 @functools.cache
 def message_class(message_type: str) -> type[Any]:
-    """The dataclass of a type that is known without folders of a user.
+    """Return the dataclass of a message type that is known without additional folders.
 
     Raises:
-        MessageTypeError: there is no such type.
+        MessageTypeError: the type is unknown.
     """
     return DEFINITIONS.message_class(message_type)
 
 
 def encode(message: Any, definitions: Definitions = DEFINITIONS) -> bytes:
-    """One CDR message.
+    """Return a message as CDR bytes.
 
-    Array fields are copied as they are: one of another type but of the same size is not noticed. `check` notices.
+    Arrays are copied without conversion: an array with the wrong dtype of the same size is not detected; `check` detects it.
 
     Raises:
-        MessageError: a field does not have the type that the definition says.
+        MessageError: a field has the wrong type.
     """
     try:
         store = definitions.store
@@ -144,32 +144,32 @@ def encode(message: Any, definitions: Definitions = DEFINITIONS) -> bytes:
 
 
 def decode(data: bytes, message_type: str, definitions: Definitions = DEFINITIONS) -> Any:
-    """The message that bytes of either byte order hold; arrays are views of them and cannot be written.
+    """Return the message in CDR bytes of either byte order; its arrays are read-only views of the bytes.
 
-    Bytes after it are let pass, as ROS 2 does: rmw_fastrtps_cpp encodes some messages into more bytes than they take.
+    Additional bytes at the end are ignored, as in ROS 2: rmw_fastrtps_cpp encodes some messages into more bytes than they need.
 
     Raises:
-        MessageError: the bytes are no such message.
-        MessageTypeError: there is no such type.
+        MessageError: the bytes cannot be decoded as this type.
+        MessageTypeError: the type is unknown.
     """
     definitions.definition(message_type)
     store = definitions.store
     try:
         if data[:2] not in _ENCAPSULATIONS:
-            raise ValueError("their encapsulation is not that of CDR")
+            raise ValueError("the encapsulation is not CDR")
         codec = store.get_msgdef(message_type)
         read = codec.deserialize_cdr_le if data[1] else codec.deserialize_cdr_be
         return read(memoryview(data)[4:], 0, codec.cls, store)[0]
     except Exception as error:
-        raise MessageError(f"{len(data)} bytes are no {message_type}: {error}") from error
+        raise MessageError(f"{len(data)} bytes cannot be decoded as {message_type}: {error}") from error
 
 
 def check(message: Any, definitions: Definitions = DEFINITIONS) -> None:
-    """Compare every field of a message with its definition, arrays by dtype and length too.
+    """Check all fields of a message against its definition, including dtype and length of arrays.
 
     Raises:
-        MessageError: it names the first field that differs, and what it should be.
-        MessageTypeError: there is no such type.
+        MessageError: a field does not fit; the error names the first one and what is expected.
+        MessageTypeError: the type is unknown.
     """
     name = message_type(message)
     fault = find_fault(message, (Nodetype.NAME, name), name, definitions.fields)

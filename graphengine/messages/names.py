@@ -1,4 +1,4 @@
-"""Names in ROS 2: topics below namespaces, joined namespaces, node names, and rcl's rules."""
+"""Names in ROS 2: topics, namespaces and node names, and rcl's rules for them."""
 
 from __future__ import annotations
 
@@ -22,83 +22,83 @@ _ILLEGAL_IN_NODE = re.compile(r"[^A-Za-z0-9_]")
 
 
 def strip(name: str) -> str:
-    """A name without the non-alphanumerics at both ends: slashes, underscores, tildes, blanks."""
+    """Return a name without the non-alphanumeric characters at both ends: slashes, underscores, tildes, blanks."""
     return _ENDS.sub("", name)
 
 
 def full_namespace(namespace: str) -> str:
-    """The absolute form of a namespace; empty for the root, so that a topic is appended with a slash."""
+    """Return the absolute form of a namespace; empty for the root, so that a topic can be appended with a slash."""
     stripped = strip(namespace)
     return f"/{stripped}" if stripped else ""
 
 
 def full_topic(namespace: str, topic: str, what: str = "topic name") -> str:
-    """The absolute name of a topic or service below a namespace; a leading slash does not escape the namespace.
+    """Return the absolute name of a topic or service in a namespace; a leading slash of the topic is ignored.
 
     Raises:
-        TopicError: the namespace or the name would be refused by ROS 2; it says what the name is of.
+        TopicError: the namespace or the name is not legal in ROS 2; the message begins with `what`.
     """
     above = full_namespace(namespace)
     if above:
         check_namespace(above, given=namespace)
     below = strip(topic)
     if not below:
-        raise TopicError(f"{what} {topic!r} has no letter and no digit, so nothing is left of it", topic, _PARTS_HELP)
+        raise TopicError(f"{what} {topic!r} has no letter or digit", topic, _PARTS_HELP)
     full = f"{above}/{below}"
     check_topic(full, given=topic, what=what)
     return full
 
 
 def join_namespaces(values: Iterable[str], outermost: bool = False) -> str:
-    """One namespace out of those collected on the way from the root of the stage to a prim.
+    """Join the namespaces on the path from the root of the stage to a prim.
 
     Args:
-        values: authored values, outermost first; empty ones count as not authored.
-        outermost: keep the first alone, as nodes that handle TF do.
+        values: namespaces, outermost first; empty ones are ignored.
+        outermost: return only the outermost one, as nodes for TF do.
     """
     authored = [value for value in values if value]
     return "/".join(authored[:1] if outermost else authored)
 
 
 def node_name(prim_path: str) -> str:
-    """The ROS node name that stands for a prim: every character that ROS refuses becomes an underscore."""
+    """Return a ROS node name for a prim path, with illegal characters replaced by underscores."""
     return _ILLEGAL_IN_NODE.sub("_", prim_path)
 
 
 def service_topics(service: str) -> tuple[str, str]:
-    """DDS topics of a service's requests and answers."""
+    """Return the DDS topics of a service's requests and responses."""
     return f"rq{service}Request", f"rr{service}Reply"
 
 
 def ros_name(dds_topic: str) -> str:
-    """Name of a DDS topic in ROS 2, or of the service that it is for."""
+    """Return the ROS name of the topic or service that a DDS topic belongs to."""
     prefix, slash, rest = dds_topic.partition("/")
     suffix = {"rt": "", "rq": "Request", "rr": "Reply"}.get(prefix)
     return f"/{rest.removesuffix(suffix)}" if slash and suffix is not None else dds_topic
 
 
 def check_topic(name: str, given: str | None = None, what: str = "topic name") -> None:
-    """Refuse what rcl refuses as an absolute name of a topic or service.
+    """Check the absolute name of a topic or service by rcl's rules.
 
     Args:
-        name: the absolute name.
-        given: what the user wrote, when that differs.
-        what: the name is of.
+        name: absolute name.
+        given: name as the user wrote it, if different.
+        what: kind of the name in messages.
 
     Raises:
-        TopicError: with what is wrong, where, and what is legal.
+        TopicError: the name is not legal; the message has the position and the rule.
     """
     _refuse(what, name, given, _fault_in_parts(name, MAX_TOPIC), _PARTS_HELP)
 
 
 def check_namespace(name: str, given: str | None = None) -> None:
-    """Refuse what rcl refuses as an absolute namespace; `/` alone is legal. Arguments and errors as for `check_topic`."""
+    """Check an absolute namespace by rcl's rules; `/` alone is legal. Arguments and errors as for `check_topic`."""
     fault = "" if name == "/" else _fault_in_parts(name, MAX_NAMESPACE)
     _refuse("namespace", name, given, fault, _PARTS_HELP)
 
 
 def check_node_name(name: str, given: str | None = None) -> None:
-    """Refuse what rcl refuses as a node name. Arguments and errors as for `check_topic`."""
+    """Check a node name by rcl's rules. Arguments and errors as for `check_topic`."""
     fault = _empty_or_illegal(name, _ILLEGAL_IN_NODE)
     if not fault and name[0].isdigit():
         fault = f"starts with the digit {name[0]!r}"

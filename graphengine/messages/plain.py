@@ -1,4 +1,4 @@
-"""Messages of plain data: mappings by ROS's field names, lists, texts, numbers and booleans."""
+"""Makes messages from plain data: mappings by ROS field names, lists, strings, numbers and booleans."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ _PYTHON_TYPES: Mapping[str, type] = {**dict.fromkeys(TEXTS, str), "bool": bool, 
 
 
 def from_plain(data: Any, message_type: str, definitions: Definitions = DEFINITIONS, place: str = "") -> Any:
-    """A message of plain data; fields that are not there have ROS's initial values.
+    """Make a message from plain data; missing fields get their default values.
 
     Args:
-        data: a mapping by field names.
-        message_type: ROS name.
-        definitions: where it is known.
-        place: what the mapping is called, for errors.
+        data: mapping by field names.
+        message_type: ROS name of the type.
+        definitions: message types.
+        place: name of the mapping in errors.
 
     Raises:
-        MessageError: something in it is not what the definition says.
-        MessageTypeError: there is no such type.
+        MessageError: the data does not fit the definition.
+        MessageTypeError: the type is unknown.
     """
     return Maker(definitions).message(data, message_type, place)
 
 
 class Maker:
-    """Makes messages of plain data. A subclass takes data in another form, or is less strict about scalars.
+    """Makes messages from plain data. Subclasses read another form of data, or are less strict about scalars.
 
     Args:
         definitions: message types.
@@ -48,7 +48,7 @@ class Maker:
         self.definitions = definitions
 
     def message(self, given: Any, message_type: str, place: str) -> Any:
-        """A message of a mapping of fields; `place` is what errors call it."""
+        """Make a message from a mapping of fields; `place` is its name in errors."""
         made, data = self.definitions.initial(message_type), self.data(given)
         if not isinstance(data, dict):
             also = f", or '{self.shorthands[message_type]}'" if message_type in self.shorthands else ""
@@ -65,7 +65,7 @@ class Maker:
         return made
 
     def make(self, given: Any, kind: Description, place: str) -> Any:
-        """The value of a field."""
+        """Make the value of a field."""
         if kind[0] == Nodetype.NAME:
             return self.message(given, kind[1], place)
         made = (self._scalar if kind[0] == Nodetype.BASE else self._array)(given, kind, place)
@@ -74,22 +74,22 @@ class Maker:
         return made
 
     def data(self, given: Any) -> Any:
-        """The plain data of what was given."""
+        """Return the plain data of a given value."""
         return given
 
     def scalar(self, given: Any, name: str) -> Any:
-        """A number, boolean or text for a field of a type; what does not fit may be returned as it is."""
+        """Convert a number, boolean or string to a field's type; values that do not fit may be returned unchanged."""
         is_number = isinstance(given, int | float) and not isinstance(given, bool)
         if name.startswith("float") and is_number:
             return float(given)
         return signed_byte(given) if name == "byte" and isinstance(given, int) and is_number else given
 
     def place_of(self, name: str, place: str) -> str:
-        """What errors call a field of a message that lies at a place."""
+        """Return the name of a field in errors."""
         return f"{place}.{name}" if place else name
 
     def refused(self, code: str, what: str, given: Any, place: str = "", key: Any = None, hint: str = "") -> Exception:
-        """The error for a value that does not fit; `key` is the field that the message does not have."""
+        """Return the error for a value that does not fit; `key` is the name of an unknown field."""
         return MessageError("; ".join(filter(None, (f"{place}: {what}" if place else what, hint))))
 
     def _array(self, given: Any, kind: Description, place: str) -> Any:

@@ -38,15 +38,15 @@ _CHOICES = {name: legal for name, kind in get_type_hints(QoS).items() if (legal 
 
 
 def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> QoS:
-    """The quality of service that a node's inputs ask for.
+    """Return the quality of service that the inputs of a node specify.
 
     Args:
-        qos_profile: JSON text, as `ROS2QoSProfile` puts out; when it is empty, `queue_size` counts.
+        qos_profile: JSON text from `ROS2QoSProfile`; if empty, `queue_size` counts.
         queue_size: history depth.
-        latched: overrides both.
+        latched: overrides the other arguments: transient local with depth 1.
 
     Raises:
-        TopicError: the text is no profile, or ROS 2 would refuse it.
+        TopicError: the text is not a legal profile.
     """
     if latched:
         return LATCHED
@@ -68,18 +68,18 @@ def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> 
 
 
 def qos_json(qos: QoS) -> str:
-    """The profile as JSON text that `parse_qos` reads."""
+    """Return the profile as JSON text that `parse_qos` reads."""
     return json.dumps({_KEYS.get(name, name): value for name, value in asdict(qos).items()})
 
 
 def settled(qos: QoS) -> QoS:
-    """The same without system defaults."""
+    """Return the profile with system defaults replaced by actual values."""
     chosen = {name: getattr(_SYSTEM_DEFAULT, name) for name in _CHOICES if getattr(qos, name) == "systemDefault"}
     return replace(qos, depth=qos.depth or 1, **chosen)
 
 
 def short_of(offered: QoS, requested: QoS) -> tuple[str, ...]:
-    """Policies of which a writer offers less than a reader asks for: either one keeps them apart."""
+    """Return the policies in which a writer offers less than a reader requests; any of them prevents a connection."""
     offered, requested = settled(offered), settled(requested)
     less = {
         "reliability": (offered.reliability, requested.reliability) == ("bestEffort", "reliable"),
@@ -93,7 +93,7 @@ def short_of(offered: QoS, requested: QoS) -> tuple[str, ...]:
 
 @functools.lru_cache(maxsize=1024)  # a network has few pairs of them, and asks for each message
 def mismatch(offered: QoS, requested: QoS, writer: str = "the writer", reader: str = "the reader") -> str:
-    """Why a writer that offers this does not serve a reader that requests that; empty when it does."""
+    """Return why a writer's profile is incompatible with a reader's; empty if they are compatible."""
     policies = short_of(offered, requested)
     if not policies:
         return ""
@@ -102,7 +102,7 @@ def mismatch(offered: QoS, requested: QoS, writer: str = "the writer", reader: s
 
 
 def policy_json(qos: QoS, policy: str) -> str:
-    """One policy as it is written in a profile: `"reliability": "reliable"`."""
+    """Return one policy as in a profile: `"reliability": "reliable"`."""
     return f"{json.dumps(policy)}: {json.dumps(getattr(settled(qos), _FIELDS[policy]))}"
 
 

@@ -1,7 +1,7 @@
-"""Wide strings as CDR: a count of UTF-16 units, then each unit in 4 bytes, as all RMWs of ROS 2 write and read them.
+"""Wide strings in CDR: the number of UTF-16 units, then each unit in 4 bytes, as all RMWs of ROS 2 write and read them.
 
-rosidl_typesupport_fastrtps does so in `serialization_helpers.hpp`, and rmw_cyclonedds_cpp in `Serialization.cpp`. A `wchar_t`
-of Fast CDR 2 itself has 2 bytes, which ROS 2 does not use.
+rosidl_typesupport_fastrtps does this in `serialization_helpers.hpp`, and rmw_cyclonedds_cpp in `Serialization.cpp`. The `wchar_t`
+of Fast CDR 2 has 2 bytes, but ROS 2 does not use it.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def _read(order: str, data: memoryview, position: int, cls: Any, store: Any) -> 
     position += 4
     end = position + count * UNIT
     if end > len(data):
-        raise ValueError(f"a wide string of {count} units has {len(data) - position} bytes left")
+        raise ValueError(f"a wide string of {count} units exceeds the remaining {len(data) - position} bytes")
     units = np.frombuffer(data[position:end], f"{order}u{UNIT}")
     if (units >> 16).any():
         raise ValueError("a unit of a wide string has more than 16 bits")

@@ -37,6 +37,8 @@ class Port:
     tokens: tuple[str, ...] = ()
     required: bool | str = False
     """True: the port needs a literal or a wire. A string: one of the ports with this string needs a literal or a wire."""
+    default_counts: bool = False
+    """Whether a literal that equals the default is one that a required port needs."""
     setup: bool = False
     control: bool = False
     extension: bool = False
@@ -127,10 +129,10 @@ def In(*, default: Any = MISSING, **facts: Any) -> Any:
         facts: `doc`, `unit`, `ge`, `gt`, `le`, `lt`, `tokens` (the legal strings), `name` (OmniGraph's name, if it is
             not the field's name in camel case), `type` (OmniGraph's type, if the annotation does not give it, as for a
             union), `required` (True: the port needs a literal or a wire; a string: one of the ports with this string
-            needs it), `setup` (the node reads the port in `setup` and is set up again when it changes), `extension`
-            (Isaac Sim's node does not have the port), `couple` (ports of union type with the same couple resolve
-            together), `component` (the port holds one number of the couple's tuple), `element` (the port holds one
-            element of the couple's array).
+            needs it), `default_counts` (a literal that equals the default will do), `setup` (the node reads the port in
+            `setup` and is set up again when it changes), `extension` (Isaac Sim's node does not have the port), `couple`
+            (ports of union type with the same couple resolve together), `component` (the port holds one number of the
+            couple's tuple), `element` (the port holds one element of the couple's array).
     """
     return Field("inputs", default, facts=facts)
 

@@ -1,14 +1,14 @@
-"""The MuJoCo seam: scene files to a model and a stage, and the handles that nodes hold.
+"""The MuJoCo layer: compiles scene files to a model and a stage, and gives nodes handles to them.
 
-Each of these imports from those above it only:
+Each of these imports only from those above it:
 
-- `engine` is MuJoCo as all of it is used here.
-- `files`: what strangers wrote, read within bounds.
-- `description`: what a robot consists of.
-- `model`: the world and its robots, for MuJoCo to compile and as prims.
-- `dynamics`: what acts on a model while it runs.
-- `pictures`: what cameras see of it.
-- `sensors`: what robots sense with.
-- `core`: the model and its state, which handles and sensors see too. `simulation`: all of that as a `backend.World`.
-- `loading` makes a `loaded_world` of a scene file, to which robots are added, and `occupancy` draws its map.
+- `engine`: MuJoCo with the settings that all of this package uses.
+- `files`: reads untrusted files within limits.
+- `description`: robot descriptions.
+- `model`: the world and its robots as MuJoCo models and as prims.
+- `dynamics`: acts on a model while it runs.
+- `pictures`: renders camera images.
+- `sensors`: the robots' sensors.
+- `core`: the model and its state as handles and sensors see them. `simulation`: everything together as a `backend.World`.
+- `loading` makes a `loaded_world` of a scene file, to which robots can be added, and `occupancy` draws its map.
 """

@@ -1,4 +1,4 @@
-"""The part of a simulation that handles and sensors see: the model and its state, its clock, how it steps and is reset."""
+"""The part of a simulation that handles and sensors use: model, state, clock, steps and resets."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 from graphengine.devices.rotation import Pose
 from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.stateful import Stateful
+from graphengine.physics.dynamics.directed_friction import DirectedFriction
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.forces import Forces
 from graphengine.physics.dynamics.handle_table import Handle, HandleTable
@@ -36,22 +37,21 @@ from graphengine.physics.engine import (
 from graphengine.physics.model.drives import Drive, servo_ids
 from graphengine.physics.sensors.rays import Rays, RaysChoice, select_rays
 
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-"""What it takes to go on bit by bit."""
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # what it takes to go on bit by bit
 
 
 @dataclass(frozen=True, slots=True)
 class SavedState:
-    """What a checkpoint keeps of a simulation.
+    """The part of a checkpoint for a simulation.
 
     Attributes:
-        counts: ticks, steps, and what was counted.
-        data: MuJoCo's state.
-        mounts: where bodies stand that are bolted to the world.
-        gravity: m/s2.
-        parts: set points, limits, pushes, and the frictions and lights that graphs wrote.
-        handles: what sensors have sampled.
-        held: paths of prims that were put somewhere, and stay there.
+        counts: ticks, steps and other counters.
+        data: state of MuJoCo.
+        mounts: poses of bodies that are fixed to the world.
+        gravity: acceleration, m/s2.
+        parts: set points, limits, pushes, and frictions and lights that graphs wrote.
+        handles: samples of the sensors.
+        held: paths of prims that were placed and are held there.
     """
 
     counts: Any
@@ -64,22 +64,22 @@ class SavedState:
 
 
 class SimulationCore(Stateful):
-    """A model, its state and its clock.
+    """A model with its state and clock.
 
-    A step is `mj_step2`, then `mj_step1`: the trajectory of `mj_step` bit by bit, but poses and velocities belong to the state
-    after the step, where `mj_step` leaves those of the state before it.
+    A step is `mj_step2` followed by `mj_step1`: the trajectory equals that of `mj_step` bit by bit, but poses and velocities
+    belong to the state after the step, not to the state before it.
 
     Args:
-        model: compiled; its timestep is one substep.
+        model: compiled model; its timestep is one substep.
         stage: prims whose `body` names bodies of the model.
         tick_rate: ticks a second.
         substeps: physics steps in a tick.
         seed: of the sensors' noise.
-        settle: let everything come to rest first; what then is, is the state at the start.
+        settle: let everything come to rest first; this is the state at the start.
         rays: what lidars see with; `rays.name` tells what `auto` came to.
 
     Raises:
-        PhysicsError: it cannot begin, or diverged while it settled.
+        PhysicsError: the simulation cannot start, or diverged while settling.
     """
 
     kept = ("_start", "clamped_commands", "dropped_pictures", "seed", "steps", "tick")
@@ -126,12 +126,13 @@ class SimulationCore(Stateful):
         self.rebind(model, self._data_at_start(model))
         if settle:
             self.settled_after = settle_bodies(self.model, self.data, self.step)
+            begin_step(self.model, self.data, self._directed)
             self.steps = 0
             self._remember_start()
             self._start_commands()
 
     def copy(self, seed: int) -> Self:
-        """An independent simulation that begins as this one, which has not been stepped; `seed` is that of its sensors' noise."""
+        """Return an independent copy of this simulation, which must not have been stepped; `seed` is for its sensors' noise."""
         model, rate = copy.copy(self.model), Fraction(*reversed(self.tick_period))
         made = type(self)(model, self.stage.copy(), rate, self.substeps, seed=seed, rays=self._rays_choice)
         mujoco.mj_copyData(made.data, model, self.data)  # which may have settled
@@ -149,23 +150,23 @@ class SimulationCore(Stateful):
         )
 
     def rebind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Go on with another model, such as one with a body more; every handle finds its place in it.
+        """Continue with another model, for example one with an additional body; all handles are bound to it.
 
-        The state that comes with it is what `reset` then goes back to.
+        `reset` then returns to the initial state of the new model.
 
         Raises:
-            PhysicsError: MuJoCo cannot begin there.
-            UsageError: the rays that were asked for cannot meet the model. After an error of either kind all is as it was.
+            PhysicsError: MuJoCo cannot continue.
+            UsageError: the requested ray casting cannot be used with the model. After any error, nothing has changed.
         """
         # A diverged state must stay where it can be seen; by default MuJoCo silently begins anew.
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         sort_geoms(model)
         round_weights(model)
-        begin_step(model, data)
+        begin_step(model, data, directed := DirectedFriction(self.stage, model, data))
         if data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number:
             raise out_of_range(model, data)
         self._rays = select_rays(self._rays_choice, model, data) if self._rays is not None else None
-        self.model, self.data = model, data
+        self.model, self.data, self._directed = model, data, directed
         self.forces = Forces(model, data)
         drives = list(self._drives())
         self.set_points = SetPoints(model, data, drives)
@@ -180,11 +181,11 @@ class SimulationCore(Stateful):
             self.refresh()
 
     def continue_with(self, model: mujoco.MjModel, *, awake: bool = False) -> None:
-        """Go on with a model that has a robot more or less; what is in both keeps its state, its commands and its start.
+        """Continue with a model that has one robot more or less; all bodies in both models keep state, commands and start pose.
 
         Args:
-            model: compiled.
-            awake: with all that sleeps awake, as what it stands on may be gone.
+            model: compiled model.
+            awake: wake all sleeping bodies, because what supports them may be gone.
         """
         self._mounts.carry_over(model)
         self._frictions.carry_over(model)
@@ -203,10 +204,10 @@ class SimulationCore(Stateful):
         self.limits.carry_over(limits)
 
     def move_mount(self, body: int, pose: Pose) -> None:
-        """Put a body that is bolted to the world elsewhere.
+        """Move a body that is fixed to the world.
 
         Raises:
-            PhysicsError: MuJoCo cannot go on from there; all is as it was.
+            PhysicsError: MuJoCo cannot continue; nothing has changed.
         """
         for held in self.held:
             held.soften()  # what is copied is to be as it was built
@@ -223,18 +224,18 @@ class SimulationCore(Stateful):
             handle.see_displacement()
 
     def let_go(self, body: int) -> None:
-        """Let physics move a body, whoever put it somewhere to stay there."""
+        """Stop holding a placed body, so that physics moves it again."""
         for held in [held for held in self.held if held.body == body]:
             held.release()
             self.held.remove(held)
 
     def refresh(self) -> None:
-        """Take over a state that was written from outside.
+        """Update derived quantities after the state was written directly.
 
         Raises:
-            PhysicsError: MuJoCo cannot go on from there.
+            PhysicsError: MuJoCo cannot continue from this state.
         """
-        begin_step(self.model, self.data)
+        begin_step(self.model, self.data, self._directed)
         self.forces.forget()
         self.pushes.apply()
         for handle in self._handles.watching:
@@ -263,7 +264,7 @@ class SimulationCore(Stateful):
         self.limits.start()
 
     def _drives(self) -> Iterator[tuple[str, Drive]]:
-        """Joints that have a drive, by their names in the model."""
+        """Return the joints that have a drive, by their names in the model."""
         for prim in self.stage.prims("joint"):
             robot, drive = self.stage.robot_of(prim), prim.facts["drive"]
             if robot is not None and drive is not None:
@@ -276,14 +277,14 @@ class SimulationCore(Stateful):
 
     @property
     def stepping(self) -> bool:
-        """Whether a tick's physics steps are under way: who asks now belongs to a graph that runs at each of them."""
+        """Whether the physics steps of a tick are running: then a graph that runs per physics step is calling."""
         return self.steps > self.tick * self.substeps
 
     def step(self) -> None:
-        """Take over what joints were told and integrate one substep.
+        """Apply joint commands and integrate one substep.
 
         Raises:
-            PhysicsError: the state is not finite any more, or MuJoCo could not go on properly.
+            PhysicsError: the state is no longer finite, or MuJoCo reported an error.
         """
         if self.limits.joints:
             self.limits.observe()
@@ -298,6 +299,8 @@ class SimulationCore(Stateful):
             for body in self.held:
                 body.hold()
             mujoco.mj_step1(self.model, self.data)
+            if self._directed.geoms:
+                self._directed.apply()
         except mujoco.FatalError as error:
             raise gave_up(self.data, error) from error
         if any(self._warnings.tolist()):
@@ -309,20 +312,20 @@ class SimulationCore(Stateful):
             handle.see_motion()
 
     def begin_tick(self, tick: int) -> None:
-        """Tell the sensors that this is tick n, at n times the tick period."""
+        """Begin tick n, at n times the tick period, for the sensors."""
         self.tick = tick
 
     def zero_commands(self) -> None:
-        """Set the target velocity and effort of every robot's joints to zero; drives bring them there."""
+        """Set the target velocity and effort of all joints to zero; drives then bring them to rest."""
         self.set_points.zero()
 
     def reset(self) -> None:
-        """Go back to the start; what follows is the same again, bit by bit."""
+        """Return to the initial state; the same inputs then give the same results bit by bit."""
         self.reset_state()
         self.reset_time()
 
     def reset_state(self) -> None:
-        """Put bodies, joints and commands back to what they were at the start, and let go of forces; ticks count on."""
+        """Return bodies, joints and commands to their initial state and end all pushes; the tick count continues."""
         for body in self.held:
             body.release()
         self.held.clear()
@@ -334,19 +337,19 @@ class SimulationCore(Stateful):
         self._lights.put_back(self.model)
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_setState(self.model, self.data, self._start, _STATE)
-        mujoco.mj_step1(self.model, self.data)
+        begin_step(self.model, self.data, self._directed)
         self._start_commands()
         self.forces.forget()
         self._handles.reset()
 
     def reset_time(self) -> None:
-        """Count ticks from 0 again, and sensors' samples with them; bodies and joints stay where they are."""
+        """Restart the tick count and the sensors' samples; bodies and joints keep their state."""
         self.tick = self.steps = 0
         self._handles.reset()
         self.dropped_pictures.clear()
 
     def save(self) -> SavedState:
-        """A copy of the present state; pictures that are being drawn are waited for."""
+        """Return a copy of the current state; waits for pictures that are being rendered."""
         return SavedState(
             super().save(),
             copy.copy(self.data),
@@ -358,7 +361,7 @@ class SimulationCore(Stateful):
         )
 
     def restore(self, saved: SavedState) -> None:
-        """Go back to what `save` returned, while the same robots were there; what follows is the same, bit by bit."""
+        """Restore the state that `save` returned for the same robots; the same inputs then give the same results bit by bit."""
         for body in self.held:
             body.release()
         self.held.clear()
@@ -386,15 +389,15 @@ class SimulationCore(Stateful):
         return self.set_points, self.limits, self.pushes, self._frictions, self._lights
 
     def close(self) -> None:
-        """Forget the handles."""
+        """Release the handles."""
         self._handles.clear()
 
     @property
     def rays(self) -> Rays:
-        """What the rays of lidars meet in the present model; found when first asked for, as a scene may have no lidar.
+        """The ray caster of lidars for the current model, created at first use because a scene may have no lidar.
 
         Raises:
-            UsageError: `fast` was asked for and cannot be.
+            UsageError: `fast` was requested but cannot be used.
         """
         if self._rays is None:
             self._rays = select_rays(self._rays_choice, self.model, self.data)
@@ -402,10 +405,10 @@ class SimulationCore(Stateful):
 
     @property
     def rays_in_use(self) -> str:
-        """Name of the rays that lidars cast; empty while nobody has asked for a lidar."""
+        """Name of the ray casting method; empty until a lidar is used."""
         return self._rays.name if self._rays is not None else ""
 
     def forget(self, prim_path: str) -> None:
-        """Let go of the handles of a prim and of all below it."""
+        """Release the handles of a prim and of all prims below it."""
         self.held = [body for body in self.held if not at_or_below(body.prim_path, prim_path)]
         self._handles.forget(prim_path)

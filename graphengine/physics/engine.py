@@ -1,7 +1,7 @@
-"""MuJoCo as the rest of this package imports it: it keeps quiet, and tells of trouble in ways that can be read.
+"""MuJoCo as the rest of this package imports it: without its own log, and with readable errors.
 
-Left alone, MuJoCo prints each warning and appends it to ./MUJOCO_LOG.TXT. Warnings are counted in MjData all the same, which is
-where `Simulation` looks.
+By default, MuJoCo prints each warning and appends it to ./MUJOCO_LOG.TXT. Warnings are also counted in MjData, where
+`Simulation` reads them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ try:
     import mujoco as mujoco  # the name is exported
 except RuntimeError as error:  # of the only setting that is read on import
     remedy = "unset it; pictures here are drawn by EGL or OSMesa, whatever it says"
-    raise UsageError(f"MUJOCO_GL={os.environ.get('MUJOCO_GL')}: MuJoCo knows no such value\n  {remedy}") from error
+    raise UsageError(f"MUJOCO_GL={os.environ.get('MUJOCO_GL')}: not a value that MuJoCo knows\n  {remedy}") from error
 
 OLDEST = (4, 0, 1)
 """The first version of MuJoCo whose sparse solver is right."""
@@ -52,20 +52,20 @@ OWN = 5
 
 
 def body_names(model: mujoco.MjModel) -> list[str]:
-    """Names of all bodies of a model, in its order."""
+    """Return the names of all bodies of a model, in order."""
     return [model.body(index).name for index in range(model.nbody)]
 
 
 def collides(model: mujoco.MjModel) -> Bools:
-    """For each geom whether it collides with anything."""
+    """Return for each geom whether it can collide with anything."""
     solid: Bools = (model.geom_contype | model.geom_conaffinity) != 0
     return solid
 
 
 def sort_geoms(model: mujoco.MjModel) -> None:
-    """Give each geom one of the groups above, so that a ray meets everything once.
+    """Assign each geom to one of the groups above, so that a ray meets each surface once.
 
-    Rays see colliders; of a body without any they see the visuals. Cameras see what they saw before: groups 0 to 2.
+    Rays meet colliders, or the visuals of a body without colliders. Cameras see the same geoms as before, in groups 0 to 2.
     """
     solid, pictures = collides(model), model.geom_group <= 2
     rays = solid | ~np.isin(model.geom_bodyid, model.geom_bodyid[solid])
@@ -74,17 +74,17 @@ def sort_geoms(model: mujoco.MjModel) -> None:
 
 
 def round_weights(model: mujoco.MjModel) -> None:
-    """Leave out the last bits of how easily bodies and joints are moved, which differ with what else is in a model.
+    """Round the inverse weights of bodies and joints, whose last bits depend on the rest of the model.
 
-    The compiler finds these numbers, by which contacts and joint limits are softened, in sums over all degrees of freedom, by
-    fours. All else that it computes of a body is the same wherever in the model the body stands.
+    The compiler computes these numbers, which soften contacts and joint limits, in sums over all degrees of freedom, four at a
+    time. All its other results for a body do not depend on the body's place in the model.
     """
     for weights in (model.body_invweight0, model.dof_invweight0, model.tendon_invweight0):
         weights[:] = weights.astype(np.float32)
 
 
 def compiled(spec: mujoco.MjSpec) -> tuple[mujoco.MjModel, list[str]]:
-    """The model of a description, and the sentences in which MuJoCo warns; raises one of REFUSALS where it refuses."""
+    """Compile a model; return it with MuJoCo's warnings. Raises one of REFUSALS if MuJoCo refuses the model."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         model = spec.compile()
@@ -99,10 +99,10 @@ def model_bytes(model: mujoco.MjModel) -> bytes:
 
 
 def data_at_start(model: mujoco.MjModel) -> mujoco.MjData:
-    """The state in which a model begins: as it is built, but a joint whose limits leave out its zero is at the nearer limit.
+    """Return the initial state of a model; a joint whose limits exclude zero starts at the nearer limit.
 
     Raises:
-        PhysicsError: there is no memory for it.
+        PhysicsError: there is not enough memory.
     """
     try:
         data = mujoco.MjData(model)
@@ -116,7 +116,7 @@ def data_at_start(model: mujoco.MjModel) -> mujoco.MjData:
 
 
 def wake(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Wake all that sleeps: by itself it feels forces and new contacts, but not that gravity, friction or its ground changed."""
+    """Wake all sleeping bodies: they do not notice changes of gravity, friction or support by themselves."""
     flags = model.opt.enableflags
     model.opt.enableflags = flags & ~mujoco.mjtEnableBit.mjENBL_SLEEP.value
     mujoco.mj_kinematics(model, data)  # where nothing may sleep, it wakes what does

@@ -1,7 +1,7 @@
-"""A scene's physics, to which robots are added and from which they are removed while the state of all others goes on.
+"""The physics of a scene, to which robots can be added, and from which robots can be removed, without effect on other bodies.
 
-MuJoCo has no place for another body in a model: a new one is compiled from the same scenery, and what moves in both takes its
-state along, by name.
+MuJoCo cannot add bodies to a model. So a new model is compiled from the same scenery, and the state of bodies in both models is
+copied by name.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from graphengine.physics.simulation import Simulation
 
 @dataclass(frozen=True, slots=True)
 class LoadedWorld:
-    """A scene that compiled.
+    """A compiled scene.
 
     Attributes:
         simulation: physics and sensors, a `backend.World`.
-        robots: by name, in order of the scene file, then in the order in which they were added.
-        scenery: what the model was compiled from; other sets of robots compile from it too.
+        robots: robots by name, in order of the scene file, then of addition.
+        scenery: editable models from which any set of robots can be compiled.
     """
 
     simulation: Simulation
@@ -37,15 +37,15 @@ class LoadedWorld:
 
     @property
     def stage(self) -> Stage:
-        """Prims of robots and of the world; graphs are not among them."""
+        """Prims of robots and of the world, without graphs."""
         return self.simulation.stage
 
     def copy(self, files: Files, seed: int) -> LoadedWorld:
-        """An independent world that begins as this one, which has not been stepped.
+        """Return an independent copy of this world, which must not have been stepped.
 
         Args:
-            files: where the references of robots that are added may lead.
-            seed: of the sensors' noise.
+            files: files to which references of added robots may lead.
+            seed: seed of the sensors' noise.
         """
         return LoadedWorld(self.simulation.copy(seed), dict(self.robots), self.scenery.copy(files))
 
@@ -92,15 +92,15 @@ class LoadedWorld:
         """Add a robot at its place, at rest.
 
         Raises:
-            CheckError: with all that is wrong with it.
-            PhysicsError: it cannot be where it was put.
-            UsageError: rays that were asked for cannot meet it. After an error of any kind all is as it was.
+            CheckError: the robot has errors, all of which are listed.
+            PhysicsError: the robot cannot be at this place.
+            UsageError: the requested ray casting cannot be used with the robot. After any error, nothing has changed.
         """
         self.put(self._placement(name, use))
         self.stage.find(self.robots[name].prim_path).facts["spawned"] = True
 
     def put(self, placement: RobotPlacement) -> None:
-        """The same for a place that was found before."""
+        """Add a robot at a placement that `add` or `save` determined before; errors as for `add`."""
         findings = Findings()
         self.scenery.forget(self.robots)
         robot = self.scenery.robot(placement, findings)
@@ -119,11 +119,11 @@ class LoadedWorld:
         self.robots[robot.name] = robot
 
     def _placement(self, name: str, use: RobotUse) -> RobotPlacement:
-        """Where a robot is to be put; nothing else has its name."""
+        """Return where a robot is to be added; its name must be unused."""
         findings = Findings()
         placement, *others = place(name, use)
         if others or placement.name != name:
-            findings.add("G109", f"{name!r} is a fleet: robots are added one by one")
+            findings.add("G109", f"{name!r} is a fleet; add its robots one by one")
         elif not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
             findings.add("G109", f"{name!r} is not a name: letters, digits and '_', not beginning with a digit")
         elif name in {one.name for one in self.simulation.entities.all()}:

@@ -1,4 +1,4 @@
-"""From a scene file to one compiled model, its stage and its simulation."""
+"""Loads a scene file: one compiled model, its stage and its simulation."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SLOWEST = 0.1
 
 
 def load_robot_file(path: Path, files: Files, findings: Findings) -> RobotInstance | None:
-    """A robot as a scene would have it that says nothing about it; errors are added to `findings`."""
+    """Load a robot file as if a scene used it without any changes; errors are added to `findings`."""
     file = read_robot(path, files, findings)
     (placement,) = place(path.stem, RobotUse(use=str(path)))
     return load_robot(placement, file, files, findings) if file is not None else None
@@ -40,14 +40,14 @@ def load_robot_file(path: Path, files: Files, findings: Findings) -> RobotInstan
 def load_world(
     scene: Loaded[SceneSpec], files: Files, findings: Findings, *, seed: int = 0, rays: RaysChoice = "auto"
 ) -> LoadedWorld | None:
-    """Build a scene's physics; what is wrong goes to `findings`, and then None comes back.
+    """Build the physics of a scene; None if there are errors, which are added to `findings`.
 
     Args:
-        scene: read and checked; relative paths begin in its folder.
-        files: where references may lead.
-        findings: takes errors, the lint of the timestep and notes on what was resolved.
-        seed: of the sensors' noise.
-        rays: what lidars see with.
+        scene: parsed and checked scene file; relative paths begin in its folder.
+        files: files to which references may lead.
+        findings: receives errors, warnings and notes.
+        seed: seed of the sensors' noise.
+        rays: ray casting of lidars.
     """
     before = len(findings.errors)
     if scene.spec.physics.tick_rate < SLOWEST:
@@ -93,14 +93,14 @@ def load_world(
     tell_limits(simulation.limits, robots, findings)
     _tell_touching(simulation, robots, scene, findings)
     if settle and simulation.settled_after is None:
-        findings.add("N103", "not at rest after 5 s; t = 0 begins as it is", scene.document.key_span("settle"))
+        findings.add("N103", "not at rest after 5 s; the run starts from this state", scene.document.key_span("settle"))
     return LoadedWorld(simulation, robots, scenery)
 
 
 def _tell_touching(
     simulation: Simulation, robots: dict[str, RobotInstance], scene: Loaded[SceneSpec], findings: Findings
 ) -> None:
-    """Warn of robots that touch something but what carries them; once for all robots of one entry of the scene."""
+    """Warn of robots that touch something other than their support; once for all robots of one entry of the scene."""
     touching = simulation.entities.touching()
     told: dict[str, list[str]] = {}
     for name, robot in robots.items():

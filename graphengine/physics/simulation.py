@@ -28,14 +28,14 @@ D = TypeVar("D")
 
 
 class Simulation(SimulationCore):
-    """Physics and sensors of a scene: the handles and the settings of prims. Callers check the kinds of the prims.
+    """Physics and sensors of a scene, with handles and settings of prims. Callers must check the kinds of the prims.
 
-    Arguments and errors are those of the core.
+    Arguments and errors are those of `SimulationCore`.
     """
 
     @cached_property
     def studio(self) -> RenderThread:
-        """The renderer of camera pictures."""
+        """Renders the pictures of all cameras."""
         return RenderThread(self)
 
     def picture_driver(self) -> str:
@@ -48,7 +48,7 @@ class Simulation(SimulationCore):
         return MujocoEntities(self)
 
     def save(self) -> Any:
-        """A copy of the state; waits for pictures that are being rendered."""
+        """Return a copy of the state; waits for pictures that are being rendered."""
         return super().save(), self.studio.save()
 
     def restore(self, saved: Any) -> None:
@@ -63,11 +63,11 @@ class Simulation(SimulationCore):
         self.studio.close()
 
     def bodies(self) -> Bodies:
-        """All bodies and their visible shapes; others after a robot was added or removed."""
+        """Return all bodies with their visible shapes; they change when a robot is added or removed."""
         return visible_bodies(self.model)
 
     def poses(self) -> Floats:
-        """Position (m) and quaternion (x, y, z, w) of each body in the world frame, shape (bodies, 7); a fresh array."""
+        """Return position (m) and quaternion (x, y, z, w) of each body in the world frame, shape (bodies, 7); a fresh array."""
         return np.hstack([self.data.xpos, self.data.xquat[:, [1, 2, 3, 0]]])
 
     def contacts(self) -> Contacts:
@@ -75,18 +75,18 @@ class Simulation(SimulationCore):
         return contact_points(self.model, self.forces.now())
 
     def body(self, prim: Prim) -> CarriedPrim:
-        """The rigid body of a prim, or the one that carries it, with the pose of the prim."""
+        """Return the rigid body of a prim, or the one that carries it, with the pose of the prim."""
         return self._handles.find(CarriedPrim, prim)
 
     frame = body
 
     @property
     def gravity(self) -> Vector3:
-        """Acceleration of free fall in the world frame, m/s2."""
+        """Return the acceleration of free fall in the world frame, m/s2."""
         return vector(self.model.opt.gravity)
 
     def set_gravity(self, gravity: Vector3) -> None:
-        """Set gravity from the next step on, whose first half is computed again."""
+        """Set gravity, starting with the next step, whose first half is computed again."""
         if gravity == self.gravity:  # a graph may write it each tick, and then nothing would ever sleep
             return
         self.model.opt.gravity = gravity
@@ -94,11 +94,11 @@ class Simulation(SimulationCore):
         self.refresh()
 
     def friction(self, prim: Prim) -> Friction:
-        """Static and dynamic friction of a material prim."""
+        """Return static and dynamic friction of a material prim."""
         return self._frictions.of(prim)
 
     def set_friction(self, prim: Prim, friction: Friction) -> None:
-        """Set the friction of a material from the next step on, whose contacts are found again."""
+        """Set the friction of a material, starting with the next step, whose contacts are computed again."""
         if friction == self._frictions.of(prim):
             return
         self._frictions.write(self.model, prim, friction)
@@ -106,7 +106,7 @@ class Simulation(SimulationCore):
         self.refresh()
 
     def light(self, prim: Prim) -> Light:
-        """Intensity and colour of a light prim."""
+        """Return intensity and colour of a light prim."""
         return self._lights.of(prim)
 
     def set_light(self, prim: Prim, light: Light) -> None:
@@ -114,19 +114,19 @@ class Simulation(SimulationCore):
         self._lights.write(self.model, prim, light)
 
     def mass(self, prim: Prim) -> float:
-        """Mass of the prim's own body, kg."""
+        """Return the mass of the prim's own body, kg."""
         assert prim.body is not None
         return float(self.model.body(prim.body).mass[0])
 
     def placement(self, prim: Prim) -> PlacedBody | None:
-        """A handle that places the prim's body and holds it there; None if the body cannot be moved on its own."""
+        """Return a handle that places the prim's body and holds it there; None if the body cannot be moved separately."""
         return self._handles.find(PlacedBody, prim) if find_mover(self.model, self.stage, prim) is not None else None
 
     def articulation(self, robot: Prim) -> Joints:
-        """The joints of a robot prim."""
+        """Return the joints of a robot prim."""
         return self._handles.find(Joints, robot)
 
     def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
-        """The device at a prim of its kind; equal options give the same object."""
+        """Return the device at a prim; calls with equal options return the same object."""
         found: D = self._handles.find(IMPLEMENTATIONS.all[device_of(interface).kind].handle, prim, **options)
         return found

@@ -1,19 +1,18 @@
 """Recordings: all inputs and outputs of a run as an MCAP file, and replays that are compared byte by byte.
 
-A recording is what `ros2 bag play`, Foxglove and every reader of MCAP's profile `ros2` take for a bag, and more:
+A recording is a bag for `ros2 bag play`, Foxglove and every reader of MCAP's profile `ros2`, with additional data for replays:
 
-- **Channels**, one for each topic and type, with what nodes published and what came to them from outside; each message once, as
-  in a bag. Schemas are definitions as `ros2msg` text.
-- **Services** as ROS 2's service introspection has them: events of the type `…_Event` on `<service>/_service_event`.
-- **`/_graphengine/delivered/…`**: what came to nodes and lies on the topic's own channel already, as the run published it itself
-  or another node saw it before (`seen_messages`).
-- **`/_graphengine/session`**, a channel of std_msgs/msg/String: what came from outside in a tick, as JSON. `delivered` has lists
-  of nodes: so many of the tick's messages, its first ones, came to them. Then `commands`, and `wall_time` in ticks in which a
-  node read the clock.
-- **Times** are of the simulation, so that the same run makes the same file. `log_time` counts from the recording's first tick
-  and never goes back; `publish_time` counts from the last play. A delivery bears the time of the tick that saw it.
-- **Order** in the file is the order in which things happened: what came from outside in a tick, what came to nodes, then what
-  they published. A chunk ends where a tick ends, so that a file which was cut off is whole up to its last chunk.
-- **Metadata** `graphengine` (`manifest.Manifest`), `graphengine:files` (the SHA-256 of each attachment) and `graphengine:end`.
-- **Attachments**: every file that the run read, by a name that says nothing of the machine (`sources`).
+- **Channels**, one per topic and type, contain the messages that nodes published and received from outside; each message once, as
+  in a bag. Schemas are message definitions as `ros2msg` text.
+- **Services** are recorded as by ROS 2's service introspection: events of type `…_Event` on `<service>/_service_event`.
+- **`/_graphengine/delivered/…`** has received messages that are already in the topic's own channel, because the run itself
+  published them or another node received them before (`seen_messages`).
+- **`/_graphengine/session`**, a channel of std_msgs/msg/String, has the external inputs of each tick as JSON: `delivered`, with
+  one list of receiving nodes for each of the tick's first messages; `commands`; and `wall_time` if a node read the clock.
+- **Times** are simulation times, so that equal runs make equal files. `log_time` counts from the recording's first tick and never
+  goes back; `publish_time` counts from the last play. A delivery has the time of the tick in which nodes received it.
+- **Order**: each tick has first its external inputs, then received messages, then published messages. A chunk ends at the end of
+  a tick, so that a truncated file is complete up to its last chunk.
+- **Metadata**: `graphengine` (`manifest.Manifest`), `graphengine:files` (SHA-256 of each attachment) and `graphengine:end`.
+- **Attachments**: all files that the run read, by machine-independent names (`sources`).
 """

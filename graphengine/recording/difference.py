@@ -1,4 +1,4 @@
-"""Differences of two messages of one type: fields by name, elements by index, with both values."""
+"""Finds the differences between two messages of the same type: fields by name, elements by index, with both values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from graphengine.messages.interfaces import MessageTypeError
 
 
 class FieldDifference(NamedTuple):
-    """A field that differs, as in `pose.pose.position.x` or `ranges[12]`."""
+    """A different value of a field, such as `pose.pose.position.x` or `ranges[12]`."""
 
     field: str
     recorded: str
@@ -28,9 +28,9 @@ class FieldDifference(NamedTuple):
 def differences(
     recorded: bytes, replayed: bytes, message_type: str, definitions: Definitions = DEFINITIONS
 ) -> list[FieldDifference]:
-    """Every field that differs, one line an array; bytes where the messages do not tell, as in padding.
+    """Return all different fields, one entry per array; if only undecoded bytes differ, such as padding, return their position.
 
-    Two numbers are the same when their bits are, so that NaN is NaN and -0 is not 0.
+    Numbers are compared by their bits, so that NaN equals NaN and -0 differs from 0.
     """
     try:
         one, other = (messages.decode(data, message_type, definitions) for data in (recorded, replayed))
@@ -82,7 +82,7 @@ def _shown(value: Any) -> str:
 
 
 def _of_bytes(one: bytes, other: bytes) -> FieldDifference:
-    """The first byte that differs."""
+    """Return the first byte that differs, or the sizes if they differ."""
     if len(one) != len(other):
         return FieldDifference("size", f"{len(one)} bytes", f"{len(other)} bytes")
     at = next((index for index, (a, b) in enumerate(zip(one, other, strict=True)) if a != b), 0)

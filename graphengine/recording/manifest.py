@@ -1,4 +1,4 @@
-"""How a run was started: its arguments and environment, apart from its files."""
+"""Describes how a run was started: its arguments and environment, without its files."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DomainId = Annotated[int, Field(ge=0, le=232)]
 
 
 class Manifest(BaseModel):
-    """Files, options and machine of a recorded run."""
+    """Names of files, options and machine of a recorded run."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -47,39 +47,39 @@ class Manifest(BaseModel):
     machine: dict[str, str] = {}
 
     def metadata(self) -> dict[str, str]:
-        """As a recording holds it: JSON by key."""
+        """Return the manifest as MCAP metadata: JSON text by key."""
         return {"format": str(FORMAT)} | {key: json.dumps(value) for key, value in self.model_dump().items()}
 
     @classmethod
     def from_metadata(cls, metadata: Mapping[str, str]) -> Self:
-        """What `metadata` made.
+        """Read the manifest from MCAP metadata.
 
         Raises:
-            RecordingError: it was not.
+            RecordingError: the metadata is not a manifest, or one of another format version.
         """
         written = metadata.get("format", "")
         if written != str(FORMAT):
-            raise RecordingError(f"it is of format {written[:20]!r}, and this version reads {FORMAT}")
+            raise RecordingError(f"it has format {written[:20]!r}; this version reads {FORMAT}")
         try:
             return cls(**{key: json.loads(text) for key, text in metadata.items() if key != "format"})
         except ValidationError as error:
             first = error.errors()[0]
-            raise RecordingError(f"its {'.'.join(map(str, first['loc']))} cannot be: {first['msg']}") from None
+            raise RecordingError(f"its {'.'.join(map(str, first['loc']))} is invalid: {first['msg']}") from None
         except (ValueError, RecursionError) as error:
-            raise RecordingError(f"how the run was made cannot be read: {error}") from None
+            raise RecordingError(f"its metadata on the run cannot be read: {error}") from None
 
 
 def describe_run(
     scene: LoadedScene, services: Services, names: SourceNames, keep_going: bool, modules: Sequence[str]
 ) -> Manifest:
-    """How a run is made whose nodes are set up.
+    """Return the manifest of a session whose nodes are set up.
 
     Args:
-        scene: of the session.
-        services: of the session.
-        names: of the files that were read.
-        keep_going: whether the session goes on when a node raises.
-        modules: Python modules that the node types came from, beside those installed.
+        scene: scene of the session.
+        services: services of the session.
+        names: machine-independent names of the files that were read.
+        keep_going: whether the session continues when a node raises an exception.
+        modules: additional Python modules with node types.
     """
     options = scene.options
     return Manifest(

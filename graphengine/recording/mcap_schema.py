@@ -45,10 +45,10 @@ class Stream:
     """The messages of one channel.
 
     Attributes:
-        topic: by its full name.
+        topic: full name of the topic.
         message_type: as in `nav_msgs/msg/Odometry`.
-        qos: offered by who publishes there in the run, else asked for by who reads.
-        known: the topic's own channel has them already, so that who plays the file as a bag must not send them again.
+        qos: profile that the run's publisher offers, or that its subscription requests if the run does not publish the topic.
+        known: whether the topic's own channel has the same messages, so that players of bags must not publish them again.
     """
 
     topic: str
@@ -58,7 +58,7 @@ class Stream:
 
     @property
     def channel(self) -> str:
-        """Name of the channel. For topics it is the topic, on which players of bags publish."""
+        """Name of the channel: the topic, or a hidden name for messages that the topic's channel already has."""
         return f"{HIDDEN}/delivered{self.topic}" if self.known else self.topic
 
     def metadata(self) -> dict[str, str]:
@@ -67,7 +67,7 @@ class Stream:
 
     @classmethod
     def of_channel(cls, channel: str, message_type: str, metadata: Mapping[str, str]) -> Stream | None:
-        """The stream of a channel; None for channels of other programs."""
+        """Return the stream of a channel; None for channels of other programs."""
         topic = metadata.get("topic")
         return None if topic is None else cls(topic, message_type, known=topic != channel)
 
@@ -87,32 +87,32 @@ class TickTimes:
     period: tuple[int, int]
 
     def nanoseconds(self, tick: int) -> int:
-        """Time of a tick, truncated to nanoseconds as message stamps are."""
+        """Return the time of a tick, truncated to nanoseconds as message stamps are."""
         numerator, denominator = self.period
         return tick * numerator * 10**9 // denominator
 
     def tick(self, nanoseconds: int) -> int:
-        """The first tick at or after a time."""
+        """Return the number of the first tick at or after a time."""
         numerator, denominator = self.period
         return -(-nanoseconds * denominator // (numerator * 10**9))
 
     def seconds(self, tick: int) -> float:
-        """Time of a tick, s."""
+        """Return the time of a tick, s."""
         return tick * self.period[0] / self.period[1]
 
 
 def failure_of(error: BaseException) -> str:
-    """The error that ended a run, without file and line, which differ between machines."""
+    """Return the error that ended a run, without file and line, which differ between machines."""
     return _PLACE.sub("", str(error).partition("\n")[0])
 
 
 def node_of(failure: str) -> str:
-    """The node that a failure names; a failure without a node is returned unchanged."""
+    """Return the node that a failure names; a failure without a node is returned unchanged."""
     return failure.partition(" raised ")[0]
 
 
 def offered_qos(qos: QoS) -> str:
-    """A profile in rosbag2's format: YAML, a list of one."""
+    """Return a profile in rosbag2's format: a YAML list with one element."""
     known = settled(qos)
     return "\n".join(
         (
@@ -130,6 +130,6 @@ def offered_qos(qos: QoS) -> str:
 
 
 def _duration(name: str, seconds: float) -> tuple[str, str, str]:
-    """A duration of a profile, 0 for unlimited."""
+    """Return the lines of a duration; unlimited ones are 0 s here and the largest number in the file."""
     whole, rest = divmod(math.floor(seconds * 1e9) if 0 < seconds * 1e9 < _FOREVER_NS else _FOREVER_NS, 10**9)
     return f"  {name}:", f"    sec: {whole}", f"    nsec: {rest}"

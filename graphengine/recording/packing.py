@@ -15,13 +15,13 @@ from graphengine.scene.loaded_scene import LoadedScene, Options
 
 @dataclass(frozen=True, slots=True)
 class PackedScene:
-    """What a scene is loaded from, without a path of this machine.
+    """A scene in a form that another process can load, without paths of this machine.
 
     Attributes:
-        given: name of the file that was given.
+        given: name of the given scene or graph file.
         scene: name of the scene for a single graph; empty for none.
-        options: without folders and node types, which are elsewhere on another machine; with the rays that lidars see with here.
-        files: contents by name.
+        options: options without folders and node types, which depend on the machine; `rays` is the method used here.
+        files: contents of all files by name.
     """
 
     given: str
@@ -31,16 +31,16 @@ class PackedScene:
 
     @classmethod
     def of(cls, scene: LoadedScene) -> PackedScene:
-        """Pack a scene; files are read again.
+        """Pack a scene; its files are read again.
 
         Raises:
-            RecordingError: one of them cannot be read any more.
+            RecordingError: a file cannot be read again.
         """
         names, options = SourceNames(scene.files), scene.options
         try:
             files = {name: path.read_bytes() for name, path in sources(scene.files, scene.definitions, names).items()}
         except OSError as error:
-            raise RecordingError(f"{error.filename}: it cannot be read again: {error.strerror}") from None
+            raise RecordingError(f"{error.filename}: cannot be read again: {error.strerror}") from None
         bare = replace(
             options, allowed=(), installed=(), message_paths=(), shipped=None, scene=None, registry=None, near=None
         )
@@ -50,10 +50,10 @@ class PackedScene:
         return cls(names.name(scene.path.absolute()), placed, bare, files)
 
     def lay_out(self, workspace: Workspace) -> tuple[Path, Options]:
-        """Write the files; the one to load, and the options to load it with.
+        """Write the files to a folder; return the path to load and the options for loading it.
 
         Args:
-            workspace: which is there as long as the scene is used.
+            workspace: folder, which must exist as long as the scene is used.
 
         Raises:
             RecordingError: the files are too many or too large, or cannot be written.

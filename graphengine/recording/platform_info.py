@@ -15,11 +15,11 @@ _OF_CAMERAS = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 
 
 def describe(scene: LoadedScene, world: World) -> dict[str, str]:
-    """Return the properties that a session depends on.
+    """Return the properties of this platform that a session depends on.
 
     Args:
-        scene: of the session.
-        world: of the session, whose nodes are set up.
+        scene: scene of the session.
+        world: world of the session, whose nodes are set up.
     """
     packages, rays = ["numpy"], world.rays_in_use
     if scene.world is not None:
@@ -36,7 +36,7 @@ def describe(scene: LoadedScene, world: World) -> dict[str, str]:
 
 
 def differences(recorded: Mapping[str, str], here: Mapping[str, str]) -> list[str]:
-    """Describe changed properties, a line each; those that one run does not depend on are left out."""
+    """Return one line per property that differs; properties that only one of the runs has are left out."""
     return [
         f"{name}: {here[name]}, recorded with {value}"
         for name, value in recorded.items()
@@ -52,7 +52,7 @@ def _version(package: str) -> str:
 
 
 def _processor() -> str:
-    """The processor's model if the system names it, else its architecture; numpy chooses code by it."""
+    """Return the processor model if the system reports it, else the architecture; numpy selects code by it."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:

@@ -22,22 +22,24 @@ from graphengine.recording.sources import Workspace
 
 MAX_MESSAGES = 1_000_000
 """In a tick."""
+MAX_SILENCE = 10_000_000
+"""Maximum number of successive ticks without a message; a wrong time in a damaged file would be replayed for years."""
 MAX_DIGITS = 18
 """Maximum number of digits of the number of ticks."""
 
 
 @dataclass(slots=True)
 class Tick:
-    """What happened in a tick.
+    """The inputs and outputs of a tick.
 
     Attributes:
-        number: from 1.
-        readers: to which nodes each of its first messages came; none of them published those.
-        delivered: what they saw.
-        sent: what was published, in order.
-        commands: what was asked of the session before it, each a name and arguments.
-        wall_time: what nodes read, where one did.
-        whole: false for what came after the last tick: the session's end, or a tick that failed before its own.
+        number: number of the tick, from 1.
+        readers: for each of the first messages, the nodes that received it; the other messages were sent.
+        delivered: received messages, each with its stream and the receiving nodes.
+        sent: published messages in order.
+        commands: name and arguments of the commands executed before the tick.
+        wall_time: wall clock time (s since 1970) that nodes read; None if no node read it.
+        whole: false after the last complete tick: for the end of the session, or a tick that failed.
     """
 
     number: int
@@ -50,14 +52,14 @@ class Tick:
 
 
 class Recording:
-    """A recording, read once from its beginning to its end.
+    """Reads a recording once, from beginning to end.
 
     Args:
-        path: of the file.
-        workspace: where its files are laid out.
+        path: path of the recording.
+        workspace: folder to which the recorded files are extracted.
 
     Raises:
-        RecordingError: it is none, or damaged.
+        RecordingError: the file is not a recording, or is damaged.
     """
 
     def __init__(self, path: Path, workspace: Workspace) -> None:
@@ -88,9 +90,9 @@ class Recording:
             self._take(record)
         else:
             if self.cut_off and (begun or manifest is not None):
-                raise self._bad("it was cut off before anything happened")
+                raise self._bad("it was cut off before the first tick")
         if manifest is None:
-            raise self._bad("it holds no run: what `graphrun run --record` writes can be replayed")
+            raise self._bad("not a recording made by `graphrun run --record`")
         self.manifest = manifest
         self.times = TickTimes(manifest.period)
 
@@ -99,11 +101,11 @@ class Recording:
 
     @property
     def share_read(self) -> float:
-        """Share of the messages that has been read, from 0 to 1."""
+        """Share of the messages that have been read, from 0 to 1."""
         return (self._at - self._first) / max(self._size - self._first, 1)
 
     def ticks(self) -> Iterator[Tick]:
-        """Every tick of the run in order, those in which nothing happened too, and how it ended unless that is cut off.
+        """Yield all ticks of the run in order, including empty ones; then the end of the run, unless the recording was cut off.
 
         Raises:
             RecordingError: the file is damaged.
@@ -117,11 +119,15 @@ class Recording:
             number = self.times.tick(record.log_time)
             if number < tick.number:
                 raise self._bad("its messages are not in the order of the run")
+            if number - tick.number > MAX_SILENCE:
+                raise self._bad(f"it has no message for more than {MAX_SILENCE} ticks after tick {tick.number}")
             while tick.number < number:
                 yield tick
                 tick = Tick(tick.number + 1)
             self._add(tick, stream, record.data)
         last = tick.number if self.cut_off else self._ended
+        if last - tick.number > MAX_SILENCE:
+            raise self._bad(f"it has no message for more than {MAX_SILENCE} ticks before its end")
         while tick.number <= last:
             yield tick
             tick = Tick(tick.number + 1)
@@ -143,7 +149,7 @@ class Recording:
         return self.times.tick(last)
 
     def _take(self, record: McapRecord) -> None:
-        """See to a record that is no message."""
+        """Process a record that is not a message."""
         if isinstance(record, Schema):
             self._types[record.id] = record.name
         elif isinstance(record, Channel):
@@ -158,14 +164,14 @@ class Recording:
             self.failure = record.metadata.get("failure", "")
             text = record.metadata.get("ticks", "")
             if not text.isdecimal() or len(text) > MAX_DIGITS:
-                raise self._bad(f"its end says that there were {text[:20]!r} ticks")
+                raise self._bad(f"its number of ticks is invalid: {text[:20]!r}")
             self._ended = int(text)
 
     def _lay_out(self, attachment: Attachment) -> None:
         if attachment.name not in self._hashes:  # one that another program added
             return
         if hashlib.sha256(attachment.data).hexdigest() != self._hashes[attachment.name]:
-            raise self._bad(f"its file {attachment.name!r} is not what it was")
+            raise self._bad(f"the checksum of its file {attachment.name!r} is wrong")
         self.workspace.add(attachment.name, attachment.data)
 
     def _add(self, tick: Tick, stream: Stream, data: bytes) -> None:
@@ -185,7 +191,7 @@ class Recording:
             tick.readers = [tuple(map(str, nodes)) for nodes in outside.get("delivered", [])]
             tick.wall_time = float(outside["wall_time"]) if "wall_time" in outside else None
         except (messages.MessageError, ValueError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
-            raise self._bad(f"what came into the session in tick {tick.number} cannot be read: {error}") from None
+            raise self._bad(f"the external inputs of tick {tick.number} cannot be read: {error}") from None
 
     def _manifest(self, record: Metadata) -> Manifest:
         try:

@@ -33,20 +33,20 @@ CHUNK_SECONDS = 1.0
 
 
 class Recorder(ExternalInputs):
-    """The inbox of a session and a sink of its network; made before the first tick, closed before the session.
+    """Records a session. Create it before the first tick, and close it before the session.
 
     Args:
-        session: of the scene.
-        network: the session's.
-        scene: what was read for it.
-        path: of the file to be written.
-        force: write over a file that is there.
-        keep_going: whether the session goes on when a node raises.
-        modules: Python modules that the node types came from, beside those installed.
+        session: session to record.
+        network: network of the session.
+        scene: scene of the session.
+        path: path of the new recording.
+        force: whether to overwrite an existing file.
+        keep_going: whether the session continues when a node raises an exception.
+        modules: additional Python modules with node types.
 
     Raises:
-        RecordingError: it cannot be written there.
-        UsageError: the session has begun.
+        RecordingError: the file cannot be written.
+        UsageError: the session has already run ticks.
     """
 
     exact = True
@@ -63,7 +63,7 @@ class Recorder(ExternalInputs):
         modules: Sequence[str] = (),
     ) -> None:
         if session.ticks:
-            raise UsageError("a recording begins with the session that it is of, before the first tick")
+            raise UsageError("start the recording before the first tick of the session")
         self._session = session
         self._times = TickTimes(session.services.world.tick_period)
         self._files = session.services.permissions.files or scene.files
@@ -107,24 +107,24 @@ class Recorder(ExternalInputs):
         return self._writer.size
 
     def begin_tick(self) -> float:
-        """The wall clock."""
+        """Return the wall clock time (s since 1970) that nodes read in the tick."""
         self._tick += 1
         self._wall_time = super().begin_tick()
         return self._wall_time
 
     def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
-        """Take what a subscription sees from this tick on."""
+        """Record the messages that a subscription receives in this tick."""
         self._arrived.append((claim, arrived))
 
     def write(self, claim: EndpointClaim, data: bytes) -> None:
-        """Take a message that was sent."""
+        """Record a sent message."""
         self._sent.append((claim, self._session.clock.frame, data))
 
     def command(self, name: str, arguments: Mapping[str, Any]) -> None:
-        """Take what the session was asked for since the last tick, and did.
+        """Record a command that the session executed since the last tick.
 
         Raises:
-            RecordingError: a file that it read cannot be read again.
+            RecordingError: a file that the command read cannot be read again.
         """
         if name == "reload":
             if not self._attach_exchanged() and not arguments["effective"]:
@@ -159,17 +159,17 @@ class Recorder(ExternalInputs):
         return bool(changed or gone)
 
     def _reference(self, use: str) -> str:
-        """How the scene names a robot file, wherever the recording's files are laid out."""
+        """Return the reference to a robot file that is valid in the scene file wherever the recording is extracted."""
         if not os.path.isabs(use):
             return use
         assert self._scene is not None  # there are no robots without one
         return os.path.relpath(self._names.name(Path(use)), os.path.dirname(self._names.name(self._scene)))
 
     def end_tick(self) -> None:
-        """Put what the tick read, heard and said in its place in the file.
+        """Add the inputs and outputs of the tick to the file.
 
         Raises:
-            RecordingError: what was handed over before cannot be written.
+            RecordingError: earlier data could not be written.
         """
         self._take_down()
         self._ended = self._tick
@@ -177,13 +177,13 @@ class Recorder(ExternalInputs):
             self._write_chunk()
 
     def close(self, error: BaseException | None = None) -> None:
-        """End the session, and write what is left; what a tick that did not end had read is kept too.
+        """End the session, and write the remaining data, including the inputs of an unfinished tick.
 
         Args:
-            error: what ended the run; after a RecordingError nothing more is written.
+            error: exception that ended the run; after a RecordingError, nothing more is written.
 
         Raises:
-            RecordingError: it cannot be written.
+            RecordingError: the data cannot be written.
         """
         try:
             if not isinstance(error, RecordingError):
@@ -236,7 +236,7 @@ class Recorder(ExternalInputs):
         self._sent.clear()
 
     def _outside(self, delivered: Sequence[tuple[Sequence[EndpointClaim], bytes]]) -> dict[str, Any]:
-        """What came from outside; the wall clock only where a node has read it, as no two runs have the same."""
+        """Return the external inputs of the tick; the wall clock only if a node has read it, because it differs in each run."""
         outside: dict[str, Any] = {}
         if self._commands:
             outside["commands"] = list(self._commands)
@@ -254,12 +254,12 @@ class Recorder(ExternalInputs):
         return self._streams[key]
 
     def _offered(self, claim: EndpointClaim) -> QoS:
-        """The profile that a topic's channel has; what others offer is not known, but it serves who reads there."""
+        """Return the QoS profile for a topic's channel: that of the run's publisher, else the one that the claim requests."""
         publishing = (one for one in self._session.services.claims if one.direction == "publish")
         return next((one.qos for one in publishing if self._topic(one) == self._topic(claim)), claim.qos)
 
     def _topic(self, claim: EndpointClaim) -> object:
-        """What tells topics apart: by its name there may be one of another type, or in another domain."""
+        """Return what identifies a topic: its name, its type and the transport, which differs between ROS domains."""
         return claim.topic, claim.message_type, self._network.transport(claim.ros_context)
 
     def _write_chunk(self) -> None:
@@ -268,7 +268,7 @@ class Recorder(ExternalInputs):
             self._entries, self._bytes = [], 0
 
     def _attach(self) -> None:
-        """Attach the files that were read since this was last called."""
+        """Attach the files that were read since the last call."""
         used = sources(self._files, self._definitions, self._names)
         fresh = {name: path for name, path in used.items() if name not in self._digests}
         if fresh:
@@ -276,7 +276,7 @@ class Recorder(ExternalInputs):
                 contents = _contents(fresh)
             except OSError as error:
                 raise RecordingError(
-                    f"{error.filename}: it cannot be read again for the recording: {error.strerror}"
+                    f"{error.filename}: cannot be read again for the recording: {error.strerror}"
                 ) from None
             self._places |= fresh
             self._digests |= {name: _digest(data) for name, data in contents.items()}
@@ -302,7 +302,7 @@ def _digest(data: bytes) -> str:
 
 
 def merged(arrived: Sequence[tuple[EndpointClaim, Sequence[bytes]]]) -> list[tuple[list[EndpointClaim], bytes]]:
-    """What subscriptions saw, in the order of each; a message that several saw in turn is there once, with all of them."""
+    """Return received messages in order, each with its subscriptions; equal messages of several subscriptions are merged."""
     queues = [(claim, deque(messages)) for claim, messages in arrived]
     found: list[tuple[list[EndpointClaim], bytes]] = []
     while queues:

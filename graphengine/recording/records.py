@@ -31,7 +31,7 @@ _TIMES = struct.Struct("<QQ")
 
 
 class _OtherCompressionError(Exception):
-    """A chunk of another program; the argument is how it is packed."""
+    """A chunk uses a compression that recordings do not use; the argument is its name."""
 
 
 def read_records(path: Path, moved: Callable[[int, int], None] = lambda at, size: None) -> Iterator[McapRecord]:
@@ -93,37 +93,37 @@ def _records(path: Path, file: BinaryIO, moved: Callable[[int, int], None]) -> I
                 yield record
             at = file.tell()
     except InvalidMagic:
-        raise RecordingError(f"{path}: this is no MCAP file") from None
+        raise RecordingError(f"{path}: not an MCAP file") from None
     except (EndOfFile, struct.error):  # at the end of the file some bytes of a number are missing, or all
         return
     except CRCValidationError:
         raise RecordingError(f"{path}: damaged: the checksum of the chunk at byte {at} is wrong") from None
     except _OtherCompressionError as error:
-        what = f"it is compressed with {str(error)!r}, and what `graphrun run --record` writes is with 'lz4'"
+        what = f"it is compressed with {str(error)!r}, but recordings made by `graphrun run --record` with 'lz4'"
         raise RecordingError(f"{path}: {what}") from None
     except (McapError, ValueError, RuntimeError, OverflowError) as error:
         raise RecordingError(f"{path}: damaged: the record at byte {at} cannot be read: {error}") from None
 
 
 def _inside(chunk: Chunk) -> Iterator[McapRecord]:
-    """The records of a chunk, one at a time: a small file can hold very many.
+    """Yield the records of a chunk one by one, because a small file can contain very many.
 
     Raises:
-        ValueError: a record is cut off, the checksum is wrong, or as for `_record` and `_unpacked`.
+        ValueError: a record is truncated, the checksum is wrong, or as for `_record` and `_unpacked`.
     """
     stream, size = get_chunk_data_stream(_unpacked(chunk), validate_crc=True)
     try:
         while stream.count < size:
             yield _record(stream)
     except (EndOfFile, struct.error):
-        raise ValueError("a chunk ends within a record") from None
+        raise ValueError("a record of the chunk is truncated") from None
 
 
 def _record(stream: ReadDataStream) -> McapRecord:
-    """The next record of a chunk.
+    """Return the next record of a chunk.
 
     Raises:
-        ValueError: it is none that a chunk may hold, or of another length than it says.
+        ValueError: a chunk must not contain such a record, or its length is wrong.
     """
     opcode, length = stream.read1(), stream.read8()
     end = stream.count + length
@@ -135,21 +135,21 @@ def _record(stream: ReadDataStream) -> McapRecord:
     elif opcode == Opcode.SCHEMA:
         record = Schema.read(stream)
     else:
-        raise ValueError(f"a chunk has a record of kind {opcode}")
+        raise ValueError(f"a chunk must not contain a record of type {opcode}")
     if stream.count != end:
-        raise ValueError("a record in a chunk has not the length that it says")
+        raise ValueError("the length of a record in a chunk is wrong")
     return record
 
 
 def _unpacked(chunk: Chunk) -> Chunk:
-    """A chunk that is not compressed, of the size that it says.
+    """Return an uncompressed chunk, whose size is checked.
 
     Raises:
-        ValueError: it is larger than it says, or than any may be.
-        _OtherCompressionError: it is packed in another way than recordings are.
+        ValueError: its size differs from the declared size, or is too large.
+        _OtherCompressionError: it uses a compression that recordings do not use.
     """
     if chunk.uncompressed_size > MAX_CHUNK_BYTES:
-        raise ValueError(f"a chunk has {chunk.uncompressed_size} bytes")
+        raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes is too large")
     if chunk.compression == "lz4":
         data = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=chunk.uncompressed_size + 1)
     elif chunk.compression == "":
@@ -157,12 +157,12 @@ def _unpacked(chunk: Chunk) -> Chunk:
     else:
         raise _OtherCompressionError(chunk.compression[:20])
     if len(data) != chunk.uncompressed_size:
-        raise ValueError("a chunk has not the size that it says")
+        raise ValueError("the size of a chunk is wrong")
     return replace(chunk, compression="", data=data)
 
 
 class _Bounded:
-    """A file that is not asked for more than it holds, whatever the lengths in it say."""
+    """A file from which no more bytes are requested than it contains, whatever the lengths in it are."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file

@@ -27,15 +27,15 @@ MAX_FIELDS = 8
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """The first thing that a replay does differently.
+    """The first difference between a replay and its recording.
 
     Attributes:
-        tick: its number, from 1.
-        time: of the tick, s.
-        topic: on which something else was sent, or nothing.
-        node: prim path of the node that sent it; empty where none did.
-        lines: what differs.
-        at_end: the tick is the last one, and what differs is what graphs sent when the session ended.
+        tick: number of the tick, from 1.
+        time: time of the tick, s.
+        topic: topic of the message that differs, is missing or is additional; empty if the runs ended differently.
+        node: prim path of the publishing node; empty if there is none.
+        lines: description of the difference.
+        at_end: whether the message was sent at the end of the session, after the last tick.
     """
 
     tick: int
@@ -51,39 +51,39 @@ class Difference:
 
 
 class SilentTransport(MemoryTransport):
-    """A network on which nobody hears anything: whatever arrives was recorded, what nodes tell each other too."""
+    """A transport without peers: nodes receive only recorded messages, even from other nodes of the session."""
 
     def send(self, writer: MemoryWriter, data: bytes) -> None:
-        """Send nothing."""
+        """Discard the message."""
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> SilentClient:
-        """Nobody hears its calls either."""
+        """Return a client whose responses come from the recording."""
         return SilentClient(self._services, service, service_type, settled(qos), deliver, self.new_gid())
 
 
 class SilentClient(MemoryClient):
-    """Calls that a recording answers."""
+    """A service client that receives only recorded responses."""
 
     @property
     def ready(self) -> bool:
-        """They need no server."""
+        """Always true, because no server is needed."""
         return True
 
     def call(self, request: bytes) -> int:
-        """Ask nobody."""
+        """Discard the request."""
         return 0
 
 
 @dataclass(eq=False)
 class Replay(ExternalInputs):
-    """The inbox of a session and a sink of its network; made before the first tick.
+    """Replays a recording in a session. Create it before the first tick.
 
     Args:
-        session: of the scene that was recorded, or of another to be held against it.
-        network: the session's, over a `SilentTransport`.
-        recording: what it is compared with.
-        ignored: globs of topics that are not.
-        warn: told of inputs that nobody reads.
+        session: session of the recorded scene, or of another scene to compare with the recording.
+        network: network of the session, over a `SilentTransport`.
+        recording: recording to replay.
+        ignored: globs of topics that are not compared.
+        warn: receives warnings about recorded inputs that no node reads.
     """
 
     exact = True
@@ -109,18 +109,18 @@ class Replay(ExternalInputs):
         self.network.sinks.append(self)
 
     def begin_tick(self) -> float:
-        """The wall clock, as it was read in the recorded run."""
+        """Return the wall clock time (s since 1970) of the recorded run."""
         return self._wall_time
 
     def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
-        """It is what was recorded."""
+        """Ignore received messages, because they are from the recording."""
 
     def write(self, claim: EndpointClaim, data: bytes) -> None:
-        """Take a message that was sent."""
+        """Keep a sent message for the comparison."""
         self._sent.append((claim, data))
 
     def run(self) -> Difference | None:
-        """Every tick of the recording, up to the first difference.
+        """Replay all ticks, or up to the first difference, which is returned.
 
         Raises:
             RecordingError: the recording is damaged.
@@ -157,7 +157,7 @@ class Replay(ExternalInputs):
         return None
 
     def compare(self, tick: Tick, error: GraphError | None) -> Difference | None:
-        """Compare the last executed tick with the recording.
+        """Compare the last executed tick with the recording; return the first difference or None.
 
         Args:
             tick: the recorded tick.
@@ -170,7 +170,7 @@ class Replay(ExternalInputs):
         return found
 
     def _bring(self, stream: Stream, nodes: Sequence[str], data: bytes) -> None:
-        """Deliver a message to the nodes that saw it; to all that read its topic where those are no more."""
+        """Deliver a message to the nodes that received it in the recorded run; if there are none, to all that read its topic."""
         reading = [one for one in self.network.hearing if _takes(one.claim, stream)]
         meant = [end for end in reading if end.claim.node in nodes] or reading
         for end in meant:
@@ -178,7 +178,7 @@ class Replay(ExternalInputs):
             end.deliver(data)
         if not meant and stream.topic not in self._unread:
             self._unread.add(stream.topic)
-            self.warn(f"nobody reads {stream.topic} ({stream.message_type}), on which messages were recorded")
+            self.warn(f"messages of {stream.topic} ({stream.message_type}) were recorded, but no node reads them")
 
     def _counts(self, topic: str) -> bool:
         patterns = [pattern for pattern in self.ignored if fnmatch.fnmatchcase(topic, pattern)]
@@ -210,7 +210,7 @@ class Replay(ExternalInputs):
     def _astray(
         self, tick: Tick, recorded: Sequence[tuple[Stream, bytes]], replayed: Sequence[tuple[EndpointClaim, bytes]]
     ) -> Difference:
-        """What differs where two sequences of messages go apart: one is missing, one is too many, or the order is another."""
+        """Describe where two sequences of messages differ: a message is missing or additional, or the order differs."""
         before = Counter(stream.topic for stream, _ in recorded)
         now = Counter(claim.topic for claim, _ in replayed)
         if replayed and now[replayed[0][0].topic] > before[replayed[0][0].topic]:
@@ -223,7 +223,7 @@ class Replay(ExternalInputs):
             what = "the replay sends no such message" + ("" if nodes else ", and no node publishes it")
             return self._difference(tick, topic, ", ".join(nodes), (what,))
         claim = replayed[0][0]
-        lines = (f"sent here by the replay, and {topic} in the recording: the order is another",)
+        lines = (f"the order differs: the recording has a message of {topic} at this place",)
         return self._difference(tick, claim.topic, claim.node, lines)
 
     def _compare_failures(self, tick: Tick, error: GraphError | None) -> Difference | None:
@@ -234,7 +234,7 @@ class Replay(ExternalInputs):
         return self._difference(tick, "", "", lines)
 
     def _alike(self, replayed: str, recorded: str) -> bool:
-        """Whether two failures are the same; of a recording from before bad values had a policy, only the node has to be."""
+        """Return whether two failures are equal; for recordings of versions without `bad_values`, only the node must be equal."""
         if "bad_values" in self.recording.manifest.model_fields_set:
             return replayed == recorded
         return node_of(replayed) == node_of(recorded)
@@ -262,15 +262,15 @@ def _exchanged(arguments: Any) -> Mapping[str, str | None]:
 
 
 def _command(session: SessionCore, name: str, arguments: Any) -> None:
-    """Ask the session for what it was asked for.
+    """Execute a recorded command.
 
     Raises:
-        RecordingError: nobody could have asked for that.
+        RecordingError: the command is unknown or its arguments are invalid.
     """
     if name not in COMMANDS or not COMMANDS[name].recorded:
-        raise RecordingError(f"the recording has a command {name[:40]!r}, which is not known here")
+        raise RecordingError(f"the recording has an unknown command {name[:40]!r}")
     try:
         command = parse(name, arguments)
     except UsageError as error:
-        raise RecordingError(f"the recorded command {name!r} makes no sense: {error}") from None
+        raise RecordingError(f"the recorded command {name!r} is invalid: {error}") from None
     command.apply(session)

@@ -1,7 +1,7 @@
-"""Finds messages that a recording already holds: published by the run, or seen by another node.
+"""Finds received messages that a recording already contains: published by the run, or received by another node.
 
-A bag has each message of a topic once. So what a node saw is held against the last messages of the topic by its bytes, and
-counted: who sees three messages of the same bytes where two are known sees one that came from outside.
+A bag contains each message of a topic once. So messages are compared by their bytes with the last messages of the topic, and
+counted: if a node receives three equal messages and the recording contains two, the third one came from outside.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ REMEMBERED = 1000
 
 
 class SeenMessages:
-    """The last messages of one topic, and how many of each a node saw."""
+    """The last messages of a topic, and how many of each a node has received."""
 
     def __init__(self) -> None:
         self._order: deque[bytes] = deque()
@@ -27,7 +27,7 @@ class SeenMessages:
         self._add(_digest(data))
 
     def see(self, nodes: Sequence[str], data: bytes) -> bool:
-        """Add a message that nodes saw; return whether it was known."""
+        """Add a message that nodes received; return whether the recording already contains it."""
         digest = _digest(data)
         for node in nodes:
             self._seen[node][digest] += 1

@@ -33,10 +33,10 @@ _MEDIA_TYPES: Mapping[str, str] = MappingProxyType(
 
 
 class SourceNames:
-    """Names for the files that a run reads.
+    """Assigns names to the files that a run reads.
 
     Args:
-        files: of the run; it knows what was read.
+        files: record of the files that were read.
     """
 
     def __init__(self, files: Files) -> None:
@@ -48,7 +48,7 @@ class SourceNames:
         self._common = Path(os.path.commonpath(own)) if own else None
 
     def name(self, path: Path) -> str:
-        """The name of a file, by its absolute path; that of one which lies apart from all others is as short as can be."""
+        """Return the name of a file by its absolute path; a file outside all known folders gets only its file name."""
         return self._name(path).encode("utf-8", "replace").decode()  # bytes that are no text become some that are
 
     def _name(self, path: Path) -> str:
@@ -64,21 +64,21 @@ class SourceNames:
 
 
 def sources(files: Files, definitions: Definitions, names: SourceNames) -> dict[str, Path]:
-    """The files that a run reads, message types among them, by the names that they have elsewhere."""
+    """Return the paths of all files that a run reads, including message definitions, by their names."""
     used = {names.name(path): path for path in files.used}
     return used | {f"{MESSAGES}/{name}{path.suffix}": path for name, path in definitions.files.items()}
 
 
 def media_type(name: str) -> str:
-    """What kind of file a name means."""
+    """Return the media type of a file by the suffix of its name."""
     return _MEDIA_TYPES.get(PurePosixPath(name).suffix.lower(), "application/octet-stream")
 
 
 class Workspace:
-    """A folder in which the files of a recording are laid out; nothing is written beside it.
+    """A folder to which the files of a recording are extracted; no file is written outside it.
 
     Args:
-        folder: an empty one that nobody else writes to.
+        folder: empty folder that nothing else writes to.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -95,14 +95,14 @@ class Workspace:
             self.place(place).mkdir()
 
     def place(self, name: str) -> Path:
-        """The folder of one of `PLACES`."""
+        """Return the folder of one of `PLACES`."""
         return self.folder / name
 
     def options(self, options: Options, scene: str = "") -> Options:
-        """Options by which the files that are laid out here are read, and no others.
+        """Return options that allow reading only the files in this folder.
 
         Args:
-            options: all others are these.
+            options: all other options.
             scene: name of the scene for a single graph; empty for none.
         """
         return replace(
@@ -116,15 +116,15 @@ class Workspace:
         )
 
     def path(self, name: str) -> Path:
-        """Where a file is, or would be.
+        """Return the path of a file, which need not exist.
 
         Raises:
-            RecordingError: no recorder gives such a name.
+            RecordingError: the name is not one that recorders use.
         """
         parts = PurePosixPath(name).parts
         known = 1 < len(parts) <= MAX_PARTS and parts[0] in PLACES and ".." not in parts
         if not known or "\0" in name or any("\ud800" <= letter <= "\udfff" for letter in name):
-            raise RecordingError(f"{shown(name)} is no name that a file of a recording can have")
+            raise RecordingError(f"{shown(name)} is not a legal name for a file of a recording")
         return self.folder.joinpath(*parts)
 
     def exchange(self, files: Mapping[str, str | None]) -> None:
@@ -147,7 +147,7 @@ class Workspace:
             if source is None:
                 self._remove(self.path(name))
             elif not self._copy(source, self.path(name)):
-                raise RecordingError(f"the recording has no file {other!r}, which a reload read")
+                raise RecordingError(f"the recording lacks the file {other!r}, which a reload read")
 
     def _remove(self, path: Path) -> None:
         try:
@@ -174,10 +174,10 @@ class Workspace:
         return True
 
     def add(self, name: str, data: bytes) -> None:
-        """Lay out a file.
+        """Extract a file.
 
         Raises:
-            RecordingError: its name is not legal, or there are too many of them.
+            RecordingError: its name is not legal, or the files are too many or too large.
         """
         self._bytes += len(data)
         self._files += 1
@@ -187,16 +187,16 @@ class Workspace:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(data)
         except OSError as error:
-            raise RecordingError(f"the recording's file {name!r} cannot be laid out: {error.strerror}") from None
+            raise RecordingError(f"the recording's file {name!r} cannot be extracted: {error.strerror}") from None
 
     @staticmethod
     def _check_size(size: int, files: int) -> None:
         if size > MAX_BYTES or files > MAX_FILES:
             raise RecordingError(
-                f"the files of the recording are more than {MAX_FILES}, or larger than {MAX_BYTES // 10**9} GB"
+                f"the recording has more than {MAX_FILES} files, or they are larger than {MAX_BYTES // 10**9} GB"
             )
 
 
 def _real(path: Path) -> Path:
-    """A path whose folders are no links, and whose last part may be one."""
+    """Return a path with symbolic links resolved in its folders, but not in its last part."""
     return path.parent.resolve() / path.name

@@ -1,4 +1,4 @@
-"""Stores the inputs of each tick of a recording, so that ticks can be replayed again in any order."""
+"""Stores the inputs of each recorded tick, so that ticks can be replayed again in any order."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graphengine.recording.reader import Tick
 
 
 class TickInputs:
-    """The inputs of ticks in a temporary file, because hours of scans may not fit into memory."""
+    """The inputs of ticks, in a temporary file because hours of laser scans may not fit into memory."""
 
     def __init__(self) -> None:
         self._file = tempfile.TemporaryFile()  # noqa: SIM115  # closed by `close`
@@ -41,5 +41,5 @@ class TickInputs:
         return Tick(number, delivered=delivered, commands=commands, wall_time=wall_time, whole=whole)
 
     def close(self) -> None:
-        """Remove the file."""
+        """Delete the temporary file."""
         self._file.close()

@@ -1,7 +1,7 @@
-"""Writes an MCAP file in whole chunks, by a thread of its own.
+"""Writes an MCAP file in whole chunks, in a separate thread.
 
-To build, compress and write a second of pictures takes longer than a tick may. So the thread that ticks hands over lists of
-entries, and waits only when a slow disk has left too many of them behind.
+Building, compressing and writing a second of camera images can take longer than a tick. So the session's thread only queues the
+data, and waits only if a slow disk has left too much of it in the queue.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ MAX_WAITING = 64_000_000
 
 
 class TimedMessage(NamedTuple):
-    """A message and its times in nanoseconds."""
+    """A message with its times in nanoseconds."""
 
     stream: Stream
     log_time: int
@@ -40,15 +40,15 @@ class TimedMessage(NamedTuple):
 
 
 class RecordingWriter:
-    """A new recording. It can be read up to the last chunk that was written, whatever becomes of the process.
+    """A new recording. If the process ends unexpectedly, the file is readable up to the last written chunk.
 
     Args:
-        path: of the file.
-        definitions: of the messages.
-        force: write over a file that is there.
+        path: path of the file.
+        definitions: definitions of the message types.
+        force: whether to overwrite an existing file.
 
     Raises:
-        RecordingError: there is a file, or none can be written there.
+        RecordingError: the file exists, or cannot be written.
     """
 
     def __init__(self, path: Path, definitions: Definitions, *, force: bool = False) -> None:
@@ -59,7 +59,7 @@ class RecordingWriter:
         except FileExistsError:
             raise RecordingError(f"{path}: already exists; --force overwrites it") from None
         except BlockingIOError:
-            raise RecordingError(f"{path}: another run is being recorded there") from None
+            raise RecordingError(f"{path}: another run is writing its recording to this file") from None
         except OSError as error:
             raise self._failure(error) from None
         self._file = BufferedWriter(self._raw)
@@ -79,22 +79,22 @@ class RecordingWriter:
         return os.fstat(self._raw.fileno()).st_size
 
     def note(self, name: str, values: Mapping[str, str]) -> None:
-        """Add metadata."""
+        """Add metadata: text values by key."""
         self._hand_over(partial(self._mcap.add_metadata, name, dict(values)))
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
-        """Add a file."""
+        """Attach a file."""
         self._hand_over(partial(self._mcap.add_attachment, 0, 0, name, media_type, data), len(data))
 
     def add(self, entries: Sequence[TimedMessage]) -> None:
-        """Add a chunk."""
+        """Add a chunk with messages."""
         self._hand_over(partial(self._add, entries), sum(len(entry.data) for entry in entries))
 
     def close(self) -> None:
-        """Write what is still to be written, and the index.
+        """Write the remaining data and the index.
 
         Raises:
-            RecordingError: it cannot be written; what was written before is still there.
+            RecordingError: the data cannot be written; earlier data stays in the file.
         """
         try:
             self._hand_over(self._mcap.finish)
@@ -107,24 +107,24 @@ class RecordingWriter:
             self.abandon()
 
     def abandon(self) -> None:
-        """Leave the file as it is, without an index; safe to call twice."""
+        """Close the file without the remaining data and the index; safe to call twice."""
         self._thread.shutdown(cancel_futures=True)
         with contextlib.suppress(OSError):  # what it could not write is told by then
             self._file.close()
         self._raw.close()
 
     def _hand_over(self, job: Callable[[], object], size: int = 0) -> None:
-        """Have the thread do a job, after those before it.
+        """Queue a job for the thread.
 
         Raises:
-            RecordingError: an earlier one failed.
+            RecordingError: an earlier job failed.
         """
         self._waiting.append((self._thread.submit(self._do, job), size))
         self._waiting_bytes += size
         self._settle(MAX_WAITING)
 
     def _settle(self, bound: int) -> None:
-        """See to the jobs that are done, and wait until no more than some bytes wait."""
+        """Process finished jobs, and wait until at most `bound` bytes are in the queue."""
         while self._waiting and (self._waiting[0][0].done() or self._waiting_bytes > bound):
             job, size = self._waiting.popleft()
             self._waiting_bytes -= size
@@ -163,20 +163,20 @@ class RecordingWriter:
         return channel
 
     def _failure(self, error: OSError) -> RecordingError:
-        return RecordingError(f"{self.path}: it cannot be recorded there: {error.strerror or error}")
+        return RecordingError(f"{self.path}: the recording cannot be written: {error.strerror or error}")
 
 
 def _opened(path: Path, force: bool) -> FileIO:
-    """An empty file that no other recording may be written to; the lock ends with the file, whatever becomes of the process.
+    """Open an empty file and lock it against other recordings; the lock ends with the process at the latest.
 
-    A symbolic link is refused: in a stranger's folder it may lead to any file of the user's.
+    Symbolic links are refused: in a folder of another user, a link could lead to any of the user's files.
 
     Raises:
-        BlockingIOError: another one is.
-        OSError: it cannot be written, or is there and must not be.
+        BlockingIOError: another recording is being written to the file.
+        OSError: the file cannot be written, or exists although `force` is false.
     """
     if path.is_symlink():
-        raise OSError(errno.ELOOP, "a symbolic link; write the name of the file that it leads to")
+        raise OSError(errno.ELOOP, "it is a symbolic link; give the name of its target")
     file = open(path, "ab" if force else "xb", buffering=0, opener=_create)  # noqa: SIM115  # it is returned
     try:
         _lock(file)
@@ -189,7 +189,7 @@ def _opened(path: Path, force: bool) -> FileIO:
 
 
 def _create(path: str, flags: int) -> int:
-    """Open a file, but no symbolic link, and without waiting for the reader of a pipe."""
+    """Open a file without following a symbolic link, and without waiting for the reader of a pipe."""
     return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
 
 

@@ -1,4 +1,4 @@
-"""Listening at one's own pace: a queue between a transport's thread and a thread that prints, and the clocks of ROS."""
+"""Subscriptions for command line tools: a queue between the transport's thread and the thread that prints, and ROS clocks."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ Clock = Callable[[], int]
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """A message as it came.
+    """A received message.
 
     Args:
-        data: CDR.
-        time: when, by the clock of the one who listens.
+        data: CDR bytes.
+        time: time of arrival by the subscriber's clock, ns.
     """
 
     data: bytes
@@ -34,11 +34,11 @@ class Arrival:
 
 
 class MessageQueue:
-    """Messages that wait to be looked at; where too many wait, the oldest are dropped and counted.
+    """A queue of received messages; when it is full, the oldest message is dropped and counted.
 
     Args:
-        depth: how many may wait.
-        clock: what their arrival is timed with.
+        depth: maximum number of messages.
+        clock: returns the time of arrival, ns.
     """
 
     def __init__(self, depth: int, clock: Clock = time.time_ns) -> None:
@@ -48,7 +48,7 @@ class MessageQueue:
         self._arrived = threading.Condition()
 
     def deliver(self, data: bytes) -> None:
-        """Take one message from the transport's thread."""
+        """Add a message; called in the transport's thread."""
         arrival = Arrival(data, self._clock())
         with self._arrived:
             self.dropped += len(self._waiting) == self._waiting.maxlen
@@ -56,14 +56,14 @@ class MessageQueue:
             self._arrived.notify()
 
     def take(self, timeout: float | None) -> Arrival | None:
-        """The oldest message, or None when there is none within so many seconds; without a timeout it waits for one."""
+        """Remove and return the oldest message; None if there is none within `timeout` s (None: wait for a message)."""
         with self._arrived:
             self._arrived.wait_for(lambda: self._waiting, timeout)
             return self._waiting.popleft() if self._waiting else None
 
 
 class SimulationClock:
-    """The time that a simulation publishes; 0 until it does."""
+    """The simulation time from `/clock`; 0 until the first message."""
 
     def __init__(self, transport: Transport) -> None:
         self._now = 0
@@ -71,11 +71,11 @@ class SimulationClock:
         transport.reader(CLOCK, "rosgraph_msgs/msg/Clock", CLOCK_QOS, self._deliver)
 
     def __call__(self) -> int:
-        """Nanoseconds since the simulation began."""
+        """Return the simulation time, ns."""
         return self._now
 
     def wait(self, timeout: float) -> bool:
-        """Whether the simulation tells its time, waiting so many seconds for it."""
+        """Wait up to `timeout` s for the first message on `/clock`; return whether there was one."""
         return self._heard.wait(timeout)
 
     def _deliver(self, data: bytes) -> None:

@@ -1,4 +1,4 @@
-"""The robot description of a running ROS 2 system: from its latched topic, or from a parameter of a node."""
+"""Reads the robot description of a running ROS 2 system: from its latched topic, or from a parameter of a node."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ _WAITING = 100
 
 
 def from_topic(transport: Transport, topic: str, timeout: float) -> str:
-    """The text of the first message on a topic, which robot_state_publisher keeps for those who come late.
+    """Return the text of the first message on a topic, which robot_state_publisher latches for late subscribers.
 
     Args:
-        transport: open, on the domain to listen on.
-        topic: its name; a relative one lies in the root namespace.
-        timeout: s.
+        transport: open transport on the domain of the system.
+        topic: name of the topic; a relative name is in the root namespace.
+        timeout: longest wait, s.
 
     Raises:
-        TopicError: ROS 2 would refuse the topic's name.
-        TransportError: nothing arrives in time, or what arrives is no text.
+        TopicError: the topic's name is not legal in ROS 2.
+        TransportError: no message arrives in time, or it cannot be decoded.
     """
     topic = f"/{topic.removeprefix('/')}"
     names.check_topic(topic)
@@ -43,7 +43,7 @@ def from_topic(transport: Transport, topic: str, timeout: float) -> str:
         arrival = inbox.take(timeout)
         if arrival is None:
             raise TransportError(
-                f"nothing arrived on {topic} within {timeout:g} s\nlistened by {transport.description}\n"
+                f"no message arrived on {topic} within {timeout:g} s\nlistened over {transport.description}\n"
                 "is a robot_state_publisher running in this domain? its topic must be latched (transient local)"
             )
     finally:
@@ -52,16 +52,16 @@ def from_topic(transport: Transport, topic: str, timeout: float) -> str:
 
 
 def from_node(transport: Transport, node: str, timeout: float) -> str:
-    """The parameter `robot_description` of a node, by its service GetParameters.
+    """Return the parameter `robot_description` of a node, from its service GetParameters.
 
     Args:
-        transport: open, on the domain that the node is in.
-        node: its name with its namespace, such as `/robot_state_publisher`.
-        timeout: s, for finding it and again for its answer.
+        transport: open transport on the domain of the node.
+        node: full name, such as `/robot_state_publisher`.
+        timeout: longest wait for the service, and again for its response, s.
 
     Raises:
-        TopicError: ROS 2 would refuse the name.
-        TransportError: there is no such node, or it cannot be talked to, or it has no such parameter.
+        TopicError: the node's name is not legal in ROS 2.
+        TransportError: there is no such node, it is unreachable, or it has no such parameter.
     """
     node = f"/{node.removeprefix('/')}"
     namespace, _, name = node.rpartition("/")
@@ -83,7 +83,7 @@ def from_node(transport: Transport, node: str, timeout: float) -> str:
         client.close()
     values = messages.decode(answer.data, f"{_GET}_Response").values
     if not values or values[0].type != _TEXT:
-        raise TransportError(f"node {node} has no parameter {PARAMETER!r} with text")
+        raise TransportError(f"node {node} has no string parameter {PARAMETER!r}")
     return str(values[0].string_value)
 
 
@@ -95,7 +95,7 @@ def _becomes_ready(client: TransportClient, timeout: float) -> bool:
 
 
 def _absent(transport: Transport, node: str, service: str, timeout: float) -> str:
-    """Why a node's service is not there: what keeps it apart, or the nodes that are."""
+    """Return why a node's service is unavailable: the cause of the incompatibility, or the names of the existing nodes."""
     foreign = transport.foreign_services
     if service in foreign:
         return foreign[service]

@@ -1,4 +1,4 @@
-"""Whom a transport can meet: the ROS 2 domain, and how far discovery reaches."""
+"""The ROS 2 domain and discovery range of a transport, from which its reachable peers follow."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ MAX_DOMAIN_ID = 232
 
 @dataclass(frozen=True, slots=True)
 class Domain:
-    """A ROS 2 domain as one process sees it.
+    """A ROS 2 domain with the discovery settings of one process.
 
     Args:
-        id: participants with different ids never meet.
-        discovery_range: how far to look; OFF meets nobody outside of this process.
-        static_peers: hosts to look at besides; OFF and SYSTEM_DEFAULT pass over them.
-        cyclone_uri: the user's own configuration of Cyclone DDS, which overrides ours.
+        id: domain id; participants with different ids do not discover each other.
+        discovery_range: range of discovery; OFF finds no peers outside this process.
+        static_peers: additional hosts for discovery; ignored by OFF and SYSTEM_DEFAULT.
+        cyclone_uri: the user's Cyclone DDS configuration, which overrides the built-in one.
 
     Raises:
-        TransportError: no such domain can be.
+        TransportError: the domain id is not legal.
     """
 
     id: int = 0
@@ -44,13 +44,13 @@ class Domain:
 
     @classmethod
     def from_environment(cls, environ: Mapping[str, str]) -> Domain:
-        """The domain that ROS 2 programs with this environment are in.
+        """Return the domain that ROS 2 programs with the given environment variables use.
 
-        ROS 2 itself takes LOCALHOST for a range that it does not know and 0 for a malformed ROS_LOCALHOST_ONLY; here
-        both are errors, because either is a typing mistake that hides the robot.
+        Unlike ROS 2, which falls back to defaults, this raises an error for an unknown discovery range or a malformed
+        ROS_LOCALHOST_ONLY: such typing errors would make the robot invisible.
 
         Raises:
-            TransportError: a variable has a value that makes no sense.
+            TransportError: a variable has an illegal value.
         """
         alone = environ.get("ROS_LOCALHOST_ONLY", "")
         if alone not in ("", "0", "1"):

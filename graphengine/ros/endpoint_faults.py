@@ -1,6 +1,6 @@
-"""Faults between the endpoints of a session and their peers, found by topic, with one comparison for all that are alike.
+"""Finds faults between the endpoints of a session and their peers; equal endpoints of a topic are compared only once.
 
-DDS says nothing where two ends of a topic do not fit, nor where the receiver's kernel has no room for a message.
+DDS does not report endpoints that are incompatible, nor messages that exceed the receive buffer of a peer's kernel.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ class Finder:
     """Finds faults between a session's endpoints and their peers. Used by one thread at a time.
 
     Args:
-        transport: whose graph is searched.
+        transport: transport whose graph is searched.
         definitions: message types of the session.
-        buffer: bytes that the kernel keeps for a receiver; 0 where they are not known.
+        buffer: size of a peer's receive buffer in the kernel, bytes; 0 if unknown.
     """
 
     def __init__(self, transport: Transport, definitions: Definitions, buffer: int) -> None:
@@ -68,11 +68,11 @@ class Finder:
         """Types that were published on each topic of a subscription with alternatives, at the last look."""
 
     def look(self, ends: Iterable[End], now: float) -> list[str]:
-        """Texts of the faults that no earlier look returned, in order of the ends, then of the graph.
+        """Return the texts of new faults, in order of the session's endpoints, then of the graph.
 
         Args:
-            ends: of the session.
-            now: s.
+            ends: publishers and subscriptions of the session.
+            now: current time, s.
         """
         ends = list(ends)
         asked = {(end.claim.topic, _OTHER[end.claim.direction]) for end in ends}
@@ -89,13 +89,13 @@ class Finder:
         return [*found, *self._new("", self._dropped(), math.inf)]
 
     def _new(self, topic: str, faults: Iterable[Fault], most: float) -> Iterator[str]:
-        """Texts of faults that were not reported, up to a number of them for each topic."""
+        """Yield the texts of faults that were not reported yet, at most `most` for each topic."""
         reported = self._reported[topic]
         for what, remedy in faults if len(reported) <= most else ():
             if what in reported:
                 continue
             if len(reported) == most:
-                what, remedy = f"{topic}: more of its ends do not fit", "the others are not listed"
+                what, remedy = f"{topic}: more endpoints do not match", "the others are not listed"
             reported.add(what)
             yield f"{what}\n  {remedy}" if remedy else what
             if len(reported) > most:
@@ -109,34 +109,34 @@ class Finder:
             yield from comparison.rivals(end.claim.topic)
 
     def _dropped(self) -> Iterator[Fault]:
-        """Faults of services, and topics of which the transport dropped messages for no other fault that is known."""
+        """Yield faults of services, and topics with dropped messages for which no other fault is known."""
         foreign = self._transport.foreign_services
         yield from ((warning, "") for warning in foreign.values())
         if rivals := self._transport.rival_services:
             yield _rival_servers(rivals)
         for topic in sorted(self._transport.malformed.keys() - foreign.keys() - self._mistyped):
-            yield f"{topic}: a peer sends what is no message of the topic's type; dropped", ""
+            yield f"{topic}: a peer sends messages that do not fit the topic's type; they are dropped", ""
 
     def _is_known(self, peer: Endpoint, now: float) -> bool:
-        """Whether its node is known by now, or never will be."""
+        """Return whether the node of a peer is known, or can no longer be expected to become known."""
         return now - self._nameless.get(peer.gid, -PATIENCE) >= PATIENCE or not self._transport.node
 
     def _is_large(self, end: End) -> bool:
-        """Whether messages may exceed the receive buffer; its size is known on Linux only."""
+        """Return whether messages may exceed the receive buffer, whose size is known on Linux only."""
         return 0 < self._buffer * ROOM < end.largest
 
 
 def published_types(graph: NetworkGraph, topics: Iterable[str]) -> dict[str, set[str]]:
-    """Types that are published on each of some topics."""
+    """Return the message types published on each of the given topics."""
     return {topic: {peer.message_type for peer in graph.publishers(topic)} for topic in topics}
 
 
 class _Comparison:
-    """A session's ends and their peers at one moment, by topic and direction.
+    """Compares a session's endpoints with their peers, by topic and direction.
 
     Args:
-        ends: of the session.
-        graph: with the ends and their peers.
+        ends: publishers and subscriptions of the session.
+        graph: graph with the endpoints and their peers.
         node: name of the session's node.
         definitions: message types of the session.
     """
@@ -156,7 +156,7 @@ class _Comparison:
         """Topics on which a peer publishes another definition of their type."""
 
     def misfits(self, claim: EndpointClaim) -> Iterator[Fault]:
-        """Why a claim of the session and its peers do not hear each other; peers are named for a fault only."""
+        """Yield the reasons why peers do not match a claim of the session."""
         key = (claim.topic, claim.direction, claim.message_type, claim.alternatives, claim.qos)
         if key not in self._unfit:
             alike = self._distinct(claim.topic, _OTHER[claim.direction])
@@ -167,7 +167,7 @@ class _Comparison:
             yield _misfit(claim, peer, self._name(peer))
 
     def losses(self, end: End, buffer: int) -> Iterator[Fault]:
-        """Readers on Fast DDS that lose large messages of Cyclone DDS."""
+        """Yield readers on Fast DDS that lose large messages sent by Cyclone DDS."""
         publishers = self._graph.publishers(end.claim.topic)
         own = {peer.gid[: len(CYCLONE)] for peer in publishers if peer.full_node == self._node}
         if own == {CYCLONE}:
@@ -176,17 +176,17 @@ class _Comparison:
                     yield _loss(end, self._name(peer), buffer)
 
     def rivals(self, topic: str) -> Iterator[Fault]:
-        """Nodes that publish another time; publishers of this node beyond those of the session are another process."""
+        """Yield other publishers of /clock; additional publishers with this node's name belong to another process."""
         publishers = self._graph.publishers(topic)
         others = [peer.full_node for peer in publishers if peer.full_node != self._node]
         if len(publishers) - len(others) > len(self._own[topic, "publish", CLOCK]):
             others.append(f"another process named {self._node}")
         for other in others:
-            what = f"{topic}: {other} publishes it too: time will jump to and fro for every listener"
-            yield what, "end either of them, or give it another ROS_DOMAIN_ID"
+            what = f"{topic}: {other} publishes it too: the time of all subscribers will jump back and forth"
+            yield what, "stop one of them, or give it another ROS_DOMAIN_ID"
 
     def _distinct(self, topic: str, direction: Direction) -> dict[tuple[str, _Form], Endpoint]:
-        """The first of the peers of each node that are of one form, in the graph's order."""
+        """Return one peer for each combination of node, type, QoS and type hash, in the graph's order."""
         if (topic, direction) not in self._alike:
             alike = self._alike[topic, direction] = {}
             for peer in self._graph.ends(topic, direction):
@@ -194,7 +194,7 @@ class _Comparison:
         return self._alike[topic, direction]
 
     def _fits(self, claim: EndpointClaim, form: _Form, types: Collection[str]) -> bool:
-        """Whether a claim and a peer hear each other; `types` are those of all peers there."""
+        """Return whether a claim and a peer match; `types` are the types of all peers on the topic."""
         kind, qos, type_hash = form
         if kind != claim.message_type:
             # A subscription takes one of its alternatives where its own type is not published.
@@ -205,45 +205,48 @@ class _Comparison:
         return not mismatch(*_offer(claim, claim.qos, qos))
 
     def _name(self, peer: Endpoint) -> str:
-        """The prim path of a node of the session, else the name of a node of ROS."""
+        """Return the prim path of a node in this session, else the name of a ROS node."""
         if peer.full_node == self._node:
             for claim in self._own[peer.topic, peer.direction, peer.message_type]:
                 if not short_of(claim.qos, peer.qos) and not short_of(peer.qos, claim.qos):
                     return claim.node
-        return peer.full_node or "a program that is no node of ROS"
+        return peer.full_node or "a program that is not a ROS node"
 
 
 def _offer(claim: EndpointClaim, ours: Any, theirs: Any) -> tuple[Any, Any]:
-    """The writer's value, then the reader's."""
+    """Return the writer's value, then the reader's."""
     return (ours, theirs) if claim.direction == "publish" else (theirs, ours)
 
 
 def _misfit(claim: EndpointClaim, peer: Endpoint, name: str) -> Fault:
-    """Why a claim and a peer that do not fit do not."""
+    """Return why a claim and a peer do not match, and the remedy."""
     writer, reader = _offer(claim, claim.node, name)
     sent, read = _offer(claim, claim.message_type, peer.message_type)
     if sent != read:
         what = f"{writer} publishes {sent}, {reader} reads {read}"
-        return f"{claim.topic}: {what}: nothing arrives", "a topic has one type: change either of them, or its topic"
+        return (
+            f"{claim.topic}: {what}: no messages arrive",
+            "a topic has one type: change one type, or rename one topic",
+        )
     offered, requested = _offer(claim, claim.qos, peer.qos)
     if why := mismatch(offered, requested, writer, reader):
         policies = ", ".join(policy_json(peer.qos, policy) for policy in short_of(offered, requested))
-        remedy = f"write {policies} in the qosProfile of {claim.node}, or change what {name} asks for or offers"
-        return f"{claim.topic}: {why}: nothing arrives", remedy
+        remedy = f"write {policies} in the qosProfile of {claim.node}, or change the profile of {name}"
+        return f"{claim.topic}: {why}: no messages arrive", remedy
     effect = "its messages are dropped" if claim.direction == "subscribe" else "it cannot read what is sent"
     return another_definition(claim.topic, name, sent, claim.node, effect)
 
 
 def _loss(end: End, reader: str, buffer: int) -> Fault:
-    what = f"{reader} runs Fast DDS and loses many messages: Linux keeps {buffer} bytes for it"
-    ways = f"`sudo sysctl -w net.core.rmem_default={AMPLE}` and start {reader} again, or run it on rmw_cyclonedds_cpp"
-    return f"{end.claim.topic}: {what}", f"they have up to {end.largest}: {ways}"
+    what = f"{reader} runs Fast DDS and loses many messages: its receive buffer in Linux has {buffer} bytes"
+    ways = f"run `sudo sysctl -w net.core.rmem_default={AMPLE}` and restart {reader}, or run it on rmw_cyclonedds_cpp"
+    return f"{end.claim.topic}: {what}", f"messages have up to {end.largest} bytes: {ways}"
 
 
 def _rival_servers(services: Sequence[str]) -> Fault:
-    """Services that are offered twice, as one fault: two equal runs share dozens."""
+    """Return one fault for all services that another program offers too, because two equal runs share dozens of them."""
     shown = f"{', '.join(services[:3])}{' and others' if len(services) > 3 else ''}"
-    ways = "end either of them, or give it other names, as with --simulation-interfaces /one, or its own ROS_DOMAIN_ID"
+    ways = "stop one of them, or give it another ROS_DOMAIN_ID or other names, as with --simulation-interfaces /one"
     return "another program offers services that this run offers too: either may answer a call", f"{shown}: {ways}"
 
 

@@ -1,4 +1,4 @@
-"""Hands open endpoints over to the nodes of exchanged graphs, so that peers stay matched and messages in flight arrive."""
+"""Hands open endpoints over to the nodes of changed graphs, so that peers stay matched and no message is lost."""
 
 from __future__ import annotations
 

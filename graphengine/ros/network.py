@@ -1,4 +1,4 @@
-"""Endpoints of a session: a tick begins with what has arrived at them, and ends with sending what was said."""
+"""Endpoints of a session: at the beginning of a tick they receive what has arrived, at its end they send what was published."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ LOOK_EVERY = 30
 
 
 class LiveNetwork(Network):
-    """The session's endpoints; one transport a ROS 2 domain, opened when first asked for.
+    """The endpoints of a session, with one transport per ROS 2 domain, opened at first use.
 
     Args:
         open_domain: joins a domain.
-        domain_id: the session's own, which handle 0 means.
-        complain: told once about a peer that sends rubbish, or that does not fit.
+        domain_id: domain of the session, for endpoints with the context handle 0.
+        complain: receives each warning once, such as about malformed messages or incompatible peers.
         definitions: message types.
     """
 
@@ -65,7 +65,7 @@ class LiveNetwork(Network):
         self.transport(0)
 
     def tap(self, sink: Sink) -> None:
-        """Add a sink for the messages that are sent and delivered anyway: nodes build no messages for it."""
+        """Add a sink for messages that are sent or received anyway; publishers do not count it as a reader."""
         self.taps.append(sink)
 
     def untap(self, sink: Sink) -> None:
@@ -73,7 +73,7 @@ class LiveNetwork(Network):
         self.taps.remove(sink)
 
     def transport(self, handle: int) -> Transport:
-        """The transport of a ROS 2 context's handle."""
+        """Return the transport for the handle of a ROS 2 context; open it at first use."""
         domain = self._domain(handle)
         if domain not in self._transports:
             self._transports[domain] = self._open_domain(domain)
@@ -86,7 +86,7 @@ class LiveNetwork(Network):
 
     @contextmanager
     def handing_over(self) -> Iterator[None]:
-        """Return a context in which a node that opens an endpoint gets the open endpoint of an equal claim, if there is one."""
+        """Return a context in which a node that claims an endpoint gets the open one with an equal claim, if there is one."""
         self._handover = Handover([*self.publishers, *self.subscriptions, *self._servers, *self._clients])
         try:
             yield
@@ -94,7 +94,7 @@ class LiveNetwork(Network):
             self._handover = None
 
     def _end(self, kind: type[E], claim: EndpointClaim, ends: list[E], make: Callable[[], E]) -> E:
-        """Return the handed over endpoint of a claim, or a new one."""
+        """Return the open endpoint of an equal claim that is handed over, or a new one."""
         end = self._handover.take(kind, claim) if self._handover is not None else None
         if end is None:
             end = make()
@@ -103,7 +103,7 @@ class LiveNetwork(Network):
         return end
 
     def publisher(self, claim: EndpointClaim) -> LivePublisher:
-        """An endpoint to write to."""
+        """Create a publisher."""
 
         def make() -> LivePublisher:
             writer = self.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
@@ -114,31 +114,31 @@ class LiveNetwork(Network):
         return end
 
     def subscription(self, claim: EndpointClaim) -> LiveSubscription:
-        """An endpoint to read from."""
+        """Create a subscription."""
         end = self._end(LiveSubscription, claim, self.subscriptions, lambda: LiveSubscription(self, claim))
         self._watches[self._domain(claim.ros_context)].hurry()
         return end
 
     def server(self, claim: EndpointClaim, handle: int) -> LiveServer:
-        """An endpoint that answers."""
+        """Create a service server."""
         return self._end(LiveServer, claim, self._servers, lambda: LiveServer(self, claim, handle))
 
     def client(self, claim: EndpointClaim) -> LiveClient:
-        """An endpoint that asks."""
+        """Create a service client."""
         return self._end(LiveClient, claim, self._clients, lambda: LiveClient(self, claim))
 
     @property
     def hearing(self) -> list[LiveSubscription | LiveServer | LiveClient]:
-        """Whoever something can be delivered to, in a fixed order."""
+        """All endpoints that can receive messages: subscriptions, servers, then clients, each in creation order."""
         return [*self.subscriptions, *self._servers, *self._clients]
 
     def leave(self, end: object) -> None:
-        """Let go of a server or client that was closed."""
+        """Remove a closed server or client."""
         self._servers = [server for server in self._servers if server is not end]
         self._clients = [client for client in self._clients if client is not end]
 
     def freeze(self) -> None:
-        """Begin a tick."""
+        """Begin a tick: endpoints pass on what has arrived."""
         if self._ticks % LOOK_EVERY == 0:
             self._follow()
         self._ticks += 1
@@ -150,12 +150,12 @@ class LiveNetwork(Network):
         self.look()
 
     def look(self) -> None:
-        """Report what keeps the session and its peers apart; for runs that make no ticks too."""
+        """Report incompatible peers; call this also while no ticks run."""
         for watch in self._watches.values():
             watch.look()
 
     def _ends(self, domain: int) -> Iterator[LivePublisher | LiveSubscription]:
-        """The ends in a domain, of those that there are now: the iterator may be used later, and by another thread."""
+        """Return an iterator over the current endpoints in a domain, which another thread may use later."""
         ends: list[LivePublisher | LiveSubscription] = [*self.publishers, *self.subscriptions]
         return (end for end in ends if self._is_in(domain, end))
 
@@ -163,7 +163,7 @@ class LiveNetwork(Network):
         return self._domain(end.claim.ros_context) == domain
 
     def _follow(self) -> None:
-        """Let subscriptions with alternatives read the types that are published."""
+        """Switch subscriptions with alternative types to a type that is published."""
         for domain, watch in self._watches.items():
             ends = [end for end in self.subscriptions if end.claim.alternatives and self._is_in(domain, end)]
             published = watch.published({end.topic for end in ends}) if ends else {}
@@ -171,7 +171,7 @@ class LiveNetwork(Network):
                 end.follow(published.get(end.topic, ()))
 
     def flush(self) -> None:
-        """End a tick: send what was published, in order."""
+        """End a tick: send the published messages in order."""
         leaving, self.outbox = self.outbox, []
         for send, data in leaving:
             send(data)
@@ -180,19 +180,19 @@ class LiveNetwork(Network):
             client.end_tick()
 
     def forget_calls(self) -> None:
-        """Graphs begin anew."""
+        """Discard unanswered requests and calls, because graphs restart."""
         for server in self._servers:
             server.forget_calls()
         for client in self._clients:
             client.forget_calls()
 
     def save(self) -> Any:
-        """A copy of what has arrived and was not taken, of open calls, and of what transports keep."""
+        """Return a copy of waiting messages, open calls, and the transports' state."""
         ends = [(_key(end), end.save()) for end in self.hearing]
         return self._ticks, ends, {domain: transport.save() for domain, transport in self._transports.items()}
 
     def restore(self, saved: Any) -> None:
-        """Go back to what `save` returned, as far as messages have not left this process."""
+        """Restore the state that `save` returned; messages that were already sent cannot be recalled."""
         self._ticks, ends, transports = saved
         self.outbox.clear()
         known: defaultdict[object, deque[Any]] = defaultdict(deque)
@@ -207,36 +207,36 @@ class LiveNetwork(Network):
 
     @property
     def subscribers(self) -> int:
-        """Number of readers of all topics that nodes publish, recorders excluded."""
+        """Number of readers of all topics that nodes publish, without recorders."""
         return sum(publisher.subscribers for publisher in self.publishers)
 
     @property
     def malformed(self) -> Counter[str]:
-        """By topic, how many messages were dropped that are none of its type."""
+        """Number of messages by topic that were dropped because they do not fit its type."""
         return +sum((Counter(transport.malformed) for transport in self._transports.values()), self.undecoded)
 
     @property
     def given_up(self) -> Counter[str]:
-        """By topic, how many messages were not sent because a reader did not keep up."""
+        """Number of messages by topic that were dropped because a reader was too slow."""
         return +sum((Counter({end.topic: end.dropped}) for end in self.publishers), self.past_drops)
 
     @property
     def overwritten(self) -> Counter[str]:
-        """By topic, how many messages came faster than ticks took them and so found no place."""
+        """Number of messages by topic that were overwritten in a full queue before a tick read them."""
         return +sum((Counter({end.topic: end.overwritten}) for end in self.subscriptions), self.past_overwritten)
 
     def log(self, severity: str, message: str) -> None:
-        """Messages for people go to /rosout where a transport has it."""
+        """Publish a log message on /rosout, on transports that have a node."""
         for transport in self._transports.values():
             transport.log(severity, message)
 
     @property
     def description(self) -> str:
-        """What carries the messages."""
+        """Descriptions of the open transports."""
         return "; ".join(transport.description for transport in self._transports.values())
 
     def close(self) -> None:
-        """Leave every domain."""
+        """Leave all domains."""
         for watch in self._watches.values():
             watch.close()
         for transport in self._transports.values():
@@ -248,5 +248,5 @@ class LiveNetwork(Network):
 
 
 def _key(end: LiveSubscription | LiveServer | LiveClient) -> object:
-    """What an endpoint has in common with the one that its node opens when it is set up again."""
+    """Return what identifies an endpoint when its node opens it again."""
     return type(end), end.claim.node, end.claim.topic

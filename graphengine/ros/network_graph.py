@@ -1,4 +1,4 @@
-"""The ROS graph: who writes and reads which topic, as the peers of a network tell each other."""
+"""The ROS graph: the writers and readers of each topic, as peers announce them."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ PATIENCE = 5.0
 
 
 def full_name(namespace: str, node: str) -> str:
-    """Name of a node with its namespace, as `ros2 node list` shows it."""
+    """Return the name of a node with its namespace, as in `ros2 node list`."""
     return f"{namespace.rstrip('/')}/{node}"
 
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """A writer or reader of a topic. What a peer says is made printable: it goes into messages, logs and tables.
+    """A writer or reader of a topic. Strings from peers are made printable, because messages, logs and tables contain them.
 
     Args:
-        gid: 16 bytes by which ROS 2 knows it.
+        gid: 16 bytes that identify the endpoint in ROS 2.
         direction: whether it writes or reads.
-        topic: absolute.
+        topic: absolute name.
         message_type: as in `nav_msgs/msg/Odometry`.
-        qos: what it offers or requests; the history is `systemDefault` where the peer does not tell it.
-        type_hash: of the message's definition; empty where the peer does not tell it.
-        node: name of its node; empty where it is not known.
-        namespace: of its node.
+        qos: offered or requested profile; the history is `systemDefault` if the peer does not announce it.
+        type_hash: hash of the message definition; empty if the peer does not announce it.
+        node: name of the node; empty if unknown.
+        namespace: namespace of the node.
     """
 
     gid: bytes
@@ -55,23 +55,23 @@ class Endpoint:
 
     @property
     def full_node(self) -> str:
-        """Name of its node with the namespace; empty where it is not known."""
+        """Name of the node with its namespace; empty if unknown."""
         return full_name(self.namespace, self.node) if self.node else ""
 
     def serves(self, other: Endpoint) -> bool:
-        """Whether what this one writes reaches another one that reads."""
+        """Return whether messages of this writer reach the given reader."""
         same = (self.topic, self.message_type) == (other.topic, other.message_type)
         return same and not mismatch(self.qos, other.qos)
 
 
 class NetworkGraph:
-    """All endpoints at one moment, in order of topic and direction.
+    """All known endpoints at one moment, sorted by topic and direction.
 
     Args:
-        endpoints: in any order.
-        complete: false while a peer is known that has not told what it writes and reads.
-        named: false while one is known that has not told of its nodes.
-        services: names and types of those that are offered or called.
+        endpoints: endpoints in any order.
+        complete: false while a known peer has not announced its endpoints.
+        named: false while a known peer has not announced its nodes.
+        services: names and types of the services that are offered or called.
     """
 
     def __init__(
@@ -90,25 +90,25 @@ class NetworkGraph:
             self._ends.setdefault((end.topic, end.direction), []).append(end)
 
     def without(self, node: str) -> NetworkGraph:
-        """The same as if a node were not there."""
+        """Return the graph without the endpoints of a node."""
         others = (end for end in self.endpoints if end.full_node != node)
         return NetworkGraph(others, self.complete, self.named, self.services)
 
     def types(self) -> dict[str, list[str]]:
-        """Types of each topic, of which there should be one."""
+        """Return the types of each topic, which should be one."""
         found: dict[str, set[str]] = {}
         for end in self.endpoints:
             found.setdefault(end.topic, set()).add(end.message_type)
         return {topic: sorted(types) for topic, types in found.items()}
 
     def publishers(self, topic: str) -> list[Endpoint]:
-        """Who writes a topic."""
+        """Return the writers of a topic."""
         return self.ends(topic, "publish")
 
     def subscribers(self, topic: str) -> list[Endpoint]:
-        """Who reads a topic."""
+        """Return the readers of a topic."""
         return self.ends(topic, "subscribe")
 
     def ends(self, topic: str, direction: Direction) -> list[Endpoint]:
-        """Who does either."""
+        """Return the writers or the readers of a topic."""
         return list(self._ends.get((topic, direction), ()))

@@ -1,4 +1,4 @@
-"""Searches a session's peers for faults in a separate thread, and reports them from the thread of the ticks."""
+"""Searches for incompatible peers in a separate thread, and reports them in the thread that runs ticks."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ RECEIVE_BUFFER = Path("/proc/sys/net/core/rmem_default")
 
 
 class Watch:
-    """Compares the ends that a session has on a transport with their peers. Used by one thread.
+    """Compares the session's endpoints on a transport with their peers. Used by one thread.
 
     Args:
-        transport: whose graph is searched.
-        ends: called in the thread of the ticks for the session's ends, which the search goes through.
-        tell: called with each fault and, in a second line, the remedy.
-        clock: seconds.
-        buffer: bytes that the kernel keeps for a receiver; None for what this machine says.
+        transport: transport whose graph is searched.
+        ends: returns the session's endpoints; called in the thread that runs ticks, iterated by the search.
+        tell: receives each fault, with the remedy on a second line.
+        clock: returns the time, s.
+        buffer: size of a peer's receive buffer in the kernel, bytes; None: the default size on this machine.
         definitions: message types of the session.
     """
 
@@ -59,17 +59,17 @@ class Watch:
         self._found: deque[str] = deque()
 
     def published(self, topics: Iterable[str]) -> Mapping[str, Set[str]]:
-        """Types that are published on topics of subscriptions with alternatives: at the last look, or now in this process."""
+        """Return the types published on the given topics, as of the last search; for a transport without a node, as of now."""
         if self._transport.node:
             return self._finder.published
         return published_types(self._transport.graph({(topic, "publish") for topic in topics}), topics)
 
     def hurry(self) -> None:
-        """Look next time: the session has other topics than before."""
+        """Search again at the next `look`, because the session's endpoints have changed."""
         self._due = 0.0
 
     def look(self) -> None:
-        """Begin a look if it is time to, and report some of the faults that earlier looks found."""
+        """Start a search if one is due, and report some of the faults that earlier searches found."""
         if self._look is not None and self._look.done():
             self._collect(self._look)
         if self._found:
@@ -80,7 +80,7 @@ class Watch:
             self._look = self._worker.submit(self._search, self._ends(), begun)
 
     def finish(self) -> None:
-        """Wait for the look that is under way, and report all faults that are left."""
+        """Wait for the current search, and report all remaining faults."""
         if self._look is not None:
             self._collect(self._look)
         while self._found:
@@ -106,7 +106,7 @@ class Watch:
 
 
 def _receive_buffer() -> int:
-    """Bytes; 0 where the system does not tell."""
+    """Return the default size of a receive buffer, bytes; 0 if the system does not report it."""
     try:
         return int(RECEIVE_BUFFER.read_text())
     except (OSError, ValueError):

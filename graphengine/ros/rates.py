@@ -1,4 +1,4 @@
-"""How often messages come and how late, in the words of ros2cli; times are nanoseconds."""
+"""Measures the rate and delay of messages like ros2cli; times are in nanoseconds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SECOND = 1_000_000_000
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """Of the values in a window, whose own deviation it tells, not that of what they are a sample of."""
+    """Statistics of the values in a window; `deviation` is the population standard deviation."""
 
     mean: float
     least: int
@@ -26,17 +26,17 @@ class Summary:
 
     @staticmethod
     def of(window: Collection[int]) -> Summary | None:
-        """The summary of a window; None of an empty one."""
+        """Return the statistics of a window; None if it is empty."""
         if not window:
             return None
         return Summary(fmean(window), min(window), max(window), pstdev(window), len(window))
 
 
 class Intervals:
-    """The time between messages.
+    """Measures the time between messages.
 
     Args:
-        size: how many intervals count.
+        size: number of latest intervals to use.
     """
 
     def __init__(self, size: int) -> None:
@@ -45,7 +45,7 @@ class Intervals:
         self._told: int | None = None
 
     def add(self, now: int) -> bool:
-        """Count a message; false when the clock was set back, so that counting begins anew."""
+        """Add a message; return False if the clock jumped back, after which measuring starts again."""
         forward = self._last is None or now >= self._last
         if not forward:
             self._window.clear()
@@ -57,7 +57,7 @@ class Intervals:
         return forward
 
     def report(self) -> Summary | None:
-        """What there is to tell, once a second of the clock that messages are timed with."""
+        """Return the statistics once per second of the messages' clock, else None."""
         if self._last is None or self._told is None or self._last < self._told + SECOND:
             return None
         self._told = self._last

@@ -1,9 +1,8 @@
-"""Servers and clients of a session over its transports: what arrives is frozen by tick, what is said leaves when a tick ends.
+"""Service servers and clients of a session: a tick sees what arrived before it, and sends requests and responses at its end.
 
-Sinks see both as ROS 2's service introspection tells of a service: messages of the type `…_Event` on the topic
-`<service>/_service_event`, which recordings of rosbag2 hold too. Their stamps are zero. The identity of a call, `client_gid` and
-`sequence_number`, is the transport's at a server; at a client it is made of the node's prim path and the number of the call, so
-that the same run says the same bytes.
+Sinks receive calls as ROS 2 service introspection events: messages of type `…_Event` on `<service>/_service_event`, which
+rosbag2 records too. Their stamps are zero. For a server, the transport sets a call's `client_gid` and `sequence_number`; for a
+client, they are made from the node's prim path and the number of the call, so that equal runs give equal bytes.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 
 
 class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
-    """What a server and a client have in common; its claim is of the topic of its events."""
+    """Common parts of server and client; its claim has the topic of the service's introspection events."""
 
     _end: Any
     """The server or client of the transport."""
@@ -53,7 +52,7 @@ class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
         self._most = max(MAX_OPEN, claim.qos.depth)
 
     def close(self) -> None:
-        """Leave the service, once what was said is sent."""
+        """Send pending messages, then close the endpoint."""
         self._network.flush()
         if not self.release():
             return
@@ -61,7 +60,7 @@ class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
         self._network.leave(self)
 
     def follow(self, published: Collection[str]) -> None:
-        """A service has one type."""
+        """Do nothing, because a service has only one type."""
 
     def _tell(self, text: str) -> None:
         if text not in self._told:
@@ -69,22 +68,22 @@ class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
             self._network.complain(f"{self.service}: {text}")
 
     def _encode(self, message: Any) -> bytes:
-        """The bytes of what is to be said.
+        """Encode an outgoing message.
 
         Raises:
-            MessageError: it is no message of the service.
+            MessageError: the message has another type.
         """
         if messages.message_type(message) != self._says:
             raise messages.MessageError(f"{self.service} takes {self._says}, not {messages.message_type(message)}")
         return messages.encode(message, self._network.definitions)
 
     def _decode(self, data: bytes) -> Any | None:
-        """What was heard; None for what is no such message."""
+        """Decode an incoming message; None if it is malformed."""
         try:
             return messages.decode(data, self._hears, self._network.definitions)
         except TransportError:
             self._network.undecoded[self.service] += 1
-            self._tell(f"a peer sends what is not {self._hears}; dropped")
+            self._tell(f"a peer sends malformed {self._hears} messages; they are dropped")
             return None
 
     def _event(self, kind: int, identity: bytes, part: Literal["request", "response"], message: Any) -> bytes:
@@ -96,7 +95,7 @@ class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
         return messages.encode(event, self._network.definitions)
 
     def _show(self, kind: int, identity: bytes, part: Literal["request", "response"], data: bytes) -> None:
-        """Let sinks see what was said."""
+        """Send the introspection event of an outgoing message to the sinks."""
         if self._network.sinks:
             message = messages.decode(data, self._says, self._network.definitions)
             event = self._event(kind, identity, part, message)
@@ -104,7 +103,7 @@ class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
                 sink.write(self.claim, event)
 
     def _recorded(self, event: bytes, part: Literal["request", "response"]) -> tuple[bytes, bytes] | None:
-        """The identity and the bytes of what an event tells of; None where it tells of something else."""
+        """Return the identity and bytes of the message in a recorded event; None if it contains another part."""
         try:
             found = messages.decode(event, self.claim.message_type, self._network.definitions)
             heard = messages.encode(getattr(found, part)[0], self._network.definitions)
@@ -115,7 +114,7 @@ class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
 
 
 class LiveServer(_Endpoint, ServiceServer):
-    """One service of one transport that is offered."""
+    """A service server on a transport."""
 
     kept = ("_arrived", "_open", "_refused", "_visible", "current")
 
@@ -131,19 +130,19 @@ class LiveServer(_Endpoint, ServiceServer):
         self._end = transport.server(claim.topic, claim.message_type, claim.qos, self._receive)
 
     def _receive(self, request_id: bytes, data: bytes) -> None:
-        """Take one request from the transport's thread."""
+        """Add a request; called in the transport's thread."""
         if len(self._arrived) < self._most:
             self._arrived.append((request_id, data))
         else:
             self._refused += 1
 
     def deliver(self, event: bytes) -> None:
-        """Take one request from a recording."""
+        """Add a request from a recorded event."""
         if recorded := self._recorded(event, "request"):
             self._receive(*recorded)
 
     def freeze(self) -> Sequence[bytes]:
-        """Begin a tick; requests since the last one, as events."""
+        """Begin a tick; return the requests that arrived since the last one, as events."""
         events: list[bytes] = []
         for _ in range(len(self._arrived)):
             request_id, data = self._arrived.popleft()
@@ -154,11 +153,11 @@ class LiveServer(_Endpoint, ServiceServer):
                 if self._network.sinks:
                     events.append(self._event(_REQUEST_RECEIVED, _identity(request_id), "request", request))
         if self._refused:
-            self._tell(f"more than {self._most} requests wait for the graph; those beyond are not answered")
+            self._tell(f"more than {self._most} requests are waiting for the graph; further requests are not answered")
         return events
 
     def take(self) -> Sequence[tuple[bytes, Any]]:
-        """Requests that were not taken before, oldest first."""
+        """Return the waiting requests, oldest first, and remove them."""
         taken = tuple(self._visible)
         self._visible.clear()
         self._open |= dict.fromkeys(request_id for request_id, _ in taken)
@@ -167,10 +166,10 @@ class LiveServer(_Endpoint, ServiceServer):
         return taken
 
     def answer(self, request_id: bytes, response: Any) -> None:
-        """Answer when the tick ends; a second answer, or one to a request that was forgotten, is none.
+        """Send a response at the end of the tick; ignored if the request was answered or discarded before.
 
         Raises:
-            MessageError: it is no response of the service.
+            MessageError: the message is not a response of the service.
         """
         data = self._encode(response)
         if request_id in self._open:
@@ -184,14 +183,14 @@ class LiveServer(_Endpoint, ServiceServer):
         self._show(_RESPONSE_SENT, _identity(request_id), "response", data)
 
     def forget_calls(self) -> None:
-        """Requests that graphs have seen are not answered."""
+        """Discard the requests that graphs have seen, so that they are not answered."""
         self.current = None
         self._open.clear()
         self._visible.clear()
 
 
 class LiveClient(_Endpoint, ServiceClient):
-    """One service of one transport that is called. As many calls as the QoS keeps wait for a server to come."""
+    """A service client on a transport. While there is no server, as many calls wait as the depth of the QoS profile allows."""
 
     kept = ("_arrived", "_calls", "_from_recording", "_numbers", "_open", "_patience", "_visible", "_waiting")
 
@@ -213,17 +212,17 @@ class LiveClient(_Endpoint, ServiceClient):
         self._end = transport.client(claim.topic, claim.message_type, claim.qos, self._receive)
 
     def _receive(self, number: int, data: bytes) -> None:
-        """Take one answer from the transport's thread."""
+        """Add a response; called in the transport's thread."""
         self._arrived.append((number, data))
 
     def deliver(self, event: bytes) -> None:
-        """Take one answer from a recording."""
+        """Add a response from a recorded event."""
         if recorded := self._recorded(event, "response"):
             identity, data = recorded
             self._from_recording.append((int.from_bytes(identity[GID:], "big"), data))
 
     def freeze(self) -> Sequence[bytes]:
-        """Begin a tick; answers since the last one, as events."""
+        """Begin a tick; return the responses that arrived since the last one, as events."""
         events: list[bytes] = []
         arrived, self._from_recording = self._from_recording, deque()
         for _ in range(len(self._arrived)):
@@ -240,23 +239,23 @@ class LiveClient(_Endpoint, ServiceClient):
         return events
 
     def take(self) -> Sequence[tuple[int, Any]]:
-        """Answers that were not taken before, in the order in which they came."""
+        """Return the waiting responses in order of arrival, and remove them."""
         taken = tuple(self._visible)
         self._visible.clear()
         return taken
 
     def call(self, request: Any) -> int:
-        """Ask when the tick ends, or as soon as a server is there.
+        """Send a request at the end of the tick, or as soon as a server exists; return the number of the call.
 
         Raises:
-            MessageError: it is no request of the service.
+            MessageError: the message is not a request of the service.
         """
         data = self._encode(request)
         self._calls += 1
         self._open[self._calls] = None
         if len(self._open) > self._most:
             del self._open[next(iter(self._open))]
-            self._tell(f"more than {self._most} calls were not answered; the oldest are given up")
+            self._tell(f"more than {self._most} calls have no response; the oldest are discarded")
         self._network.outbox.append((partial(self._send, self._calls), data))
         return self._calls
 
@@ -268,7 +267,7 @@ class LiveClient(_Endpoint, ServiceClient):
         self._show(_REQUEST_SENT, self._identity(number), "request", data)
 
     def _send_waiting(self) -> None:
-        """Send what waits, if a server is there."""
+        """Send the waiting calls if a server exists."""
         while self._waiting and self._end.ready:
             number, data = self._waiting.popleft()
             self._numbers[self._end.call(data)] = number
@@ -276,14 +275,16 @@ class LiveClient(_Endpoint, ServiceClient):
                 del self._numbers[next(iter(self._numbers))]
 
     def end_tick(self) -> None:
-        """Look once more for a server; tell when none has come for long."""
+        """Send waiting calls if a server exists by now; warn if none has come for a long time."""
         self._send_waiting()
         self._patience = self._patience + 1 if self._waiting else 0
         if self._patience == PATIENCE:
-            self._tell(f"nobody offers it as {self.service_type}; the last {self._keeps} calls wait for a server")
+            self._tell(
+                f"no server offers it with the type {self.service_type}; the last {self._keeps} calls wait for one"
+            )
 
     def forget_calls(self) -> None:
-        """Nothing that was asked is waited for; calls are counted from 1."""
+        """Discard all open calls; the next call has the number 1."""
         self._calls = 0
         for kept in (self._open, self._numbers, self._visible, self._waiting):
             kept.clear()
@@ -293,5 +294,5 @@ class LiveClient(_Endpoint, ServiceClient):
 
 
 def _identity(request_id: bytes) -> bytes:
-    """A transport's identity of a request in the size that events have."""
+    """Return a transport's request identity in the size that events have."""
     return request_id if len(request_id) == IDENTITY else hashlib.blake2b(request_id, digest_size=IDENTITY).digest()

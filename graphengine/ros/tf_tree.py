@@ -1,4 +1,4 @@
-"""The tree of frames that transforms make: who broadcasts each, how often, and what is wrong with it."""
+"""The tree of TF frames: the broadcasters and rate of each transform, and what is wrong with the tree."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ TOLERANCE = 0.01
 
 @dataclass(slots=True)
 class Edge:
-    """A frame within another one, as it was broadcast.
+    """A transform from a child frame to its parent, as it was broadcast.
 
     Args:
-        parent: frame.
-        child: frame.
-        static: whether it was heard on tf_static.
-        sources: GIDs of who broadcast it.
-        number: how often it came.
-        oldest: stamp, ns.
-        newest: stamp, ns.
+        parent: parent frame.
+        child: child frame.
+        static: whether it was received on tf_static.
+        sources: GIDs of its broadcasters.
+        number: how often it was received.
+        oldest: oldest stamp, ns.
+        newest: newest stamp, ns.
     """
 
     parent: str
@@ -41,12 +41,12 @@ class Edge:
 
     @property
     def rate(self) -> float | None:
-        """Transforms a second of the stamps' clock; None where fewer than two stamps differ."""
+        """Rate by the transforms' stamps, Hz; None if all stamps are equal."""
         span = self.newest - self.oldest
         return (self.number - 1) * SECOND / span if span else None
 
     def add(self, stamp: int, source: bytes) -> None:
-        """Count one transform."""
+        """Count a received transform."""
         self.oldest = min(self.oldest, stamp) if self.number else stamp
         self.newest = max(self.newest, stamp) if self.number else stamp
         self.number += 1
@@ -55,13 +55,13 @@ class Edge:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A line of the tree as it is drawn.
+    """A line in the drawing of the tree.
 
     Args:
-        frame: its name.
-        edge: to its parent; None for a root.
-        last: for each level from the one below the root, whether nothing follows on it.
-        again: whether what lies below the frame is shown at another place.
+        frame: name of the frame.
+        edge: transform to the parent; None for a root.
+        last: for each level below the root, whether it has no further rows.
+        again: whether the frames below this one are shown at another place.
     """
 
     frame: str
@@ -76,7 +76,7 @@ class Row:
 
 
 class FrameTree:
-    """Frames and their parents. A frame should have one parent, and all of them one root."""
+    """TF frames with their parents. Each frame should have one parent, and there should be one root."""
 
     def __init__(self) -> None:
         self._edges: dict[tuple[str, str], Edge] = {}
@@ -85,7 +85,7 @@ class FrameTree:
         self._full = False
 
     def add(self, message: Any, static: bool, source: bytes) -> None:
-        """Take a `tf2_msgs/msg/TFMessage`, and the GID of who sent it; edges beyond `MAX_EDGES` are left out."""
+        """Add the transforms of a `tf2_msgs/msg/TFMessage` from a writer, given by its GID; at most `MAX_EDGES` are kept."""
         for transform in message.transforms:
             # tf2 takes names with and without a slash in front for the same frame.
             frames = transform.header.frame_id, transform.child_frame_id
@@ -104,15 +104,15 @@ class FrameTree:
 
     @property
     def edges(self) -> list[Edge]:
-        """Every edge, by the names of its child and its parent."""
+        """All transforms, sorted by the names of child and parent."""
         return [self._edges[key] for key in sorted(self._edges)]
 
     def roots(self) -> list[str]:
-        """Frames without a parent; and of each loop that no such frame leads to, the first by name."""
+        """Return frames without a parent, and the first frame by name of each loop that is not below one."""
         return [row.frame for row in self.rows() if row.edge is None]
 
     def rows(self) -> list[Row]:
-        """The frames as they are drawn, each below its parent."""
+        """Return the lines of the drawing, each frame below its parent."""
         children: dict[str, list[Edge]] = {}
         for edge in self.edges:
             children.setdefault(edge.parent, []).append(edge)
@@ -125,12 +125,12 @@ class FrameTree:
         return rows
 
     def faults(self, names: Mapping[bytes, str]) -> list[str]:
-        """What is wrong with the tree, in sentences.
+        """Return what is wrong with the tree, one sentence each.
 
         Args:
-            names: who has which GID.
+            names: node names by GID.
         """
-        full = [f"there are more than {MAX_EDGES} transforms; the others are left out"] if self._full else []
+        full = [f"there are more than {MAX_EDGES} transforms; further ones are left out"] if self._full else []
         wrong = (self._islands(), self._parents(names), self._loops(), self._rivals(names), self._refusals(names))
         return [*full, *itertools.chain(*wrong)]
 
@@ -155,20 +155,20 @@ class FrameTree:
                 path.append(frame)
                 frame = parents[frame]
             if frame in path:
-                yield f"frames in a circle: {' in '.join([*path[path.index(frame) :], frame])}"
+                yield f"frames form a loop: {' in '.join([*path[path.index(frame) :], frame])}"
 
     def _rivals(self, names: Mapping[bytes, str]) -> Iterator[str]:
         for edge in self.edges:
             if len(edge.sources) > 1:
-                yield f"{edge.child} in {edge.parent} is broadcast by several: {broadcasters(edge, names)}"
+                yield f"{edge.child} in {edge.parent} has several broadcasters: {broadcasters(edge, names)}"
 
     def _refusals(self, names: Mapping[bytes, str]) -> Iterator[str]:
         for (child, parent, why), sources in sorted(self._refused.items()):
-            yield f"tf2 does not take {child!r} in {parent!r}, as {why}: it is sent by {_named(sources, names)}"
+            yield f"tf2 ignores {child!r} in {parent!r} because {why}; sent by {_named(sources, names)}"
 
 
 def _refusal(parent: str, child: str, transform: Any) -> str:
-    """Why tf2 throws a transform away; empty if it does not."""
+    """Return why tf2 ignores a transform; empty if it does not."""
     place, turn = transform.translation, transform.rotation
     quaternion = turn.x, turn.y, turn.z, turn.w
     if not parent or not child:
@@ -176,13 +176,13 @@ def _refusal(parent: str, child: str, transform: Any) -> str:
     if parent == child:
         return "it is a frame within itself"
     if any(map(math.isnan, (place.x, place.y, place.z, *quaternion))):
-        return "a number in it is NaN"
+        return "it contains NaN"
     off = abs(sum(value * value for value in quaternion) - 1.0)
     return "" if off < TOLERANCE else "its quaternion is not of length 1"
 
 
 def _descend(root: str, children: Mapping[str, Iterable[Edge]], shown: set[str]) -> Iterator[Row]:
-    """A root and what lies below it, without recursion: a chain of frames may be long."""
+    """Yield the rows of a root and all frames below it, without recursion because a chain of frames may be long."""
     waiting = [Row(root)]
     while waiting:
         row = waiting.pop()
@@ -197,7 +197,7 @@ def _descend(root: str, children: Mapping[str, Iterable[Edge]], shown: set[str])
 
 
 def broadcasters(edge: Edge, names: Mapping[bytes, str]) -> str:
-    """Who broadcast an edge, as far as it is known."""
+    """Return the known broadcasters of a transform."""
     return _named(edge.sources, names)
 
 
@@ -206,19 +206,19 @@ def _named(sources: Iterable[bytes], names: Mapping[bytes, str]) -> str:
 
 
 def frequency(edge: Edge) -> str:
-    """How often an edge was broadcast."""
+    """Return how often a transform was broadcast, as text."""
     if edge.static:
         return "static"
     return f"{edge.number} in all" if edge.rate is None else f"{edge.rate:.1f} Hz"
 
 
 def seconds(nanoseconds: int) -> str:
-    """A stamp with as many digits as people look at."""
+    """Return a stamp in seconds with three decimals."""
     return f"{nanoseconds // SECOND}.{nanoseconds % SECOND // 1_000_000:03d}"
 
 
 def to_dot(tree: FrameTree, names: Mapping[bytes, str]) -> str:
-    """The tree in Graphviz's language."""
+    """Return the tree in Graphviz's DOT language."""
     lines = ["digraph frames {", "  node [shape=box];"]
     for edge in tree.edges:
         facts = [

@@ -1,4 +1,4 @@
-"""Publishers and subscriptions of a session over its transports: encode once, freeze what arrives by tick."""
+"""Publishers and subscriptions of a session: messages are encoded once, and a tick sees what arrived before it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MAX_KEPT = 10_000
 
 
 class LivePublisher(HeldEndpoint, Publisher, Shared):
-    """One topic of one transport, and every sink."""
+    """A publisher on a transport, which also passes its messages to the sinks."""
 
     def __init__(self, network: LiveNetwork, claim: EndpointClaim, writer: Writer) -> None:
         super().__init__(claim)
@@ -33,7 +33,7 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
         self._encode = Encoder(network.definitions).encode
 
     def close(self) -> None:
-        """Leave the topic, once all that was published is sent."""
+        """Send pending messages, then close the publisher."""
         self._network.flush()
         if not self.release():
             return
@@ -44,25 +44,25 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
 
     @property
     def wanted(self) -> bool:
-        """Whether a reader is there, or a sink."""
+        """Whether there is a reader or a sink."""
         return self._writer.matched > 0 or bool(self._network.sinks)
 
     @property
     def subscribers(self) -> int:
-        """Number of readers, recorders excluded."""
+        """Number of readers, without recorders."""
         return self._writer.matched
 
     @property
     def dropped(self) -> int:
-        """Messages given up because a reader did not keep up."""
+        """Number of messages dropped because a reader was too slow."""
         return self._writer.dropped
 
     def publish(self, message: Any) -> None:
-        """Encode once; the bytes go to every sink when the tick ends."""
+        """Encode a message; its bytes are sent to the transport and all sinks at the end of the tick."""
         self._network.outbox.append((self.send, self._encode(message)))
 
     def send(self, data: bytes) -> None:
-        """Hand bytes to the transport and to every sink."""
+        """Send bytes to the transport and all sinks."""
         self._writer.write(data)
         if len(data) > self.largest:
             self.largest = len(data)
@@ -73,7 +73,7 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
 
 
 class LiveSubscription(HeldEndpoint, Subscription, Stateful):
-    """One topic of one transport; deliveries wait for the next tick."""
+    """A subscription on a transport; received messages wait for the next tick."""
 
     kept = ("_arrived", "_frozen", "_visible", "heard", "malformed", "skipped")
 
@@ -97,7 +97,7 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         return transport.reader(claim.topic, claim.message_type, claim.qos, self.deliver)
 
     def close(self) -> None:
-        """Leave the topic."""
+        """Close the subscription."""
         if not self.release():
             return
         self._reader.close()
@@ -107,11 +107,11 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
 
     @property
     def overwritten(self) -> int:
-        """Messages that newer ones pushed out of a full queue before a node could take them."""
+        """Number of messages that newer ones replaced in a full queue before a node read them."""
         return self.heard - self._frozen - len(self._arrived)
 
     def follow(self, published: Collection[str]) -> None:
-        """Read one of the claim's alternatives where that is published, and what is read is not."""
+        """Switch to an alternative type if it is published and the current type is not."""
         types = (self.claim.message_type, *self.claim.alternatives)
         wanted = next((kind for kind in types if kind in published), types[0])
         if wanted != types[0]:
@@ -124,12 +124,12 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
             self._reader = self._open()
 
     def deliver(self, data: bytes) -> None:
-        """Take one message from the transport's thread."""
+        """Add a message; called in the transport's thread."""
         self._arrived.append(data)
         self.heard += 1
 
     def freeze(self) -> Sequence[bytes]:
-        """Begin a tick; what has arrived since the last one. Only appends run at the same time, and a full queue's drops."""
+        """Begin a tick; return the messages that arrived since the last one. Thread-safe while another thread delivers."""
         if not self._arrived:
             return ()
         arrived = [self._arrived.popleft() for _ in range(len(self._arrived))]
@@ -139,7 +139,7 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         return arrived
 
     def newest(self) -> Any | None:
-        """The newest message that can be decoded; older ones count as skipped."""
+        """Return the newest message that can be decoded; older ones count as skipped."""
         while self._visible:
             message = self._decode(self._visible.pop())
             if message is not None:
@@ -149,7 +149,7 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         return None
 
     def take(self) -> Sequence[Any]:
-        """All messages, oldest first."""
+        """Return all waiting messages, oldest first, and remove them."""
         taken = [message for data in self._visible if (message := self._decode(data)) is not None]
         self._visible.clear()
         return taken
@@ -161,6 +161,6 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
             self.malformed += 1
             self._network.undecoded[self.topic] += 1
             if self.malformed == 1:
-                what = f"a peer sends what is not {self.claim.message_type}"
-                self._network.complain(f"{self.topic}: {what}; dropped ({error})")
+                what = f"a peer sends malformed {self.claim.message_type} messages"
+                self._network.complain(f"{self.topic}: {what}; they are dropped ({error})")
             return None

@@ -1,6 +1,6 @@
-"""The contract of a transport: bytes of one CDR message in, bytes out, topics and services by full name.
+"""The interface of a transport: it sends and delivers encoded messages on topics and services with full names.
 
-A package brings a transport by a `TransportKind`, which an entry point of the group `graphengine.transports` names.
+A package provides a transport by a `TransportKind`, which it names in an entry point of the group `graphengine.transports`.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ def _shipped_definitions() -> Definitions:
 
 @dataclass(frozen=True, slots=True)
 class JoinOptions:
-    """The domain to join, and the node to be there.
+    """The domain to join, and the node that represents the session.
 
     Args:
-        domain: ROS 2 domain, with its discovery range.
-        node_name: as `ros2 node list` shows it.
-        node_namespace: absolute; `/` for none.
-        environ: variables of the environment, such as RMW_IMPLEMENTATION.
+        domain: ROS 2 domain with its discovery range.
+        node_name: name of the node, as in `ros2 node list`.
+        node_namespace: absolute namespace; `/` for none.
+        environ: environment variables, such as RMW_IMPLEMENTATION.
         definitions: message types.
-        patient: writers wait for reliable readers that do not keep up, up to 100 ms a message, in place of overwriting what
-            they did not get; for runs that have the time. Only dds heeds it.
-        because: the reason why this transport was chosen, for its description; empty where the user named it.
+        patient: writers wait for slow reliable readers, up to 100 ms per message, instead of overwriting unread messages; for
+            runs that are not in real time. Only the transport `dds` supports it.
+        because: why this transport was chosen, for its description; empty if the user chose it.
     """
 
     domain: Domain
@@ -50,15 +50,15 @@ class JoinOptions:
 
 @dataclass(frozen=True, slots=True)
 class TransportKind:
-    """A transport as its package describes it. Importing the description should be fast: `open` imports the rest.
+    """Describes a transport. Importing the description should be fast: `open` imports the implementation.
 
     Args:
         name: value of `--transport`, and name of the entry point.
-        help: what it connects to, in a few words.
-        open: joins a domain; raises TransportError where that fails, and TopicError where ROS 2 refuses the node's name.
-        reaches_others: false for one whose messages stay in this process.
-        auto: rank among the transports that `--transport auto` tries, the lowest first; None if it must be named.
-        missing: returns why the transport cannot be used on this machine, and what to do in further lines; None if it can.
+        help: what the transport connects to, in a few words.
+        open: joins a domain; raises TransportError if this fails, and TopicError if the node's name is not legal.
+        reaches_others: false if messages stay in this process.
+        auto: rank among the transports that `--transport auto` tries, lowest first; None if it must be chosen by name.
+        missing: returns why the transport cannot be used on this machine, with remedies in further lines; None if it can.
     """
 
     name: str
@@ -80,7 +80,7 @@ DeliverResponse = Callable[[int, bytes], None]
 
 
 class Writer(Protocol):
-    """One topic to write encoded messages to."""
+    """Writes encoded messages to a topic."""
 
     @property
     def matched(self) -> int:
@@ -88,129 +88,129 @@ class Writer(Protocol):
 
     @property
     def dropped(self) -> int:
-        """Messages given up because a reader did not keep up."""
+        """Number of messages dropped because a reader was too slow."""
 
     def write(self, data: bytes) -> None:
-        """Send one CDR message, encapsulation header included; never blocks for longer than the reliability's 100 ms.
+        """Send a CDR message including its encapsulation header; blocks for at most 100 ms.
 
-        An installed ROS 2 may: it goes by its RMW.
+        With an installed ROS 2, its RMW determines how long this may block.
         """
 
     def close(self) -> None:
-        """Leave the topic; safe to call twice."""
+        """Close the writer; safe to call twice."""
 
 
 class Reader(Protocol):
-    """One topic that is read; it delivers until it or the transport is closed."""
+    """Delivers the messages of a topic until the reader or the transport is closed."""
 
     def close(self) -> None:
-        """Leave the topic; safe to call twice."""
+        """Close the reader; safe to call twice."""
 
 
 class TransportServer(Protocol):
-    """One service that is offered; it delivers requests until it or the transport is closed."""
+    """Delivers the requests of a service until the server or the transport is closed."""
 
     def answer(self, request_id: bytes, response: bytes) -> None:
-        """Send one CDR message to the client that asked, at any time after its request was delivered.
+        """Send a CDR message as response; possible at any time after the request was delivered.
 
-        Nothing happens where that client is gone, or the request is none of this server's.
+        Does nothing if the client is gone, or if the request was not delivered by this server.
 
         Raises:
-            TransportError: the server is closed, or it is no message of the service's type.
+            TransportError: the server is closed, or the bytes are not a message of the service's type.
         """
 
     def close(self) -> None:
-        """Withdraw the service; safe to call twice."""
+        """Close the server; safe to call twice."""
 
 
 class TransportClient(Protocol):
-    """One service that is called; answers are delivered until it or the transport is closed."""
+    """Calls a service; delivers responses until the client or the transport is closed."""
 
     @property
     def ready(self) -> bool:
-        """Whether a server is there that hears this client, and is heard; a call without one is lost."""
+        """Whether a compatible server exists; a call without one is lost."""
 
     def call(self, request: bytes) -> int:
-        """Send one CDR message and return at once; the number of the call, from 1 up.
+        """Send a CDR message as request and return at once; return the number of the call, from 1.
 
-        Each call is answered once at most, and its answer may be delivered before this returns.
+        Each call gets at most one response, which may be delivered before this method returns.
 
         Raises:
-            TransportError: the client is closed, or it is no message of the service's type.
+            TransportError: the client is closed, or the bytes are not a message of the service's type.
         """
 
     def close(self) -> None:
-        """Leave the service; safe to call twice."""
+        """Close the client; safe to call twice."""
 
 
 class Transport(Protocol):
-    """A way to the network, or to a test. Every writer, reader, server and client is owned, and closed, by it."""
+    """A connection to a network. It owns its writers, readers, servers and clients, and closes them."""
 
     @property
     def description(self) -> str:
-        """One line for people: what carries the messages, on which domain and discovery range."""
+        """The implementation, domain and discovery range, in one line for users."""
 
     @property
     def spin_time(self) -> float:
-        """Seconds within which peers that are there have turned up, as a rule."""
+        """Typical time for the discovery of existing peers, s."""
 
     @property
     def source(self) -> bytes:
-        """GID of the writer of the message that is being delivered, for who takes it; empty where it cannot be told."""
+        """GID of the writer of the message that is being delivered, for use in `deliver`; empty if unknown."""
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
-        """A writer on a topic such as `/dd100_0000/odom`; `message_type` as in `nav_msgs/msg/Odometry`."""
+        """Open a writer on a topic such as `/dd100_0000/odom`; `message_type` as in `nav_msgs/msg/Odometry`."""
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> Reader:
-        """A reader that calls `deliver` with each CDR message, from a thread of the transport or from its caller's."""
+        """Open a reader that calls `deliver` with each CDR message, in a thread of the transport or in the caller's."""
 
     def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> TransportServer:
-        """A server of a service such as `/get_map`; `service_type` as in `nav_msgs/srv/GetMap`.
+        """Open a server of a service such as `/get_map`; `service_type` as in `nav_msgs/srv/GetMap`.
 
         Args:
-            service: absolute.
-            service_type: what is asked and answered.
-            qos: of requests and answers alike.
-            deliver: called with each request, from a thread of the transport or from a client's.
+            service: absolute name.
+            service_type: type of the service.
+            qos: profile of requests and responses.
+            deliver: called with each request, in a thread of the transport or of a client.
         """
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> TransportClient:
-        """A client of a service."""
+        """Open a client of a service; `deliver` is called with each response."""
 
     @property
     def foreign_services(self) -> Mapping[str, str]:
-        """Services of this transport with a peer that it cannot talk to, and what to tell people about each."""
+        """Warnings about incompatible peers, by the name of the service."""
 
     @property
     def rival_services(self) -> Sequence[str]:
-        """Services of this transport that somebody else offers too, as far as `graph` has heard; a call reaches both."""
+        """Services of this transport that another program offers too, as known from `graph`; both receive each call."""
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """By topic or service, how many messages were dropped, and not delivered, because they are none of its type."""
+        """Number of messages by topic or service that were dropped because they do not fit its type."""
 
     @property
     def node(self) -> str:
-        """Full name of the node that this process is on the network; empty where there are no nodes."""
+        """Full name of this process's node on the network; empty if the transport has no nodes."""
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Who writes and reads which topic, this transport's own endpoints among them; listening begins with the first call.
+        """Return all known endpoints, including this transport's; discovery begins with the first call.
 
         Args:
-            asked: what is looked for, where that is not everything; there may be more in the answer.
+            asked: topics and directions of interest, None for all; the result may have others too.
 
         Raises:
             TransportError: the transport is closed.
         """
 
     def log(self, severity: str, text: str) -> None:
-        """Publish a message on /rosout, where there is a node; severities are info, warning and error."""
+        """Publish a message on /rosout, if there is a node; severities are info, warning and error."""
 
     def save(self) -> Any:
-        """A copy of what the transport keeps of messages that do not leave the process, for `restore`."""
+        """Return a copy of the transport's state for messages within this process."""
 
     def restore(self, saved: Any) -> None:
-        """Go back to what `save` returned; messages that have left the process are not taken back."""
+        """Restore the state that `save` returned; messages that were already sent cannot be recalled."""
 
     def close(self) -> None:
         """Leave the network; safe to call twice."""
@@ -223,13 +223,14 @@ def discover(
     *,
     names: bool = False,
 ) -> NetworkGraph:
-    """The graph when it is enough, or else after some time.
+    """Return the graph when `enough` holds, or after the discovery time.
 
     Args:
-        transport: open.
-        seconds: time for peers to turn up; None for the transport's own. Those that did have `PATIENCE` more to tell all.
-        enough: ends the wait at once.
-        names: whether all includes the names of nodes.
+        transport: open transport.
+        seconds: time for the discovery of peers; None: the transport's own. Discovered peers get `PATIENCE` more to announce
+            their endpoints.
+        enough: ends the wait when it returns true.
+        names: whether to wait for the names of nodes too.
     """
     begun = time.monotonic()
     seconds = transport.spin_time if seconds is None else seconds

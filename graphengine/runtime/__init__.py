@@ -1,1 +1,1 @@
-"""Sessions: the tick and its pace, the execution of plans, the contexts of nodes, checks, and the queue of commands."""
+"""Sessions: the tick and its pace, graph execution, the contexts of nodes, checks, and the command queue."""

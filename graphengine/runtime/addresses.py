@@ -1,4 +1,4 @@
-"""Ports of a session's nodes by address: `[robot/][graph/][subgraph/…]Node.[inputs:|outputs:|state:]port`."""
+"""Finds ports of a session's nodes by address: `[robot/][graph/][subgraph/…]Node.[inputs:|outputs:|state:]port`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SIDES: tuple[Side, ...] = ("outputs", "inputs", "state")
 
 @dataclass(frozen=True, slots=True)
 class NodePort:
-    """A port of a node that runs."""
+    """A port of a node in a running graph."""
 
     address: str
     """From the robot or graph on; with the side where the pattern gives one."""
@@ -33,27 +33,27 @@ class NodePort:
 
     @property
     def value(self) -> Any:
-        """What the port holds."""
+        """Current value of the port."""
         return getattr(self.executor.nodes[self.index], self.port.field)
 
     def put(self, value: Any) -> None:
-        """Set the port, an input that no wire feeds, to a value in its representation.
+        """Set an unwired input to a value that `convert` returned.
 
         Raises:
-            GraphError: a node cannot be set up with the value. The port has its old value then.
+            GraphError: a node cannot be set up with the value. The port keeps its old value.
         """
         self.executor.set_input(self.index, self.port.field, value)
 
     def convert(self, value: Any) -> Any:
-        """A value that is given to an input, in the port's representation.
+        """Convert a value to the type of the port, which must be an unwired input.
 
         Raises:
-            UsageError: a wire feeds the input, or the port does not take the value.
+            UsageError: the input is wired, or the value is not legal for the port.
         """
         graph = self.executor.graph
         for wire in graph.data_wires:
             if (wire.target, wire.target_field) == (self.index, self.port.field):
-                raise UsageError(f"{self.address} is wired: {wire}\n  only an input without a wire can be set")
+                raise UsageError(f"{self.address} is wired: {wire}\n  only unwired inputs can be set")
         wanted = settled_type(graph.instances[self.index], self.port)
         try:
             if isinstance(wanted, types.UnionType):
@@ -64,10 +64,10 @@ class NodePort:
 
 
 def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = SIDES) -> list[NodePort]:
-    """The ports that a pattern matches, at least one: the end of an address, with globs in its parts.
+    """Return all ports whose address ends with a pattern, which may contain globs; there is at least one.
 
     Raises:
-        UsageError: none matches.
+        UsageError: no port matches.
     """
     path, _, name = pattern.rpartition(".")
     nodes = list(_nodes(runs))
@@ -83,10 +83,10 @@ def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = S
 
 
 def find_port_at(runs: Iterable[GraphRun], address: str) -> NodePort:
-    """The one port that an address means: in full, or as much of its end as no other has.
+    """Return the port with an address, which may be shortened to any unambiguous end.
 
     Raises:
-        UsageError: there is none, or there are several.
+        UsageError: no port or several ports match.
     """
     found = find_ports(runs, address)
     if len(found) > 1:
@@ -98,7 +98,7 @@ def find_port_at(runs: Iterable[GraphRun], address: str) -> NodePort:
 
 
 def _nodes(runs: Iterable[GraphRun]) -> Iterator[tuple[str, Executor, int]]:
-    """Every node of a file: its path, its executor, and its index there."""
+    """Yield path, executor and index of each node that is written in a file."""
     for run in runs:
         for instance in run.executor.graph.instances:
             if not instance.part_of:
@@ -106,7 +106,7 @@ def _nodes(runs: Iterable[GraphRun]) -> Iterator[tuple[str, Executor, int]]:
 
 
 def _ports(path: str, executor: Executor, index: int, pattern: str, sides: Sequence[Side]) -> Iterator[NodePort]:
-    """The ports of a node that a name matches, with or without its side; a name that several sides have means the first."""
+    """Yield the ports of a node whose name matches; of ports with the same name, only that on the first of `sides`."""
     cls: type[Node] = type(executor.nodes[index])
     side, colon, name = pattern.partition(":")
     given = bool(colon) and side in SIDES

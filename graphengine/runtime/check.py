@@ -1,4 +1,4 @@
-"""Dry setup of every node, and what can be told from the answers: claims, lints, findings at their place in the file."""
+"""Checks graphs by setting up all nodes in a world without physics: endpoint claims, lints, and findings with file positions."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ def check_graphs(
     claimed: Sequence[EndpointClaim] = (),
     permissions: Permissions | None = None,
 ) -> list[EndpointClaim]:
-    """Set every node up dry, over the same prims without physics, and lint what they ask for; topics they claim.
+    """Set up all nodes in a world without physics, run the lints, and return the topics and services that nodes claim.
 
     Args:
-        graphs: in the order they run.
-        world: whose prims there are.
-        findings: where mistakes go.
-        prims_known: as for `dry_setup`.
-        beside: graphs that were checked before, and run before these.
-        claimed: topics of those.
-        permissions: what graphs may do; nothing by default.
+        graphs: graphs in execution order.
+        world: world whose prims the nodes may use.
+        findings: receives errors, warnings and notes.
+        prims_known: whether the prims of the scene are known; see `dry_setup`.
+        beside: graphs that were checked before and run before these.
+        claimed: topics and services that the nodes of `beside` claim.
+        permissions: permissions of graphs; None grants nothing.
     """
     for graph in graphs:
         lint_structure(graph, findings)
@@ -59,14 +59,14 @@ def dry_setup(
     prims_known: bool,
     permissions: Permissions | None = None,
 ) -> list[EndpointClaim]:
-    """Set up every node over a world and no network; what nodes ask for is the answer, what is wrong becomes findings.
+    """Set up all nodes in a world, without a network; return the topics and services that they claim, and report errors.
 
     Args:
-        graphs: in the order they run.
-        world: where prims are looked up.
-        findings: where mistakes go.
-        prims_known: whether the stage is that of a scene; without one, missing prims are no mistakes.
-        permissions: what graphs may do; nothing by default.
+        graphs: graphs in execution order.
+        world: world in which prims are looked up.
+        findings: receives errors, warnings and notes.
+        prims_known: whether the world has the prims of a scene; if not, missing prims are not errors.
+        permissions: permissions of graphs; None grants nothing.
     """
     services = Services(world, Network(), permissions=permissions or Permissions())
     for graph in graphs:
@@ -100,17 +100,17 @@ def _dry_setup_graph(graph: Graph, services: Services, findings: Findings, *, pr
         if robot is not None and not services.stage.is_literal(path, prim):
             _, span = graph.instances[index].asking(path)
             below = prim.path.removeprefix(f"{robot.path}/")  # a fleet has one note, not one a robot
-            findings.add("N105", f"the path leaves links out; the prim is {below} of its robot", span)
+            findings.add("N105", f"the path omits links; the full path within the robot is {below}", span)
     if skipped:
-        nodes = f"{skipped} nodes of {graph.name} ask" if skipped > 1 else f"a node of {graph.name} asks"
+        nodes = f"{skipped} nodes of {graph.name} use" if skipped > 1 else f"a node of {graph.name} uses"
         span = graph.flat.loaded.document.span("graph")
         no_scene = any(finding.code.startswith("S") for finding in findings.errors)
         remedy = "the scene could not be loaded" if no_scene else "give the scene with --scene"
-        findings.add("N102", f"{nodes} for prims, which were not checked", span, remedy)
+        findings.add("N102", f"{nodes} prims, which were not checked", span, remedy)
 
 
 def _faulty(graph: Graph, findings: Findings) -> set[int]:
-    """Nodes that lack a value because of a mistake that was told already: what else goes wrong in them follows from it."""
+    """Return the nodes that lack a value because of a reported error; their further errors may only follow from it."""
     told = {str(finding.span) for finding in findings.errors}
     refused = {wire.target.node for wire in _refused(graph)}
     faulty = set()
@@ -124,20 +124,20 @@ def _faulty(graph: Graph, findings: Findings) -> set[int]:
 
 
 def _follows(instance: Instance, error: GraphError) -> bool:
-    """Whether the error of a faulty node follows from what was told; what is missing is empty."""
+    """Return whether the error of a faulty node follows from a reported error; missing values are empty."""
     if not isinstance(error, ContextError) or error.value == "":
         return True
     return instance.asking(error.value)[0] in instance.refused
 
 
 def _refused(graph: Graph) -> list[WireEntry]:
-    """Wires of the file that came to nothing."""
+    """Return the wires of the file that the graph does not have because of errors."""
     made = {id(wire.entry) for wire in (*graph.data_wires, *graph.exec_wires)}
     return [entry for entry in graph.flat.wires if id(entry) not in made]
 
 
 def explain(instance: Instance, error: GraphError) -> Finding:
-    """A failed setup at the place of the input that asked for the impossible."""
+    """Return the finding for a failed setup, at the file position of the input with the invalid value."""
     via = instance.entry.via
     if isinstance(error, ContextError):
         return instance.refusal(error)
@@ -149,7 +149,7 @@ def explain(instance: Instance, error: GraphError) -> Finding:
 
 
 def lint_structure(graph: Graph, findings: Findings) -> None:
-    """Nodes that never run. What a refused wire leads to would look idle, and what a graph around this one starts."""
+    """Report nodes that never run; skipped for graphs with refused wires, and for subgraphs, which another graph may trigger."""
     if _refused(graph) or graph.flat.unread or graph.flat.declared:
         return
     running = set(graph.plan.order)
@@ -169,7 +169,7 @@ def lint_structure(graph: Graph, findings: Findings) -> None:
 
 
 def lint_rates(graphs: Sequence[Graph], world: World, findings: Findings) -> None:
-    """Nodes that are to be executed more often than what leads to them is."""
+    """Report `every` rates that are higher than the rate at which the node is executed."""
     for graph in graphs:
         passes = 1.0 / _clock(graph, world).delta
         for gate in graph.instances:
@@ -186,7 +186,7 @@ def _clock(graph: Graph, world: World) -> Clock:
 
 
 def lint_claims(context: LintContext) -> None:
-    """Topics, services and frames that cannot live together, and lints that know node types."""
+    """Report conflicts between topics, services and TF frames, and run the lints of node types."""
     _check_places(context)
     _check_topic_types(context)
     _check_servers(context)
@@ -197,7 +197,7 @@ def lint_claims(context: LintContext) -> None:
 
 
 def _check_places(context: LintContext) -> None:
-    """Graphs of a robot that stand outside of it: they mean another robot, or none, and collect no namespace of this one."""
+    """Report graphs of a robot whose prim is not below the robot: they address another robot or none, and miss its namespaces."""
     told: set[str] = set()  # a fleet has one mistake, not one a robot
     prims = {robot.entity_name: robot.path for robot in context.stage.prims("robot")}
     for graph in context.graphs:
@@ -209,7 +209,7 @@ def _check_places(context: LintContext) -> None:
         told.add(str(document.path))
         context.findings.add(
             "W107",
-            f"graph {name} of robot {robot} stands at {path}, which is not below {own}",
+            f"graph {name} of robot {robot} has the prim path {path}, which is not below {own}",
             document.span("at" if "at" in document.data else "graph"),
             f"write at: $(robot)/{'/'.join(path.split('/')[2:]) or name}, with parameters: {{robot: {{type: target}}}}",
             "$(robot) is the robot that uses the graph",
@@ -278,6 +278,6 @@ def _check_pieces(context: LintContext, namespace: str, edges: Sequence[tuple[st
         "W203",
         f"the TF tree{f' of {namespace}' if namespace else ''} is in {len(pieces)} pieces: {' and '.join(roots)}",
         context.span(claim),
-        "robot_state_publisher is missing, which joins them by the robot's fixed joints; "
-        "start it, or run with --robot-state, or publish the missing edge",
+        "robot_state_publisher connects them by the robot's fixed joints; "
+        "start it, run with --robot-state, or publish the missing transform",
     )

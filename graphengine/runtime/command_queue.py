@@ -27,13 +27,13 @@ Action = Callable[[SessionCore], Any]
 
 
 class Desk:
-    """Commands from any thread; the session carries them out between two ticks, in order of arrival.
+    """Queue for commands from any thread; the session executes them between two ticks, in order of arrival.
 
-    Futures end in the session's thread, callbacks included. They fail with what the session raised, with `UsageError` for a
-    command that is not valid, and with `StateError` for one that comes after the end or while too many wait.
+    Futures and their callbacks complete in the session's thread. A future fails with the exception that the session raised, with
+    `UsageError` if the command is invalid, or with `StateError` if the session has ended or too many commands are waiting.
 
     Args:
-        clock: CPU time of the session's thread, s.
+        clock: returns the CPU time of the session's thread, s.
     """
 
     def __init__(self, clock: Callable[[], float] = time.thread_time) -> None:
@@ -45,7 +45,7 @@ class Desk:
         self._closed = ""
 
     def submit(self, name: str, arguments: Mapping[str, Any] | None = None) -> Future[Any]:
-        """Queue one of `commands.COMMANDS`; thread-safe."""
+        """Queue a command by its name in `commands.COMMANDS`; return the future result. Thread-safe."""
         try:
             return self.ask(parse(name, arguments).apply)
         except UsageError as error:
@@ -54,21 +54,21 @@ class Desk:
             return answer
 
     def ask(self, action: Action) -> Future[Any]:
-        """Queue an action; thread-safe."""
+        """Queue an action; return the future result. Thread-safe."""
         answer: Future[Any] = Future()
         try:
             with self._lock:
                 if self._closed:
                     raise StateError(self._closed)
                 if self._arrived.qsize() >= MAX_WAITING:
-                    raise StateError(f"{MAX_WAITING} commands are waiting; no more are accepted")
+                    raise StateError(f"the queue is full: {MAX_WAITING} commands are waiting")
                 self._arrived.put((action, answer))
         except UsageError as error:
             answer.set_exception(error)
         return answer
 
     def serve(self, session: SessionCore) -> None:
-        """Carry out the commands that have arrived; those that arrive meanwhile, or exceed `SHARE`, wait for the next tick."""
+        """Execute the waiting commands; commands that arrive meanwhile, or exceed the time `SHARE`, wait for the next tick."""
         self._end_steps(session)
         waiting = len(self._taken) + self._arrived.qsize()
         end = self._clock() + SHARE
@@ -104,29 +104,29 @@ class Desk:
                 answer.set_result(result)
 
     def _end_steps(self, session: SessionCore) -> None:
-        """Complete the command `step` when its ticks ran or were cut short."""
+        """Complete the command `step` when its ticks have run or were cancelled."""
         if self._stepping is None or session.advancing:
             return
         (last, answer), self._stepping = self._stepping, None
         missing = last - session.ticks
         if missing:
-            answer.set_exception(StateError(f"cut short: {missing} of the ticks did not run"))
+            answer.set_exception(StateError(f"cancelled: {missing} of the ticks did not run"))
         else:
             answer.set_result(None)
 
     def wait(self, seconds: float) -> None:
-        """Sleep until a command arrives, at most for a time."""
+        """Sleep until a command arrives, or for at most `seconds`."""
         if self._taken:
             return
         with contextlib.suppress(queue.Empty):
             self._taken.append(self._arrived.get(timeout=seconds))
 
     def wake(self) -> None:
-        """End a `wait`; safe in a signal handler, since the queue is."""
+        """End a `wait`; safe in a signal handler, because `SimpleQueue` is reentrant."""
         self._arrived.put(None)
 
     def close(self, reason: str) -> None:
-        """Refuse all commands that wait or arrive later, with a StateError that gives the reason."""
+        """Reject all waiting and later commands with a `StateError` that gives the reason."""
         with self._lock:
             self._closed = self._closed or reason
         left = [self._stepping[1]] if self._stepping is not None else []

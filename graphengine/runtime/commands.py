@@ -1,7 +1,7 @@
-"""The commands of a session, one class each: its arguments with their units, its code, and whether recordings hold it.
+"""The commands of a session, one class each: arguments with their units, code, and whether recordings contain the command.
 
-`graphrun ctl`, the Python API and replays give a name and arguments as JSON has them, which `parse` reads; simulation_interfaces
-and the keys of a run's terminal make the classes. Any caller may use any command, but for replays, which take recorded ones only.
+`graphrun ctl`, the Python API and replays give a name and JSON arguments, which `parse` reads; simulation_interfaces and the
+keyboard of a run create the objects directly. Replays accept only commands that recordings contain.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ Scope = Literal["time", "state", "spawned", "all"]
 
 
 class Command(Spec):
-    """Something that a session does between two ticks; its fields are the arguments, named as in JSON."""
+    """A command that a session executes between two ticks; its fields are the arguments, named as in JSON."""
 
     recorded: ClassVar[bool] = False
     """Whether it changes the simulation's course: recordings hold it, and replays, which take no other, repeat it."""
@@ -59,7 +59,7 @@ class Command(Spec):
     """Whether a session refuses it within a tick and after it failed."""
 
     def apply(self, session: SessionCore) -> Any:
-        """Carry it out between two ticks; return a result that JSON can hold."""
+        """Execute the command between two ticks; return a result that can be written as JSON."""
         if self.admitted:
             session.admit()
         return self._apply(session)
@@ -69,34 +69,34 @@ class Command(Spec):
 
 
 class _Change(Command):
-    """A change of the world or of nodes, which records itself."""
+    """A change of the world or of nodes, which adds itself to the recording."""
 
     recorded = True
     admitted = True
 
     def _record(self, session: SessionCore, **arguments: Any) -> None:
-        """Record it as it was done, with arguments that do not depend on the state of the session."""
+        """Record the executed command with arguments that do not depend on the session's state."""
         session.inbox.command(type(self).__name__.lower(), arguments)
 
 
 class Play(Command):
-    """Run ticks; after a stop, from time 0."""
+    """Start or resume the simulation; after a stop, it starts at time 0."""
 
     def _apply(self, session: SessionCore) -> None:
         session.play()
 
 
 class Pause(Command):
-    """Run no more ticks until `play`; single ticks that have not run yet are cancelled."""
+    """Pause the simulation until `play`, and cancel single ticks that have not run yet."""
 
     def _apply(self, session: SessionCore) -> None:
         if session.state == "stopped":
-            raise StateError("a stopped session cannot pause; let it play, or step it")
+            raise StateError("a stopped session cannot pause; use play or step")
         session.pause()
 
 
 class Stop(Command):
-    """Return to time 0, with everything as before the first tick, and wait for `play` or `step`."""
+    """Return to time 0 and the initial state, and wait for `play` or `step`."""
 
     recorded = True
 
@@ -105,7 +105,7 @@ class Stop(Command):
 
 
 class Step(Command):
-    """Run single ticks of a session that is paused or stopped; the command completes after the last of them."""
+    """Run single ticks of a paused or stopped session; the command completes after the last tick."""
 
     ticks: int = Field(default=1, ge=1, le=MAX_TICKS)
 
@@ -114,7 +114,7 @@ class Step(Command):
 
 
 class Reset(Command):
-    """Reset the time, reset the state of the world, remove spawned robots, or all three; then play or pause as before."""
+    """Reset the time, the state of the world, the spawned robots, or all three; then play or pause as before."""
 
     recorded = True
 
@@ -161,7 +161,7 @@ class Delete(_Change):
 
 
 class Move(_Change):
-    """Move a robot or an object of the world. Its joints keep their state; it is at rest unless a velocity is given."""
+    """Move a robot or an object of the world. Joints keep their state; the velocity of the body becomes 0 unless given."""
 
     entity: EntityName
     position: Annotated[tuple[float, ...], Field(strict=False)] | None = None
@@ -178,7 +178,7 @@ class Move(_Change):
         if not any(value is not None for value in given):
             raise ValueError("give a position, an orientation, or a velocity")
         if self.position is not None and len(self.position) not in (2, 3):
-            raise ValueError(f"a position is x, y, and z if the height is another, not {len(self.position)} numbers")
+            raise ValueError(f"a position is x, y or x, y, z, not {len(self.position)} numbers")
         return self
 
     def _apply(self, session: SessionCore) -> dict[str, Any]:
@@ -200,7 +200,7 @@ class Move(_Change):
 
 
 def _overlaps(session: SessionCore, name: str) -> dict[str, Any]:
-    """The result of putting an entity somewhere: warnings, which are logged too, where it overlaps others."""
+    """Return the result of placing an entity: a warning if it overlaps others, which is also logged."""
     text = entities.warning(name, session.services.world.entities.overlaps(name))
     if text:
         session.services.log("warning", "", text)
@@ -208,7 +208,7 @@ def _overlaps(session: SessionCore, name: str) -> dict[str, Any]:
 
 
 class Push(_Change):
-    """Apply a force, or an impulse spread over a duration, to a robot or an object from the next physics step on."""
+    """Apply a force, or an impulse spread over a duration, to a robot or an object, starting with the next physics step."""
 
     entity: EntityName
     force: Vector | None = None
@@ -223,9 +223,9 @@ class Push(_Change):
     @model_validator(mode="after")
     def _one_of_two(self) -> Push:
         if (self.force is None) == (self.impulse is None):
-            raise ValueError("give one of force, N, and impulse, N s")
+            raise ValueError("give either a force (N) or an impulse (N s)")
         if self.force is not None and self.duration is None:
-            raise ValueError("a force needs a duration, s")
+            raise ValueError("a force needs a duration (s)")
         return self
 
     def _apply(self, session: SessionCore) -> None:
@@ -237,7 +237,7 @@ class Push(_Change):
 
 
 class Set(_Change):
-    """Set unwired inputs to a value, which they keep through `stop` and `reset`. After an error no input has changed."""
+    """Set unwired inputs to a value, which they keep after `stop` and `reset`. If an error occurs, no input changes."""
 
     address: EntityName
     """`[robot/][graph/]Node.port`, globs allowed."""
@@ -277,7 +277,7 @@ class _Keys(_Change):
 
 
 class Press(_Keys):
-    """Hold keys down from the next tick on."""
+    """Press keys and hold them down, starting with the next tick."""
 
     def _apply(self, session: SessionCore) -> None:
         session.services.keys.press(self.keys)
@@ -293,10 +293,11 @@ class Release(_Keys):
 
 
 class Reload(Command):
-    """Read the files of the scene again and run the changed scene; after an error nothing has changed.
+    """Read the files of the scene again and run the changed scene; after an error, nothing changes.
 
-    Changed graphs are exchanged, and their nodes keep their state. A change of the world or of a robot restarts the session at
-    time 0. The command reads only files of the scene. Recordings contain the changed files, and replays use them.
+    Changed graphs are replaced, and nodes with the same name and type keep their state. A change of the world or of a robot
+    restarts the session at time 0. The command reads only files of the scene. Recordings contain the changed files, and replays
+    use them.
     """
 
     recorded = True
@@ -321,7 +322,7 @@ class Checkpoint(Command):
 
 
 class Restore(Command):
-    """Return to a checkpoint; messages that have left the process are not recalled."""
+    """Return to a checkpoint; messages that were already sent cannot be recalled."""
 
     recorded = True
 
@@ -364,7 +365,7 @@ class State(Command):
 
 
 def _robot(session: SessionCore, prim: Prim) -> dict[str, Any]:
-    """A robot, the namespace that its topics are in, and where it is."""
+    """Return name, namespace, position and orientation of a robot, and whether it was spawned."""
     state = session.services.world.entities.state(prim.entity_name)
     return {
         "name": prim.entity_name,
@@ -376,7 +377,7 @@ def _robot(session: SessionCore, prim: Prim) -> dict[str, Any]:
 
 
 class Topics(Command):
-    """Return the type of each topic that the session publishes or reads, by name."""
+    """Return the message type of each topic that the session publishes or reads, by topic name."""
 
     def _apply(self, session: SessionCore) -> dict[str, dict[str, str]]:
         claims = sorted(session.services.claims, key=lambda claim: claim.topic)
@@ -384,7 +385,7 @@ class Topics(Command):
 
 
 class View(Command):
-    """Tell the address of the page of a run with a page; a new one if its process was lost."""
+    """Return the address of the session's web page; start the page again if its process has ended."""
 
     def _apply(self, session: SessionCore) -> dict[str, str]:
         if session.open_page is None:
@@ -406,16 +407,16 @@ COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.__name__.lower():
 
 
 def parse(name: str, arguments: Any = None) -> Command:
-    """A command of its name and its arguments.
+    """Create a command from its name and arguments.
 
     Raises:
-        UsageError: there is none of that name, or its arguments make no sense.
+        UsageError: the name is unknown, or the arguments are invalid.
     """
     if name not in COMMANDS:
         raise UsageError(unknown("command", str(name)[:40], COMMANDS))
     given = {} if arguments is None else arguments
     if not isinstance(given, dict):
-        raise UsageError(f"{name}: its arguments are a mapping, not {shown(given)}")
+        raise UsageError(f"{name}: the arguments must be a mapping, not {shown(given)}")
     findings = Findings()
     document = documents.parse(json.dumps(given, default=str), name, findings)
     command = validate(COMMANDS[name], document, given, findings) if document is not None else None

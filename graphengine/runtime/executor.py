@@ -1,4 +1,4 @@
-"""One graph at run time: its nodes' life from setup to stop, its pass, and its latent nodes."""
+"""Executes one graph: sets up its nodes, runs passes and latent nodes, and stops."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ Observed = Callable[[bool], None]
 
 
 class Predecessors(Protocol):
-    """The replaced nodes of an executor's graph, whose state the new nodes take over."""
+    """State of replaced nodes, which the new nodes of a changed graph take over."""
 
     def before_setup(self, index: int) -> bool:
-        """Restore the state that a node needs for its setup; return False if the node cannot be set up yet."""
+        """Restore the state that a node needs for its setup; return False if the node is not to be set up."""
 
     def after_setup(self, index: int) -> None:
-        """Restore the rest of the state."""
+        """Restore the state that the setup of a node changed."""
 
 
 class Executor:
     """Runs the plan of a graph.
 
     Args:
-        graph: with its plan.
-        context_of: where nodes get their contexts.
-        now: simulation tick and time, for messages.
-        fault: receives each fault of a node, which then ends the node's branch only; None ends the run at the first.
-        dropped: receives each value from a wire that a node could not use, with the node's index; None makes it a fault.
+        graph: graph with a plan.
+        context_of: returns a new context for a node.
+        now: returns the number and time (s) of the current tick, for error messages.
+        fault: receives the exceptions of nodes, each of which then ends only the node's branch; None: the first one ends the run.
+        dropped: receives bad values from wires, with the index of the node; None: a bad value counts as an exception of the node.
     """
 
     def __init__(
@@ -74,25 +74,25 @@ class Executor:
         self._set_pins()
 
     def node(self, node_id: str) -> Node:
-        """The node of a name in the file, `Instance/Node` within a subgraph."""
+        """Return a node by its name in the file; nodes of subgraphs are `Instance/Node`."""
         return self.nodes[self.graph.by_id(node_id).index]
 
     def save(self) -> Any:
-        """A copy of the state of all nodes, and of which are active, stale, or could not be set up."""
+        """Return a copy of the state of all nodes, and of which nodes are active, stale or failed in setup."""
         flags = {name: self._functions[name] for name in self._flags}
         outputs = {index: dict(values) for index, values in self._outputs_of_setup.items()}
         nodes = [self._call(index, node.save) for index, node in enumerate(self.nodes)]
         return nodes, flags, list(self._active), set(self._failed), outputs
 
     def restore(self, saved: Any, again: Collection[int] = ()) -> None:
-        """Go back to what `save` returned.
+        """Restore the state that `save` returned.
 
         Args:
-            saved: of a graph with the same plan.
-            again: nodes that were set up otherwise since then, and are set up with the inputs of that time.
+            saved: state of a graph with the same plan.
+            again: nodes that were set up with other inputs since then; they are set up again with the saved inputs.
 
         Raises:
-            GraphError: a node cannot be set up any more.
+            GraphError: a node can no longer be set up.
         """
         nodes, flags, active, failed, outputs = saved
         for index in [index for index in self.plan.order if index in again and index not in failed]:
@@ -109,9 +109,9 @@ class Executor:
         self._failed.update(failed)
 
     def _set_pins(self) -> None:
-        """The input of a node with a single wire always fires once and is told so now; no other has fired.
+        """Set the initial values of execution inputs: 0 if the generated code sets them for each compute, else a constant 1.
 
-        In a push graph all have fired but control pins.
+        In a push graph, all execution inputs except control pins are 1.
         """
         if self.graph.flat.spec.evaluator == "push":
             for node in self.nodes:
@@ -126,11 +126,11 @@ class Executor:
     def setup(
         self, failed: Callable[[int, GraphError], None] | None = None, predecessors: Predecessors | None = None
     ) -> None:
-        """Set up every node that can run, in schedule order: constants first, outputs propagated as soon as they are known.
+        """Set up all nodes of the plan in schedule order; constants are computed first, and their values are passed on.
 
         Args:
-            failed: called for each node that cannot be set up, and setup continues; None: raise at the first.
-            predecessors: the nodes that this executor's nodes replace.
+            failed: called for each node that cannot be set up, and setup continues; None: raise at the first error.
+            predecessors: state of the replaced nodes, if the graph replaces another one.
 
         Raises:
             GraphError: a node requested something that does not exist.
@@ -157,11 +157,11 @@ class Executor:
                 failed(index, error)
 
     def succeed(self, other: Executor, nodes: Mapping[int, int]) -> None:
-        """Continue where another executor stops: its latent nodes stay active, and their pending firings are kept.
+        """Continue where another executor ended: its latent nodes stay active, and their pending outputs still fire.
 
         Args:
             other: executor of the replaced graph.
-            nodes: index of each new node in this executor, by the index of the replaced node in the other one.
+            nodes: index of each new node in this executor, by the index of the replaced node in `other`.
         """
         for index in other._active:
             if index in nodes:
@@ -173,7 +173,7 @@ class Executor:
 
     @property
     def fixed_inputs(self) -> set[tuple[int, str]]:
-        """Node and field of the inputs whose wire carries a constant value."""
+        """Node index and field of each input that is wired to a constant."""
         return {(copy.target, copy.target_field) for copy in self._constant_copies()}
 
     def has_failed(self, index: int) -> bool:
@@ -181,14 +181,14 @@ class Executor:
         return index in self._failed
 
     def _all_copies(self) -> Iterable[Copy]:
-        """Every copy of the plan, once."""
+        """Return all value copies of the plan, each once."""
         calls = [call for region in self.plan.regions for call in region.calls]
         copies = [copy for call in calls for copy in call.copies]
         copies += [copy for call in calls for refresh in call.refreshes for copy in refresh.copies]
         return dict.fromkeys([*self._constant_copies(), *copies])
 
     def _constant_copies(self) -> Iterable[Copy]:
-        """Every copy of a value that cannot change while the graph runs."""
+        """Yield the copies of values that are constant while the graph runs."""
         yield from self.plan.constant_copies
         for refresh in self.plan.constants:
             yield from refresh.copies
@@ -200,7 +200,7 @@ class Executor:
             setattr(self.nodes[copy.target], copy.target_field, value)
 
     def _setup_node(self, index: int) -> None:
-        """Set up one node, anew if it was before; what it puts out then, it puts out from the start of each play."""
+        """Set up a node for the first time or again; outputs that setup writes are its initial outputs after each stop."""
         node = self.nodes[index]
         fields = [p.field for p in type(node).fields.values() if p.side == "outputs" and not p.is_exec]
         before = {field: getattr(node, field) for field in fields}
@@ -210,7 +210,7 @@ class Executor:
         self._outputs_of_setup.setdefault(index, {}).update((field, getattr(node, field)) for field in changed)
 
     def _setup_again(self, index: int) -> None:
-        """Set up a node after an input that it reads in setup changed over a wire; until that succeeds it does not compute.
+        """Set up a node after a wire changed an input that it reads in setup; the node does not compute until setup succeeds.
 
         Raises:
             BadValueError: the session does not have what the input names.
@@ -232,10 +232,10 @@ class Executor:
             raise BadValueError(named[0], values[named[0]]) from error
 
     def set_input(self, index: int, field: str, value: Any) -> None:
-        """Change an input that no wire feeds, between two passes; nodes that read it in `setup` are set up again.
+        """Change an unwired input between two passes; nodes that read it in `setup` are set up again.
 
         Raises:
-            GraphError: a node cannot be set up, or computed, with the value. The input has its old value then.
+            GraphError: a node cannot be set up or computed with the value. The input keeps its old value.
         """
         before = getattr(self.nodes[index], field)
         try:
@@ -245,7 +245,7 @@ class Executor:
             raise
 
     def _put(self, index: int, field: str, value: Any) -> None:
-        """Set an input, then compute constants anew and set up nodes again, in schedule order, where that changes anything."""
+        """Set an input; then compute the constants that depend on it and set up affected nodes again, in schedule order."""
         setattr(self.nodes[index], field, value)
         constant = {refresh.node for refresh in self.plan.constants}
         incoming = _by_target(self._constant_copies())
@@ -270,10 +270,10 @@ class Executor:
             raise self.explain(index, error) from error
 
     def observe(self, wrap: Callable[[int, Callable[[], Any]], Callable[[], Any]]) -> Observed:
-        """A second pass whose nodes compute through functions that see each compute.
+        """Make a second pass in which wrapped functions compute the nodes; return the switch between both passes.
 
         Args:
-            wrap: makes such a function of a node's index and its compute.
+            wrap: returns the wrapped function for a node's index and its `compute`.
         """
         plain, functions = self._pass, self._functions
         computes = {index: wrap(index, functions[f"c{index}"]) for index in self.plan.order}
@@ -285,24 +285,24 @@ class Executor:
         return switch
 
     def run_pass(self) -> None:
-        """One pass: events fire, and what they reach is computed.
+        """Run one pass: events fire, and the nodes that they reach compute.
 
         Raises:
-            NodeError: a node raised; its cause is chained.
+            NodeError: a node raised an exception, which is chained as the cause.
         """
         self._run(self._pass)
 
     def run_ending(self, ending: Ending) -> None:
-        """What starts where a play, or the graph, ends; nothing in most graphs.
+        """Run the nodes that fire when the simulation stops or the graph closes; most graphs have none.
 
         Raises:
-            NodeError: a node raised; its cause is chained.
+            NodeError: a node raised an exception, which is chained as the cause.
         """
         if (function := self._functions.get(ending)) is not None:
             self._run(function)
 
     def _run(self, function: Callable[[], None]) -> None:
-        """Run generated text; an exception in it names its node."""
+        """Run generated code; an exception in it is raised as a `NodeError` that names the node."""
         try:
             function()
         except NodeError:
@@ -311,7 +311,7 @@ class Executor:
             raise self.explain(self._culprit(error), error) from error
 
     def run_latent(self) -> None:
-        """Update every active latent node; what it fires is an event of the next pass."""
+        """Update all active latent nodes; outputs that they fire start branches in the next pass."""
         for index in list(self._active):
             node: Any = self.nodes[index]
             if not node.active:
@@ -337,7 +337,7 @@ class Executor:
             self._functions[f"s{data}"] = 1
 
     def stop(self) -> None:
-        """Outputs and state back to what they were before the first pass; latent nodes end, pins are forgotten."""
+        """Return outputs and state to their values before the first pass, end latent nodes and reset execution inputs."""
         self._active.clear()
         for index in self.plan.order:
             node = self.nodes[index]
@@ -352,19 +352,19 @@ class Executor:
         self._run(self._functions["constants"])
 
     def _culprit(self, error: Exception) -> int | None:
-        """The node whose line of the generated text an exception came through last."""
+        """Return the index of the node whose generated code raised an exception; None if there is no such node."""
         source = codegen.source_of(self.plan)
         frames = traceback.walk_tb(error.__traceback__)
         lines = [line for frame, line in frames if frame.f_code.co_filename == source.name]
         return source.node_at(lines[-1]) if lines else None
 
     def _end_branch(self, index: int, error: Exception) -> None:
-        """A node raised something that may end its branch only."""
+        """Report an exception of a node that ends only the node's branch."""
         if not self._drop(index, error):
             self._report(index, error)
 
     def _drop(self, index: int, error: Exception) -> bool:
-        """Whether an exception says that a value is bad that came over a wire, or from outside of the node's inputs."""
+        """Drop and count a bad value that did not come from an unwired input; return False for other exceptions."""
         if self._dropped is None or not isinstance(error, BadValueError):
             return False
         ports = [type(self.nodes[index]).ports.get(f"inputs:{name}") for name in error.port.split(", ")]
@@ -381,7 +381,7 @@ class Executor:
         self._fault(explained)
 
     def explain(self, index: int | None, error: Exception) -> NodeError:
-        """Which node raised, where it stands in its file, with which inputs, when."""
+        """Return an error that names the node, its file position, its inputs, and the tick."""
         tick, time = self._now()
         when = f"at tick {tick}, {time:.6g} s"
         if index is None:
@@ -399,7 +399,7 @@ class Executor:
 
 
 def _by_target(copies: Iterable[Copy]) -> defaultdict[int, list[Copy]]:
-    """Copies into each node."""
+    """Group copies by the index of their target node."""
     incoming: defaultdict[int, list[Copy]] = defaultdict(list)
     for copy in copies:
         incoming[copy.target].append(copy)

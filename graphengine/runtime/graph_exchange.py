@@ -1,7 +1,7 @@
-"""Transfers the state of nodes from the run of a graph to the run of its changed version.
+"""Transfers the state of nodes from a running graph to its changed version.
 
-A node of the same name and type, with the same ports, keeps its state: outputs, State fields, whether it is active, mailboxes,
-random numbers. An input keeps its value, also one from the command `set`, unless its wires or its value in the file change.
+A node with the same name, type and ports keeps its state: outputs, State fields, whether it is active, mailboxes and random
+numbers. An input keeps its value, even one that the command `set` gave it, unless its wires or its value in the file change.
 If an input that the node reads in `setup` has changed, its setup runs on the old state and may reset it, as after `set`.
 """
 
@@ -17,7 +17,7 @@ from graphengine.runtime.graph_run import GraphRun
 
 
 def unchanged(run: GraphRun, graph: Graph) -> bool:
-    """Return whether a graph equals the running one; comments, layout and positions in files do not count."""
+    """Return whether a graph equals the running one, apart from comments, layout and positions in files."""
     before = run.executor.graph
     return (
         before.prim_path == graph.prim_path
@@ -42,7 +42,7 @@ def _equal(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
 
 
 class Succession:
-    """Sets up the run of a changed graph with the state of the run before, which it does not change.
+    """Sets up the changed version of a running graph with the state of the running one, which stays unchanged.
 
     Args:
         old: run of the graph before the change.

@@ -20,7 +20,7 @@ from graphengine.runtime.executor import Executor
 
 
 class GraphContexts:
-    """Hands out the context of each node, by its index; a new one closes what the old one handed out."""
+    """Creates the contexts of a graph's nodes; a new context for a node closes the handles of its old one."""
 
     def __init__(self, graph: Graph, services: Services, clock: Clock, variables: dict[str, Variable]) -> None:
         self.graph = graph
@@ -35,7 +35,7 @@ class GraphContexts:
             self._wired[wire.target][wire.target_field] += 1
 
     def __call__(self, index: int) -> Context:
-        """The context of one node."""
+        """Return a new context for a node."""
         if index in self._contexts:
             self._contexts[index].close()
         graph, clock = self.graph, self._clock
@@ -55,19 +55,19 @@ class GraphContexts:
         return self._contexts.get(index)
 
     def bound(self, below: str) -> str | None:
-        """Prim path of a node that was handed something of a prim, or of one below it; None if there is none."""
+        """Return the path of a node that uses a given prim or one below it; None if no node does."""
         for context in self._contexts.values():
             if any(at_or_below(prim.path, below) for prim in context.asked.values()):
                 return context.prim_path
         return None
 
     def asked(self) -> Iterator[tuple[int, str, Prim]]:
-        """The prims that nodes were handed something of: number of the node, the path that it gave, and the prim."""
+        """Yield the prims that nodes use: index of the node, the path it gave, and the prim."""
         for index, context in self._contexts.items():
             yield from ((index, path, prim) for path, prim in context.asked.items())
 
     def reads_the_same(self) -> bool:
-        """Return whether the files that nodes read in their setup are unchanged; False if one cannot be read any more."""
+        """Return whether the files that nodes read in setup are unchanged; False if one can no longer be read."""
         try:
             return all(context.reads_the_same() for context in self._contexts.values())
         except ContextError:
@@ -88,7 +88,7 @@ class GraphContexts:
 
 @dataclass(frozen=True, slots=True)
 class SavedGraph:
-    """What a checkpoint keeps of a graph that runs; `contexts` are those that its nodes were set up with."""
+    """The part of a checkpoint for one graph; `contexts` holds the contexts with which its nodes were set up."""
 
     executor: Any
     variables: Mapping[str, Any]
@@ -98,7 +98,7 @@ class SavedGraph:
 
 @dataclass(slots=True, eq=False)
 class GraphRun:
-    """A graph that runs."""
+    """A graph in a session."""
 
     executor: Executor
     variables: dict[str, Variable]
@@ -106,7 +106,7 @@ class GraphRun:
 
     @property
     def name(self) -> str:
-        """As messages call it: the robot's name, if it belongs to one, and its own."""
+        """Name of the graph for messages: `robot/graph`, or only the graph's name if it does not belong to a robot."""
         return self.executor.graph.name
 
     @property
@@ -117,24 +117,24 @@ class GraphRun:
 
     @property
     def on_physics_step(self) -> bool:
-        """Whether it runs after each physics step, not once a tick."""
+        """Whether the graph runs after each physics step instead of once per tick."""
         return self.executor.graph.runs == "physics_step"
 
     def describe_as(self, graph: Graph) -> None:
-        """Take the positions in files from another description of the same graph."""
+        """Take file positions from a newer version of the same graph."""
         self.executor.graph = self.contexts.graph = graph
 
     def save(self) -> SavedGraph:
-        """A copy of the state of nodes, variables and mailboxes."""
+        """Return a copy of the state of nodes, variables and mailboxes."""
         mailboxes = {index: [box.save() for box in context.mailboxes] for index, context in self.contexts}
         variables = {name: variable.save() for name, variable in self.variables.items()}
         return SavedGraph(self.executor.save(), variables, mailboxes, dict(self.contexts))
 
     def restore(self, saved: SavedGraph) -> None:
-        """Go back to what `save` returned.
+        """Restore the state that `save` returned.
 
         Raises:
-            GraphError: a node that was set up again since cannot be set up as it was.
+            GraphError: a node was set up again since then, and cannot be set up with its saved inputs.
         """
         changed = {index for index, context in self.contexts if saved.contexts.get(index) is not context}
         self.executor.restore(saved.executor, changed)
@@ -147,7 +147,7 @@ class GraphRun:
 
 
 def make_clock(world: World, *, on_step: bool = False) -> Clock:
-    """A clock of the ticks of a world, or of its physics steps."""
+    """Return a clock that counts the ticks of a world, or its physics steps."""
     numerator, denominator = world.tick_period
     return Clock((numerator, denominator * (world.substeps if on_step else 1)))
 
@@ -155,7 +155,7 @@ def make_clock(world: World, *, on_step: bool = False) -> Clock:
 def make_graph_run(
     graph: Graph, services: Services, clock: Clock, fault: Callable[[NodeError], None] | None = None
 ) -> GraphRun:
-    """Make the run of a graph, not set up yet; `fault` receives the faults of nodes, else the first one ends the run."""
+    """Create a run of a graph, not set up yet; `fault` receives exceptions of nodes, else the first one ends the run."""
     dropped = services.dropped
 
     def drop(index: int, error: BadValueError) -> None:

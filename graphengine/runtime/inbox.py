@@ -1,4 +1,4 @@
-"""What comes into a session from outside, beside messages."""
+"""External inputs of a session other than messages: the wall clock, commands and reloaded files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from graphengine.format.files import Files
 
 
 class ExternalInputs:
-    """Reads the wall clock of this machine, and keeps nothing. A recorder and a replay extend it."""
+    """Reads the wall clock of this machine and records nothing. The recorder and the replay are subclasses."""
 
     exact = False
     """Whether a tick waits for its pictures at any pace, so that another run gets the same."""
@@ -21,19 +21,19 @@ class ExternalInputs:
         return None
 
     def begin_tick(self) -> float:
-        """The wall clock (s since 1970) that nodes read in the tick which begins."""
+        """Return the wall clock time (s since 1970) that nodes read in the tick that begins."""
         return time.time()
 
     def end_tick(self) -> None:
-        """Called when a tick is over, and its messages were sent."""
+        """Called at the end of a tick, after its messages were sent."""
 
     def reading(self, files: Files) -> None:
-        """Take the files that a reload has read; called before the reload takes effect, and again if a file changes meanwhile."""
+        """Called with the files that a reload has read, before the reload takes effect, and again if a file changes meanwhile."""
 
     def command(self, name: str, arguments: Mapping[str, Any]) -> None:
-        """Called when a command that changes the simulation's course was carried out; the next tick is the first after it.
+        """Called after a command that affects the simulation was executed; it takes effect in the next tick.
 
         Args:
-            name: of the command.
-            arguments: as JSON has them.
+            name: name of the command.
+            arguments: arguments as JSON values.
         """

@@ -1,4 +1,4 @@
-"""Ticks at equal distances of wall time."""
+"""Schedules ticks at equal intervals of wall time."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ SLOWEST = 0.01
 
 
 class Pacer:
-    """Absolute deadlines; what is more than five periods late starts a new count instead of a race to catch up.
+    """Computes the deadlines of ticks. After a delay of more than five periods it restarts from now instead of catching up.
 
     Args:
-        period: s of wall time from one tick to the next.
+        period: wall time between two ticks, s.
     """
 
     PATIENCE = 5
@@ -22,15 +22,15 @@ class Pacer:
         self.begin()
 
     def begin(self) -> None:
-        """Count anew; the first tick is due at once."""
+        """Restart; the next tick is due immediately."""
         self._due = time.perf_counter()
 
     def early(self) -> float:
-        """Seconds until the next tick is due; negative when it is late."""
+        """Return the time until the next tick is due, s; negative if it is late."""
         return self._due - time.perf_counter()
 
     def count(self) -> bool:
-        """Count an executed tick; return whether it was late: it ended after the next one was due."""
+        """Count an executed tick; return whether it ended after the next tick was due."""
         self._due += self.period
         late = -self.early()
         if late > self.PATIENCE * self.period:

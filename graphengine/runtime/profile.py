@@ -1,4 +1,4 @@
-"""How often nodes run and fire, and how long that takes, on sampled ticks; ticks between them run as without a profile."""
+"""Measures how often nodes run and fire, and their computing time, in sampled ticks; other ticks run at full speed."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from graphengine.runtime.graph_run import GraphRun
 
 @dataclass(slots=True)
 class NodeProfile:
-    """A node on the sampled ticks.
+    """Measurements of a node over the sampled ticks.
 
     Attributes:
         path: `robot/graph/node`.
         type: registered name.
         runs: number of computes.
-        fired: number of computes after which an execution output fired; of a pusher, number of its yields.
-        seconds: wall time of its computes; of a pusher, without what hangs on its outputs.
+        fired: number of computes that fired an execution output; for nodes that push, number of fired outputs.
+        seconds: wall time of the computes, s; for nodes that push, without the nodes downstream of their outputs.
     """
 
     path: str
@@ -34,7 +34,7 @@ class Profile:
     """Measures the nodes of graphs.
 
     Args:
-        every: one tick in so many is sampled.
+        every: number of ticks per sampled tick.
     """
 
     def __init__(self, every: int = 10) -> None:
@@ -46,11 +46,11 @@ class Profile:
         self._watched: dict[int, tuple[GraphRun, Observed]] = {}
 
     def begin_tick(self, number: int, graphs: Sequence[GraphRun]) -> None:
-        """Decide whether the tick that follows is sampled; call it before each tick and after the last.
+        """Decide whether the next tick is sampled. Call this before each tick and after the last.
 
         Args:
-            number: of ticks that ran.
-            graphs: those that run in the tick.
+            number: number of ticks that have run.
+            graphs: graphs that run in the tick.
         """
         if number == self._begun:
             return
@@ -63,14 +63,14 @@ class Profile:
         self.sampled += before
 
     def end(self) -> None:
-        """Let all ticks run as without a profile until the next `begin_tick`."""
+        """Stop sampling until the next `begin_tick`."""
         for _, switch in self._watched.values():
             switch(False)
         self._watched.clear()
         self._begun, self._sampling = -1, False
 
     def nodes(self) -> list[NodeProfile]:
-        """All nodes that ran, by the time they took, longest first."""
+        """Return all nodes that ran, those with the longest computing time first."""
         return sorted((node for node in self._nodes.values() if node.runs), key=lambda node: -node.seconds)
 
     def _watch(self, run: GraphRun) -> tuple[GraphRun, Observed]:
@@ -88,7 +88,7 @@ class Profile:
 
 
 def _timed(node: NodeProfile, compute: Callable[[], Any], *, pusher: bool, always: bool) -> Callable[[], Any]:
-    """A compute that is counted and timed; one that always fires does not say so."""
+    """Wrap a node's compute in a function that counts and times it; with `always`, each compute counts as fired."""
     now = time.perf_counter
 
     def timed() -> Any:

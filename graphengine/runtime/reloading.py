@@ -16,19 +16,19 @@ MOST_NAMES = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reloaded:
-    """The result of a reload. `Session.reload` returns it; `str` gives a summary in one line.
+    """The result of a reload, which `Session.reload` returns; `str` gives a summary in one line.
 
     Attributes:
         files: files that were changed, added or removed since the last reload.
-        changed: names of the graphs that were exchanged; all graphs after a restart.
+        changed: names of the changed graphs, which were replaced; all graphs after a restart.
         added: names of new graphs.
         removed: names of removed graphs.
-        kept: number of nodes of the exchanged graphs that keep their state.
-        nodes: number of nodes of the exchanged graphs.
+        kept: number of nodes of the changed graphs that keep their state.
+        nodes: number of nodes of the changed graphs.
         restarted: whether the session restarted at time 0, because the world or a robot changed.
         lost: names of the spawned robots that the restart removed.
         warnings: warnings about the new files, as text.
-        mended: whether the files had errors at the previous reload.
+        mended: whether the previous reload failed.
     """
 
     files: tuple[Path, ...] = ()
@@ -69,13 +69,13 @@ class Reloader:
     """Reloads the files of a session. The base class is for a session without files."""
 
     def reload(self) -> Reloaded:
-        """Read the files and run the changed scene, between two ticks.
+        """Read the files again and run the changed scene, between two ticks.
 
         Raises:
             CheckError: the files have errors.
-            GraphError: the changed scene cannot start. After any error nothing has changed.
+            GraphError: the changed scene cannot start. After any error, nothing has changed.
         """
-        raise UsageError("a session without files has nothing to reload")
+        raise UsageError("the session was not loaded from files, so it cannot be reloaded")
 
     def save(self) -> Any:
         """Return the version of the files that the session runs."""

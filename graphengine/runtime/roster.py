@@ -1,4 +1,4 @@
-"""The robots of a session, as its commands add and remove them."""
+"""Interface for adding and removing the robots of a session."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from graphengine.format.spec import RobotUse
 
 
 class Roster:
-    """The robots of a session without a scene, which has none; a scene's roster extends it."""
+    """The robots of a session without a scene, so none; the subclass for scenes adds and removes robots."""
 
     @property
     def spawned(self) -> Sequence[str]:
@@ -19,17 +19,17 @@ class Roster:
 
     @property
     def uses(self) -> Mapping[str, str]:
-        """Robot file or description of each robot, as `use` in a scene file, by the robot's name."""
+        """Robot file or description of each robot by name, as `use` in a scene file."""
         return {}
 
     def add(self, name: str, use: RobotUse) -> None:
-        """Put a robot into the scene, and run its graphs after the others. On `stop` it goes back to where it was put.
+        """Add a robot to the scene; its graphs run after all others. After `stop` it returns to the pose at which it was added.
 
         Raises:
-            CheckError: the robot, or one of its graphs, has errors.
-            GraphError: physics, rays or one of its nodes cannot begin. After any error nothing has changed.
+            CheckError: the robot or one of its graphs has errors.
+            GraphError: physics, rays or one of its nodes cannot start. After any error, nothing has changed.
         """
-        raise UsageError("a session without a scene has no place for robots")
+        raise UsageError("a session without a scene cannot have robots")
 
     def remove(self, name: str) -> None:
         """Remove a robot, its graphs and its topics.
@@ -41,11 +41,11 @@ class Roster:
         raise UnknownEntityError("a session without a scene has no robots")
 
     def save(self) -> Any:
-        """Which robots are there."""
+        """Return which robots the session has."""
 
     def restore(self, saved: Any) -> None:
-        """Put back the robots that were there when `save` was called, and remove the others.
+        """Add and remove robots, so that the session has the same robots as when `save` was called.
 
         Raises:
-            GraphError: a robot cannot be put back.
+            GraphError: a robot cannot be added again.
         """

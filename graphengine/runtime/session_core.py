@@ -1,4 +1,4 @@
-"""A running simulation: when its ticks run, and how it stops, resets and goes back to checkpoints."""
+"""A running simulation: when its ticks run, and how it stops, resets and returns to checkpoints."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ MAX_HELD = 1000
 
 @dataclass(frozen=True, eq=False)
 class SavedSession:
-    """The whole state of a session."""
+    """A checkpoint: the whole state of a session."""
 
     name: str
     of: SessionCore
@@ -46,13 +46,13 @@ class SavedSession:
 
 
 class SessionCore:
-    """Decides when ticks run. `commands` says what else can be done with a session between two ticks.
+    """Decides when ticks run. `commands` lists the other operations on a session between two ticks.
 
-    Not thread-safe: only `interrupt` may be called from another thread; use the desk for everything else. Within a tick a session
-    refuses to step, to stop, and all changes.
+    Not thread-safe: only `interrupt` may be called from another thread; use the desk for everything else. Within a tick, a
+    session refuses to step, to stop, and all changes.
 
     Args:
-        ticker: the graphs, and what they run on.
+        ticker: runs the graphs of the session.
         roster: adds and removes robots.
     """
 
@@ -90,7 +90,7 @@ class SessionCore:
 
     @property
     def graphs(self) -> Sequence[GraphRun]:
-        """In the order they run: the scene's, then each robot's."""
+        """Graphs in execution order: the scene's, then each robot's."""
         return self._ticker.graphs
 
     @property
@@ -100,23 +100,23 @@ class SessionCore:
 
     @property
     def ticks(self) -> int:
-        """Ticks that ran; those before a stop count too."""
+        """Number of ticks that have run, including those before a stop."""
         return self._ticker.count
 
     @property
     def time(self) -> float:
-        """Seconds of simulation since play."""
+        """Simulation time since play, s."""
         return self.clock.time
 
     def checkpoint(self, name: str = "") -> SavedSession:
-        """Keep a copy of the whole state, between two ticks; a picture that is being drawn is waited for.
+        """Return a copy of the whole state, between two ticks; waits for camera images that are being rendered.
 
         Args:
-            name: by which a recording knows it; numbered if not given.
+            name: name of the checkpoint in recordings; by default a numbered one.
 
         Raises:
-            UsageError: within a tick.
-            NodeError: a node holds what cannot be copied.
+            UsageError: called within a tick.
+            NodeError: a node holds state that cannot be copied.
         """
         self._refuse_within_tick()
         self._checkpoints += 1
@@ -128,23 +128,23 @@ class SessionCore:
         return made
 
     def hold(self, checkpoint: SavedSession) -> None:
-        """Keep a checkpoint for commands, which name it; of more than `MAX_HELD` the one that was not used for longest goes."""
+        """Keep a checkpoint for the command `restore`; above `MAX_HELD` checkpoints, discard the least recently used one."""
         self.held.pop(checkpoint.name, None)
         self.held[checkpoint.name] = checkpoint
         if len(self.held) > MAX_HELD:
             del self.held[next(iter(self.held))]
 
     def restore(self, kept: SavedSession) -> None:
-        """Go back to a checkpoint, between two ticks; what follows is the same, byte by byte, over memory.
+        """Return to a checkpoint, between two ticks; with the transport `memory`, the same inputs then give the same bytes.
 
-        Ticks and recordings go on counting, and messages that have left the process are not taken back.
+        Tick counts and recordings continue, and messages that were already sent cannot be recalled.
 
         Args:
-            kept: a checkpoint of this session.
+            kept: checkpoint of this session.
 
         Raises:
-            UsageError: it is another session's, or within a tick.
-            GraphError: a robot that has gone, or a node, cannot be what it was.
+            UsageError: the checkpoint is of another session, or the call comes from within a tick.
+            GraphError: a removed robot cannot be added again, or a node cannot be restored.
         """
         self._refuse_within_tick()
         if kept.of is not self:
@@ -159,43 +159,43 @@ class SessionCore:
         self.inbox.command("restore", {"name": kept.name})
 
     def play(self) -> None:
-        """Let ticks run."""
+        """Start or resume playing."""
         self.admit()
         self._set("playing")
 
     def pause(self) -> None:
-        """Hold; `step` still runs single ticks."""
+        """Pause a playing session; `step` still runs single ticks."""
         self.admit()
         self._set("paused" if self.state == "playing" else self.state)
 
     def advance(self, ticks: int) -> None:
-        """Let `run` do so many ticks more although the session does not play; a stopped one is paused first.
+        """Make `run` execute a number of single ticks while the session is paused; a stopped session becomes paused.
 
         Raises:
-            StateError: it plays, or does such ticks already.
+            StateError: the session is playing, or earlier single ticks have not run yet.
         """
         self.admit()
         if self.state == "playing":
-            raise StateError("the session is playing; pause it to run single ticks")
+            raise StateError("the session is playing; pause it before running single ticks")
         if self.advancing:
-            raise StateError(f"{self.advancing} single ticks are under way")
+            raise StateError(f"{self.advancing} single ticks have not run yet")
         self._set("paused")
         self._until = self.ticks + ticks
 
     @property
     def advancing(self) -> int:
-        """How many ticks of `advance` are to come."""
+        """Number of ticks requested by `advance` that have not run yet."""
         return max(self._until - self.ticks, 0)
 
     def _set(self, state: SessionState) -> None:
-        """Enter a state, at once; the pace begins anew, and single ticks that were to come do not."""
+        """Enter a state; restart the pace and cancel single ticks that have not run yet."""
         self.state, self._until = state, self.ticks
         if self._pacer is not None:
             self._pacer.begin()
 
     @property
     def pace(self) -> float | None:
-        """Seconds of simulation in a second of wall time while `run` plays; None for as fast as possible."""
+        """Target speed of `run`: seconds of simulation per second of wall time; None for as fast as possible."""
         return self._pace
 
     @pace.setter
@@ -204,10 +204,10 @@ class SessionCore:
         self._pacer = Pacer(self.clock.delta / pace) if pace else None
 
     def step(self, ticks: int = 1) -> None:
-        """Run single ticks, here and now; a stopped session is paused first.
+        """Run single ticks and return after the last; a stopped session becomes paused.
 
         Raises:
-            NodeError: a node raised; commands were set to zero.
+            NodeError: a node raised an exception; commands were set to zero.
             PhysicsError: the simulation diverged.
         """
         self.admit()
@@ -224,18 +224,18 @@ class SessionCore:
         *,
         paused: bool = False,
     ) -> None:
-        """Play for some time of simulation.
+        """Play for a given simulation time.
 
-        With a desk this goes on through pauses and stops, asleep meanwhile.
+        With a desk, the run continues through pauses and stops and sleeps meanwhile.
 
         Args:
-            seconds: how long, all plays together; None for ever.
-            pace: seconds of simulation in a second of wall time; None for as fast as possible.
-            on_tick: called after each tick, and while there are none now and then; returning False ends the run.
-            paused: begin with a pause, which the desk ends.
+            seconds: simulation time of all plays together, s; None: no limit.
+            pace: seconds of simulation per second of wall time; None for as fast as possible.
+            on_tick: called after each tick, and several times per second while none run; returning False ends the run.
+            paused: start paused, until the desk gets the command `play`.
 
         Raises:
-            NodeError: a node raised; commands were set to zero.
+            NodeError: a node raised an exception; commands were set to zero.
             PhysicsError: the simulation diverged.
         """
         self.admit()
@@ -248,7 +248,7 @@ class SessionCore:
             self.interrupted = False
 
     def _run(self, on_tick: Callable[[SessionCore], bool] | None) -> None:
-        """Ticks until a number of them ran, the run is interrupted, or it ends because nobody can let it go on."""
+        """Run ticks until `last`, an interrupt, or a pause that no command can end."""
         while self._serve() and self.ticks < self.last:
             paced = self._pacer if self.state == "playing" else None
             self.services.world.realtime = paced is not None and not self.inbox.exact
@@ -265,13 +265,13 @@ class SessionCore:
                 self.interrupted = True
 
     def _serve(self) -> bool:
-        """Do what was asked for, and tell who waits for ticks that they ran; whether the run goes on."""
+        """Execute waiting commands and complete those that waited for ticks; return whether the run continues."""
         if self.desk is not None:
             self.desk.serve(self)
         return not self.interrupted and (self.desk is not None or self.state == "playing")
 
     def interrupt(self) -> None:
-        """End `run`, at once while it waits, else after the tick; for other threads and signal handlers."""
+        """End `run`: immediately while it waits, else after the current tick. Safe in other threads and signal handlers."""
         self.interrupted = True
         if self.desk is not None:
             self.desk.wake()
@@ -284,14 +284,14 @@ class SessionCore:
 
     def _refuse_within_tick(self) -> None:
         if self._ticker.running:
-            raise UsageError("this is possible only between two ticks, for instance in `on_tick`")
+            raise UsageError("call this between two ticks, for example in `on_tick`")
 
     def admit(self) -> None:
-        """Refuse a change within a tick, or of a session that failed.
+        """Check that the session may be changed now.
 
         Raises:
             StateError: the session failed, and its time was not reset.
-            UsageError: within a tick.
+            UsageError: called within a tick.
         """
         self._refuse_within_tick()
         if self.state == "failed":
@@ -306,14 +306,14 @@ class SessionCore:
             raise
 
     def stop(self) -> None:
-        """Back to time 0: commands zero, world at its start, outputs and state at their defaults."""
+        """Return to time 0: commands become zero, and the world, outputs and states return to their initial values."""
         self._refuse_within_tick()
         self._begin_anew("state", "time")
         self._set("stopped")
         self.inbox.command("stop", {})
 
     def reset(self, *scopes: ResetScope, seed: int | None = None) -> None:
-        """Reset the whole session or parts of it, and stay playing, paused or stopped. A failed session is paused.
+        """Reset the whole session or parts of it; it stays playing, paused or stopped. A failed session becomes paused.
 
         Args:
             scopes: parts to reset; none given: all.
@@ -335,7 +335,7 @@ class SessionCore:
             raise UsageError("a new seed takes effect when the time is reset: add the scope `time`")
         if self.state == "failed":
             if "time" not in wanted:
-                raise StateError("the session failed; only a reset of its time lets it go on")
+                raise StateError("the session failed; reset its time to continue")
             self._set("paused")
         if "spawned" in wanted:
             for name in reversed(list(self.roster.spawned)):
@@ -374,7 +374,7 @@ class SessionCore:
         return replace(done, mended=mended)
 
     def exchange(self, graphs: Sequence[Graph]) -> Exchange:
-        """Run other graphs from now on; changed graphs keep as much state as possible.
+        """Replace the running graphs; nodes with the same name and type keep their state.
 
         Raises:
             GraphError: a node could not be set up; nothing has changed.
@@ -389,7 +389,7 @@ class SessionCore:
         self.version = self._versions
 
     def begin_with(self, ticker: Ticker, roster: Roster) -> None:
-        """Restart at time 0 with another world, whose graphs are set up; stay playing, paused or stopped."""
+        """Restart at time 0 with another world, whose graphs are set up already; the session stays playing, paused or stopped."""
         before = self._ticker
         if math.isfinite(self.last):
             left = (self.last - before.count) * before.clock.delta
@@ -405,7 +405,7 @@ class SessionCore:
         self._set(self.state)
 
     def _begin_anew(self, *scopes: ResetScope, seed: int | None = None) -> None:
-        """Parts of the session as before the first tick; a play ends before its time does."""
+        """Reset parts of the session; run the end-of-play actions of graphs before the time is reset."""
         if "time" in scopes:
             self.end_play()
             self._failure = ""
@@ -419,9 +419,9 @@ class SessionCore:
             self._ticker.tell("at_close", closing)
 
     def end(self) -> None:
-        """Let graphs do what they have for the end of a play and for their own, once; nothing is to run after it.
+        """Run the actions of graphs for the end of playing and for closing, once; no tick may run afterwards.
 
-        After an error they do nothing: what they know may be half of a tick.
+        After an error no actions run, because an unfinished tick may have left inconsistent values.
         """
         if self._ended or self._failure:
             return
@@ -430,7 +430,7 @@ class SessionCore:
         self._ticker.tell("at_close", self.graphs)
 
     def close(self) -> None:
-        """End, leave the network and release the world; safe to call twice."""
+        """End the session, leave the network and release the world; safe to call twice."""
         with contextlib.suppress(TransportError):
             self.end()
         if self.desk is not None:

@@ -1,4 +1,4 @@
-"""One tick: step physics, execute graphs, flush messages. Also starts, resets, saves and restores what a tick runs."""
+"""One tick: step physics, execute graphs, flush messages. Also starts, resets, saves and restores the parts of a session."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ class Exchange:
 
 
 class Ticker:
-    """Graphs over a world and a network, and the clocks that they run on.
+    """Runs graphs in a world and on a network, with the clocks that nodes read.
 
     Args:
-        services: what the nodes' contexts share.
-        fault: receives each NodeError where a node that raises ends its branch only; None ends the tick.
+        services: services that the contexts of all nodes share.
+        fault: receives each NodeError, which then ends only the node's branch; None: a NodeError ends the tick.
     """
 
     def __init__(self, services: Services, fault: Callable[[NodeError], None] | None = None) -> None:
@@ -67,7 +67,7 @@ class Ticker:
         self._set_graphs(())
 
     def add(self, graphs: Iterable[Graph]) -> None:
-        """Set graphs up, to run after the others.
+        """Set up graphs, which run after the others.
 
         Raises:
             GraphError: a node could not be set up; none of the graphs is added.
@@ -88,7 +88,7 @@ class Ticker:
         return make_graph_run(graph, self.services, clock, self._fault)
 
     def exchange(self, graphs: Sequence[Graph]) -> Exchange:
-        """Replace all running graphs by these, between two ticks; nodes of the same name and type keep their state.
+        """Replace all running graphs, between two ticks; nodes with the same name and type keep their state.
 
         An unchanged graph continues. A removed graph sends its last messages.
 
@@ -127,7 +127,7 @@ class Ticker:
     def _take_over(
         self, graphs: Sequence[Graph], runs: Sequence[GraphRun], successions: Sequence[Succession]
     ) -> Exchange:
-        """Run other graphs from now on, all of which are set up."""
+        """Run the new graphs, which are set up already, instead of the old ones."""
         names, before = {graph.name for graph in graphs}, self.graphs
         gone = [run for run in before if run.name not in names]
         self.tell("at_close", gone)
@@ -145,7 +145,7 @@ class Ticker:
         )
 
     def close(self, runs: Iterable[GraphRun]) -> None:
-        """Close replaced graphs; an error in one, such as an exception in a script's last function, does not affect others."""
+        """Close replaced graphs; an error in one, such as an exception in a script's cleanup, does not affect the others."""
         heirs = {context.prim_path for run in self.graphs for _, context in run.contexts}
         for run in runs:
             try:
@@ -154,7 +154,7 @@ class Ticker:
                 self.services.log("error", "", f"{run.name} did not close: {error}")
 
     def remove(self, runs: Collection[GraphRun]) -> None:
-        """Close graphs and run them no more."""
+        """Close graphs and remove them from the tick."""
         for run in runs:
             run.contexts.close()
         self._set_graphs([run for run in self.graphs if run not in runs])
@@ -167,10 +167,10 @@ class Ticker:
         self._on_step = [run.executor for run in runs if run.on_physics_step]
 
     def run(self, inbox: ExternalInputs) -> None:
-        """One tick.
+        """Run one tick.
 
         Raises:
-            NodeError: a node raised; commands were set to zero.
+            NodeError: a node raised an exception; commands were set to zero.
             PhysicsError: the simulation diverged.
         """
         services, world = self.services, self.services.world
@@ -205,16 +205,16 @@ class Ticker:
             self.running = False
 
     def _warn_of_clamped(self) -> None:
-        """Warn once of each joint that was commanded beyond its limits."""
+        """Warn once about each joint whose command exceeded its limits."""
         clamped = self.services.world.clamped_commands
         if len(clamped) != len(self._clamped):
             for command in [command for command in clamped if command not in self._clamped]:
                 self._clamped.add(command)
-                advice = "a joint that can do more needs a wider <limit> in its description"
+                advice = "if the joint can do more, widen its <limit> in the robot description"
                 self.services.warn("", f"commands are clamped: {command}\n  {advice}")
 
     def _freeze(self, inbox: ExternalInputs) -> None:
-        """What has arrived before a tick is what the tick sees."""
+        """Fix the inputs of a tick: messages, keys and variables that arrived before it."""
         self.clock.wall_time = self.step_clock.wall_time = inbox.begin_tick()
         self.services.network.freeze()
         self.services.keys.freeze()
@@ -224,14 +224,14 @@ class Ticker:
             variable.freeze()
 
     def save(self) -> Any:
-        """A copy of the state of clocks, world, network and graphs."""
+        """Return a copy of the state of clocks, world, network and graphs."""
         return [part.save() for part in self._parts()], {run.name: run.save() for run in self.graphs}
 
     def restore(self, saved: Any) -> None:
-        """Go back to what `save` returned while the same graphs were there; ticks count on.
+        """Restore the state that `save` returned when the same graphs were running; the tick count continues.
 
         Raises:
-            GraphError: a node that was set up again since cannot be set up as it was.
+            GraphError: a node was set up again since then, and cannot be set up with its saved inputs.
         """
         states, graphs = saved
         for run in self.graphs:
@@ -244,7 +244,7 @@ class Ticker:
         return self.clock, self.step_clock, services.world, services.network, services
 
     def tell(self, ending: Ending, graphs: Sequence[GraphRun]) -> None:
-        """Let graphs do what they have for an ending, and send what comes of it; one that fails ends for itself alone."""
+        """Run the actions of graphs for an ending, and send their messages; an error in one graph does not affect the others."""
         services = self.services
         self.running = True
         try:
@@ -259,7 +259,7 @@ class Ticker:
             self.running = False
 
     def begin_anew(self, *scopes: ResetScope, seed: int | None = None) -> None:
-        """Return the world to its initial state; with `time`, also clocks and graphs; `seed` replaces the seed."""
+        """Return the world to its initial state; the scope `time` also resets clocks and graphs; `seed` replaces the seed."""
         services, world = self.services, self.services.world
         if seed is not None:
             services.seed = world.seed = seed

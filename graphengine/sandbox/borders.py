@@ -1,4 +1,4 @@
-"""Kernel features that confine a process with an untrusted file, and what happens where one is missing."""
+"""The kernel features that confine processes with untrusted files, and the policy for machines that lack one."""
 
 from __future__ import annotations
 
@@ -14,17 +14,22 @@ TRUST = "--trust runs code of this file with all of your own permissions: read i
 
 
 def missing() -> list[str]:
-    """Names of the borders that this machine lacks."""
+    """Return the names of the kernel features that this machine lacks."""
     return [name for name, (available, _) in BORDERS.items() if not available()]
 
 
 def admit(what: str, findings: Findings, span: Span, *, trusted: bool) -> bool:
-    """Whether a file that runs code, or native readers, may be read here: between both borders, or if the user trusts it."""
+    """Return whether a file that runs code or native readers may be read here: fully confined, or trusted by the user."""
     lacking = missing()
     if not lacking:
         return True
     if trusted:
-        findings.add("W206", f"{what} is trusted and runs without {' and '.join(lacking)}", span, *_dangers(lacking))
+        findings.add(
+            "W206",
+            f"{what} is trusted and runs without {' and '.join(lacking)}",
+            span,
+            *_dangers(lacking),
+        )
         return True
     text = f"{what} is not read: this machine has no {' and no '.join(lacking)}"
     findings.add("G401", text, span, *_dangers(lacking), TRUST)
@@ -32,14 +37,14 @@ def admit(what: str, findings: Findings, span: Span, *, trusted: bool) -> bool:
 
 
 def warn(findings: Findings) -> None:
-    """Warn, once, that descriptions and meshes are read without a border."""
+    """Warn once that descriptions and meshes are read without confinement."""
     if lacking := missing():
         text = f"descriptions and meshes are read without {' and '.join(lacking)}, which this machine lacks"
         findings.add("W206", text, None, *_dangers(lacking))
 
 
 def describe() -> str:
-    """A line for people: which borders this machine has."""
+    """Return a line that says which kernel features this machine has."""
     return ", ".join(f"{name}: {'yes' if available() else 'no'}" for name, (available, _) in BORDERS.items())
 
 

@@ -1,4 +1,4 @@
-"""Processes that read untrusted files: all limited in time and memory, some confined to those files."""
+"""Processes that read untrusted files: all are limited in time and memory, and some are confined to reading those files."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 
 
 class ProcessError(Exception):
-    """A process that did not come to its end; says why. `answer` is what it had said by then."""
+    """A process did not complete; the message gives the reason, and `answer` holds its output until then."""
 
     def __init__(self, message: str, answer: bytes) -> None:
         super().__init__(message)
@@ -48,14 +48,14 @@ class ProcessError(Exception):
 
 
 class AccessDeniedError(Exception):
-    """A file asked for access that it does not get; the message names the remedy."""
+    """An untrusted file requested access that is not allowed; the message contains the remedy."""
 
 
 def ask(module: str, request: bytes, seconds: float) -> bytes:
-    """What a module writes when it is run with a request as its input; it sees no environment and gets so many seconds.
+    """Run a module with a request as its input, without environment variables, for at most `seconds`; return its output.
 
     Raises:
-        ProcessError: it takes longer, or ends before it should.
+        ProcessError: the process takes longer, or fails.
     """
     command = [sys.executable, "-P", "-s", "-m", module]
     environment = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONHASHSEED": "0"}
@@ -92,11 +92,11 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
         code = process.wait()
         asking.result()
     if len(answer) > MAX_ANSWER_BYTES:
-        raise ProcessError(f"says more than {MAX_ANSWER_BYTES // 1_000_000} MB", b"")
+        raise ProcessError(f"writes more than {MAX_ANSWER_BYTES // 1_000_000} MB", b"")
     if late.is_set():
         raise ProcessError(f"takes more than {seconds:g} s", answer)
     if code in (-signal.SIGXCPU, -signal.SIGKILL):
-        raise ProcessError("takes more time or memory than it may", answer)
+        raise ProcessError("exceeds its limit of time or memory", answer)
     if code < 0:
         raise ProcessError(f"breaks off: {signal.strsignal(-code)}", answer)
     if code > 0:
@@ -105,7 +105,7 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End a process that was not waited for yet, with those that it started."""
+    """Kill a process that was not waited for yet, and all processes that it started."""
     with contextlib.suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
 
@@ -116,7 +116,7 @@ def _write(stream: IO[bytes], request: bytes) -> None:
 
 
 def bound(memory: int = MAX_MEMORY_BYTES) -> None:
-    """Bound the time and memory, in bytes, of this process for good; it writes no file."""
+    """Limit time and memory (bytes) of this process permanently; it can write no files afterwards."""
     for kind, value in (
         (resource.RLIMIT_CPU, MAX_CPU_SECONDS),
         (resource.RLIMIT_AS, memory),
@@ -136,20 +136,20 @@ def confine(
     memory: int = MAX_MEMORY_BYTES,
     libraries: Collection[Path] = (),
 ) -> None:
-    """Bound this process and put up the borders that this kernel has: from here on it only reads, and what `files` allows.
+    """Limit this process and enable the kernel's confinement: from here on it can only read what `files` allows.
 
-    Call it before anything of a stranger's is read, while one thread runs. The borders hold whatever code runs; an audit hook
-    only says in words what they refuse, and notes what is read.
+    Call this before reading anything untrusted, while one thread runs. The kernel's confinement holds for any code; an audit
+    hook only gives a readable error for what it denies, and records which files are read.
 
     Args:
-        files: what may be read.
-        tier: what it may do beside.
-        also: audit events of what may be done beside, which changes nothing outside of the process.
-        memory: in bytes.
-        libraries: folders that native libraries read by themselves.
+        files: files that may be read.
+        tier: additional permissions.
+        also: additional audit events to allow, which must not change anything outside the process.
+        memory: limit, bytes.
+        libraries: folders that native libraries read themselves.
 
     Raises:
-        OSError, RuntimeError: a border that this kernel has cannot be put up.
+        OSError, RuntimeError: a kernel feature that is available cannot be enabled.
     """
     bound(memory)
     os.environ.clear()
@@ -176,10 +176,10 @@ def confine(
 
 
 def check_readable(path: Path, files: Files) -> None:
-    """Refuse a file outside of what may be read.
+    """Check that a file may be read.
 
     Raises:
-        AccessDeniedError: it is.
+        AccessDeniedError: it may not be read.
     """
     if not files.may_read(path):
         beside = [root for root in files.roots if not path.is_absolute() and (root / path).exists()]

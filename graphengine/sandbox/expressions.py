@@ -1,8 +1,8 @@
-"""Evaluates untrusted Python expressions, without access to anything outside of them.
+"""Evaluates untrusted Python expressions without access to anything outside them.
 
-Any attribute of any object leads back to what Python is made of: `().__class__`, `(lambda: 0).__globals__`, a generator's
-`gi_frame`, a format string. A few characters take all memory: `9**9**9`. So `compiled` accepts only syntax that it knows, and
-its code leaves attributes, calls, operators, loops and formats to a `Guard`, which bounds what they compute:
+In plain Python, attributes of any object lead to the interpreter's internals: `().__class__`, `(lambda: 0).__globals__`, a
+generator's `gi_frame`, a format string. A few characters can use all memory: `9**9**9`. So `compiled` accepts only known
+syntax, and its code leaves attributes, calls, operators, loops and formatting to a `Guard`, which limits them:
 
     code = compiled("max(m.ranges) > 2 * limit", known=("m", "limit", *FUNCTIONS))
     Guard().evaluate(code, {"m": message, "limit": 0.5, **FUNCTIONS})
@@ -32,7 +32,7 @@ MAX_BITS = 10_000
 
 
 def syntax(names: str) -> tuple[type[ast.AST], ...]:
-    """Classes of the module `ast` by their names."""
+    """Return the classes of the module `ast` with these names."""
     return tuple(getattr(ast, name) for name in names.split())
 
 
@@ -92,13 +92,13 @@ _COLLECTIONS = (str, bytes, list, tuple, set, frozenset, dict)
 
 
 class ForbiddenError(Exception):
-    """An expression that is not evaluated."""
+    """An expression that is not allowed, or exceeds the limits."""
 
 
 class Guard:
-    """What the operations of an expression do; a subclass decides on attributes and calls, or refuses more.
+    """Executes the operations of an expression within limits; subclasses decide on attributes and calls, or forbid more.
 
-    A guard allows `MAX_STEPS` in all: for one evaluation, or for all that belong together.
+    A guard allows `MAX_STEPS` in total: for one evaluation, or for several that share the guard.
     """
 
     methods: Mapping[type, frozenset[str]] = METHODS
@@ -109,36 +109,36 @@ class Guard:
         self._guards = {f"@{name}": getattr(self, name) for name in names}  # which no source text can write
 
     def evaluate(self, code: CodeType, names: dict[str, Any]) -> Any:
-        """The value of a compiled expression over `names`, which may be a mapping that computes its values.
+        """Return the value of a compiled expression; `names` may be a mapping that computes its values.
 
         Raises:
-            ForbiddenError: it takes an attribute that is not allowed, or more than the limits.
-            Exception: whatever evaluating it raises.
+            ForbiddenError: the expression reads a forbidden attribute, or exceeds the limits.
+            Exception: any exception that the evaluation raises.
         """
         names.update(__builtins__=self._guards)
         return eval(code, names)
 
     def attributes(self, value: Any) -> Collection[str]:
-        """Names of the attributes of a value that an expression may read."""
+        """Return the names of a value's attributes that an expression may read."""
         return next((names for kind, names in self.methods.items() if isinstance(value, kind)), ())
 
     def attribute(self, value: Any, name: str) -> Any:
-        """What `value.name` means."""
+        """Return the value of `value.name`."""
         if name not in (legal := self.attributes(value)):
             what = f"the attribute {name!r} of a {type(value).__name__} is not allowed in an expression"
             raise ForbiddenError(f"{what}\n{did_you_mean(name, legal) or listing(sorted(legal))}")
         return getattr(value, name)
 
     def call(self, place: tuple[int, int, int], function: Any, /, *arguments: Any, **named: Any) -> Any:
-        """Call a function; `place` is the first line, the last line and the column of the call."""
+        """Call a function; `place` is first line, last line and column of the call."""
         if "key" in named:  # Python calls it in loops of its own, which nobody counts
-            raise ForbiddenError("an expression sorts and compares without a key")
+            raise ForbiddenError("`key` is not allowed in an expression")
         self.spend(1)
         self.weigh(getattr(function, "__self__", None), *arguments, *named.values())
         return self.made(function(*arguments, **named))
 
     def operate(self, name: str, /, *operands: Any) -> Any:
-        """The result of an operator, which has its name in the module `ast`."""
+        """Return the result of an operator, given by its name in the module `ast`."""
         first, last = operands[0], operands[-1]
         if all(isinstance(operand, int) for operand in operands):
             size, other = first.bit_length(), last.bit_length()
@@ -153,25 +153,25 @@ class Guard:
         return self.made(_OPERATORS[name](*operands))
 
     def iterate(self, values: Iterable[Any]) -> Iterator[Any]:
-        """The values that a comprehension goes over."""
+        """Return the values over which a comprehension loops."""
         for value in values:
             self.spend(1)
             yield value
 
     def format(self, value: Any, conversion: int, form: str) -> str:
-        """What stands for a value in an f-string."""
+        """Return the text of a value in an f-string."""
         if _WIDE.search(form):
             raise ForbiddenError("a field of more than 999 characters is not allowed in an expression")
         self.weigh(value)
         return format(_CONVERSIONS[conversion](value) if conversion in _CONVERSIONS else value, form)
 
     def made(self, value: Any) -> Any:
-        """A value that was computed, or that is compared."""
+        """Check a computed or compared value against the limits, and return it."""
         self.weigh(value)
         return value
 
     def weigh(self, *values: Any) -> None:
-        """Take the steps of values and of all that they hold, which may be one list a thousand times."""
+        """Count the steps of values and all their elements; a list that occurs a thousand times counts a thousand times."""
         pending = [*values]
         for part in pending:
             self.spend(cost(part))
@@ -180,18 +180,18 @@ class Guard:
                 pending.extend(part.values() if isinstance(part, dict) else ())
 
     def spend(self, steps: int) -> None:
-        """Take steps.
+        """Count steps.
 
         Raises:
-            ForbiddenError: they are too many.
+            ForbiddenError: the limit is exceeded.
         """
         self._left -= steps
         if self._left < 0:
-            raise ForbiddenError(f"an expression takes at most {MAX_STEPS} steps")
+            raise ForbiddenError(f"an expression may take at most {MAX_STEPS} steps")
 
 
 def cost(value: Any) -> int:
-    """The steps that a value takes, without those of its elements; of bits, characters and numbers of an array 64 are one."""
+    """Return the steps of a value without its elements; 64 bits, characters or array numbers count as one step."""
     if isinstance(value, int):
         return value.bit_length() // 64
     if isinstance(value, str | bytes):
@@ -204,16 +204,16 @@ def cost(value: Any) -> int:
 def compiled(
     expression: str | ast.expr, syntax: tuple[type[ast.AST], ...] = SYNTAX, known: Collection[str] | None = None
 ) -> CodeType:
-    """Code of an expression for `Guard.evaluate`.
+    """Compile an expression for `Guard.evaluate`.
 
     Args:
-        expression: its text or its tree.
-        syntax: classes of the nodes that it may have.
-        known: names that it may use beside those of its loops; None for any, names of Python's own excepted.
+        expression: text or syntax tree.
+        syntax: classes of syntax nodes that are allowed.
+        known: names that the expression may use, besides its loop variables; None: any names except Python's own.
 
     Raises:
-        SyntaxError, ValueError: the text is no expression.
-        ForbiddenError: the expression is too large, or uses syntax or a name that is not allowed.
+        SyntaxError, ValueError: the text is not an expression.
+        ForbiddenError: the expression is too large, or uses forbidden syntax or names.
     """
     tree = ast.Expression(expression) if isinstance(expression, ast.expr) else _parsed(expression)
     used: set[str] = set()
@@ -222,7 +222,7 @@ def compiled(
         if not isinstance(node, syntax):
             raise ForbiddenError(f"{type(node).__name__} is not allowed in an expression\n{_LEGAL}")
         if isinstance(node, ast.Attribute | ast.Subscript | ast.Starred) and isinstance(node.ctx, ast.Store):
-            raise ForbiddenError("an expression sets nothing but the names of its loops")
+            raise ForbiddenError("an expression can only assign its loop variables")
         name = str(getattr(node, "id", None) or getattr(node, "attr", None) or getattr(node, "arg", None) or "")
         given = known if known and isinstance(node, ast.Name) else ()
         if name.startswith("__") and (name not in given or name == "__builtins__"):
@@ -239,7 +239,7 @@ def compiled(
 
 def _parsed(text: str) -> ast.Expression:
     if len(text) > MAX_CHARACTERS:
-        raise ForbiddenError(f"an expression has at most {MAX_CHARACTERS} characters")
+        raise ForbiddenError(f"an expression may have at most {MAX_CHARACTERS} characters")
     try:
         return ast.parse(text.strip(), "<expression>", "eval")
     except (MemoryError, RecursionError):
@@ -247,7 +247,7 @@ def _parsed(text: str) -> ast.Expression:
 
 
 def _nodes(tree: ast.AST) -> Iterator[ast.AST]:
-    """The nodes of a tree, level by level.
+    """Yield the nodes of a tree, level by level.
 
     Raises:
         ForbiddenError: it has too many levels.
@@ -262,7 +262,7 @@ def _nodes(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 def _guarded(part: Any) -> Any:
-    """A copy of a part of a tree, whose operations are calls of the guard."""
+    """Return a copy of a syntax tree in which operations are calls of the guard."""
     if isinstance(part, list):
         return [_guarded(item) for item in part]
     if not isinstance(part, ast.AST):

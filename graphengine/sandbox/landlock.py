@@ -1,6 +1,6 @@
-"""Landlock: the kernel denies a process files and other processes for good, whatever code runs in it.
+"""Landlock: the kernel permanently denies this process access to files and other processes, whatever code runs in it.
 
-Linux has it since 5.13, unless its builder or administrator left it out; numbers and structures are those of linux/landlock.h.
+Linux has it since 5.13, unless it was disabled at build or boot time; numbers and structures are those of linux/landlock.h.
 """
 
 from __future__ import annotations
@@ -21,35 +21,34 @@ _READ_FILE, _READ_FOLDER = 1 << 2, 1 << 3
 
 
 class _Rules(ctypes.Structure):
-    """What a process may not do but for exceptions: with files, with TCP, and with processes outside."""
+    """The kernel's `landlock_ruleset_attr`: operations to deny on files, TCP and other processes, except for rules."""
 
     _fields_ = (("files", ctypes.c_uint64), ("tcp", ctypes.c_uint64), ("outside", ctypes.c_uint64))
 
 
 class _Below(ctypes.Structure):
-    """What may be done below a folder."""
+    """The kernel's `landlock_path_beneath_attr`: operations allowed below a folder."""
 
     _pack_ = 1
     _fields_ = (("rights", ctypes.c_uint64), ("folder", ctypes.c_int32))
 
 
 def available() -> bool:
-    """Whether this kernel has Landlock."""
+    """Return whether this kernel has Landlock."""
     return _version() >= 1
 
 
 def restrict(readable: Iterable[Path]) -> None:
-    """Let this process read below some folders, and do nothing else to files, programs among them.
+    """Allow this process to read below some folders, and deny all other access to files, including starting programs.
 
-    It also opens no TCP connection and signals no process outside, where the kernel is new enough (6.7, 6.12). What is open
-    stays open.
+    It also denies TCP connections and signals to other processes if the kernel is new enough (6.7, 6.12). Open files stay open.
 
     Raises:
         OSError: the kernel refuses.
         RuntimeError: other threads run, which Landlock would not restrict.
     """
     if (threads := len(os.listdir("/proc/self/task"))) != 1:
-        raise RuntimeError(f"Landlock restricts one thread, and {threads} run")
+        raise RuntimeError(f"Landlock restricts only one thread, but {threads} are running")
     version = _version()
     rights = min(12 + version, 15) + (version >= 5)  # their number: 13, and one more with versions 2, 3 and 5
     tcp, outside = (0b11 if version >= 4 else 0), (0b11 if version >= 6 else 0)

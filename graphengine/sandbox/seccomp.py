@@ -1,7 +1,7 @@
-"""seccomp: the kernel denies a process all system calls outside a list for good, whatever code runs in it.
+"""seccomp: the kernel permanently denies this process all system calls outside a list, whatever code runs in it.
 
-Linux has it since 3.17, unless its builder left it out. A filter is a program of classic BPF over linux/seccomp.h's
-`seccomp_data`; numbers are those of asm/unistd.h. Refused calls fail with EPERM, so that a library can go on without.
+Linux has it since 3.17, unless it was disabled at build time. A filter is a classic BPF program over `seccomp_data` of
+linux/seccomp.h; numbers are those of asm/unistd.h. Refused calls fail with EPERM, so that libraries can continue.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ _SECCOMP = {"x86_64": 317, "aarch64": 277}
 
 
 class Test(NamedTuple):
-    """A test of 32 bits of an argument: they are one of some values once masked."""
+    """A test of 32 bits of an argument: after masking, they must be one of some values."""
 
     argument: int
     values: tuple[int, ...]
@@ -75,7 +75,7 @@ class Test(NamedTuple):
 
 
 class Tier(NamedTuple):
-    """What a process may do beside computing, reading and writing what is open."""
+    """What a process may do, besides computing and using open files."""
 
     files: bool
     """Open files to read them, and look at their names."""
@@ -92,7 +92,7 @@ TIERS = {
 
 
 def numbers(machine: str) -> list[dict[str, int]]:
-    """Numbers of the listed calls by name: those for every process, to read files, to start threads."""
+    """Return the numbers of the listed system calls by name: for every process, to read files, to start threads."""
     column = 1 + list(ARCHITECTURES).index(machine)
     tables = []
     for part in _TABLE.split("\n\n"):
@@ -103,14 +103,14 @@ def numbers(machine: str) -> list[dict[str, int]]:
 
 
 def available() -> bool:
-    """Whether this kernel has seccomp with all that a filter here needs, and this machine a table."""
+    """Return whether this kernel has seccomp with the required features, and this module has a table for the machine."""
     action = ctypes.c_uint32(_KILLED)
     machine = os.uname().machine
     return machine in ARCHITECTURES and call(_SECCOMP[machine], _ACTION_AVAILABLE, 0, ctypes.addressof(action)) == 0
 
 
 def restrict(tier: Tier) -> None:
-    """Refuse all threads of this process every system call that its tier does not have.
+    """Deny all threads of this process the system calls that are not in the tier.
 
     Raises:
         OSError: the kernel refuses.
@@ -128,7 +128,7 @@ def restrict(tier: Tier) -> None:
 
 
 def compose(machine: str, tier: Tier, process: int) -> bytes:
-    """The filter of a tier for a process, as the kernel reads it: 8 bytes an instruction."""
+    """Return the filter of a tier for a process in the kernel's format, 8 bytes per instruction."""
     every, files, threads = numbers(machine)
     listed = {**every, **(files if tier.files else {}), **(threads if tier.threads else {})}
     tests = _tests(process)
@@ -142,7 +142,7 @@ def compose(machine: str, tier: Tier, process: int) -> bytes:
 
 
 def _body(name: str, tests: Collection[Test]) -> Iterator[tuple[int, int, int, int]]:
-    """Instructions that decide about a call."""
+    """Return the instructions that decide about a system call."""
     if name in ("clone3", "openat2"):  # their arguments lie in memory; libraries fall back to clone and openat
         yield _RETURN, 0, 0, _ERROR | errno.ENOSYS
         return
@@ -156,7 +156,7 @@ def _body(name: str, tests: Collection[Test]) -> Iterator[tuple[int, int, int, i
 
 
 def _tests(process: int) -> dict[str, tuple[Test, ...]]:
-    """Tests of the calls that are allowed with some arguments only; the kernel ignores the upper half of an int."""
+    """Return tests for the calls that are allowed with some arguments only; the kernel ignores the upper half of an int."""
     return {
         "open": (Test(1, (0,), _ALL & ~_READ_FLAGS),),
         "openat": (Test(2, (0,), _ALL & ~_READ_FLAGS),),

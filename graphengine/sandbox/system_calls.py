@@ -16,7 +16,7 @@ _VERSION, _READ_FILES = 0x20080522, 1 << 2
 
 
 def call(number: int, *arguments: int) -> int:
-    """The result of a system call; -1 where it fails, and where this is not Linux."""
+    """Return the result of a system call; -1 if it fails, and on other systems."""
     if sys.platform != "linux":
         return -1
     function = ctypes.CDLL(None).syscall
@@ -25,10 +25,10 @@ def call(number: int, *arguments: int) -> int:
 
 
 def renounce_privileges() -> None:
-    """Drop the capabilities of this thread but to read files of other users, and gain none by starting programs.
+    """Drop the capabilities of this thread, except for reading files of other users, and gain none by starting programs.
 
-    The process leaves no core dump either: a crash would hand its memory to a program of the system. It ends with its
-    parent, and queues no signals, of which a user has a number for all processes.
+    The process writes no core dump, because a crash would pass its memory to another program. It ends with its parent, and
+    queues no signals, whose number is limited per user for all processes.
 
     Raises:
         OSError: the kernel refuses.

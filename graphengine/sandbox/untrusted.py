@@ -1,7 +1,7 @@
-"""Decodes the JSON answers of confined processes, which the file they read may have forged.
+"""Decodes the JSON output of confined processes, which an untrusted file may have forged.
 
-An object has the fields of its dataclass, a place is a list of path, line, column and length. The process writes its answer with
-`answer`. The caller reads it with `read`, which gives every field the type that its dataclass states.
+An object has the fields of its dataclass; a span is a list of path, line, column and length. The process writes its output with
+`answer`. The caller reads it with `read`, which checks that each field has the type that its dataclass declares.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ _T = TypeVar("_T")
 
 
 class Sources:
-    """The files in which an answer may name places, each read once.
+    """The files in which spans may lie, each read once.
 
     Args:
-        files: judges which files may be read.
-        known: what was read already.
+        files: decides which files may be read.
+        known: files that were read already.
     """
 
     def __init__(self, files: Files, *known: Source) -> None:
@@ -51,10 +51,10 @@ class Sources:
         self._known = {os.path.abspath(source.path): source for source in known}
 
     def span(self, path: str, line: int, column: int, length: int) -> Span:
-        """The place that an answer means, numbers beyond measure clamped.
+        """Return a span; numbers outside the file are clamped.
 
         Raises:
-            OSError, ValueError: no such file may be read.
+            OSError, ValueError: the file may not be read.
         """
         key = os.path.abspath(path)
         if key not in self._known:
@@ -68,10 +68,10 @@ class Sources:
 
 
 def read(answer: bytes, kind: type[_T], most: int, span: Callable[..., Span] = Span) -> _T:
-    """An answer of at most so many bytes as a dataclass; `span` makes its places.
+    """Decode output of at most `most` bytes as a dataclass; `span` creates its spans.
 
     Raises:
-        ProcessError: it is none, or too much.
+        ProcessError: the output is malformed or too large.
     """
     if len(answer) > most or sum(map(answer.count, (b"[", b"{", b","))) > MAX_PARTS:
         raise ProcessError(f"answers more than {most // 1_000_000} MB or {MAX_PARTS // 1_000_000} million parts", b"")
@@ -83,10 +83,10 @@ def read(answer: bytes, kind: type[_T], most: int, span: Callable[..., Span] = S
 
 
 def typed(kind: Any, data: Any, span: Callable[..., Span]) -> Any:
-    """Data of JSON as a type; a text becomes one that can be encoded.
+    """Convert JSON data to a type; strings become encodable.
 
     Raises:
-        ValueError, TypeError, LookupError, AttributeError, OverflowError: it is of another type.
+        ValueError, TypeError, LookupError, AttributeError, OverflowError: the data has another type.
     """
     if type(data) is kind:  # first, as most of an answer is texts and numbers
         return data if kind is not str or data.isascii() else data.encode("utf-8", "replace").decode()
@@ -114,7 +114,7 @@ def typed(kind: Any, data: Any, span: Callable[..., Span]) -> Any:
 
 
 def _value(data: Any, depth: int = 0) -> Any:
-    """What an attribute may hold: a text, a number of 64 bits, a truth value, None, or lists of them."""
+    """Return a legal attribute value: a string, a 64 bit number, a boolean, None, or lists of them."""
     if isinstance(data, list) and depth < MAX_DEPTH:
         return [_value(item, depth + 1) for item in data]
     if data is None or (isinstance(data, int) and -(2**63) <= data < 2**64):
@@ -131,31 +131,31 @@ _hints = lru_cache(maxsize=200)(get_type_hints)
 
 
 def take_findings(found: Iterable[Finding], findings: Findings) -> None:
-    """Add the findings of an answer, errors first; of too many the number is reported."""
+    """Add the findings of a process, errors first; if there are too many, add the number of the others."""
     ordered = sorted(found, key=lambda finding: finding.severity != "error")
     for finding in ordered[:MAX_FINDINGS]:
         lines, related = map(printable, finding.help[:MAX_LINES]), finding.related[:MAX_LINES]
         findings.add(finding.code, printable(finding.message), finding.span, *lines, related=related)
     if len(ordered) > MAX_FINDINGS:
-        findings.add("W302", f"{len(ordered) - MAX_FINDINGS} more findings are left out")
+        findings.add("W302", f"{len(ordered) - MAX_FINDINGS} further findings are not listed")
 
 
 def note_used(used: Iterable[str], files: Files) -> None:
-    """Remember the files that a process says it read, those of them that it may read."""
+    """Record the files that a process says it read, if it may read them."""
     for path in list(used)[:MAX_FILES]:
         if os.path.isfile(path) and files.may_read(Path(path)):
             files.note(Path(path))
 
 
 def reply() -> IO[str]:
-    """The stream for the answer of this process; what libraries print goes to standard error instead."""
+    """Return the stream for this process's output; output of libraries goes to standard error instead."""
     stream = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     return stream
 
 
 def answer(stream: IO[str], find: Callable[[], object]) -> NoReturn:
-    """Answer with the dataclass that a function returns and end this process; a shutdown does what its audit hook refuses."""
+    """Write the dataclass that a function returns and end this process, without a shutdown that its audit hook would refuse."""
     try:
         stream.write(encoded(find()))
         stream.flush()
@@ -166,7 +166,7 @@ def answer(stream: IO[str], find: Callable[[], object]) -> NoReturn:
 
 
 def encoded(data: object) -> str:
-    """Data as JSON, dataclasses and places in it too."""
+    """Return data as JSON; it may contain dataclasses and spans."""
     return json.dumps(data, default=_plain)
 
 

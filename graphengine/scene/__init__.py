@@ -1,1 +1,1 @@
-"""The one room that composes physics, network and graphs: from files to a session."""
+"""Loads scenes and starts sessions: the only package that combines physics, network and graphs."""

@@ -1,6 +1,6 @@
-"""From files to a checked scene, and from that to a running session: the only room that sees world and network both.
+"""Loads files into a checked scene and starts sessions of it.
 
-Nothing below `build` reads globals, the environment or the working directory, so sessions live side by side.
+Nothing below `build` reads globals, the environment or the working directory, so a process can have several sessions.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from graphengine.scene.scene_roster import begin
 
 
 def load(path: Path, options: Options | None = None) -> LoadedScene:
-    """Read, resolve, plan and check a scene or a graph file; every mistake is among the findings."""
+    """Read, resolve, plan and check a scene or graph file; all errors are added to the findings of the result."""
     return _load(path, _with_message_types(options or Options()))
 
 
@@ -69,7 +69,7 @@ def _load(path: Path, options: Options, before: LoadedScene | None = None) -> Lo
 
 
 def check_robot(path: Path, options: Options) -> LoadedScene:
-    """Check a robot file by itself; its graphs are checked with a scene that has the robot."""
+    """Check a robot file without its graphs, which are checked with a scene that uses the robot."""
     from graphengine.physics.loading import load_robot_file
 
     files, findings = Files.of(path, options.allowed, options.near, options.installed, options.shipped), Findings()
@@ -78,7 +78,7 @@ def check_robot(path: Path, options: Options) -> LoadedScene:
 
 
 def load_without_graphs(path: Path, options: Options) -> LoadedScene:
-    """Read and check a scene file but for its graphs."""
+    """Read and check a scene file, except for its graphs."""
     from graphengine.physics.loading import load_world
 
     files, findings = Files.of(path, options.allowed, options.near, options.installed, options.shipped), Findings()
@@ -88,7 +88,7 @@ def load_without_graphs(path: Path, options: Options) -> LoadedScene:
 
 
 def _with_message_types(options: Options) -> Options:
-    """Options whose registry knows the message types of the folders that they name."""
+    """Return options whose registry knows the message types of `message_paths` and of installed packages."""
     registry = options.registry or default_registry()
     definitions = registry.definitions.extended(options.message_paths, options.installed)
     return options if definitions is registry.definitions else replace(options, registry=registry.copy(definitions))
@@ -97,7 +97,7 @@ def _with_message_types(options: Options) -> Options:
 def _scene_uses(
     scene: LoadedScene, path: Path, files: Files, before: LoadedScene | None
 ) -> tuple[LoadedScene, list[GraphFile]]:
-    """A scene with its world, and the graphs that it uses, its own first, then each robot's."""
+    """Return a scene with its world, and the graph files that it uses: its own first, then each robot's."""
     options, findings = scene.options, scene.findings
     read = spec_reader.read(SceneSpec, path, findings)
     if read is None:
@@ -135,7 +135,7 @@ def _with_world(scene: LoadedScene, read: Loaded[SceneSpec], before: LoadedScene
 def _graph_uses(
     scene: LoadedScene, path: Path, found: document.Document, before: LoadedScene | None
 ) -> tuple[LoadedScene, list[GraphFile]]:
-    """A single graph, in the scene that it or the caller names."""
+    """Return a single graph, together with the scene that the caller or its `scene` key names."""
     files, options = scene.files, scene.options
     data = found.data if isinstance(found.data, dict) else {}
     name = str(data.get("graph", "graph"))
@@ -150,12 +150,12 @@ def _graph_uses(
         scene, of_scene = _scene_uses(scene, scene_path, files.beside(scene_path), before)
         uses += [use for use in of_scene if use.asked_for]
     elif options.robot_state:
-        raise UsageError("--robot-state is for the robots of a scene; give one with --scene")
+        raise UsageError("--robot-state needs a scene with robots; give one with --scene")
     return scene, uses
 
 
 def _plan(scene: LoadedScene, uses: Sequence[GraphFile]) -> LoadedScene:
-    """Resolve and plan every graph, then set all nodes up dry."""
+    """Resolve and plan all graphs, then check them."""
     overrides, findings = Override.parse_all(scene.options.overrides), scene.findings
     graphs = resolve_uses(uses, scene.files, scene.registry, findings, overrides)
     planned = share_plans(graphs, findings)
@@ -192,14 +192,14 @@ def _lint_idle_robots(scene: LoadedScene) -> None:
             reported.add(robot.placement.key)
             scene.findings.add(
                 "W208",
-                f"nothing commands robot {name}, which has {len(joints)} joints that move",
+                f"no graph commands robot {name}, which has {len(joints)} movable joints",
                 world.scenery.scene.document.key_span("robots", robot.placement.key),
-                "give it a graph with an IsaacArticulationController, below `graphs:` of its robot file or of the scene",
+                "add a graph with an IsaacArticulationController under `graphs:` in the robot file or the scene file",
             )
 
 
 def _unmatched(override: Override, graphs: Sequence[Graph]) -> str:
-    """Which part of a `--set` names nothing, and what is near."""
+    """Return an error text for a `--set` option that matches nothing, with similar names."""
     nodes = {f"{graph.name}/{instance.id}": instance for graph in graphs for instance in graph.instances}
     meant = [instance.cls for path, instance in nodes.items() if override.matches(path)]
     wrong = no_port(meant, override.port) if meant else no_node(override.target, nodes)
@@ -218,19 +218,19 @@ def start(
     bad_values: BadValues = "drop",
     world: World | None = None,
 ) -> SessionCore:
-    """Make a session, stopped at time 0, with a world and nodes of its own; it closes the network.
+    """Create a session, stopped at time 0, with its own world and nodes. The session closes the network.
 
     Args:
-        scene: without errors.
-        network: endpoints for the topics.
-        seed: of every random generator; that of the scene's options if not given.
-        domain_id: the session's ROS 2 domain.
-        domain_from_environment: ROS_DOMAIN_ID where the caller found one.
-        log: receives severity, prim path and text of what nodes log.
-        fault: receives each fault of a node, which then ends the node's branch only; without it the run stops.
-        bad_values: `drop` counts a value from a wire that a node cannot use, and clamps commands to the limits of joints; `stop`
-            makes such a value a fault of the node, and sets commands as they are.
-        world: of a graph without a scene; one without physics if not given.
+        scene: scene without errors.
+        network: network for topics and services.
+        seed: seed of all random generators; None: the seed in the scene's options.
+        domain_id: ROS 2 domain of the session.
+        domain_from_environment: value of ROS_DOMAIN_ID, if it is set.
+        log: receives severity, prim path and text of the messages that nodes log.
+        fault: receives each exception of a node, which then ends only the node's branch; None: the first one ends the run.
+        bad_values: `drop` discards and counts values from wires that a node cannot use, and clamps commands to joint limits;
+            `stop` treats such a value as an exception of the node, and does not clamp commands.
+        world: world for a graph without a scene; None: a world without physics.
 
     Raises:
         CheckError: the scene has errors.

@@ -1,4 +1,4 @@
-"""Graph files that scenes and robots use: found, and then resolved and planned with their parameters bound."""
+"""Finds the graph files that scenes and robots use, and resolves them with their parameters."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MAX_SCENE_PARTS = 100_000
 
 @dataclass(frozen=True, slots=True)
 class GraphFile:
-    """A graph file to be put somewhere, and the name that messages call it by."""
+    """A graph file to load, with its parameters and the name of the graph in messages."""
 
     path: Path
     name: str
@@ -45,7 +45,7 @@ class GraphFile:
 def robot_uses(
     robot: RobotInstance, stage: Stage, files: Files, findings: Findings, *, robot_state: bool
 ) -> list[GraphFile]:
-    """The graphs of a robot, in the order of its file."""
+    """Return the graph files of a robot, in the order of the robot file; `robot_state` adds the graph of that name."""
     uses: list[GraphFile] = []
     prim = stage.find(robot.prim_path)
     for graph, use in robot.spec.graphs.items():
@@ -60,7 +60,7 @@ def robot_uses(
 
 
 def use_place(file: document.Document | RobotFile, graph: str, use: GraphUse) -> Use:
-    """Where a file uses a graph."""
+    """Return the file positions of a graph's `use` key and of its parameters, for error messages."""
     location = ("graphs", graph, "parameters")
     keys = {name: file.key_span(*location, name) for name in use.parameters}
     values = {name: file.span(*location, name) for name in use.parameters}
@@ -70,7 +70,7 @@ def use_place(file: document.Document | RobotFile, graph: str, use: GraphUse) ->
 def find_use(
     use: GraphUse, name: str, place: Use, folder: Path, bindings: Mapping[str, Any], files: Files, findings: Findings
 ) -> list[GraphFile]:
-    """The graph file that a scene or robot file names; none, and a finding, if it is not there."""
+    """Return the graph file that a scene or robot file refers to; empty, with an error in `findings`, if it does not exist."""
     path = files.look_up(use.use, folder, findings, place.span, f"graph {name!r}: ")
     return [GraphFile(path, name, {**bindings, **use.parameters}, use.at, place)] if path is not None else []
 
@@ -78,7 +78,7 @@ def find_use(
 def resolve_uses(
     uses: Sequence[GraphFile], files: Files, registry: Registry, findings: Findings, overrides: Sequence[Override] = ()
 ) -> list[Graph]:
-    """The graphs of files with their parameters bound; for one that cannot be read an error is added to `findings`."""
+    """Return the graphs of the files, with their parameters inserted; errors in files are added to `findings`."""
     graphs: list[Graph] = []
     library, parts = GraphLibrary(files), 0
     for use in uses:

@@ -1,4 +1,4 @@
-"""Reloads the changed files of a running session: exchanges graphs, or restarts with another world."""
+"""Reloads the changed files of a running session: replaces graphs, or restarts with another world."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class SceneReloader(Reloader):
         scene: scene that the session runs.
         files: the session's record of the files that were read; each reload updates it.
         load_again: loads a scene from its files again.
-        fault: as for `Ticker`.
+        fault: see `Ticker`.
     """
 
     def __init__(
@@ -68,13 +68,13 @@ class SceneReloader(Reloader):
         return self.scene, _copy(self._files), scenery.copy(self._files) if scenery is not None else None
 
     def restore(self, saved: tuple[LoadedScene, Files, Scenery | None]) -> None:
-        """Run another version of the scene from time 0."""
+        """Return to another version of the scene and restart at time 0."""
         scene, files, scenery = saved
         self._session.begin_with(*self._begin(scene, scenery))
         self._take(scene, files)
 
     def reload(self) -> Reloaded:
-        """Read the files and run the changed scene, between two ticks."""
+        """Read the files again and run the changed scene, between two ticks."""
         session = self._session
         for _ in range(MAX_READINGS):
             fresh = self._load_again(self.scene)
@@ -85,7 +85,7 @@ class SceneReloader(Reloader):
             if not files.changed():
                 break
         else:
-            raise UsageError("the files change while they are read; reload when writing is complete")
+            raise UsageError("the files changed while they were read; reload again when they are written completely")
         if successor is None:
             done = self._restart(fresh)
         else:

@@ -1,4 +1,4 @@
-"""A scene or a graph that was read and checked, and what a caller may change about its file."""
+"""A loaded and checked scene or graph, and the options of loading."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What a caller may change about a file without touching it.
+    """Options of loading, which override settings of the files.
 
     Attributes:
-        overrides: values for inputs of nodes, as `[robot/][graph/]Node.port`.
-        allowed: folders beside the given file's own that files may be read from.
-        installed: folders of ROS packages, as an ament index has them; files may be read from there too, and message types.
-        message_paths: files of message types, packages with such files, or folders that packages lie in.
-        shipped: what holds `graphs/` and `scenes/` in the place of those that ship.
-        seed: of every random generator of its sessions, where they are given no other.
-        robot_state: publish what robot_state_publisher would, for every robot.
-        scene: scene to put a single graph into; its own `scene:` key when empty.
-        rays: what lidars see with: MuJoCo's own rays, the fast ones that need numba, or these where they serve.
-        registry: node types; the installed ones when None.
-        near: the working directory, where messages are to name paths from there.
-        environment: variables of the environment that graphs may read, with their values.
-        scripts: whether graphs may run Python.
+        overrides: values for inputs of nodes, by `[robot/][graph/]Node.port`.
+        allowed: additional folders that files may be read from, besides the folder of the given file.
+        installed: folders with installed ROS packages, as in an ament index; files and message types may be read from them.
+        message_paths: message types: definition files, packages, or folders with packages.
+        shipped: folder with `graphs/` and `scenes/` to use instead of the included one.
+        seed: seed of all random generators, for sessions that are started without one.
+        robot_state: publish the topics of robot_state_publisher for each robot.
+        scene: scene for a single graph; None: the scene that its `scene` key names.
+        rays: ray casting of lidars: MuJoCo's (`mujoco`), numba's (`fast`), or `fast` where it is available (`auto`).
+        registry: node types; None: the installed ones.
+        near: working directory, to which paths in messages are relative.
+        environment: names and values of the environment variables that graphs may read.
+        scripts: whether graphs may run Python code.
     """
 
     overrides: Mapping[str, Any] = field(default_factory=dict)
@@ -74,7 +74,7 @@ class WorldSource:
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class LoadedScene:
-    """A loaded scene or graph. Any number of sessions can be started from it; none of them changes it.
+    """A loaded scene or graph. It can start any number of sessions, which do not change it.
 
     Attributes:
         path: path of the given file.
@@ -83,7 +83,7 @@ class LoadedScene:
         findings: errors, warnings and notes.
         graphs: all graphs that could be read, including those that cannot be planned.
         planned: graphs to run, in this order: graphs of the scene, then graphs of each robot.
-        claims: topics and services that nodes name before the run.
+        claims: topics and services that nodes request in setup.
         world: initial robots, prims and model; None for a graph without a scene.
         world_source: sources of the world.
     """
@@ -99,29 +99,31 @@ class LoadedScene:
     world_source: WorldSource | None = None
 
     def require_runnable(self) -> None:
-        """Check that a session can be started from it.
+        """Check that sessions can be started.
 
         Raises:
-            CheckError: it has errors.
-            UsageError: it is a part of other graphs.
+            CheckError: the scene has errors.
+            UsageError: a graph is only a subgraph, whose inputs come from another graph.
         """
         self.findings.raise_errors()
         for graph in self.planned:
             if graph.left_open:
                 ports = ", ".join(graph.left_open)
-                raise UsageError(f"{graph.name} is a part of other graphs, which give it {ports}; run one of those")
+                raise UsageError(
+                    f"{graph.name} is a subgraph and gets {ports} from the graph that uses it; run that graph"
+                )
 
     @property
     def stage(self) -> Stage:
-        """The prims at the start; none without a world."""
+        """Prims at the start of a session; empty without a world."""
         return self.world.stage if self.world is not None else Stage()
 
     @property
     def registry(self) -> Registry:
-        """The node types that its files can name."""
+        """Node types that graphs can use."""
         return self.options.registry or default_registry()
 
     @property
     def definitions(self) -> Definitions:
-        """The message types that its files can name."""
+        """Message types that graphs can use."""
         return self.registry.definitions

@@ -1,4 +1,4 @@
-"""Robots that are added and removed while a session runs."""
+"""Adds and removes robots while a session runs."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def begin(
         world: world of the session; None for a graph without a scene.
         files: files that the references of robots may name.
         services: services of the session, with the same world.
-        fault: as for `Ticker`.
+        fault: see `Ticker`.
 
     Raises:
         GraphError: a node could not be set up.
@@ -55,12 +55,12 @@ def begin(
 
 
 class SceneRoster(Roster):
-    """The robots of a session that was built from a scene.
+    """The robots of a session with a scene.
 
     Args:
-        scene: that the session was made from.
-        world: the session's own; robots are added to it and removed from it.
-        files: which files the robots' references may name.
+        scene: scene of the session.
+        world: world of the session, in which robots are added and removed.
+        files: files that references in robot files may name.
         ticker: runs the robots' graphs.
     """
 
@@ -70,13 +70,13 @@ class SceneRoster(Roster):
         self.follow(scene, world)
 
     def follow(self, scene: LoadedScene, world: LoadedWorld) -> None:
-        """Read robots that are added from now on with another version of the scene, whose world equals this one."""
+        """Use a new version of the scene, with an equal world, for robots that are added from now on."""
         self._scene, self._world, self._robots = scene, world, world.robots
         world.scenery.library.files = self._files
 
     @property
     def world(self) -> LoadedWorld:
-        """The session's world with its current robots."""
+        """World of the session with its current robots."""
         return self._world
 
     @property
@@ -87,18 +87,18 @@ class SceneRoster(Roster):
 
     @property
     def uses(self) -> Mapping[str, str]:
-        """Robot file or description of each robot, as `use` in a scene file, by the robot's name."""
+        """Robot file or description of each robot by name, as `use` in a scene file."""
         return {name: robot.placement.use.use for name, robot in self._robots.items()}
 
     def add(self, name: str, use: RobotUse) -> None:
-        """Put a robot into the scene, and run its graphs after the others."""
+        """Add a robot to the scene; its graphs run after all others."""
         self._world.add(name, use)
         beside = [run.executor.graph for run in self._ticker.graphs]
         claims = self._services.claims
         self._begin(name, lambda: self.plan(self._robots[name], self._scene, self._files, beside, claims))
 
     def _begin(self, name: str, plan: Callable[[], Sequence[Graph]]) -> None:
-        """Set up the graphs of a robot that was put into the world; after an error the robot is removed again."""
+        """Set up the graphs of a robot that was added to the world; after an error, remove the robot again."""
         try:
             self._ticker.add(plan())
         except BaseException:
@@ -145,13 +145,13 @@ class SceneRoster(Roster):
         return graphs
 
     def remove(self, name: str) -> None:
-        """Remove a robot, its graphs and its topics; its graphs send what they have for their end."""
+        """Remove a robot, its graphs and its topics; its graphs run their closing actions first."""
         own = self._own(name)
         self._ticker.tell("at_close", own)
         self._dismiss(name, own)
 
     def _own(self, name: str) -> Sequence[GraphRun]:
-        """The graphs of a robot that can be removed.
+        """Return the graphs of a robot; check that it can be removed.
 
         Raises:
             UnknownEntityError: there is no such robot.
@@ -168,7 +168,7 @@ class SceneRoster(Roster):
         return own
 
     def save(self) -> Sequence[tuple[RobotInstance, bool, Sequence[Graph]]]:
-        """Return the robots in order, the spawned ones among them, and their graphs."""
+        """Return for each robot, in order: the robot, whether it was spawned, and its graphs."""
         graphs = [run.executor.graph for run in self._ticker.graphs]
         return [
             (robot, name in self.spawned, [graph for graph in graphs if graph.name.startswith(f"{name}/")])
@@ -176,7 +176,7 @@ class SceneRoster(Roster):
         ]
 
     def restore(self, saved: Sequence[tuple[RobotInstance, bool, Sequence[Graph]]]) -> None:
-        """Put back the robots that were there when `save` was called, and remove the others."""
+        """Add and remove robots, so that the session has the same robots as when `save` was called."""
         pairs = zip(self._robots.values(), saved, strict=False)
         same = sum(1 for _ in itertools.takewhile(lambda pair: pair[0] is pair[1][0], pairs))
         for name in reversed(list(self._robots)[same:]):
@@ -190,7 +190,7 @@ class SceneRoster(Roster):
             self._begin(robot.name, partial(list, graphs))
 
     def _dismiss(self, name: str, own: Sequence[GraphRun]) -> None:
-        """Remove a robot, with its graphs and with what the session keeps for it."""
+        """Remove a robot, its graphs, and the data that the session keeps for it."""
         self._ticker.remove(own)
         self._services.forget(self._robots[name].prim_path)
         self._world.remove(name)

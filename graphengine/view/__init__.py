@@ -1,1 +1,1 @@
-"""The page on which a run is seen: its process, what it is fed, and who may look."""
+"""The web page of a run: its process, the data sent to it, and access control."""

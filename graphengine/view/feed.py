@@ -1,11 +1,11 @@
-"""Tells a page what happens in a session."""
+"""Sends the state of a session to its page."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,7 @@ class Feed:
         definitions: message types.
         read_only: whether viewers may only look.
         playback: the recording that the session replays; None for a run.
+        problems: problems of nodes so far; None to count from now on.
     """
 
     def __init__(
@@ -68,6 +69,7 @@ class Feed:
         definitions: Definitions = DEFINITIONS,
         read_only: bool = False,
         playback: RecordingControls | None = None,
+        problems: NodeProblems | None = None,
     ) -> None:
         self._session = session
         self._title = title
@@ -82,22 +84,28 @@ class Feed:
         self._layers = Layers(session, make_floor, read_only=read_only or playback is not None)
         self._costs = NodeCosts()
         self._topics = LiveTopics(session, listen) if listen is not None else None
-        self.problems = NodeProblems(session.services.dropped)
+        self._problems = problems if problems is not None else NodeProblems(session.services.dropped)
         self._error = ""
         self._next = self._next_panes = 0.0
         self._shown: tuple[object, ...] = ()
-        self._shown_findings: Sequence[Finding | str] | None = None
+        self._shown_findings: Sequence[Finding | str] | None = () if playback is not None else None
+        self._shown_problems: Mapping[str, Any] = {}
         self._meter = StatusMeter(session)
         self.page = Page(host, port, self._viewers.ask)
         self.url = self.page.url
+        try:
+            self._tell_scene(len(session.services.world.poses()))  # drawn before the first viewer comes
+        except BaseException:
+            self.page.close()
+            raise
 
     @property
     def asked(self) -> bool:
-        """Whether requests of viewers wait for `after_tick`."""
+        """Whether requests of viewers are waiting for `after_tick`."""
         return self._viewers.asked
 
     def after_tick(self) -> None:
-        """Do what viewers asked for, and tell the page if it is time to; call it after each tick, and while there are none."""
+        """Execute requests of viewers, and send a frame if one is due; call this after each tick, and also while none run."""
         now = time.monotonic()
         if self.page.lost:
             self._tell_loss()
@@ -110,10 +118,10 @@ class Feed:
             self._tell(now)
 
     def end_run(self, error: BaseException | None) -> None:
-        """Show the error that ended the ticks, if there was one."""
+        """Show the error that ended the run, if there was one."""
         self._error = self._session.failure if error is not None else ""
         if isinstance(error, NodeError):
-            self.problems.add(error.node, str(error))
+            self._problems.add(error.node, str(error))
         if self._error:  # also for later viewers
             self._next_panes = 0.0
             self._tell(time.monotonic())
@@ -135,8 +143,9 @@ class Feed:
             self._tell_panes()
 
     def _tell_panes(self) -> None:
-        problems, findings = self.problems.news(), self._findings()
-        if problems is not None:
+        problems, findings = self._problems.all(), self._findings()
+        if problems != self._shown_problems:
+            self._shown_problems = problems
             self.page.tell(PaneContent("problems", problems))
         if findings != self._shown_findings:
             self._shown_findings = findings
@@ -182,6 +191,7 @@ class Feed:
         robots = list(services.stage.prims("robot"))
         focus = services.world.entities.state(robots[0].entity_name).position if robots else (0.0, 0.0, 0.0)
         names = [robot.entity_name for robot in robots]
+        self._problems.keep([run.executor.graph.prim_path for run in graphs])
         self.page.tell(
             LiveScene(
                 self._title,

@@ -1,4 +1,4 @@
-"""Decides who may load the page: requests carry its token, and come from the page itself."""
+"""Decides who may load the page: requests must carry its token and come from the page itself."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from urllib.parse import parse_qs, urlsplit
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """The answer to a request that is not let in."""
+    """The response to a refused request."""
 
     status: int
     reason: str
@@ -21,7 +21,7 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class Welcome:
-    """The answer to the first request of a browser: its token moves from the address into a cookie."""
+    """The response to the first request of a browser, which moves the token from the address to a cookie."""
 
     location: str
     cookie: str
@@ -31,13 +31,13 @@ class Welcome:
 class PageGuard:
     """Checks each HTTP request and each WebSocket handshake.
 
-    A request needs the token: in its address once, in a cookie from then on. `Host` must be one of the page's own, so that
-    no name of a stranger's that resolves to this machine works (DNS rebinding), and an `Origin` must be the page's, so that
-    no other page in the same browser reaches it.
+    A request needs the token: first in its address, then in a cookie. `Host` must be one of the page's names, so that a foreign
+    name that resolves to this machine does not work (DNS rebinding), and `Origin` must be the page's, so that other pages in
+    the same browser have no access.
 
     Attributes:
-        hosts: `name:port` under which the page is served; the first is the one that is told.
-        every_address: whether the page is served on every address of the machine. Then any address will do as a name: only
+        hosts: `name:port` under which the page is served; the first one is shown to the user.
+        every_address: whether the page is served on all addresses of the machine. Then any address is accepted, because only
             names can be made to resolve to another address.
         token: shared secret; new in each process.
     """
@@ -48,15 +48,15 @@ class PageGuard:
 
     @property
     def cookie(self) -> str:
-        """Name of the cookie; cookies do not know ports, so it has the port in its name."""
+        """Name of the cookie; it contains the port, because browsers share cookies between ports."""
         return f"graphrun_{self.hosts[0].rpartition(':')[2]}"
 
     def check(self, target: str, headers: Mapping[str, str]) -> Refusal | Welcome | None:
-        """Look at a request; None lets it in.
+        """Check a request; return None to accept it.
 
         Args:
             target: path and query.
-            headers: by name, in any case.
+            headers: headers by name, in any case.
         """
         host = headers.get("Host", "")
         if not self._is_own(host):

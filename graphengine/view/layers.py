@@ -1,4 +1,4 @@
-"""Reads from a session what the layers of the 3D part show beside bodies."""
+"""Reads from a session what the layers of the 3D part show in addition to bodies."""
 
 from __future__ import annotations
 

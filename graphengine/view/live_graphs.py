@@ -1,4 +1,4 @@
-"""Describes the graphs of a session, and follows the values of their ports and variables and the cost of their nodes."""
+"""Describes the graphs of a session, and reads the values of their ports and variables and the computing time of their nodes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MOST_ELEMENTS, LONGEST_TEXT = 8, 200
 
 
 class NodeCosts:
-    """Counts runs and firings of the nodes of graphs, and times them, while somebody looks at them."""
+    """Counts and times the executions of the nodes of selected graphs, while a viewer selects any."""
 
     def __init__(self) -> None:
         self._profile = Profile(every=1)
@@ -33,7 +33,7 @@ class NodeCosts:
         self._counted: dict[str, tuple[int, int, float]] = {}
 
     def end(self) -> None:
-        """Time no nodes any more."""
+        """Stop timing nodes."""
         self._profile.end()
 
     def forget(self) -> None:
@@ -41,7 +41,7 @@ class NodeCosts:
         self._counted |= {node.path: (node.runs, node.fired, node.seconds) for node in self._profile.nodes()}
 
     def since_last(self, ticks: int, runs: Sequence[GraphRun]) -> Mapping[str, Mapping[str, tuple[int, int, float]]]:
-        """How often nodes ran and fired since the last call, and microseconds of a run, by graph and node."""
+        """Return executions, firings and microseconds per execution since the last call, by graph and node."""
         if runs != self._observed:
             self._profile.end()
             self._observed = runs
@@ -139,7 +139,7 @@ def values_of(run: GraphRun) -> dict[str, Any]:
 
 
 def short_value(value: Any) -> Any:
-    """A number as it is, anything else as a short text: of a large array shape and range, of an object its class."""
+    """Return a number unchanged, and any other value as short text: a large array as shape and range, an object as its class."""
     if isinstance(value, bool) or value is None:
         return str(value).lower()
     if isinstance(value, float):

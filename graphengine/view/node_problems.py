@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from graphengine.node.dropped_values import DroppedValues
@@ -14,17 +14,18 @@ MOST_NODES, LONGEST_TEXT = 1000, 2000
 class NodeProblems:
     """Problems of nodes by prim path: number of problems and text of the last one.
 
-    Args:
+    Attributes:
         dropped: counts of dropped values; None if a bad value ends the run.
     """
 
-    def __init__(self, dropped: DroppedValues | None) -> None:
-        self._dropped = dropped
+    def __init__(self, dropped: DroppedValues | None = None) -> None:
+        self.dropped = dropped
+        self._graphs: tuple[str, ...] | None = None
+        """Prim paths of the present graphs, each with a slash at its end; None until `keep`."""
         self._counts: dict[str, int] = {}
         """Number of problems other than dropped values, by prim path."""
         self._texts: dict[str, str] = {}
         self._errors: set[str] = set()
-        self._shown: Mapping[str, Any] | None = None
 
     def log(self, severity: str, node: str, text: str) -> None:
         """Count a log message of a node as a problem; warnings about dropped values are counted in `dropped`."""
@@ -48,13 +49,25 @@ class NodeProblems:
             self._texts[node] = text[:LONGEST_TEXT]
 
     def _drops(self) -> Mapping[str, int]:
-        return self._dropped.ticks if self._dropped is not None else {}
+        return self.dropped.ticks if self.dropped is not None else {}
 
-    def news(self) -> Mapping[str, Any] | None:
-        """Return severity, count and last text by prim path, as JSON values; None if nothing changed since the last call."""
+    def keep(self, graphs: Sequence[str]) -> None:
+        """Forget the nodes of all graphs except those with these prim paths: the others were removed."""
+        self._graphs = tuple(f"{graph}/" for graph in graphs)
+        for node in [node for node in self._texts if not node.startswith(self._graphs)]:
+            del self._texts[node]
+            self._counts.pop(node, None)
+            self._errors.discard(node)
+
+    def all(self) -> Mapping[str, Any]:
+        """Return severity, count and last text by prim path, as JSON values."""
         drops = self._drops()
-        nodes = [*self._texts, *[node for node in drops if node not in self._texts][:MOST_NODES]]
-        found = {
+        others = [node for node in drops if node not in self._texts]
+        nodes = [
+            *self._texts,
+            *[node for node in others if not self._graphs or node.startswith(self._graphs)][:MOST_NODES],
+        ]
+        return {
             node: {
                 "severity": "error" if node in self._errors else "warning",
                 "count": self._counts.get(node, 0) + drops.get(node, 0),
@@ -62,7 +75,3 @@ class NodeProblems:
             }
             for node in nodes
         }
-        if found == self._shown:
-            return None
-        self._shown = found
-        return found

@@ -1,4 +1,4 @@
-"""The run's end of its page: it starts the process, and sends the state after ticks without waiting for it."""
+"""The run's side of its page: starts the process of the page, and sends it the state after ticks without waiting."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ FAREWELL = 1.0
 
 
 class Page:
-    """The process of a page, and a thread each that writes to it and reads from it.
+    """The process of a page, with one thread that writes to it and one that reads from it.
 
-    A tick leaves what there is to tell; of frames only the newest waits.
+    Objects are queued after a tick; of frames only the newest one waits.
 
     Args:
         host: address of the page.
-        port: port of the page; 0 takes a free one.
-        asked: called with what viewers ask, in the thread that reads.
+        port: port of the page; 0: a free port.
+        asked: called with each request of a viewer, in the reading thread.
 
     Raises:
-        UsageError: viser is not installed, or the page cannot be served there.
+        UsageError: viser is not installed, or the page cannot be served at this address.
     """
 
     def __init__(self, host: str, port: int, asked: Callable[[Mapping[str, Any]], None]) -> None:
@@ -68,19 +68,21 @@ class Page:
         """Wait for the page's address.
 
         Raises:
-            UsageError: it has none.
+            UsageError: the page did not start.
         """
         told: Mapping[str, str] = {}
         with contextlib.suppress(EOFError, OSError):
             if self._connection.poll(ALLOWED):
                 told = json.loads(self._connection.recv_bytes())
         if "url" not in told:
-            raise UsageError(told.get("error") or "the page did not come up; its process told why, or took too long")
+            raise UsageError(
+                told.get("error") or "the page did not start; see the output of its process, or it took too long"
+            )
         return told["url"]
 
     @property
     def process_id(self) -> int:
-        """Number of the page's process."""
+        """Id of the page's process."""
         return self._process.pid
 
     @property
@@ -89,13 +91,13 @@ class Page:
         return self._frame is not None
 
     def tell(self, told: object) -> None:
-        """Send something in order."""
+        """Send an object; objects are sent in order."""
         with self._news:
             self._waiting.append(told)
             self._news.notify()
 
     def show(self, frame: object) -> None:
-        """Send a frame, in the place of one that still waits."""
+        """Send a frame; it replaces a frame that is still waiting."""
         with self._news:
             self._frame = frame
             self._news.notify()

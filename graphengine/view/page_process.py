@@ -1,13 +1,14 @@
 """The process of the page: `python -m graphengine.view.page_process FD HOST PORT`, started by `page_client.Page`.
 
-It reads what the run tells from a socket that it was given, draws the 3D part, and passes the rest on to the viewers. It ends
-when the socket does.
+It reads the run's data from a socket that it inherits, draws the 3D part, and sends everything else to the viewers. It ends
+when the socket closes.
 """
 
 from __future__ import annotations
 
 import contextlib
 import json
+import math
 import signal
 import sys
 import threading
@@ -17,6 +18,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graphengine.drawing import svg
 from graphengine.format.errors import UsageError
@@ -28,17 +30,19 @@ from graphengine.view.wire import Answer, Ended, GraphDetails, LiveScene, LiveSt
 
 WHAT = ("command", "look", "select", "topics", "drive", "playback", "gone")
 """What viewers may ask."""
+CAMERA = np.array([-2.5, -2.5, 1.8])
+"""First position of a viewer's camera, seen from the first robot, m."""
 OF_SCENE = -1
 """Viewer number in requests of the 3D part."""
 
 
 class PageProcess:
-    """Passes on what a run tells and what viewers ask.
+    """Passes data of a run to viewers, and their requests to the run.
 
     Args:
-        run: the other end.
+        run: connection to the run.
         host: address of the page.
-        port: port of the page; 0 takes a free one.
+        port: port of the page; 0: a free port.
     """
 
     def __init__(self, run: Connection, host: str, port: int) -> None:
@@ -106,13 +110,18 @@ class PageProcess:
             self.server.end(_text({"ended": {"error": told.error}}))
 
     def _show_stage(self, stage: LiveScene) -> None:
-        x, y, z = stage.focus
-        camera = self.server.viser.initial_camera
-        camera.position, camera.look_at = (x - 3.5, y - 3.5, z + 2.5), (x, y, z)
+        self._place_camera(np.array(stage.focus))
         self._scene.show(stage)
         self._definitions = stage.definitions
         shown = {"title": stage.title, "graphs": stage.graphs, "robots": stage.robots, "drives": stage.drives}
         self._show("stage", shown)
+
+    def _place_camera(self, focus: NDArray[np.float64]) -> None:
+        """Let new viewers look at a point; by the address too, as messages would turn the camera after the first picture only."""
+        camera = self.server.viser.initial_camera
+        camera.position, camera.look_at = focus + CAMERA, focus
+        position, look_at = (",".join(f"{part:.3f}" for part in one) for one in (focus + CAMERA, focus))
+        self.server.start = f"initialCameraPosition={position}&initialCameraLookAt={look_at}"
 
     def _show(self, kind: str, content: Any) -> None:
         text = _text({kind: content})
@@ -136,7 +145,21 @@ def _draw(graph: GraphDetails) -> str:
 
 
 def _text(told: Mapping[str, Any]) -> str:
-    return json.dumps(told, allow_nan=False, default=_plain)
+    try:
+        return json.dumps(told, allow_nan=False, default=_plain)
+    except ValueError:  # a command's result may hold numbers that JSON does not have
+        return json.dumps(_finite(told), allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    """Return a JSON value with texts such as `nan` in the place of numbers that are not finite."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if isinstance(value, Mapping):
+        return {str(key): _finite(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    return value if value is None or isinstance(value, bool | int | str) else _finite(_plain(value))
 
 
 def _plain(value: Any) -> Any:

@@ -1,8 +1,8 @@
-"""One port with everything that the page is made of: its files, viser's 3D part, and the feed of live values.
+"""Serves everything of the page on one port: its files, viser's 3D part, and the live values.
 
-viser opens its port itself, for every machine, to everyone, with messages of 50 MB, and lets each client ask for a public tunnel.
-So its server is made with our `serve` in the place of websockets': it binds to one address, asks the guard about each request,
-and bounds messages and viewers. No part of it is changed otherwise, and it opens no other port.
+viser opens its port itself: on all interfaces, for everyone, with messages of up to 50 MB, and each client can request a public
+tunnel. So its server uses `serve` of this module instead of websockets': it binds to one address, lets the guard check each
+request, and limits messages and viewers. Nothing else of viser is changed, and it opens no other port.
 """
 
 from __future__ import annotations
@@ -35,6 +35,8 @@ FAREWELL = 1.0
 """Maximum wall time for sending the last message to viewers, s."""
 MAX_MESSAGE = 1_000_000
 """Bytes of a message from a browser."""
+MAX_UNREAD = 8_000_000
+"""Size of the answers that a viewer has not read from which on it is disconnected, characters."""
 EVERY_ADDRESS = ("0.0.0.0", "::")
 SCENE, FEED = "/3d", "/feed"
 """Paths of viser's page and socket, and of the feed's socket."""
@@ -49,27 +51,30 @@ Handler = Callable[[ServerConnection], Awaitable[None]]
 
 
 class Viewer:
-    """A browser that takes the feed: of what it has not read yet only the newest of each kind is kept."""
+    """A browser that receives live values; of unread messages, only the newest of each kind is kept."""
 
     def __init__(self, number: int, connection: ServerConnection) -> None:
         self.number = number
         self.connection = connection
         self._waiting: dict[str, str] = {}
         self._answers: list[str] = []
+        self.unread = 0
+        """Size of the pending answers, characters."""
         self._news = asyncio.Event()
 
     def put(self, kind: str, text: str) -> None:
-        """Send something, in the place of what was sent of its kind and was not taken yet."""
+        """Send a message; it replaces an unread one of the same kind."""
         self._waiting[kind] = text
         self._news.set()
 
     def answer(self, text: str) -> None:
-        """Send something that nothing replaces."""
+        """Send a message that no other message replaces."""
         self._answers.append(text)
+        self.unread += len(text)
         self._news.set()
 
     async def take(self) -> list[str]:
-        """Wait for something to send."""
+        """Wait until there are messages to send."""
         await self._news.wait()
         self._news.clear()
         return self.drain()
@@ -79,6 +84,7 @@ class Viewer:
         found = [*self._answers, *self._waiting.values()]
         self._answers.clear()
         self._waiting.clear()
+        self.unread = 0
         return found
 
 
@@ -86,13 +92,13 @@ class PageServer:
     """Serves the page until it is closed.
 
     Args:
-        host: address that it binds to.
-        port: port; 0 takes a free one.
+        host: address to bind to.
+        port: port; 0: a free port.
         asked: called with each message of a viewer, in the server's thread.
-        greet: what a new viewer gets first, by kind.
+        greet: returns the first messages for a new viewer, by kind.
 
     Raises:
-        UsageError: nothing can be served there.
+        UsageError: the page cannot be served at this address.
     """
 
     def __init__(
@@ -106,6 +112,8 @@ class PageServer:
         self._greet = greet
         self._numbers = itertools.count()
         self.viewers: dict[int, Viewer] = {}
+        self.start = ""
+        """Query for viser's page, which tells a new viewer's camera its first pose."""
         self._sockets: Counter[bool] = Counter()
         """Number of sockets of the feed, and of viser."""
         self._socket = _listen(host, port)
@@ -122,19 +130,27 @@ class PageServer:
         self.viser.gui.main_panel.minimize()
 
     def broadcast(self, kind: str, text: str) -> None:
-        """Send something to every viewer; any thread may call it."""
+        """Send a message to all viewers; thread-safe."""
         self._loop.call_soon_threadsafe(self._put, kind, text)
 
     def answer(self, viewer: int, text: str) -> None:
-        """Send something to one viewer, if it is still there; any thread may call it."""
-        self._loop.call_soon_threadsafe(lambda: self.viewers[viewer].answer(text) if viewer in self.viewers else None)
+        """Send a message to one viewer, if it is still connected; thread-safe."""
+        self._loop.call_soon_threadsafe(self._answer_viewer, viewer, text)
+
+    def _answer_viewer(self, number: int, text: str) -> None:
+        viewer = self.viewers.get(number)
+        if viewer is None:
+            return
+        viewer.answer(text)
+        if viewer.unread > MAX_UNREAD:
+            viewer.connection.transport.abort()
 
     def _put(self, kind: str, text: str) -> None:
         for viewer in self.viewers.values():
             viewer.put(kind, text)
 
     def end(self, text: str) -> None:
-        """Send the pending messages and a last one to every viewer, and disconnect it."""
+        """Send the pending messages and a last one to all viewers, and disconnect them."""
 
         async def tell(viewer: Viewer) -> None:
             with contextlib.suppress(ConnectionClosed):
@@ -181,7 +197,7 @@ class PageServer:
         return _original(handle, sock=self._socket, **options)
 
     def _answer(self, request: Request) -> Response | None:
-        """What a request gets from us; None leaves it to viser."""
+        """Return the page's own response to a request; None leaves it to viser."""
         verdict = self._guard.check(request.path, request.headers)
         if isinstance(verdict, Refusal):
             return _response(verdict.status, "text/plain", f"{verdict.reason}\n".encode())
@@ -195,14 +211,15 @@ class PageServer:
             body = _STATIC.joinpath(name).read_bytes()
             return _response(200, mimetypes.guess_type(name)[0] or "text/plain", body)
         if path == SCENE:
-            return _response(303, "text/plain", b"", Location=f"{SCENE}/")
+            dark = request.path.endswith("?darkMode")
+            return _response(303, "text/plain", b"", Location=f"{SCENE}/?{'darkMode&' * dark}{self.start}")
         if path.startswith(f"{SCENE}/"):
             request.path = request.path.removeprefix(SCENE)
             return None
         return _response(404, "text/plain", b"there is no such file\n")
 
     async def _feed(self, connection: ServerConnection) -> None:
-        """Send a viewer what is new, and pass on what it asks for."""
+        """Send new messages to a viewer, and pass on its requests."""
         viewer = Viewer(next(self._numbers), connection)
         self.viewers[viewer.number] = viewer
         for kind, text in self._greet().items():
@@ -252,7 +269,7 @@ def _response(status: int, kind: str, body: bytes, **headers: str) -> Response:
 
 
 def _names(host: str) -> list[str]:
-    """Names under which a page on an address is reached, the one to tell first."""
+    """Return the names under which a page on an address can be reached; the first one is shown to the user."""
     if host in EVERY_ADDRESS:
         return [socket.gethostname(), "localhost"]
     return [host, "localhost"] if ipaddress.ip_address(host).is_loopback else [host]
@@ -262,7 +279,7 @@ def _listen(host: str, port: int) -> socket.socket:
     try:
         ipaddress.ip_address(host)
     except ValueError:
-        raise UsageError(f"the page is served on an address, such as 127.0.0.1, not on {host!r}") from None
+        raise UsageError(f"{host!r} is not an address for the page; give one such as 127.0.0.1") from None
     try:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         return socket.create_server((host, port), family=family)
@@ -275,7 +292,7 @@ _original = websocket_server.serve
 
 @contextlib.contextmanager
 def _served_by(serve: Callable[..., Any]) -> Iterator[None]:
-    """Let viser open its port by another function, which it finds by this name."""
+    """Make viser open its port with another function, which it looks up by this name."""
     build = _client_autobuild.ensure_client_is_built
     websocket_server.serve = serve  # type: ignore[assignment, misc]
     _client_autobuild.ensure_client_is_built = lambda: None  # which would download Node.js if dates of files look wrong

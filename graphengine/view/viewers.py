@@ -1,4 +1,4 @@
-"""Does in a session what the viewers of its page ask for."""
+"""Executes the requests of a page's viewers in a session."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ DEAD_MAN = 0.5
 
 
 class Driver(Protocol):
-    """Publishes the twists of viewers."""
+    """Publishes the drive commands of viewers."""
 
     def topics(self) -> Mapping[str, str]:
-        """The topic by which each robot is driven, by the robot's name; robots without one are left out."""
+        """Return the drive topic of each robot that has one, by the robot's name."""
 
     def drive(self, topic: str, twist: tuple[float, float, float] | None) -> None:
-        """Publish a twist until the next call: forward and sideways, m/s, and turn, rad/s; None stops the robot."""
+        """Publish a twist until the next call: forward and sideways speed (m/s) and turn rate (rad/s); None stops the robot."""
 
 
 class RecordingControls(Protocol):
@@ -90,7 +90,7 @@ class Viewers:
         self._asked: deque[Mapping[str, Any]] = deque(maxlen=MAX_ASKED)
 
     def ask(self, asked: Mapping[str, Any]) -> None:
-        """Queue what a viewer asks for; any thread may call it."""
+        """Queue the request of a viewer; thread-safe."""
         self._asked.append(asked)
 
     @property
@@ -99,7 +99,7 @@ class Viewers:
         return bool(self._asked)
 
     def obey(self, page: Page, now: float) -> None:
-        """Do what viewers asked for since the last call, and stop robots that nobody drives any more."""
+        """Execute the requests since the last call, and stop robots that are no longer driven."""
         while self._asked:
             self._obey(page, self._asked.popleft(), now)
         for topic, driven in list(self._driven.items()):
@@ -107,7 +107,7 @@ class Viewers:
                 self._stop(topic)
 
     def leave(self) -> None:
-        """Stop what viewers drove, as they are gone."""
+        """Stop all robots that viewers drive, because the viewers are gone."""
         for topic in list(self._driven):
             self._stop(topic)
 
@@ -149,7 +149,7 @@ class Viewers:
         name, arguments = asked.get("command"), asked.get("arguments", {})
         try:
             if not isinstance(name, str) or not isinstance(arguments, dict):
-                raise UsageError("write a command and its arguments")
+                raise UsageError("a request needs a command and its arguments")
             done = self._desk.submit(name, arguments)
         except UsageError as error:
             page.tell(Answer(viewer, {"id": asked.get("id"), "error": str(error)}))

@@ -1,4 +1,4 @@
-"""What a run tells the process of its page. What that tells the run is JSON: `{"viewer": 0, "ask": "command", ...}`."""
+"""Messages from a run to the process of its page. In the other direction, messages are JSON: `{"viewer": 0, "ask": …}`."""
 
 from __future__ import annotations
 
@@ -110,11 +110,11 @@ class TopicMessage:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What became of a command.
+    """The response to a command.
 
     Attributes:
-        viewer: number of who asked.
-        told: result or error, as JSON has them.
+        viewer: number of the viewer that sent it.
+        told: result or error, as JSON values.
     """
 
     viewer: int

@@ -187,6 +187,10 @@ class IsaacJointNameResolver(RobotNode, type="isaacsim.core.nodes.IsaacJointName
 
 _KINDS = {"position_command": "stiffness", "velocity_command": "damping", "effort_command": ""}
 """Commands, and the gain of a drive without which each has no effect."""
+_EXAMPLES = {"stiffness": 1000, "damping": 50}
+"""Gains of a drive to begin with."""
+NO_JOINTS = "look for `enabled: false`, `keep_only_joints` and fixed joints in the robot file and its description"
+"""What to do about a robot without joints that move."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,6 +202,8 @@ class _Command:
     robot: Prim
     joints: tuple[str, ...]
     kinds: tuple[str, ...]
+    chosen: bool
+    """Whether the controller chooses joints, by name or index, rather than commanding all."""
 
 
 @lint("W207")
@@ -224,16 +230,40 @@ def lint_joints_commanded_twice(context: LintContext) -> None:
 
 @lint("W209")
 def lint_commands_without_drive(context: LintContext) -> None:
-    """Warn of commands that have no effect because the drives of their joints have no stiffness or damping."""
+    """Report commands that have no effect because the drives of their joints have no stiffness or damping.
+
+    It is an error if a joint is chosen by name or index and nothing but a drive could move it; a joint that mimics another one
+    moves with that one.
+    """
     for command in _commands(context):
-        drives = {p.facts["joint"]: p.facts["drive"] for p in command.robot.descendants() if p.kind == "joint"}
+        prims = {prim.facts["joint"]: prim for prim in command.robot.descendants() if prim.kind == "joint"}
+        drives = {joint: prim.facts["drive"] for joint, prim in prims.items()}
         gains = [_KINDS[kind] for kind in command.kinds]
         idle = [j for j in command.joints if not any(not gain or getattr(drives.get(j), gain, 0.0) for gain in gains)]
-        if idle and gains:
-            node, robot = command.instance, command.robot.path
+        if not (idle and gains):
+            continue
+        node, robot = command.instance, command.robot.path
+        free = [
+            joint for joint in idle if command.chosen and drives.get(joint) is None and not prims[joint].facts["leader"]
+        ]
+        if free:
+            message = f"{node.id} sets targets of joints of {robot} that move freely: they have no drive"
+            drive = ", ".join(f"{gain}: {_EXAMPLES[gain]}" for gain in _EXAMPLES if gain in gains or gain == "damping")
+            way = f"write `{free[0]}: {{drive: {{{drive}}}}}` below `joints:` of the robot file, or command efforts"
+            context.findings.add("G310", message, node.span, listing(free, "joints"), way, related=node.entry.via)
+        else:
             message = f"{node.id} commands joints of {robot} that have no drive for it: nothing moves"
             way = f"give them a drive with {' or '.join(gains)} below `joints:` of the robot file, or command efforts"
             context.findings.add("W209", message, node.span, listing(idle, "joints"), way, related=node.entry.via)
+
+
+@lint("W211")
+def lint_robots_without_joints(context: LintContext) -> None:
+    """Warn of controllers of robots that have no joint to control."""
+    for command in _commands(context):
+        if not command.joints:
+            message = f"{command.instance.id} commands the joints of {command.robot.path}, none of which moves"
+            context.findings.add("W211", message, command.instance.span, NO_JOINTS, related=command.instance.entry.via)
 
 
 def _commands(context: LintContext) -> Iterator[_Command]:
@@ -251,4 +281,5 @@ def _commands(context: LintContext) -> Iterator[_Command]:
             continue
         kinds = tuple(kind for kind in _KINDS if kind in wired or len(getattr(node, kind)))
         if robot is not None:
-            yield _Command(graph, instance, robot, tuple(chosen), kinds)
+            by_choice = bool(node.joint_names or len(node.joint_indices))
+            yield _Command(graph, instance, robot, tuple(chosen), kinds, by_choice)

@@ -14,9 +14,9 @@ from graphengine.messages.endpoints import Publisher
 from graphengine.node import Bound, Context, ContextError, In, Node, Out, String, Token, Tokens
 from graphengine.nodes.lidar import beams_of_a_ring, level_ring, points_of
 from graphengine.nodes.ros2.helper import SensorHelper
-from graphengine.nodes.ros2.point_cloud import METADATA, point_cloud
+from graphengine.nodes.ros2.point_cloud import FIELDS, point_cloud
 
-_METADATA = ("Intensity", "Timestamp", "EmitterId", "ChannelId")
+_METADATA = ("Intensity", "Timestamp", "EmitterId", "ChannelId", "Ring", "Time")
 """Kinds of metadata that ray casting provides."""
 
 
@@ -24,8 +24,12 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
     """Publishes samples of a lidar as LaserScan or PointCloud2, from the first execution until stop.
 
     A LaserScan has one range per beam of the ring nearest to the lidar's xy plane and covers exactly the lidar's field of view.
-    A PointCloud2 has the points of all rings. The topic's namespace is collected from the lidar's prim and its ancestors. No
-    rays are cast without subscribers.
+    A PointCloud2 has the points of all rings. With `selectedMetadata: [Intensity, Ring, Time]`, its points have the layout of
+    Velodyne's driver (x, y, z, intensity, ring, time), which lidar SLAM such as LIO-SAM expects. `Ring` and `Time` are
+    extensions: the number of the ring from below (uint16), and the time since the stamp in s (float32), which is always 0, as all
+    beams of a sample are cast at the same time. SLAM that takes 0 for a missing time must not correct the cloud for motion.
+
+    The topic's namespace is collected from the lidar's prim and its ancestors. No rays are cast without subscribers.
     """
 
     frame_id: String = In(default="sim_lidar", setup=True)
@@ -110,6 +114,10 @@ class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHe
             known["EmitterId"] = hit.astype("<u4")
         if "ChannelId" in self.selected_metadata:
             known["ChannelId"] = (hit // beams_of_a_ring(self.lidar)).astype("<u4")
+        if "Ring" in self.selected_metadata:
+            known["Ring"] = (hit // beams_of_a_ring(self.lidar)).astype("<u2")
+        if "Time" in self.selected_metadata:
+            known["Time"] = np.zeros(len(hit), "<f4")
         header = messages.header(time, self.frame_id)
         return point_cloud(header, points_of(self.lidar, scan, hit), known)
 
@@ -128,9 +136,11 @@ class ROS2RtxLidarPointCloudConfig(Node, type="isaacsim.ros2.bridge.ROS2RtxLidar
     output_object_id: bool = In(default=False)
     output_echo_id: bool = In(default=False)
     output_tick_state: bool = In(default=False)
+    output_ring: bool = In(default=False, extension=True)
+    output_time: bool = In(default=False, extension=True)
     selected_metadata: Tokens = Out(doc="names of the selected metadata, in the order of a point's fields")
 
     def compute(self) -> None:
         """Output the names whose inputs are true."""
         chosen = {port.name for port in type(self).fields.values() if getattr(self, port.field) is True}
-        self.selected_metadata = tuple(name for name in METADATA if f"output{name}" in chosen)
+        self.selected_metadata = tuple(name for name in FIELDS if f"output{name}" in chosen)

@@ -27,16 +27,19 @@ METADATA: dict[str, list[Any]] = {
     "TickState": [("tick_state", "u1")],
     "RadialVelocityMS": [("radial_velocity_ms", "<f4")],
 }
-"""Fields of a point after x, y and z, in this order. A timestamp is in ns, as two uint32, low half first."""
+"""Metadata of Isaac Sim: fields of a point after x, y and z, in this order. A timestamp is two uint32, in ns, low half first."""
 
-_DATATYPES = {"f4": 7, "u4": 6, "u1": 2}
+FIELDS: dict[str, list[Any]] = METADATA | {"Ring": [("ring", "<u2")], "Time": [("time", "<f4")]}
+"""All metadata. With Intensity, Ring and Time, a point has the layout of Velodyne's driver, which packages for SLAM expect."""
+
+_DATATYPES = {"f4": 7, "u4": 6, "u2": 4, "u1": 2}
 """Values of `datatype` in sensor_msgs/PointField, by numpy type."""
 
 
 @functools.cache
 def layout(metadata: tuple[str, ...]) -> tuple[np.dtype[Any], list[messages.PointField]]:
     """Return the layout of one point with this metadata, as a dtype and as PointFields that all messages share."""
-    extra = [field for name in metadata for field in METADATA[name]]
+    extra = [field for name in metadata for field in FIELDS[name]]
     packed = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), *extra])
     fields = []
     for name, (kind, offset, *_) in (packed.fields or {}).items():
@@ -53,13 +56,13 @@ def point_cloud(
     Args:
         header: time and frame.
         positions: points in the header's frame, m, shape (n, 3).
-        metadata: buffers with one packed record per point, by name as in METADATA.
+        metadata: buffers with one packed record per point, by name as in FIELDS.
 
     Raises:
         BadValueError: a buffer does not have one record per point.
     """
     given = metadata or {}
-    names = tuple(name for name in METADATA if name in given)
+    names = tuple(name for name in FIELDS if name in given)
     packed, fields = layout(names)
     if names:
         points = np.empty(len(positions), packed)
@@ -74,7 +77,7 @@ def point_cloud(
 
 
 def _fill(points: NDArray[Any], name: str, buffer: Buffer) -> None:
-    kind, data = np.dtype(METADATA[name]), bytes_in(buffer)
+    kind, data = np.dtype(FIELDS[name]), bytes_in(buffer)
     if len(data) != kind.itemsize * len(points):
         legal = f"of {kind.itemsize} bytes for each of {len(points)} points"
         raise BadValueError(f"{_port(name)}, data, dataPtr", len(data), legal)

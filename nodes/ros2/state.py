@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.compiler.lint_registry import lint
 from graphengine.devices.motion import Articulation
-from graphengine.format.errors import BadValueError
+from graphengine.format.errors import BadValueError, GraphError
 from graphengine.messages import messages
 from graphengine.node import Bound, Context, In
 from graphengine.node.types import Doubles, Float, Quaterniond, String, Target, Tokens, UChars, Vector3d, read_only
 from graphengine.nodes.checked import same_length
+from graphengine.nodes.core.articulation import NO_JOINTS
 from graphengine.nodes.ros2.publisher import PublisherNode, header, stamp
+
+if TYPE_CHECKING:
+    from graphengine.compiler.lint_registry import LintContext
 
 
 class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishClock"):
@@ -121,6 +126,21 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         return messages.JointState(header(time, "", port), list(names), *parts)
 
 
+@lint("W211")
+def lint_empty_joint_states(context: LintContext) -> None:
+    """Warn of publishers of joint states of robots that have no joint which moves: each message is empty."""
+    for _, instance, node in context.nodes(ROS2PublishJointState):
+        if not node.target_prim or node.joint_names:
+            continue
+        try:
+            robot = context.stage.stands_for_robot(context.stage.find(node.target_prim[0]))
+        except GraphError:  # reported by the dry setup
+            continue
+        if robot is not None and not robot.facts.get("joints", True):
+            message = f"{instance.id} publishes empty messages: no joint of {robot.path} moves"
+            context.findings.add("W211", message, instance.span, NO_JOINTS, related=instance.entry.via)
+
+
 def _rounded(values: NDArray[np.float64], steps: float) -> NDArray[np.float64]:
     """Round numbers to multiples of 1 / steps, in place where possible; those too large to be rounded stay."""
     if max(map(abs, values.tolist()), default=0.0) * max(steps, 1.0) < 1e300:  # nothing overflows: errstate costs time
@@ -134,7 +154,7 @@ def _rounded(values: NDArray[np.float64], steps: float) -> NDArray[np.float64]:
 
 
 class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishOdometry"):
-    """Publishes pose and twist as nav_msgs/Odometry; covariances are zero.
+    """Publishes pose and twist as nav_msgs/Odometry.
 
     Unless `publishRawVelocities` is true, velocities are projected onto three constant axes: front (`robotFront` in the xy
     plane), side (up x front) and up. `orientation` does not turn these axes, so give the velocities in the body's frame.
@@ -154,6 +174,10 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
     linear_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s")
     angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s")
     robot_front: Vector3d = In(default=(1.0, 0.0, 0.0), doc="forward direction of the robot, in the body's frame")
+    pose_covariance: Doubles = In(
+        extension=True, doc="6 x 6 numbers, row by row: x, y, z, roll, pitch, yaw; empty: 0, which means unknown"
+    )
+    twist_covariance: Doubles = In(extension=True, doc="like `poseCovariance`, of the published velocities")
 
     def setup(self, context: Context) -> None:
         """Open the topic."""
@@ -169,8 +193,8 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
         return messages.Odometry(
             header(self.time_stamp, self.odom_frame_id),
             self.chassis_frame_id,
-            messages.PoseWithCovariance(pose, _NO_COVARIANCE),
-            messages.TwistWithCovariance(twist, _NO_COVARIANCE),
+            messages.PoseWithCovariance(pose, _covariance("poseCovariance", self.pose_covariance)),
+            messages.TwistWithCovariance(twist, _covariance("twistCovariance", self.twist_covariance)),
         )
 
     def along_front(self, velocity: Vector3d) -> Vector3d:
@@ -183,4 +207,10 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
         return velocity[0] * x + velocity[1] * y, velocity[1] * x - velocity[0] * y, velocity[2]
 
 
-_NO_COVARIANCE = read_only(np.zeros(36))
+def _covariance(port: str, numbers: Doubles) -> Doubles:
+    if len(numbers) not in (0, 36):
+        raise BadValueError(port, numbers, "of 36 numbers, or empty")
+    return numbers if len(numbers) else _UNKNOWN
+
+
+_UNKNOWN = read_only(np.zeros(36))

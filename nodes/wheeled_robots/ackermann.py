@@ -18,6 +18,10 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
     k = 1 - (t / 2b) tan d for left wheels and k = 1 + (t / 2b) tan d for right wheels. Wheels that are not steered roll at
     k times `speed`. Steered wheels steer by atan(tan d / k) and roll at sqrt(k^2 + (tan d)^2) times `speed`.
 
+    With a `trackWidth` of 0 both wheels of an axle are the one of a bicycle. A joint whose axis points down, or the other way
+    than the wheels roll, needs the negative of its command: put a Multiply node with 1 and -1 for each joint before the
+    articulation controller, and an ArraySlice node where not all wheels are driven.
+
     A limit of 0 is no limit. Changed inputs take effect at the next execution.
     """
 
@@ -36,7 +40,13 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         default=0.0, unit="rad/s", doc="largest value used for `steeringAngleVelocity`; 0 is no limit"
     )
     wheel_base: float = In(default=0.0, required=True, unit="m", doc="distance between the axles")
-    track_width: float = In(default=0.0, required=True, unit="m", doc="distance between left and right wheels")
+    track_width: float = In(
+        default=0.0,
+        required=True,
+        default_counts=True,
+        unit="m",
+        doc="distance between left and right wheels; 0: one wheel, or a virtual one, in the middle of each axle",
+    )
     front_wheel_radius: float = In(
         default=0.0, required="radius", unit="m", doc="radius of the front wheels; 0 uses `backWheelRadius`"
     )

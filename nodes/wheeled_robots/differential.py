@@ -12,6 +12,7 @@ from graphengine.format.errors import BadValueError, PrimError
 from graphengine.node import Doubles, ExecIn, In, Node, Out, State
 from graphengine.nodes.checked import check_outcome
 from graphengine.nodes.core.articulation import IsaacArticulationController
+from graphengine.nodes.wheeled_robots.geometry_check import Effects, compare_geometry
 from graphengine.nodes.wheeled_robots.limits import limited, ramped
 
 if TYPE_CHECKING:
@@ -85,29 +86,17 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
 
 
 _RAMPS = "dt, maxAcceleration, maxDeceleration, maxAngularAcceleration"
-TOLERANCE = 0.01
-"""Largest relative difference between the geometry of a controller and of its robot that the lint accepts."""
+_EFFECTS: Effects = (
+    lambda factor: f"the robot will drive at {1.0 / factor:.3g} of the commanded speed",
+    lambda factor: f"turns will come out at {factor:.3g} of the commanded turn rate",
+)
 
 
 @lint("W201")
 def lint_wheel_geometry(context: LintContext) -> None:
     """Warn if `wheelRadius` or `wheelDistance` differs from the geometry of the robot whose joints the controller drives."""
     for controller, node, robot, joints in _driven(context):
-        radii = [robot.facts.get("wheel_radii", {}).get(joint) for joint in joints]
-        known = [radius for radius in radii if radius]
-        if known and _differs(node.wheel_radius, known[0]):
-            effect = f"the robot will drive at {known[0] / abs(node.wheel_radius):.3g} of the commanded speed"
-            span = controller.entry.span("inputs", "wheelRadius")
-            what = f"wheelRadius is {node.wheel_radius:g} m, but the wheels of {robot.path} have {known[0]:g} m"
-            context.findings.add("W201", what, span, effect, f"write wheelRadius: {known[0]:g}")
-        distance = robot.facts.get("wheel_distance")
-        if distance and _differs(node.wheel_distance, distance):
-            effect = f"turns will come out at {abs(node.wheel_distance) / distance:.3g} of the commanded turn rate"
-            span = controller.entry.span("inputs", "wheelDistance")
-            what = (
-                f"wheelDistance is {node.wheel_distance:g} m, but the wheels of {robot.path} are {distance:g} m apart"
-            )
-            context.findings.add("W202", what, span, effect, f"write wheelDistance: {distance:g}")
+        compare_geometry(context, controller, node, robot, joints, _EFFECTS)
 
 
 def _driven(context: LintContext) -> Iterator[tuple[Instance, DifferentialController, Prim, tuple[str, ...]]]:
@@ -123,7 +112,3 @@ def _driven(context: LintContext) -> Iterator[tuple[Instance, DifferentialContro
                 continue
             if robot is not None:
                 yield source, node, robot, drives.joint_names or tuple(robot.facts.get("joints", ()))
-
-
-def _differs(value: float, true: float) -> bool:
-    return value != 0.0 and abs(abs(value) - true) > TOLERANCE * true

@@ -89,7 +89,7 @@ def test_options_of_a_session_that_make_no_sense_are_told(
 
 def test_a_graph_that_needs_a_scene_is_refused_without_one() -> None:
     scene = ge.load("dd100/cmd_vel")
-    with pytest.raises(ge.UsageError, match="asks for prims of a scene"):
+    with pytest.raises(ge.UsageError, match="uses prims of a scene"):
         scene.session()
 
 

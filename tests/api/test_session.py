@@ -210,7 +210,7 @@ def test_robots_are_moved_pushed_spawned_and_removed(sim: ge.Session) -> None:
         (lambda sim: sim.move("dd100"), "move: give a position, an orientation, or a velocity"),
         (lambda sim: sim.move("dd100", position=("a", 2.0)), "move: position[0]: expected a number, got 'a'"),
         (lambda sim: sim.move("dd10", position=(1.0, 2.0)), "dd10"),
-        (lambda sim: sim.push("dd100", force=(0.0, 80.0, 0.0)), "push: a force needs a duration, s"),
+        (lambda sim: sim.push("dd100", force=(0.0, 80.0, 0.0)), "push: a force needs a duration (s)"),
         (lambda sim: sim.spawn("second", "robots/dd10.yaml"), "robots/dd10.yaml"),
         (lambda sim: sim.remove("second"), "no robot 'second'"),
         (lambda sim: sim.press("Q1"), "Q1"),

@@ -19,9 +19,9 @@ from tests.recording.harness import CLOCK, NOISY_ROBOT, NOISY_SCENE, put, record
 @pytest.mark.parametrize(
     ("content", "expected"),
     [
-        (b"", "it holds no run"),
-        (b"scene: a\n", "this is no MCAP file"),
-        (b"\x89MCAP0\r\n", "it holds no run"),
+        (b"", "not a recording made by"),
+        (b"scene: a\n", "not an MCAP file"),
+        (b"\x89MCAP0\r\n", "not a recording made by"),
         (b"\x89MCAP0\r\n" + b"\xff" * 100, "damaged: the record at byte"),
     ],
     ids=["empty", "text", "magic", "rubbish"],
@@ -51,7 +51,7 @@ def test_a_bag_of_another_program_is_told(graphrun: Graphrun, tmp_path: Path) ->
     writer.add_message(channel, 0, messages.encode(messages.String("a")), 0)
     writer.finish()  # type: ignore[no-untyped-call]
     result = graphrun("replay", str(path), code=2)
-    assert "it holds no run: what `graphrun run --record` writes can be replayed" in result.err
+    assert "not a recording made by `graphrun run --record`" in result.err
 
 
 def test_a_chunk_with_a_byte_that_changed_is_told(graphrun: Graphrun, clock: Path, tmp_path: Path) -> None:
@@ -88,24 +88,24 @@ def clock_recording(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        ({"manifest": {"format": "2"}}, "it is of format '2', and this version reads 1"),
-        ({"manifest": {"seed": '"x"'}}, "its seed cannot be"),
-        ({"manifest": {"period": "[1, 0]"}}, "its period.1 cannot be"),
-        ({"manifest": {"domain_from_environment": "233"}}, "its domain_from_environment cannot be"),
-        ({"manifest": {"seed": "{"}}, "how the run was made cannot be read"),
-        ({"manifest": {"given": '"project/../../etc/passwd"'}}, "is no name that a file of a recording can have"),
-        ({"attachments": {"project/hall/clock.yaml": b"graph: other"}}, "is not what it was"),
-        ({"end": {"ticks": "many"}}, "its end says that there were 'many' ticks"),
-        ({"commands": '{"commands": [["format", null]]}'}, "has a command 'format', which is not known here"),
-        ({"commands": '{"commands": [["spawn", {"name": 1}]]}'}, "the recorded command 'spawn' makes no sense"),
-        ({"manifest": {"modules": '["os; rm -rf /"]'}}, "its modules.0 cannot be"),
-        ({"commands": f'{{"wall_time": {"9" * 400}}}'}, "what came into the session in tick 1 cannot be read"),
-        ({"commands": '{"wall_time": "x"}'}, "what came into the session in tick 1 cannot be read"),
-        ({"commands": '{"delivered": [1]}'}, "what came into the session in tick 1 cannot be read"),
-        ({"commands": "[1]"}, "what came into the session in tick 1 cannot be read"),
+        ({"manifest": {"format": "2"}}, "it has format '2'; this version reads 1"),
+        ({"manifest": {"seed": '"x"'}}, "its seed is invalid"),
+        ({"manifest": {"period": "[1, 0]"}}, "its period.1 is invalid"),
+        ({"manifest": {"domain_from_environment": "233"}}, "its domain_from_environment is invalid"),
+        ({"manifest": {"seed": "{"}}, "its metadata on the run cannot be read"),
+        ({"manifest": {"given": '"project/../../etc/passwd"'}}, "is not a legal name for a file of a recording"),
+        ({"attachments": {"project/hall/clock.yaml": b"graph: other"}}, "the checksum of its file"),
+        ({"end": {"ticks": "many"}}, "its number of ticks is invalid: 'many'"),
+        ({"commands": '{"commands": [["format", null]]}'}, "has an unknown command 'format'"),
+        ({"commands": '{"commands": [["spawn", {"name": 1}]]}'}, "the recorded command 'spawn' is invalid"),
+        ({"manifest": {"modules": '["os; rm -rf /"]'}}, "its modules.0 is invalid"),
+        ({"commands": f'{{"wall_time": {"9" * 400}}}'}, "the external inputs of tick 1 cannot be read"),
+        ({"commands": '{"wall_time": "x"}'}, "the external inputs of tick 1 cannot be read"),
+        ({"commands": '{"delivered": [1]}'}, "the external inputs of tick 1 cannot be read"),
+        ({"commands": "[1]"}, "the external inputs of tick 1 cannot be read"),
         (
             {"compression": CompressionType.ZSTD},
-            "it is compressed with 'zstd', and what `graphrun run --record` writes is with 'lz4'",
+            "it is compressed with 'zstd', but recordings made by `graphrun run --record` with 'lz4'",
         ),
     ],
     ids=str,

@@ -123,8 +123,8 @@ def test_without_a_run_there_are_no_topics_and_no_error(
     assert bash("topic", "echo", "/cl") == []
 
 
-def typed(folder: Path, line: str, wanted: str) -> str:
-    """What zsh shows after a line with a tab at its end, as soon as that is what is wanted."""
+def typed(folder: Path, line: str, wanted: str, load: str = 'eval "$(<completion.zsh)"') -> str:
+    """What zsh shows after a line with a tab at its end, as soon as that is what is wanted; `load` loads the script."""
     terminal, inner = pty.openpty()
     env = environment({"TERM": "xterm", "PATH": f"{folder / 'bin'}:{os.environ['PATH']}", "PS1": "ready> "})
     shell = subprocess.Popen(
@@ -143,7 +143,7 @@ def typed(folder: Path, line: str, wanted: str) -> str:
 
     try:
         hear("ready> ")
-        loads = 'autoload -Uz compinit && compinit -u -D; eval "$(<completion.zsh)"; echo loaded $((40 + 2))\n'
+        loads = f"autoload -Uz compinit && compinit -u -D; {load}; echo loaded $((40 + 2))\n"
         os.write(terminal, loads.encode())
         hear("loaded 42")
         said = ""
@@ -169,6 +169,12 @@ def typed(folder: Path, line: str, wanted: str) -> str:
 )
 def test_zsh_completes(folder: Path, line: str, completed: str) -> None:
     assert completed in typed(folder, line, completed)
+
+
+@needs("zsh")
+@pytest.mark.parametrize("load", ["source completion.zsh", "source <(cat completion.zsh)"])
+def test_zsh_completes_after_the_script_was_sourced(folder: Path, load: str) -> None:
+    assert "graphrun replay" in typed(folder, "graphrun rep", "graphrun replay", load)
 
 
 @needs("zsh")

@@ -70,7 +70,7 @@ def test_a_run_is_held_stepped_and_let_go(ctl: Graphrun) -> None:
         assert ctl("step", "59").lines == [f"{name}: paused, t = 1.000 s, rate 1"]
         ctl("rate", "max")
         ctl("play")
-        ctl("step", refused="error: the session is playing; pause it to run single ticks")
+        ctl("step", refused="error: the session is playing; pause it before running single ticks")
         assert state(ctl)["rate"] == "max"
         ctl("stop")
         ctl("pause", refused="a stopped session cannot pause")
@@ -185,14 +185,14 @@ def test_a_run_over_dds_is_asked_in_the_same_way(ctl: Graphrun, domain_id: int) 
 
 
 def test_where_nothing_runs_that_is_said(ctl: Graphrun) -> None:
-    ctl("state", refused="error: nothing runs here that could be controlled")
+    ctl("state", refused="error: no run to control")
 
 
 def test_of_several_runs_one_is_named(ctl: Graphrun, graphrun: Graphrun, project: Path) -> None:
     with paused("mine.yaml", *MEMORY, cwd=project) as one, paused("dd100_flat", *MEMORY) as other:
         asked = graphrun("ctl", "state", code=2)
         assert asked.err.splitlines() == [
-            "graphrun ctl: 2 sessions run; say which",
+            "graphrun ctl: there are 2 runs; choose one",
             f"  --run {other.process.pid}   dd100_flat",
             f"  --run {one.process.pid}   mine",
         ]
@@ -204,21 +204,21 @@ def test_a_run_that_was_killed_is_forgotten_by_who_looks_next(ctl: Graphrun, run
     with paused("mine.yaml", *MEMORY, cwd=project) as run:
         run.stop(signal.SIGKILL)
     assert [path.name for path in runtime.iterdir()] == [f"mine.{run.process.pid}"]
-    ctl("state", refused="nothing runs here")
+    ctl("state", refused="no run to control")
     assert list(runtime.iterdir()) == []
 
 
 def test_a_run_can_be_closed_to_others(ctl: Graphrun, project: Path) -> None:
     with live("run", "mine.yaml", "--rate", "realtime", "--no-control", *MEMORY, cwd=project) as run:
         assert run.hear(lambda said: " Hz; " in said)
-        ctl("state", refused="nothing runs here")
+        ctl("state", refused="no run to control")
         assert run.stop(signal.SIGINT) == 0
 
 
 def test_a_run_goes_on_where_it_cannot_be_reached(graphrun: Graphrun, project: Path, runtime: Path) -> None:
     runtime.write_bytes(b"in the way")
     result = graphrun("run", "mine.yaml", "--for", "1", *MEMORY, code=0)
-    assert result.err.startswith(f"warning: graphrun ctl cannot reach this run: {runtime}: not a folder")
+    assert result.err.startswith(f"warning: graphrun ctl cannot reach this run: {runtime}: must be a folder")
     assert "60 ticks" in result.err
 
 

@@ -21,7 +21,7 @@ TRIED = [
 
 def test_it_says_three_lines_and_runs_the_scene(graphrun: Graphrun) -> None:
     said = graphrun("demo", "--for", "1s", *MEMORY, code=0, out="").err.splitlines()
-    assert said[0].startswith("A Dingo drives a round through a warehouse")
+    assert said[0].startswith("A Dingo robot drives through a warehouse")
     assert said[1].startswith("Try in another terminal: `graphrun teleop`")
     assert said[2].startswith("Its graph is graphs/demo/round.yaml: ")
     assert said[3].startswith("scenes/demo.yaml: 4 graphs, 60 Hz; memory")

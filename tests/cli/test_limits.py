@@ -36,14 +36,14 @@ def test_memory_that_suffices_for_a_run_but_not_for_dds_is_refused_before_cyclon
     result = limited("-v 420000", *RUN, "--transport", "dds")
     assert (result.code, result.out) == (1, "")
     assert "cannot join domain 0" in result.err
-    assert "it takes 400 MB more of memory\nraise the limit of `ulimit -v`" in result.err
+    assert "it needs 400 MB more memory\nraise the limit of `ulimit -v`" in result.err
 
 
 @pytest.mark.parametrize("files", [8, 16])
 def test_too_few_open_files_for_dds_are_told(files: int) -> None:
     result = limited(f"-n {files}", *RUN, "--transport", "dds")
     assert (result.code, result.out) == (1, "")
-    assert result.err.endswith("it takes 24 more open files\nraise the limit of `ulimit -n`\n")
+    assert result.err.endswith("it needs 24 more open files\nraise the limit of `ulimit -n`\n")
 
 
 def test_memory_that_runs_out_in_a_verb_is_told(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -57,7 +57,7 @@ def test_memory_that_runs_out_in_a_verb_is_told(graphrun: Graphrun, monkeypatch:
 @pytest.mark.parametrize("verb", [("check", "dd100_flat"), ("snapshot", "dd100_flat", "-o", "/nowhere/x.png")])
 def test_an_opengl_that_mujoco_does_not_know_is_told(verb: tuple[str, ...]) -> None:
     result = process(*verb, env={"MUJOCO_GL": "nonsense"}, code=2, out="")
-    assert result.err.startswith(f"graphrun {verb[0]}: MUJOCO_GL=nonsense: MuJoCo knows no such value\n  unset it")
+    assert result.err.startswith(f"graphrun {verb[0]}: MUJOCO_GL=nonsense: not a value that MuJoCo knows\n  unset it")
 
 
 VERBS = {

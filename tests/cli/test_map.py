@@ -229,9 +229,9 @@ def test_the_small_warehouse_is_that_of_nvidias_map_within_a_cell(graphrun: Grap
         (["--include", "world"], "'world' is not a prim path"),
         (["--convention", "isaac", "--format", "pgm"], "the convention of Isaac Sim is a PNG"),
         (["--allow", "nowhere"], "--allow nowhere: no such folder"),
-        (["-o", "maps/"], "-o maps/: this is a folder; write maps/room"),
-        (["-o", "."], "-o .: this is a folder; write room"),
-        (["-o", ".png"], "-o .png: this is a folder; write room"),
+        (["-o", "maps/"], "-o maps/: is a folder; write a file name such as maps/room"),
+        (["-o", "."], "-o .: is a folder; write a file name such as room"),
+        (["-o", ".png"], "-o .png: is a folder; write a file name such as room"),
     ],
 )
 def test_what_makes_no_sense_is_told_and_nothing_is_written(
@@ -268,7 +268,7 @@ def test_a_file_of_another_kind_is_explained(graphrun: Graphrun, room: Path, tex
 
 def test_a_graph_has_no_map(graphrun: Graphrun) -> None:
     result = graphrun("map", str(find_given("dd100/cmd_vel", "graphs")), code=2, out="")
-    assert "this is a graph file; a map is made of a scene" in result.err
+    assert "this is a graph file; give a scene file" in result.err
 
 
 @pytest.mark.parametrize("ending", ["png", "yaml"])

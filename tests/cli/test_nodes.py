@@ -229,7 +229,7 @@ def test_a_message_of_a_users_package_is_shown_too(graphrun: Graphrun, project: 
         (["Publisher", "--message", ""], "--message : write PACKAGE/msg/NAME, as in geometry_msgs/msg/Twist"),
         (
             ["Publisher", "--message", "std_srvs/srv/Trigger"],
-            "std_srvs/srv/Trigger is no message\n  it has: std_srvs",
+            "std_srvs/srv/Trigger is not a message type\n  it has: std_srvs",
         ),
         (
             ["PublishClock", "--message", "std_msgs/msg/String"],
@@ -237,7 +237,7 @@ def test_a_message_of_a_users_package_is_shown_too(graphrun: Graphrun, project: 
         ),
         (
             ["--message", "std_msgs/msg/String"],
-            "--message: name a node type that makes ports from it, such as ROS2Publisher",
+            "--message needs the name of a node type that makes ports from a message, such as ROS2Publisher",
         ),
         (["Publisher", "--message", "a/msg/B", "--msg-path", "x"], "--msg-path x: no such file or folder"),
     ],

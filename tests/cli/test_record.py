@@ -79,7 +79,7 @@ def test_a_run_that_is_killed_leaves_what_was_written(graphrun: Graphrun, tmp_pa
         assert result.out.startswith(f"identical: {found} messages in ")
     else:
         assert (result.code, result.out) == (2, "")
-        assert result.err == f"graphrun replay: {path}: it was cut off before anything happened\n"
+        assert result.err == f"graphrun replay: {path}: it was cut off before the first tick\n"
 
 
 def test_a_file_that_may_not_grow_ends_the_run_and_keeps_what_there_is(graphrun: Graphrun, tmp_path: Path) -> None:
@@ -88,7 +88,7 @@ def test_a_file_that_may_not_grow_ends_the_run_and_keeps_what_there_is(graphrun:
     path = tmp_path / "out.mcap"
     env = {"PYTHONPATH": os.pathsep.join([str(tmp_path / "limit"), str(shipped())])}
     result = process("run", "dd100_flat", "--for", "60s", "--record", str(path), *MEMORY, env=env, code=1)
-    assert f"error: {path}: it cannot be recorded there: File too large\n" in result.err
+    assert f"error: {path}: the recording cannot be written: File too large\n" in result.err
     assert "Traceback" not in result.err
     result = graphrun("replay", str(path))
     assert (result.code, result.out[:11]) == (0, "identical: ")

@@ -122,7 +122,7 @@ def test_another_order_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
     path.write_text("".join(lines[:wires] + lines[wires + 2 :] + lines[wires : wires + 2]), encoding="utf-8")
     result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(path), code=1)
     assert result.lines[0].endswith(": /other")
-    assert "  sent here by the replay, and /clock in the recording: the order is another" in result.lines
+    assert "  the order differs: the recording has a message of /clock at this place" in result.lines
 
 
 def test_a_topic_of_another_type_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
@@ -160,13 +160,16 @@ def test_a_node_that_cannot_begin_in_a_replay_is_told_with_its_file_as_the_recor
 
 def test_a_graph_without_the_scene_that_it_needs_cannot_be_compared(graphrun: Graphrun, drive: Path) -> None:
     result = graphrun("replay", str(drive), "--against", "dd100/cmd_vel", code=2, out="")
-    assert result.err == "graphrun replay: dd100/cmd_vel asks for prims of a scene; give a scene to --against\n"
+    assert result.err == "graphrun replay: dd100/cmd_vel uses prims of a scene; give a scene to --against\n"
 
 
 def test_a_topic_that_nobody_reads_any_more_is_told(graphrun: Graphrun, drive: Path) -> None:
     result = graphrun("replay", str(drive), "--against", "dd100_warehouse", "--set", "SubscribeTwist.topicName=other")
     assert result.code == 1
-    assert f"warning: nobody reads {CMD_VEL} (geometry_msgs/msg/Twist), on which messages were recorded\n" in result.err
+    assert (
+        f"warning: messages of {CMD_VEL} (geometry_msgs/msg/Twist) were recorded, but no node reads them\n"
+        in result.err
+    )
     assert result.lines[0].startswith("different in tick 8,")
 
 

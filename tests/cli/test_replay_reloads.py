@@ -140,9 +140,12 @@ def test_a_comment_is_recorded_as_it_may_matter_later(tmp_path: Path, edits: Edi
         ('{"files": 3}', "has no valid list of files"),
         ('{"files": {"project/a.yaml": 1}}', "has no valid list of files"),
         ("[]", "has no valid list of files"),
-        ('{"files": {"../a.yaml": null}}', "is no name that a file of a recording can have"),
-        ('{"files": {"project/a.yaml": "/etc/passwd"}}', "is no name that a file of a recording can have"),
-        ('{"files": {"project/a.yaml": "project/none.yaml"}}', "has no file 'project/none.yaml', which a reload read"),
+        ('{"files": {"../a.yaml": null}}', "is not a legal name for a file of a recording"),
+        ('{"files": {"project/a.yaml": "/etc/passwd"}}', "is not a legal name for a file of a recording"),
+        (
+            '{"files": {"project/a.yaml": "project/none.yaml"}}',
+            "lacks the file 'project/none.yaml', which a reload read",
+        ),
     ],
 )
 def test_a_reload_that_no_recorder_wrote_reads_nothing_outside_of_the_recording(

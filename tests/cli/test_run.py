@@ -75,7 +75,7 @@ def test_a_graph_runs_in_the_scene_that_it_names(graphrun: Graphrun, project: Pa
 
 def test_a_graph_that_asks_for_prims_is_told_to_want_a_scene(graphrun: Graphrun) -> None:
     result = graphrun("run", "dd100/cmd_vel", *MEMORY, code=2, out="")
-    assert result.err.endswith("cmd_vel.yaml asks for prims of a scene; give one with --scene\n")
+    assert result.err.endswith("cmd_vel.yaml uses prims of a scene; give one with --scene\n")
 
 
 def test_a_file_with_errors_does_not_run(graphrun: Graphrun, project: Path) -> None:
@@ -241,7 +241,7 @@ def test_robot_state_without_a_scene_makes_no_sense(graphrun: Graphrun, project:
     result = graphrun("run", "mine.yaml", "--robot-state", *MEMORY)
     assert (result.code, result.err) == (
         2,
-        "graphrun run: --robot-state is for the robots of a scene; give one with --scene\n",
+        "graphrun run: --robot-state needs a scene with robots; give one with --scene\n",
     )
 
 

@@ -211,7 +211,7 @@ def test_echo_asks_for_what_all_publishers_offer(topic: Graphrun, peer: DdsTrans
         result = topic("echo", "--once", "/chatter")
     assert result.out == "data: passing\n---\n"
     assert result.err.splitlines() == [
-        f"WARNING: some publishers, but not all, offer {more}; what connects to all is {less}, and so it is asked for"
+        f"WARNING: only some publishers offer {more}; subscribing with {less}, which matches all"
         for more, less in (("RELIABLE", "BEST_EFFORT"), ("TRANSIENT_LOCAL", "VOLATILE"))
     ]
 
@@ -268,7 +268,7 @@ def test_echo_drops_what_a_peer_with_another_definition_sends_and_warns(
     assert result.err.splitlines() == [
         f"WARNING: /robots/peer has another definition of {STRING} ({other}): its messages are dropped",
         "nothing arrived on /chatter within 1 s",
-        "WARNING: /chatter: dropped what is no message of the topic's type, 1 times",
+        "WARNING: /chatter: dropped messages that do not fit the topic's type: 1",
     ]
 
 
@@ -326,7 +326,7 @@ def test_echo_tells_why_nothing_arrives(topic: Graphrun, peer: DdsTransport) -> 
     peer.writer("/chatter", STRING, QoS())
     result = topic("echo", "/chatter", "--qos-durability", "transient_local", "--timeout", "0.1")
     assert result.err.splitlines()[0] == (
-        "WARNING: this subscription asks for transientLocal, /robots/peer offers volatile: nothing arrives from there"
+        "WARNING: this subscription asks for transientLocal, /robots/peer offers volatile: no messages arrive from it"
     )
 
 

@@ -51,7 +51,7 @@ def test_a_recording_that_was_cut_off_is_said_to_be(clock: Path) -> None:
 
 def test_a_file_that_is_no_recording_is_one_error(graphrun: Graphrun, tmp_path: Path) -> None:
     path = put(tmp_path / "out.mcap", "scene: a\n")
-    graphrun("view", str(path), code=2, out="", err=f"graphrun view: {path}: this is no MCAP file\n")
+    graphrun("view", str(path), code=2, out="", err=f"graphrun view: {path}: not an MCAP file\n")
 
 
 def test_modules_of_a_recording_are_imported_only_if_they_are_given(graphrun: Graphrun, clock: Path) -> None:
@@ -72,4 +72,4 @@ def test_a_port_that_is_taken_is_told(graphrun: Graphrun, clock: Path) -> None:
     path = clock.parent / "out.mcap"
     record(path, 3, clock)
     result = graphrun("view", str(path), "--view-host", "localhost", code=2)
-    assert "the page is served on an address, such as 127.0.0.1" in result.err
+    assert "is not an address for the page; give one such as 127.0.0.1" in result.err

@@ -351,7 +351,9 @@ def test_a_part_is_not_run_without_what_it_is_given(file: MakeFile) -> None:
     path = file("{graph: part, inputs: {angle: C.value}, nodes: {C: {type: omni.graph.nodes.Cos}}}")
     assembly = build.load(path)
     assert assembly.findings.items == []
-    with pytest.raises(UsageError, match=r"part is a part of other graphs, which give it C\.value; run one of those"):
+    with pytest.raises(
+        UsageError, match=r"part is a subgraph and gets C\.value from the graph that uses it; run that graph"
+    ):
         build.start(assembly, Network())
 
 

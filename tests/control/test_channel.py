@@ -136,7 +136,7 @@ def test_idle_clients_do_not_lock_the_socket(ticking: MakeTicking, runtime: Runt
             last = crowd.enter_context(Client(entry))
             assert busy.ask("state")["tick"] == 0
         assert last.ask("state")["tick"] == 0  # by now all of them were accepted
-        with pytest.raises(ControlError, match="disconnected: idle, and more than 32 clients came"):
+        with pytest.raises(ControlError, match="disconnected as the longest idle client: there are more than 32"):
             first.ask("state")
         assert [found.path for found in runs.running(runtime)] == [channel.path]
 
@@ -158,7 +158,7 @@ def test_where_all_clients_wait_for_an_answer_the_next_is_refused_with_the_reaso
         with Client(entry) as first, ThreadPoolExecutor(1) as pool:
             asked = pool.submit(first.ask, "state")
             assert waiting.wait(PATIENCE)
-            with Client(entry) as second, pytest.raises(ControlError, match="1 clients wait for answers already"):
+            with Client(entry) as second, pytest.raises(ControlError, match="1 clients are waiting for responses"):
                 second.ask("state")
             answered.set()
             assert asked.result(PATIENCE) == 1
@@ -205,14 +205,14 @@ def test_of_several_runs_one_has_to_be_named(ticking: MakeTicking, runtime: Runt
         with pytest.raises(UsageError) as caught:
             find(environment=runtime)
         listed = "".join(f"\n  --run {os.getpid()}   {name}" for name in ("hall", "yard"))
-        assert str(caught.value) == f"2 sessions run; say which{listed}"
+        assert str(caught.value) == f"there are 2 runs; choose one{listed}"
         assert find("yard", runtime).name == "yard"
-        with pytest.raises(ControlError, match=r"no session 'yarn' runs; did you mean 'yard'\?"):
+        with pytest.raises(ControlError, match=r"there is no run 'yarn'; did you mean 'yard'\?"):
             find("yarn", runtime)
 
 
 def test_where_nothing_runs_that_is_said(runtime: Runtime) -> None:
-    with pytest.raises(ControlError, match="nothing runs here") as caught:
+    with pytest.raises(ControlError, match="no run to control") as caught:
         find(environment=runtime)
     assert str(caught.value).endswith(f"\n  looked in {runtime['XDG_RUNTIME_DIR']}/graphrun")
 
@@ -227,7 +227,7 @@ def test_a_folder_that_is_not_the_users_alone_is_not_used(runtime: Runtime, kind
     else:
         folder.mkdir()
         folder.chmod(0o777)
-    with pytest.raises(ControlError, match="not a folder that is the user's alone"):
+    with pytest.raises(ControlError, match="must be a folder that you own"):
         runs.folder(runtime)
 
 

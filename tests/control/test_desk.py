@@ -62,7 +62,7 @@ def test_a_flood_of_commands_leaves_ticks_their_turn(ticking: MakeTicking) -> No
 
 def test_a_command_that_is_refused_leaves_the_run_going(ticking: MakeTicking) -> None:
     with controlled(ticking().session, paused=True) as run:
-        with pytest.raises(UsageError, match="no place for robots"):
+        with pytest.raises(UsageError, match="cannot have robots"):
             run.ask("spawn", name="late", use={"use": "robots/dd100.yaml"})
         with pytest.raises(UsageError, match="did you mean 'step'"):
             run.ask("stepp")
@@ -98,7 +98,7 @@ def test_what_was_cancelled_in_time_is_not_done(ticking: MakeTicking) -> None:
 def test_more_than_can_wait_are_refused() -> None:
     desk = Desk()
     waiting = [desk.submit("play") for _ in range(MAX_WAITING)]
-    with pytest.raises(StateError, match="no more are accepted"):
+    with pytest.raises(StateError, match="the queue is full"):
         desk.submit("play").result(0)
     assert not any(answer.done() for answer in waiting)
 
@@ -129,7 +129,7 @@ def test_a_stopped_session_can_do_single_ticks(ticking: MakeTicking) -> None:
 
 
 def test_a_session_that_plays_does_no_single_ticks(ticking: MakeTicking) -> None:
-    with controlled(ticking().session) as run, pytest.raises(StateError, match="pause it to run single ticks"):
+    with controlled(ticking().session) as run, pytest.raises(StateError, match="pause it before running single ticks"):
         run.ask("step")
 
 
@@ -140,12 +140,12 @@ def test_single_ticks_are_cut_short_by_what_ends_them(ticking: MakeTicking, othe
     desk.serve(session)
     again = desk.submit("step")
     desk.serve(session)
-    with pytest.raises(StateError, match="1000000 single ticks are under way"):
+    with pytest.raises(StateError, match="1000000 single ticks have not run yet"):
         again.result(0)
     assert not steps.done()
     desk.submit(other)
     desk.serve(session)
-    with pytest.raises(StateError, match="cut short: 1000000 of the ticks did not run"):
+    with pytest.raises(StateError, match="cancelled: 1000000 of the ticks did not run"):
         steps.result(0)
 
 

@@ -65,8 +65,8 @@ def test_a_factor_that_is_set_is_the_pace(sim: Simulator, value: float, pace: fl
         (parameter(0.001), "cannot be 0.001"),
         (parameter(math.nan), "cannot be nan"),
         (parameter(math.inf), "cannot be inf"),
-        (parameter(1.0, kind=BOOL), "is a number"),
-        (parameter(1.0, name="use_sim_time"), "no parameter 'use_sim_time'"),
+        (parameter(1.0, kind=BOOL), "must be a number"),
+        (parameter(1.0, name="use_sim_time"), "unknown parameter 'use_sim_time'"),
     ],
 )
 def test_what_cannot_be_set_is_refused_and_of_all_at_once_nothing_is(sim: Simulator, wrong: Any, words: str) -> None:

@@ -138,7 +138,7 @@ def test_steps_that_a_stop_cuts_short_say_so(sim: Simulator) -> None:
     answers = sim._clients["step_simulation"][1]
     response = messages.decode(answers.get(timeout=PATIENCE), f"{kind}_Response")
     assert response.result.result == INCORRECT_STATE
-    assert "cut short" in response.result.error_message
+    assert "cancelled" in response.result.error_message
 
 
 @pytest.mark.parametrize("scope", [0, 255])
@@ -339,20 +339,20 @@ def test_files_of_the_scenes_folder_and_what_ships_can_be_spawned(sim: Simulator
 @pytest.mark.parametrize(
     ("fields", "code", "words"),
     [
-        ({"resource_string": ""}, 104, "neither a uri nor a resource_string"),
-        ({"resource_string": "hello"}, 103, "the text of a URDF"),
-        ({"uri": "https://example.org/robot.urdf"}, 103, "nothing that can be spawned"),
-        ({"uri": "cube.usd"}, 103, "nothing that can be spawned"),
+        ({"resource_string": ""}, 104, "give a uri or a resource_string"),
+        ({"resource_string": "hello"}, 103, "must be a URDF or MJCF"),
+        ({"uri": "https://example.org/robot.urdf"}, 103, "cannot be spawned"),
+        ({"uri": "cube.usd"}, 103, "cannot be spawned"),
         ({"uri": "nowhere.urdf"}, NOT_FOUND, "no file 'nowhere.urdf'"),
         ({"uri": "/etc/hosts.urdf"}, NOT_FOUND, "no file"),
         ({"resource_string": CRATE.replace("<box", "<blob")}, 106, "there is no shape 'blob'"),
         ({"resource_string": CRATE.replace('<box size=".4 .4 .4"/>', '<mesh filename="a.stl"/>')}, 107, "a.stl"),
         ({"name": "9 lives"}, 102, "is not a name"),
-        ({"resource_string": CRATE.replace('<robot name="crate">', "<robot>")}, 102, "no name"),
+        ({"resource_string": CRATE.replace('<robot name="crate">', "<robot>")}, 102, "give a name"),
         ({"entity_namespace": "a b"}, 105, "namespace"),
         ({"entity_namespace": "{name}"}, 105, "namespace"),
-        ({"initial_pose__header": messages.header(0.0, "moon")}, 109, "no frame 'moon'"),
-        ({"initial_pose__pose": pose(0, 0, math.nan)}, 109, "no position"),
+        ({"initial_pose__header": messages.header(0.0, "moon")}, 109, "unknown frame 'moon'"),
+        ({"initial_pose__pose": pose(0, 0, math.nan)}, 109, "invalid position"),
         ({"initial_pose__pose": pose(0, 0, 0, 0.0, 0.0, 0.0, 0.0)}, 109, "not of length 1"),
     ],
 )
@@ -388,7 +388,7 @@ def test_many_come_at_once_and_those_that_do_not_keep_no_other_back(sim: Simulat
 def test_what_belongs_to_the_world_cannot_be_deleted(sim: Simulator) -> None:
     answer = sim.call("delete_entity", entity="ball")
     assert answer.result.result == FAILED
-    assert "belongs to the world's file" in answer.result.error_message
+    assert "is part of the world file" in answer.result.error_message
 
 
 def test_spawnables_are_what_can_be_spawned(sim: Simulator, tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ def test_import_writes_a_file_for_each_graph_and_says_so(imports: Graphrun, grap
     assert done.code == 0
     assert [path.name for path in sorted(tmp_path.iterdir())] == ["beta_01_tf.yaml", "tf.yaml"]
     assert "beta_01_tf.yaml: 3 nodes, 6 wires, at /World/beta_01/tf" in done.out
-    assert "left out is what belongs to no graph: stage.DefinePrim('/World/alpha_00/frames')," in done.out
+    assert "left out, because it does not belong to a graph: stage.DefinePrim('/World/alpha_00/frames')," in done.out
     assert graphrun("check", *map(str, sorted(tmp_path.iterdir()))).code == 0
 
 
@@ -41,7 +41,7 @@ def test_import_of_a_script_with_a_type_that_is_not_here_succeeds_and_check_fail
     imports: Graphrun, graphrun: Graphrun, tmp_path: Path
 ) -> None:
     done = imports(SCRIPTS / "unknown_types.py")
-    assert (done.code, "warning W301: Mine: there is no node type" in done.err) == (0, True)
+    assert (done.code, "warning W301: Mine: the node type" in done.err) == (0, True)
     assert graphrun("check", str(tmp_path / "custom.yaml")).code == 1
 
 
@@ -49,7 +49,7 @@ def test_import_of_a_script_with_a_type_that_is_not_here_succeeds_and_check_fail
     ("arguments", "complaint"),
     [
         (["nowhere.py"], "no file 'nowhere.py'"),
-        ([str(ROOT / "README.md")], "what can be imported ends in .py"),
+        ([str(ROOT / "README.md")], "not an importable file; write the name of a .py"),
         ([str(SCAN), "-o", str(SCAN)], "scan.py: not a folder"),
         ([str(SCAN), "--allow", "nowhere"], "no folder 'nowhere'"),
     ],
@@ -151,7 +151,7 @@ def test_namespaces_of_a_script_are_shown_as_a_scene_has_them(builds: Graphrun) 
 def test_what_a_script_built_before_it_failed_is_written(builds: Graphrun) -> None:
     err = builds("memoryview(og.get_frame())\n").err
     assert "warning W302: TypeError" in err
-    assert "the script goes no further; what it would have built later is not in the graphs" in err
+    assert "the script ends here; what it would have built later is not in the graphs" in err
 
 
 def test_an_attribute_that_only_omniverse_knows_is_told(builds: Graphrun) -> None:
@@ -199,7 +199,7 @@ except Exception as error:
 
 
 def test_what_a_script_catches_is_told(builds: Graphrun) -> None:
-    lost = "nodes: T; the script goes on without connect T.outputs:tick"
+    lost = "nodes: T; the script continues without connect T.outputs:tick"
     assert f"script.py:8:5: warning W302: no node 'U' in /World/more; {lost}" in builds(CAUGHT).err
 
 

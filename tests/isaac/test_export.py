@@ -33,6 +33,11 @@ REFUSED = {
         NO_TIMEOUT,
     ],
     "drive": [NO_TIMEOUT],
+    "wheel_odometry": [
+        "WheelOdometry: there is no graphengine.wheeled_robots.ComputeWheelOdometry in Isaac Sim",
+        "PublishOdom: isaacsim.ros2.bridge.ROS2PublishOdometry has no inputs:poseCovariance in Isaac Sim",
+        "PublishOdom: isaacsim.ros2.bridge.ROS2PublishOdometry has no inputs:twistCovariance in Isaac Sim",
+    ],
     "robot_state": ["RobotState: there is no graphengine.ros2.RobotStatePublisher in Isaac Sim"],
 }
 

@@ -109,7 +109,7 @@ def test_a_node_without_a_type_is_left_out_with_its_wires(tmp_path: Path) -> Non
     path, told = written(graph(*nodes, wires=[RecordedWire("a", "outputs:tick", "b", "inputs:execIn")]), tmp_path)
     assert told == [
         "W302 the node /World/g/b is left out: it has no type",
-        "W302 /World/g: left out is the wire a.outputs:tick -> b.inputs:execIn: there is no node 'b'",
+        "W302 /World/g: not converted: the wire a.outputs:tick -> b.inputs:execIn: there is no node 'b'",
     ]
     assert list(resolved(path)[0].flat.spec.nodes) == ["a"]
 
@@ -119,7 +119,7 @@ def test_a_wire_to_what_is_not_there_is_left_out(tmp_path: Path) -> None:
     ends = [("b", "inputs:exec"), ("c", "inputs:execIn"), ("b", "inputs:execIn"), ("b", "inputs:execIn")]
     wires = [RecordedWire("a", "outputs:tick", *end) for end in ends]
     path, told = written(graph(*nodes, wires=wires), tmp_path)
-    assert [line.partition(": left out is ")[2] for line in told] == [
+    assert [line.partition(": not converted: ")[2] for line in told] == [
         "the wire a.outputs:tick -> b.inputs:exec: Counter has no inputs:exec",
         "the wire a.outputs:tick -> c.inputs:execIn: there is no node 'c'",
     ]
@@ -147,7 +147,7 @@ def test_a_stage_that_there_is_not_here_is_told(tmp_path: Path) -> None:
     recorded = graph(RecordedNode("n", "OnTick"))
     recorded.pipeline_stage = "post_render"
     _, told = written(recorded, tmp_path)
-    assert told == ["W302 /World/g: left out is its pipeline stage post_render; it runs every tick"]
+    assert told == ["W302 /World/g: not converted: its pipeline stage post_render; it runs every tick"]
 
 
 def test_inputs_that_pass_events_on_to_each_other_in_many_ways_are_followed_in_bounded_time() -> None:
@@ -158,5 +158,5 @@ def test_inputs_that_pass_events_on_to_each_other_in_many_ways_are_followed_in_b
     wires = [RecordedWire("Tick", "outputs:tick", "a0", "inputs:execIn"), *passing]
     text, findings = composed(graph(*nodes, wires=wires))
     assert text.count("Tick.tick -> ") == 1 + 2 * 99
-    lost = {f"the wire b0.inputs:execIn -> {side}1.inputs:execIn: nothing drives b0.inputs:execIn" for side in "ab"}
-    assert {finding.message.partition(": left out is ")[2] for finding in findings.warnings} == lost
+    lost = {f"the wire b0.inputs:execIn -> {side}1.inputs:execIn: nothing fires b0.inputs:execIn" for side in "ab"}
+    assert {finding.message.partition(": not converted: ")[2] for finding in findings.warnings} == lost

@@ -127,7 +127,7 @@ def test_a_link_that_is_addressed_directly_below_its_robot_is_noted(tmp_path: Pa
         job.run(0.1)
         assert len(job.heard("/flat")) == 6
     place = f"{tmp_path / 'flat.yaml'}:4:59"
-    words = "the path leaves links out; the prim is Geometry/base_link/chassis_link of its robot"
+    words = "the path omits links; the full path within the robot is Geometry/base_link/chassis_link"
     assert notes == [(place, words)]
 
 

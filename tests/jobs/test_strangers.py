@@ -35,7 +35,7 @@ def test_a_run_tells_who_asks_for_what_it_does_not_offer(environment: dict[str, 
             )
         rviz.writer("/dd100_0000/cmd_vel", "geometry_msgs/msg/Twist", QoS(reliability="bestEffort"))
         publisher = "/dd100/Geometry/base_link/chassis_link/joint_states/PublishOdom"
-        told = f"/dd100_0000/odom: /rviz asks for transientLocal, {publisher} offers volatile: nothing arrives"
+        told = f"/dd100_0000/odom: /rviz asks for transientLocal, {publisher} offers volatile: no messages arrive"
         assert run.hear(lambda said: told in said), run.said
         subscriber = "/dd100/Geometry/base_link/chassis_link/cmd_vel/SubscribeTwist"
         assert run.hear(lambda said: f"{subscriber} asks for reliable, /rviz offers bestEffort" in said), run.said

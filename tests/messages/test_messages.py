@@ -167,7 +167,7 @@ def test_bytes_after_a_message_are_let_pass_as_ros_2_does() -> None:
 
 
 def test_bytes_that_are_no_message_raise_an_error_that_says_which() -> None:
-    with pytest.raises(TransportError, match="3 bytes are no rosgraph_msgs/msg/Clock"):
+    with pytest.raises(TransportError, match="3 bytes cannot be decoded as rosgraph_msgs/msg/Clock"):
         decode(b"\0\1\0", "rosgraph_msgs/msg/Clock")
 
 
@@ -193,7 +193,7 @@ def scan(**changed: Any) -> messages.LaserScan:
         (messages.Time(2**31, 0), "builtin_interfaces/msg/Time.sec is 2147483648, not a int32"),
         (messages.TFMessage([messages.String("x")]), "TFMessage.transforms[0] is std_msgs__msg__String, not geometry"),  # type: ignore[list-item]
         (messages.PoseWithCovariance(ORIGIN, np.zeros(35)), "PoseWithCovariance.covariance has 35 elements, not 36"),
-        (3, "int is no ROS message"),
+        (3, "int is not a ROS message"),
     ],
 )
 def test_an_error_names_the_field_that_is_wrong(message: Any, fault: str) -> None:

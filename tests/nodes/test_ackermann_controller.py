@@ -107,6 +107,15 @@ def test_in_a_graph_without_its_sizes_the_file_is_refused(play: Player) -> None:
     assert all(name in str(caught.value) for name in ("trackWidth", "frontWheelRadius", "backWheelRadius"))
 
 
+def test_without_a_track_it_is_a_bicycle(play: Player) -> None:
+    steering, rolling = driven(controller(track_width=0.0, steering_angle=0.3, speed=1.0))
+    assert close(steering, [0.3, 0.3])
+    assert close(rolling, [1 / (0.3 * math.cos(0.3))] * 2 + [1 / 0.4] * 2)
+    sizes = "{wheelBase: 1, trackWidth: 0, frontWheelRadius: 0.1}"
+    nodes = f"nodes: {{Tick: OnPlaybackTick, A: {{type: AckermannController, inputs: {sizes}}}}}"
+    play.graph(f"{nodes}\nconnections: [Tick.tick -> A.execIn]")
+
+
 # Limits and ramps
 
 

@@ -188,6 +188,35 @@ def test_a_cloud_has_the_points_of_all_rings() -> None:
     assert points["intensity"] == [10.0, 30.0, 60.0]
 
 
+def test_a_cloud_for_slam_has_the_layout_of_velodynes_driver() -> None:
+    """Names, datatypes (FLOAT32 is 7, UINT16 is 4) and offsets of velodyne_pointcloud's XYZIRT, 22 bytes per point."""
+    bench = Rings(type_in="point_cloud", selected_metadata=["Time", "Ring", "Intensity"])
+    (cloud,) = bench.sample([1.0, INF, 3.0, INF, INF, 6.0], [10, 20, 30, 40, 50, 60])
+    names = ["x", "y", "z", "intensity", "ring", "time"]
+    assert [field.name for field in cloud.fields] == names
+    assert [(field.datatype, field.offset, field.count) for field in cloud.fields] == [
+        *((7, offset, 1) for offset in (0, 4, 8, 12)),
+        (4, 16, 1),
+        (7, 18, 1),
+    ]
+    assert cloud.point_step == 22
+    points = read_points(cloud)
+    assert points["intensity"] == [10.0, 30.0, 60.0]
+    assert points["ring"] == [0, 1, 2]
+    assert points["time"] == [0.0, 0.0, 0.0]
+
+
+def test_the_shipped_graph_publishes_a_cloud_for_slam_and_the_lidars_place(play: Player) -> None:
+    world = dd100()
+    lidar = world.device(LidarStub, world.stage.find("/dd100/base_link/chassis_link/sim_lidar/Lidar"))
+    lidar.see([1.0, INF, 2.0, 3.0, 4.0], 100.0)
+    playing = play.shipped("points", world).tick()
+    (cloud,) = playing.published("/dd100_0000/sim_lidar/points")
+    assert (cloud.header.frame_id, cloud.width, cloud.point_step) == ("sim_lidar", 4, 22)
+    (tree,) = playing.published("/dd100_0000/tf_static")
+    assert [(t.header.frame_id, t.child_frame_id) for t in tree.transforms] == [("base_link", "sim_lidar")]
+
+
 def test_points_bear_the_clouds_time_also_where_it_goes_on_over_stop_and_play() -> None:
     bench = Bench(type_in="point_cloud", selected_metadata=["Timestamp"], reset_simulation_time_on_stop=False)
     bench.context.tick(90)
@@ -270,11 +299,18 @@ def test_chosen_outputs_are_names_in_the_order_of_a_points_fields() -> None:
     node = ROS2RtxLidarPointCloudConfig(output_tick_state=True, output_channel_id=True, output_intensity=True)
     node.compute()
     assert node.selected_metadata == ("Intensity", "ChannelId", "TickState")
-    node = ROS2RtxLidarPointCloudConfig(**{port.field: True for port in node.fields.values() if port.side == "inputs"})
+    isaac = [port.field for port in node.fields.values() if port.side == "inputs" and not port.extension]
+    node = ROS2RtxLidarPointCloudConfig(**dict.fromkeys(isaac, True))
     node.compute()
     assert " ".join(node.selected_metadata) == (
         "Intensity Timestamp EmitterId ChannelId MaterialId TickId HitNormal Velocity ObjectId EchoId TickState"
     )
+
+
+def test_ring_and_time_are_chosen_like_other_metadata() -> None:
+    node = ROS2RtxLidarPointCloudConfig(output_time=True, output_ring=True, output_intensity=True)
+    node.compute()
+    assert node.selected_metadata == ("Intensity", "Ring", "Time")
 
 
 def test_in_a_graph_a_cloud_bears_what_the_config_chooses(play: Player) -> None:

@@ -193,11 +193,23 @@ def test_the_defaults_publish_the_origin_of_odom_and_base_link() -> None:
 
 
 @given(pose=poses)
-def test_the_pose_is_copied_and_covariances_are_0(pose: tuple[Vector3, Quaternion]) -> None:
+def test_the_pose_is_copied_and_covariances_are_0_unless_given(pose: tuple[Vector3, Quaternion]) -> None:
     message = published(position=pose[0], orientation=pose[1])
     assert vector(message.pose.pose.position) == pose[0]
     assert quaternion(message.pose.pose.orientation) == pose[1]
     assert message.pose.covariance.tolist() == message.twist.covariance.tolist() == [0.0] * 36
+
+
+def test_covariances_are_published_as_they_are_given() -> None:
+    pose, twist = np.arange(36.0), np.arange(36.0, 72.0)
+    message = published(pose_covariance=pose, twist_covariance=twist)
+    assert message.pose.covariance.tolist() == pose.tolist()
+    assert message.twist.covariance.tolist() == twist.tolist()
+
+
+def test_a_covariance_of_another_size_is_refused() -> None:
+    with pytest.raises(ValueError, match="twistCovariance must be of 36 numbers, or empty"):
+        published(twist_covariance=np.zeros(9))
 
 
 @given(linear=vectors, angular=vectors)

@@ -143,6 +143,13 @@ NEEDED: dict[str, dict[str, Any]] = {
     "ArrayRemoveValue": {"array_in": ONE, "value": 1.0},
     "AckermannController": {"wheel_base": 1.6, "track_width": 1.2, "front_wheel_radius": 0.25},
     "ForEach": {"array_in": [1.0, 2.0]},
+    "ComputeWheelOdometry": {
+        "target_prim": "/robot",
+        "left_joints": ["left"],
+        "right_joints": ["right"],
+        "wheel_radius": 0.1,
+        "wheel_distance": 0.5,
+    },
     "DifferentialController": {"wheel_radius": 0.1, "wheel_distance": 0.5},
     "HolonomicController": {
         "wheel_radius": [0.05],

@@ -107,7 +107,7 @@ def test_a_service_without_fields_makes_no_ports() -> None:
         ({"messageName": ""}, "it names no message"),
         (
             {"messagePackage": "std_msgs", "messageSubfolder": "msg", "messageName": "Bool"},
-            "std_msgs/msg/Bool is no service",
+            "std_msgs/msg/Bool is not a service type",
         ),
     ],
 )
@@ -222,7 +222,7 @@ def test_a_server_answers_again_after_stop_and_play(play: Player) -> None:
 def test_more_requests_than_can_wait_are_refused_and_that_is_told() -> None:
     server = Offered()
     assert len(server.asked(*[True] * (MAX_OPEN + 5))) == MAX_OPEN
-    text = f"/light: more than {MAX_OPEN} requests wait for the graph; those beyond are not answered"
+    text = f"/light: more than {MAX_OPEN} requests are waiting for the graph; further requests are not answered"
     assert [said for said in server.context.logged if said[0] == "network"] == [("network", text)]
 
 
@@ -358,7 +358,7 @@ def test_a_server_that_never_comes_is_told_once(context: RecordingContext) -> No
     for _ in range(700):
         context.services.network.flush()
     assert context.logged == [
-        ("network", f"/service_name: nobody offers it as {SET_BOOL}; the last 10 calls wait for a server")
+        ("network", f"/service_name: no server offers it with the type {SET_BOOL}; the last 10 calls wait for one")
     ]
 
 

@@ -80,6 +80,7 @@ LEGAL: dict[str, dict[str, Range | None]] = {
         **dict.fromkeys(("wheel_base", "front_wheel_radius", "back_wheel_radius"), _SIZE),
         **dict.fromkeys(("acceleration", "steering_angle_velocity")),
     },
+    "ComputeWheelOdometry": dict.fromkeys(("wheel_radius", "wheel_distance", "wheel_distance_multiplier"), _SIZE),
     "DifferentialController": {
         **dict.fromkeys(("wheel_radius", "wheel_distance"), _SIZE),
         **dict.fromkeys(("max_acceleration", "max_deceleration", "max_angular_acceleration")),

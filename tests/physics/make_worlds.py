@@ -1,4 +1,4 @@
-"""Write the worlds of `scenes/worlds`: flat_grid, simple_warehouse and full_warehouse.
+"""Write the worlds of `scenes/worlds`: flat_grid, simple_warehouse, full_warehouse and warehouse_features.
 
     python tests/physics/make_worlds.py
 
@@ -230,10 +230,12 @@ def rack(
     dice: random.Random,
     *,
     guarded: Sequence[int],
+    uneven: bool = False,
 ) -> None:
     """A row of pallet racking, from its first upright at `origin` along +y.
 
-    Loaded pallets fill the floor of every bay. `guarded` uprights have a yellow guard.
+    Loaded pallets fill the floor of every bay. `guarded` uprights have a yellow guard. In an uneven row the loads on the
+    floor are of different depth, or missing.
     """
     post, length = 0.10, bays * BAY
     row = world.body(name, origin[0], origin[1] + length / 2)
@@ -250,13 +252,28 @@ def rack(
     count = 0
     for bay in range(bays):
         middle = (bay + 0.5) * BAY - length / 2
-        row.box(f"pallets_{bay}", "wood", (1.06, 3.6, PALLET), (0, middle, 0))
+        if not uneven:
+            row.box(f"pallets_{bay}", "wood", (1.06, 3.6, PALLET), (0, middle, 0))
         for level, base in enumerate((PALLET, *shelves)):
-            for offset, width in bay_loads(level, dice):
-                size = (1.0, width, 0.66 + 0.1 * int(4 * dice.random()))
+            loads = uneven_loads(dice) if uneven and level == 0 else bay_loads(level, dice)
+            for offset, width, *shape in loads:
+                depth, shift = shape or (1.0, 0.0)
+                if uneven and level == 0:
+                    row.box(f"pallet_{count}", "wood", (depth, width, PALLET), (shift, middle + offset, 0))
+                size = (depth, width, 0.66 + 0.1 * int(4 * dice.random()))
                 material = LOADS[int(len(LOADS) * dice.random())]
-                row.box(f"load_{count}", material, size, (0, middle + offset, base))
+                row.box(f"load_{count}", material, size, (shift, middle + offset, base))
                 count += 1
+
+
+def uneven_loads(dice: random.Random) -> list[tuple[float, float, float, float]]:
+    """What stands on the floor of a bay, each as (offset along the rack, width, depth, shift across the rack); three at most."""
+    loads = []
+    for offset in (-1.2, 0.0, 1.2):
+        chance, depth, side = dice.random(), 0.6 + 0.1 * int(6 * dice.random()), dice.random() - 0.5
+        if chance > 0.3:
+            loads.append((offset, 1.0, depth, math.copysign((1.1 - depth) / 2, side)))
+    return loads
 
 
 def bay_loads(level: int, dice: random.Random) -> list[tuple[float, float]]:
@@ -293,6 +310,25 @@ def forklift(world: World, name: str, x: float, y: float, yaw: float) -> None:
     truck.axle("rear_wheels", 0.25, 1.16, -1.20)
     truck.box("pallet", "wood", (1.05, 1.2, PALLET), (1.175, 0, 0))
     truck.box("load", "wrap", (1.02, 1.14, 0.9), (1.175, 0, PALLET))
+
+
+def charging_station(world: World, name: str, x: float, y: float, yaw: float) -> None:
+    """A station of 0.9 m x 0.5 m x 1.2 m with a dock in front of it, between two posts that a robot's lidar tells apart."""
+    station = world.body(name, x, y, yaw)
+    station.box("cabinet", "white", (0.5, 0.9, 1.2))
+    station.box("panel", "dark", (0.02, 0.5, 0.4), (0.26, 0, 0.7))
+    station.box("dock", "steel", (0.12, 0.4, 0.3), (0.31, 0, 0))
+    for side, across, thick in (("left", 0.62, 0.16), ("right", -0.66, 0.24)):
+        station.box(f"post_{side}", "yellow", (thick, thick, 0.9), (0.45, across, 0))
+
+
+def doorway(world: World, name: str, x: float, y: float, yaw: float, width: float) -> None:
+    """A door in a wall behind it, with a frame that stands 0.35 m out of the wall, and a step of light behind it."""
+    door = world.body(name, x, y, yaw)
+    for side, across in (("left", (width + 0.3) / 2), ("right", -(width + 0.3) / 2)):
+        door.box(f"jamb_{side}", "wall_band", (0.35, 0.3, 2.6), (0.175, across, 0))
+    door.box("lintel", "wall_band", (0.35, width + 0.6, 0.3), (0.175, 0, 2.6))
+    door.box("leaf", "shutter", (0.05, width, 2.6), (0.025, 0, 0))
 
 
 def cone(world: World, name: str, x: float, y: float) -> None:
@@ -417,9 +453,89 @@ def full_warehouse() -> World:
     return world
 
 
+def warehouse_features() -> World:
+    """The hall of full_warehouse with features that a lidar can tell apart, for localization.
+
+    No two bays of the racks are alike, columns stand at irregular distances, pallets of different size at the ends of racks,
+    and doors and a charging station along the walls.
+    """
+    inside = (west, east), (south, north) = (-26.3, 5.5), (-23.4, 30.6)
+    world = World("warehouse_features", CONCRETE, 4, inside)
+    world.plan(-10.4, 3.6, 35.5)
+    world.camera("overview", (4, -27, 20), (-10.5, 0.5, 0), 52)
+    world.camera("aisle", (-3.2, -8.5, 3.2), (-3, 9, 0.4), 62)
+    walls(world, inside)
+    dice = random.Random(23)
+    for name, (x, y) in numbered("column", [(x, y) for x in (west, east) for y in (-19, -11.5, -1, 6.5, 13.4, 24)]):
+        side, y = 0.35 + 0.1 * int(4 * dice.random()), y + 3 * dice.random()
+        body = world.body(name, x + math.copysign(side / 2, -10.4 - x), y)
+        body.box("shaft", "column", (side, side, WALL - 0.05))
+        body.box("guard", "yellow", (side + 0.03, side + 0.03, 1.0))
+    for name, (x, width) in numbered("dock_door", [(-22.4, 3.2), (-15.2, 3.2), (-10.6, 2.4), (-4.1, 3.2), (2.4, 1.6)]):
+        doorway(world, name, x, south, 90, width)
+    for name, (x, y, yaw, width) in numbered(
+        "door",
+        [
+            (west, -6.2, 0, 1.2),
+            (west, 20.6, 0, 2.4),
+            (east, 3.6, 180, 1.2),
+            (-17.3, north, -90, 2.0),
+            (-5.6, north, -90, 1.2),
+        ],
+    ):
+        doorway(world, name, x, y, yaw, width)
+    charging_station(world, "charging_station", -3.2, north - 0.25, -90)
+
+    for name, (x, y, bays) in numbered(
+        "rack", [(-20, -3.85, 4), (-16, -3.85, 3), (-12, 0.2, 3), (-8, -3.85, 4), (1.5, -3.85, 4)]
+    ):
+        rack(world, name, (x, y), int(bays), dice, guarded=(0, int(bays)), uneven=True)
+    for index, (x, y, bays) in enumerate(
+        [(-20, 16.05, 3), (-16, 18.5, 2), (-12, 16.05, 3), (-8, 16.05, 2), (1.5, 16.05, 3)], 6
+    ):
+        rack(world, f"rack_{index:02}", (x, y), int(bays), dice, guarded=(0, int(bays)), uneven=True)
+
+    forklift(world, "forklift_01", -2.1, 10.0, 20)
+    forklift(world, "forklift_02", -13.4, -15.0, -68)
+    pallets = [
+        (-20.0, -5.3, 90, 1.10),
+        (-16.2, -5.7, 78, 1.30),
+        (-7.9, -5.2, 90, 0.95),
+        (1.3, -5.6, 97, 1.20),
+        (-12.1, -0.9, 90, 1.05),
+        (-16.0, 9.6, 84, 1.15),
+        (-24.6, 3.1, 4, 1.20),
+        (-24.7, 12.2, 90, 1.30),
+        (-22.6, -19.2, 2, 1.15),
+        (-16.9, -18.6, 14, 1.25),
+        (-3.6, -19.3, 9, 1.10),
+        (2.6, -18.7, 90, 1.30),
+        (-8.2, 25.4, 82, 1.00),
+        (-12.3, 29.2, 93, 1.10),
+    ]
+    for index, (name, (x, y, yaw, height)) in enumerate(numbered("pallet", pallets)):
+        pallet(world, name, (x, y, yaw), height, LOADS[index % len(LOADS)])
+    for name, (x, y) in numbered("cone", [(0.2, 9.2), (0.2, 11.0), (-11.6, -13.4), (-15.0, -17.2)]):
+        cone(world, name, x, y)
+    for name, (x, y) in numbered(
+        "barrel", [(4.5, -7.2), (4.6, -7.9), (3.9, -7.6), (4.5, -13.4), (-25.6, 16.2), (-6.2, 29.6)]
+    ):
+        barrel(world, name, x, y)
+    paint = world.body("floor_markings")
+    for part, x, y, size in (
+        ("aisle_west", -6.8, 4.0, (0.1, 52)),
+        ("aisle_east", 0.4, 4.0, (0.1, 52)),
+        ("dock_north", -10.4, -11.5, (31, 0.1)),
+        ("cross_south", -10.4, 13.1, (31, 0.1)),
+        ("cross_north", -10.4, 15.3, (31, 0.1)),
+    ):
+        paint.box(part, "yellow", (*size, 0.002), (x, y, 0), contype="0", conaffinity="0")
+    return world
+
+
 def write_worlds(folder: Path) -> None:
     """Write each world into a folder."""
-    for make in (flat_grid, simple_warehouse, full_warehouse):
+    for make in (flat_grid, simple_warehouse, full_warehouse, warehouse_features):
         make().write(folder)
 
 

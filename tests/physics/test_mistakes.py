@@ -130,7 +130,11 @@ BALL, SIZE, MASS = '<sphere radius=".05"/>', 'size=".4 .3 .1"', '<mass value="5"
         (MASS, '<mass value="-5"/>', "bot.urdf:3:28: error S103: mass '-5' is not a number of kg"),
         ('xyz=".1 0 .1"', 'xyz=".1 0"', "joint 'arm_joint': origin xyz is three numbers, not '.1 0'"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', "axis xyz is three numbers, not all of them zero, not '0 0 0'"),
-        ("<limit", '<mimic joint="plate_joint"/><limit', "'arm_joint' mimics 'plate_joint', which is no moving joint"),
+        (
+            "<limit",
+            '<mimic joint="plate_joint"/><limit',
+            "'arm_joint' mimics 'plate_joint', which is not a moving joint",
+        ),
         ("<limit", '<mimic joint="arm_jont"/><limit', "did you mean 'arm_joint'?"),
         ("<limit", '<mimic joint="arm_joint"/><limit', "bot.urdf:13:19: error S103: joint 'arm_joint' mimics itself"),
         ('<child link="plate"/>', '<child link="arm"/>', "link 'arm' has two parents"),
@@ -172,11 +176,14 @@ def test_a_description_that_cannot_be_loaded(project: Project, old: str, new: st
         ("articulation_root: plat", "bot.yaml:3:20: error S104: the robot has no link 'plat'"),
         ("base_link: arm", "bot.yaml:3:12: error S104: 'arm' is not the description's root link"),
         ("wheel_colliders: {amr: ellipsoid}", "bot.yaml:3:19: error S104: the robot has no link 'amr'"),
-        ("wheel_colliders: {arm: ellipsoid}", "link 'arm' is no wheel: an ellipsoid replaces one cylinder"),
+        (
+            "wheel_colliders: {arm: ellipsoid}",
+            "link 'arm' is not a wheel: an ellipsoid can only replace a single cylinder",
+        ),
         ("materials: {M: {bind: [arm, wheel]}}", "bot.yaml:3:29: error S104: the robot has no link 'wheel'"),
         ("materials: {M: {bind: [plate]}}", "link 'plate' has no collider to bind a material to"),
         ("materials: {M: {bind: [arm]}, N: {bind: [arm]}}", "bot.yaml:3:42: error S105: link 'arm' has two materials"),
-        ("joints: {plate_joint: {drive: {damping: 1}}}", "joint 'plate_joint' is fixed: a drive has nothing to move"),
+        ("joints: {plate_joint: {drive: {damping: 1}}}", "joint 'plate_joint' is fixed: a drive cannot move it"),
         ("frames: {f: {parent: arrm}}", "bot.yaml:3:22: error S104: the robot has no prim 'arrm'"),
         ("frames: {f: {parent: arrm}}", "did you mean 'arm'?"),
         (
@@ -194,7 +201,7 @@ def test_a_description_that_cannot_be_loaded(project: Project, old: str, new: st
             "bot.yaml:3:37: error S101: no sensor profile 'lidar_350'",
         ),
         ("sensors: {s: {type: lidar, profile: lidar_350, parent: arm}}", "did you mean 'lidar_360'?"),
-        ("sensors: {s: {type: lidar, profile: realsense_d455, parent: arm}}", "'realsense_d455' is not one of a lidar"),
+        ("sensors: {s: {type: lidar, profile: realsense_d455, parent: arm}}", "'realsense_d455' is not for a lidar"),
         (
             "frames: {f: {parent: arm, orientation: {quaternion_xyzw: [0, 0, 0, 0]}}}",
             "error G109: orientation: a rotation quaternion has length 1",

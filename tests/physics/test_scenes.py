@@ -253,3 +253,37 @@ def test_the_dd100_pushes_what_is_loose(project: Project, world: str, thing: str
     assert north - y > 0.5
     assert abs(east - x) < 0.3
     assert abs(up) < 0.02
+
+
+def scans(world: str) -> tuple[np.ndarray, np.ndarray]:
+    """Places (m) along the aisles of a hall, and what a lidar of 9 m sees there, a beam a degree."""
+    model = mujoco.MjModel.from_xml_path(str(SHIPPED / f"worlds/{world}.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    angles = np.radians(np.arange(360.0))
+    beams = np.stack([np.cos(angles), np.sin(angles), np.zeros(360)], 1).ravel()
+    places, seen = [], []
+    for x in (-22.0, -18.0, -14.0, -10.0, -3.0):
+        for y in np.arange(-3.0, 27.0, 0.5):
+            ranges, geoms = np.zeros(360), np.zeros(360, np.int32)
+            mujoco.mj_multiRay(model, data, np.array([x, y, 0.165]), beams, None, 1, -1, geoms, ranges, None, 360, 9.0)
+            ranges[ranges < 0] = 9.0
+            if ranges.min() > 0.4:
+                places.append((x, y))
+                seen.append(ranges)
+    return np.array(places), np.array(seen)
+
+
+def test_a_lidar_tells_the_places_of_the_hall_with_features_apart() -> None:
+    least = {}
+    for world in ("full_warehouse", "warehouse_features"):
+        places, seen = scans(world)
+        assert len(places) > 250
+        differing = []
+        for place, ranges in zip(places, seen, strict=True):
+            elsewhere = np.hypot(*(places - place).T) > 1.0
+            both = [(np.abs(np.roll(seen[elsewhere], turn, 1) - ranges) > 0.2).mean(1) for turn in (0, 180)]
+            differing.append(np.minimum(*both).min())
+        least[world] = min(differing)
+    assert least["full_warehouse"] < 0.01
+    assert least["warehouse_features"] > 0.3

@@ -84,7 +84,7 @@ def test_a_packed_scene_names_no_path_of_this_machine(tmp_path: Path) -> None:
 def test_a_file_that_has_gone_meanwhile_is_named(tmp_path: Path) -> None:
     scene = build.load(project(tmp_path / "project"))
     (tmp_path / "project" / "tick.yaml").unlink()
-    with pytest.raises(RecordingError, match=r"tick\.yaml: it cannot be read again"):
+    with pytest.raises(RecordingError, match=r"tick\.yaml: cannot be read again"):
         PackedScene.of(scene)
 
 

@@ -283,6 +283,15 @@ def test_a_recording_that_is_damaged_can_be_seen_up_to_there(straight: Straight,
         assert state_of(player.session) == straight.states[player.built]
 
 
+def test_a_file_whose_end_is_years_later_is_not_replayed_until_then(tmp_path: Path) -> None:
+    path = put(tmp_path / "hall" / "graph.yaml", CLOCK)
+    record(tmp_path / "out.mcap", 3, path)
+    with playing(rewritten(tmp_path / "out.mcap", end={"ticks": str(10**12)})) as player:
+        player.build()
+        assert "no message for more than 10000000 ticks" in player.failure
+        assert player.built <= 3
+
+
 def test_a_command_that_cannot_be_carried_out_ends_the_replay(tmp_path: Path) -> None:
     path = put(tmp_path / "hall" / "graph.yaml", CLOCK)
     record(tmp_path / "out.mcap", 3, path)

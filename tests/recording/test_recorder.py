@@ -332,7 +332,7 @@ def test_a_file_that_another_run_is_recorded_to_is_left_to_it(tmp_path: Path) ->
     path = tmp_path / "out.mcap"
 
     def interfere(run: Run) -> None:
-        with pytest.raises(RecordingError, match="another run is being recorded there"):
+        with pytest.raises(RecordingError, match="another run is writing its recording"):
             RecordingWriter(path, DEFINITIONS, force=True)
 
     record(path, 130, small(tmp_path), before=at(70, interfere))
@@ -351,7 +351,7 @@ def test_a_file_that_is_removed_meanwhile_ends_the_run(tmp_path: Path, gone: str
         if gone == ".":
             folder.rmdir()
 
-    with pytest.raises(RecordingError, match="it cannot be recorded there: the file was removed"):
+    with pytest.raises(RecordingError, match="the recording cannot be written: the file was removed"):
         record(folder / "out.mcap", 1000, small(tmp_path), before=at(70, remove))
 
 
@@ -364,12 +364,12 @@ def test_two_recordings_side_by_side_do_not_meet(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("place", ["nowhere/out.mcap", "."])
 def test_a_place_that_cannot_be_written_is_told(tmp_path: Path, place: str) -> None:
-    with pytest.raises(RecordingError, match=r"it cannot be recorded there|already exists"):
+    with pytest.raises(RecordingError, match=r"the recording cannot be written|already exists"):
         record(tmp_path / place, 1, small(tmp_path))
 
 
 def test_a_disk_that_fills_up_ends_the_run(tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match="it cannot be recorded there: No space left on device"):
+    with pytest.raises(RecordingError, match="the recording cannot be written: No space left on device"):
         record(Path("/dev/full"), 1000, small(tmp_path), force=True)
 
 
@@ -378,14 +378,14 @@ def test_a_recording_does_not_follow_a_link(tmp_path: Path, force: bool) -> None
     path, victim = tmp_path / "out.mcap", tmp_path / "victim"
     victim.write_text("mine", encoding="utf-8")
     path.symlink_to(victim)
-    with pytest.raises(RecordingError, match="it cannot be recorded there: a symbolic link"):
+    with pytest.raises(RecordingError, match="the recording cannot be written: it is a symbolic link"):
         record(path, 1, small(tmp_path), force=force)
     assert victim.read_text(encoding="utf-8") == "mine"
 
 
 def test_a_recording_does_not_wait_for_the_reader_of_a_pipe(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "out.mcap")
-    with pytest.raises(RecordingError, match="it cannot be recorded there: No such device or address"):
+    with pytest.raises(RecordingError, match="the recording cannot be written: No such device or address"):
         record(tmp_path / "out.mcap", 1, small(tmp_path), force=True)
 
 

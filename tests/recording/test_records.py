@@ -50,7 +50,7 @@ def test_the_messages_of_a_chunk_are_read_in_order(tmp_path: Path, compression: 
 @pytest.mark.parametrize("size", [0, 1, 10_000_000])
 def test_a_chunk_of_another_size_than_it_says_is_damaged(tmp_path: Path, size: int) -> None:
     path = file_of(tmp_path, chunk_of(messages_of(50), size=size))
-    with pytest.raises(RecordingError, match=r"damaged: .* a chunk has not the size that it says"):
+    with pytest.raises(RecordingError, match=r"damaged: .* the size of a chunk is wrong"):
         list(read_records(path))
 
 
@@ -58,7 +58,7 @@ def test_a_chunk_that_unpacks_to_more_than_any_may_is_not_unpacked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(records, "MAX_CHUNK_BYTES", 1000)
-    with pytest.raises(RecordingError, match="a chunk has 13100 bytes"):
+    with pytest.raises(RecordingError, match="a chunk of 13100 bytes is too large"):
         list(read_records(file_of(tmp_path, chunk_of(messages_of(100)))))
 
 
@@ -70,12 +70,12 @@ def test_a_chunk_whose_checksum_is_wrong_is_damaged(tmp_path: Path) -> None:
 def test_a_chunk_that_ends_within_a_record_is_damaged_from_there_on(tmp_path: Path) -> None:
     found = read_records(file_of(tmp_path, chunk_of(messages_of(3)[:-7])))
     assert [type(next(found)) for _ in range(3)] == [Header, Message, Message]
-    with pytest.raises(RecordingError, match=r"damaged: .* a record in a chunk has not the length that it says"):
+    with pytest.raises(RecordingError, match=r"damaged: .* the length of a record in a chunk is wrong"):
         next(found)
 
 
 def test_a_chunk_with_anything_but_messages_and_what_they_need_is_damaged(tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match=r"damaged: .* a chunk has a record of kind 0"):
+    with pytest.raises(RecordingError, match=r"damaged: .* a chunk must not contain a record of type 0"):
         list(read_records(file_of(tmp_path, chunk_of(messages_of(1) + bytes(900)))))
 
 

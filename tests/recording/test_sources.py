@@ -104,7 +104,7 @@ def test_a_name_that_leads_elsewhere_is_refused(tmp_path: Path, name: str) -> No
     folder = tmp_path / "inner"
     folder.mkdir()
     workspace = Workspace(folder)
-    with pytest.raises(RecordingError, match="no name that a file of a recording can have"):
+    with pytest.raises(RecordingError, match="not a legal name for a file of a recording"):
         workspace.add(name, b"x")
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
 
@@ -112,9 +112,9 @@ def test_a_name_that_leads_elsewhere_is_refused(tmp_path: Path, name: str) -> No
 def test_a_name_that_no_file_can_have_is_told(tmp_path: Path) -> None:
     workspace = Workspace(tmp_path)
     workspace.add("project/a", b"x")
-    with pytest.raises(RecordingError, match="'project/a/b' cannot be laid out"):
+    with pytest.raises(RecordingError, match="'project/a/b' cannot be extracted"):
         workspace.add("project/a/b", b"x")
-    with pytest.raises(RecordingError, match="cannot be laid out: File name too long"):
+    with pytest.raises(RecordingError, match="cannot be extracted: File name too long"):
         workspace.add("project/" + "a" * 300, b"x")
 
 
@@ -127,7 +127,7 @@ def test_the_number_of_files_and_their_size_are_bounded(tmp_path: Path, monkeypa
         workspace.add("project/c", b"")
     monkeypatch.setattr(sources, "MAX_FILES", 10)
     monkeypatch.setattr(sources, "MAX_BYTES", 3)
-    with pytest.raises(RecordingError, match="or larger than"):
+    with pytest.raises(RecordingError, match="or they are larger than"):
         workspace.add("project/c", b"1234")
 
 
@@ -148,7 +148,7 @@ def test_files_are_exchanged_within_a_workspace(tmp_path: Path) -> None:
     workspace.exchange(first)
     assert workspace.path("project/a/x.yaml").read_bytes() == b"new"
     assert not workspace.path("project/z").exists()
-    with pytest.raises(RecordingError, match="is no name"):
+    with pytest.raises(RecordingError, match="is not a legal name"):
         workspace.exchange({"project/../../a": None})
 
 
@@ -167,5 +167,5 @@ def test_the_copies_of_exchanged_files_are_bounded(tmp_path: Path, monkeypatch: 
     for _ in range(5):
         workspace.exchange({"project/a": "project/x", "project/b": "project/x"})
         workspace.exchange({})
-    with pytest.raises(RecordingError, match="more than 3, or larger than"):
+    with pytest.raises(RecordingError, match="more than 3 files, or they are larger than"):
         workspace.exchange({f"project/{letter}": "project/x" for letter in "abc"})

@@ -116,7 +116,7 @@ def test_the_system_default_is_cyclones_own() -> None:
 def test_static_peers_are_resolved_here() -> None:
     peers = parsed(Domain(0, "SUBNET", ("localhost", "192.0.2.7")))[0]["peers"]
     assert peers == ["127.0.0.1", "127.0.0.1", "192.0.2.7"]
-    with pytest.raises(TransportError, match="ROS_STATIC_PEERS names 'no such host', which is no known host"):
+    with pytest.raises(TransportError, match="ROS_STATIC_PEERS has an unknown host 'no such host'"):
         cyclone.join(Domain(0, "SUBNET", ("no such host",)), "")
 
 

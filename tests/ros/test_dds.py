@@ -199,7 +199,7 @@ def test_a_topic_that_was_left_may_get_another_type(alice: DdsTransport) -> None
 
 
 def test_one_process_is_in_a_domain_with_one_configuration(alice: DdsTransport, domain: Domain) -> None:
-    with pytest.raises(TransportError, match="already in domain"):
+    with pytest.raises(TransportError, match="already joined domain"):
         DdsTransport(JoinOptions(Domain(domain.id, "SUBNET"), "bob"))
 
 

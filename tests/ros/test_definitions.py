@@ -176,7 +176,7 @@ def test_services_and_actions_have_the_messages_that_ros_2_makes_of_them(mine: D
     assert (goal.goal_id.uuid.tolist(), goal.goal.goal_part.words) == ([0] * 16, [])
     assert mine.initial("my_msgs/action/Dock_FeedbackMessage").feedback.distance == 0.0
     assert not mine.definition("my_msgs/srv/Ask").is_message
-    with pytest.raises(MessageTypeError, match=r"Ask is no message\nit has: my_msgs/srv/Ask_Request, "):
+    with pytest.raises(MessageTypeError, match=r"Ask is not a message type\nit has: my_msgs/srv/Ask_Request, "):
         mine.message_class("my_msgs/srv/Ask")
 
 
@@ -318,7 +318,7 @@ def test_another_definition_of_a_type_of_jazzy_is_refused_when_it_is_asked_for(t
     files = {"msg/Twist.msg": twist, "msg/Vector3.msg": vector}
     definitions = DEFINITIONS.extended([package(tmp_path, files, "geometry_msgs")])
     message = refusal(definitions, "geometry_msgs/msg/Twist")
-    told = "Twist.msg is not the definition of geometry_msgs/msg/Twist that peers of ROS 2 Jazzy have: 'rotation'"
+    told = "Twist.msg differs from ROS 2 Jazzy's definition of geometry_msgs/msg/Twist in 'rotation'"
     assert told in message
     assert definitions.message_class("geometry_msgs/msg/Vector3") is messages.Vector3
 
@@ -345,7 +345,7 @@ def test_a_very_long_name_is_refused_at_once_and_told_in_short() -> None:
         ("sensor_msg/msg/Range", "did you mean 'sensor_msgs/msg/Range'?"),
         ("sensor_msgs/Range", "did you mean 'sensor_msgs/msg/Range'?"),
         ("rosgraph_msgs/msg/Xyzzy", "rosgraph_msgs/msg: Clock"),
-        ("xyzzy/msg/Xyzzy", "name the folder of its package with --msg-path, or source the workspace"),
+        ("xyzzy/msg/Xyzzy", "give the folder of its package with --msg-path, or source the workspace"),
     ],
 )
 def test_an_unknown_type_is_told_with_what_is_near(name: str, hint: str) -> None:
@@ -354,31 +354,31 @@ def test_an_unknown_type_is_told_with_what_is_near(name: str, hint: str) -> None
 
 def test_a_part_that_nobody_knows_is_told_with_the_whole(tmp_path: Path) -> None:
     message = refusal(given(tmp_path, "other_msgs/Part part"))
-    assert "no message type 'other_msgs/msg/Part', of which my_msgs/msg/Thing consists" in message
+    assert "no message type 'other_msgs/msg/Part', which my_msgs/msg/Thing contains" in message
 
 
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
-        ("int32 a\nint32 1b\nfloat64", ":2: 'int32 1b' is no definition of a field or constant"),
+        ("int32 a\nint32 1b\nfloat64", ":2: 'int32 1b' is not a definition of a field or constant"),
         ("float a", "'a' has no type 'float'\ndid you mean 'float32' or 'float64'?"),
         ("int32 a b", "a cannot be 'b'"),
-        ("int32", ":1: 'int32' is no definition"),
-        ("int32 Upper", "ROS 2 refuses the field name 'Upper'"),
-        ("int32 two__underscores", "ROS 2 refuses the field name 'two__underscores'"),
-        ("int32 last_", "ROS 2 refuses the field name 'last_'"),
+        ("int32", ":1: 'int32' is not a definition"),
+        ("int32 Upper", "the field name 'Upper' is not legal"),
+        ("int32 two__underscores", "the field name 'two__underscores' is not legal"),
+        ("int32 last_", "the field name 'last_' is not legal"),
         ("int32 a\nfloat64 a", "defines 'a' twice"),
         ("wchar a", "'a' is a my_msgs/wchar, which is not supported"),
-        ("Thing[] things", "lie within each other without end: my_msgs/msg/Thing"),
-        ("byte a 256", "a cannot be 256: 256 is no byte"),
-        ("byte[2] a [1, -1]", "a cannot be [1, -1]: -1 is no byte"),
-        ("int8 a 300", "a is 300, not a int8, and so it is by default"),
-        ("int8[2] a [1, 2, 3]", "a has 3 elements, not 2, and so it is by default"),
+        ("Thing[] things", "contain each other without end: my_msgs/msg/Thing"),
+        ("byte a 256", "a cannot be 256: 256 is not a byte"),
+        ("byte[2] a [1, -1]", "a cannot be [1, -1]: -1 is not a byte"),
+        ("int8 a 300", "invalid default value: a is 300, not a int8"),
+        ("int8[2] a [1, 2, 3]", "invalid default value: a has 3 elements, not 2"),
         ("int8[] a [1, 300]", "cannot be [1, 300]"),
         (f"float64[{MAX_VALUES + 1}] a", f"has more than {MAX_VALUES} values"),
         ("geometry_msgs/Pose[200000] a", f"has more than {MAX_VALUES} values"),
         ("int32 a\n---\nint32 b", "has 2 parts, a .msg file has 1"),
-        (f"int32 a\n{'=' * 80}\nMSG: my_msgs/Other\nint32 b", "is no definition of a field or constant"),
+        (f"int32 a\n{'=' * 80}\nMSG: my_msgs/Other\nint32 b", "is not a definition of a field or constant"),
     ],
 )
 def test_a_file_that_cannot_be_used_is_told_with_the_place(tmp_path: Path, text: str, fault: str) -> None:
@@ -389,7 +389,7 @@ def test_a_file_that_cannot_be_used_is_told_with_the_place(tmp_path: Path, text:
 
 def test_a_service_without_its_line_is_told(tmp_path: Path) -> None:
     message = refusal(given(tmp_path, "int32 a", "my_msgs/srv/Ask"), "my_msgs/srv/Ask_Request")
-    assert "has 1 parts, a .srv file has 2\na line of three dashes stands between two parts" in message
+    assert "has 1 parts, a .srv file has 2\nseparate the parts by a line with three dashes" in message
 
 
 def test_the_line_of_a_fault_is_that_of_the_whole_file(tmp_path: Path) -> None:
@@ -415,7 +415,7 @@ def test_a_few_lines_cannot_make_a_message_without_bounds(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    ("data", "fault"), [(b"\xff\xfe", "cannot be read"), (b"#" * (MAX_BYTES + 1), "more than 256 kB")]
+    ("data", "fault"), [(b"\xff\xfe", "cannot be read"), (b"#" * (MAX_BYTES + 1), "is larger than 256 kB")]
 )
 def test_a_file_that_is_no_text_or_too_long_is_refused(tmp_path: Path, data: bytes, fault: str) -> None:
     folder = package(tmp_path, {"msg/Thing.msg": ""})

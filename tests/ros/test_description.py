@@ -52,8 +52,8 @@ def test_a_topic_on_which_nothing_arrives_says_who_should_talk() -> None:
     with pytest.raises(TransportError) as caught:
         from_topic(transport, "/robot_description", timeout=0.01)
     first, second, third = str(caught.value).splitlines()
-    assert first == "nothing arrived on /robot_description within 0.01 s"
-    assert second == "listened by memory: nothing leaves this process"
+    assert first == "no message arrived on /robot_description within 0.01 s"
+    assert second == "listened over memory: nothing leaves this process"
     assert "robot_state_publisher" in third
 
 
@@ -85,7 +85,7 @@ def test_the_parameter_of_a_node_is_read_over_dds(dds: OpenDds) -> None:
     parameters(node, "/publisher", TEXT)
     parameters(node, "/a/other")
     assert from_node(client, "publisher", timeout=60) == TEXT
-    with pytest.raises(TransportError, match="node /a/other has no parameter 'robot_description' with text"):
+    with pytest.raises(TransportError, match="node /a/other has no string parameter 'robot_description'"):
         from_node(client, "/a/other", timeout=60)
     with pytest.raises(TransportError, match="no node /absent answers") as caught:
         from_node(client, "/absent", timeout=0.1)
@@ -134,7 +134,7 @@ def test_the_parameter_of_a_node_is_read(domain: Domain, own: str) -> None:
     assert from_node(client, "publisher", timeout=60) == TEXT
     assert from_node(client, "/dd100_0000/publisher_", timeout=60) == f"{TEXT} "
     for name in ("/other", "/number"):
-        with pytest.raises(TransportError, match=f"node {name} has no parameter 'robot_description' with text"):
+        with pytest.raises(TransportError, match=f"node {name} has no string parameter 'robot_description'"):
             from_node(client, name, timeout=60)
     with pytest.raises(TransportError, match="no node /absent answers") as caught:
         from_node(client, "/absent", timeout=0.1)

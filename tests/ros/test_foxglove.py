@@ -213,13 +213,13 @@ def test_a_message_that_cannot_be_decoded_is_dropped_counted_and_told_once(
     assert [message.linear.x for message in subscription.take()] == [1.0]
     assert network.malformed == {"/cmd_vel": 2}
     assert eventually(lambda: said, network.look)
-    assert said == ["/cmd_vel: a peer sends what is no message of the topic's type; dropped"]
+    assert said == ["/cmd_vel: a peer sends messages that do not fit the topic's type; they are dropped"]
 
 
 @pytest.mark.parametrize(
     ("topic", "encoding", "warning"),
     [
-        ("/cmd_vel", "json", "/cmd_vel: messages in json are not taken, only in cdr"),
+        ("/cmd_vel", "json", "/cmd_vel: messages in json are not accepted, only in cdr"),
         ("/goal_pose", "cdr", "/goal_pose: no graph of the run reads it"),
     ],
 )
@@ -241,7 +241,7 @@ def test_a_client_that_publishes_another_type_is_told_of_as_any_peer(
     client.advertise("/cmd_vel", STRING)(messages.encode(messages.String("forward")))
     assert eventually(lambda: said, network.look)
     (text,) = said
-    assert text.startswith(f"/cmd_vel: /foxglove publishes {STRING}, /node reads {TWIST}: nothing arrives")
+    assert text.startswith(f"/cmd_vel: /foxglove publishes {STRING}, /node reads {TWIST}: no messages arrive")
     network.freeze()
     assert list(subscription.take()) == []
 

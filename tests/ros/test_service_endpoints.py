@@ -135,7 +135,7 @@ def test_requests_that_are_none_are_dropped_counted_and_told_once() -> None:
     net.freeze()
     assert [request for _, request in server.take()] == [ASK(True)]
     assert net.undecoded == {"/light": 3}
-    assert said == [f"/light: a peer sends what is not {SET_BOOL}_Request; dropped"]
+    assert said == [f"/light: a peer sends malformed {SET_BOOL}_Request messages; they are dropped"]
 
 
 def test_answers_that_are_none_are_dropped_and_their_calls_wait_no_longer() -> None:
@@ -147,7 +147,7 @@ def test_answers_that_are_none_are_dropped_and_their_calls_wait_no_longer() -> N
     net.freeze()
     assert numbers == [1, 2]
     assert client.take() == ((2, ANSWER(True, "")),)
-    assert said == [f"/light: a peer sends what is not {SET_BOOL}_Response; dropped"]
+    assert said == [f"/light: a peer sends malformed {SET_BOOL}_Response messages; they are dropped"]
 
 
 def test_any_number_of_calls_is_sent_in_a_tick_in_order_with_messages() -> None:
@@ -178,7 +178,7 @@ def test_calls_that_are_never_answered_do_not_pile_up() -> None:
         peer.answer(request_id, messages.encode(ANSWER(True, "")))
     net.freeze()
     assert [number for number, _ in client.take()] == list(range(3, MAX_OPEN + 3))
-    assert said == [f"/light: more than {MAX_OPEN} calls were not answered; the oldest are given up"]
+    assert said == [f"/light: more than {MAX_OPEN} calls have no response; the oldest are discarded"]
 
 
 # service_msgs/msg/ServiceEventInfo: REQUEST_SENT 0, REQUEST_RECEIVED 1, RESPONSE_SENT 2, RESPONSE_RECEIVED 3

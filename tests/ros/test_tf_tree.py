@@ -65,12 +65,12 @@ def test_one_transform_has_no_rate() -> None:
 @pytest.mark.parametrize(
     ("changed", "why"),
     [
-        ({"child_frame_id": ""}, "'' in 'odom', as a frame has no name"),
-        ({"child_frame_id": "/odom"}, "'odom' in 'odom', as it is a frame within itself"),
-        ({"transform__translation__y": math.nan}, "'base' in 'odom', as a number in it is NaN"),
-        ({"transform__rotation__w": 0.0}, "'base' in 'odom', as its quaternion is not of length 1"),
-        ({"transform__rotation__x": 0.2}, "'base' in 'odom', as its quaternion is not of length 1"),
-        ({"transform__rotation__w": math.nan}, "'base' in 'odom', as a number in it is NaN"),
+        ({"child_frame_id": ""}, "'' in 'odom' because a frame has no name"),
+        ({"child_frame_id": "/odom"}, "'odom' in 'odom' because it is a frame within itself"),
+        ({"transform__translation__y": math.nan}, "'base' in 'odom' because it contains NaN"),
+        ({"transform__rotation__w": 0.0}, "'base' in 'odom' because its quaternion is not of length 1"),
+        ({"transform__rotation__x": 0.2}, "'base' in 'odom' because its quaternion is not of length 1"),
+        ({"transform__rotation__w": math.nan}, "'base' in 'odom' because it contains NaN"),
     ],
 )
 def test_what_tf2_does_not_take_is_told_once_and_no_part_of_the_tree(changed: dict[str, Any], why: str) -> None:
@@ -81,7 +81,7 @@ def test_what_tf2_does_not_take_is_told_once_and_no_part_of_the_tree(changed: di
     for _ in range(2):
         made.add(messages.TFMessage([wrong]), False, B)
     assert drawn(made) == ["odom", "└─ laser"]
-    assert made.faults(NAMES) == [f"tf2 does not take {why}: it is sent by /bob"]
+    assert made.faults(NAMES) == [f"tf2 ignores {why}; sent by /bob"]
 
 
 def test_a_quaternion_that_is_a_little_off_is_taken() -> None:
@@ -110,13 +110,13 @@ def test_two_parents_are_told_with_who_says_so() -> None:
 def test_a_circle_is_told_and_drawn_once() -> None:
     made = tree(("a", "b"), ("b", "c"), ("c", "a"), ("c", "d"))
     assert drawn(made) == ["a", "└─ b", "   └─ c", "      ├─ a (above)", "      └─ d"]
-    assert made.faults(NAMES) == ["frames in a circle: a in c in b in a"]
+    assert made.faults(NAMES) == ["frames form a loop: a in c in b in a"]
 
 
 def test_two_who_broadcast_the_same_are_told() -> None:
     made = tree(("odom", "base"))
     made.add(messages.TFMessage([transform("odom", "base")]), False, B)
-    assert made.faults(NAMES) == ["base in odom is broadcast by several: /alice, /bob"]
+    assert made.faults(NAMES) == ["base in odom has several broadcasters: /alice, /bob"]
 
 
 def test_a_long_chain_of_frames_is_drawn() -> None:
@@ -130,7 +130,7 @@ def test_what_is_too_much_is_left_out_and_told() -> None:
     made.add(messages.TFMessage([transform("map", "f0")]), True, A)
     assert len(made.edges) == MAX_EDGES
     assert made.edges[0].number == 2
-    assert made.faults(NAMES) == [f"there are more than {MAX_EDGES} transforms; the others are left out"]
+    assert made.faults(NAMES) == [f"there are more than {MAX_EDGES} transforms; further ones are left out"]
 
 
 def test_dot_has_an_arrow_from_each_parent_with_its_facts() -> None:

@@ -36,7 +36,9 @@ def test_peers_on_the_same_rmw_are_no_reason_to_warn(own: str, gids: list[bytes]
 )
 def test_a_warning_says_who_it_is_and_what_to_do(own: str, gids: list[bytes], others: str) -> None:
     what, remedy = warning("/reset", "client", gids, own).split("\n")
-    assert what == (f"/reset: a client on {others} cannot be talked to: ROS 2's RMWs do not interoperate on services")
+    assert what == (
+        f"/reset: a client on {others} is unreachable: services do not work between different RMWs of ROS 2"
+    )
     assert f"RMW_IMPLEMENTATION={own}" in remedy
     assert "--transport rclpy" in remedy
     assert "graphrun ctl" in remedy

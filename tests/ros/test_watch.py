@@ -83,8 +83,8 @@ def test_who_offers_what_and_who_asks_for_what_is_told_with_a_remedy() -> None:
     watched = Watched(ours("publish", "/odom", ODOMETRY, BEST_EFFORT))
     (said,) = watched.look(peer("subscribe", "/odom", ODOMETRY))
     assert said == (
-        "/odom: /rviz asks for reliable, /World/publish offers bestEffort: nothing arrives\n"
-        '  write "reliability": "reliable" in the qosProfile of /World/publish, or change what /rviz asks for or offers'
+        "/odom: /rviz asks for reliable, /World/publish offers bestEffort: no messages arrive\n"
+        '  write "reliability": "reliable" in the qosProfile of /World/publish, or change the profile of /rviz'
     )
 
 
@@ -92,8 +92,8 @@ def test_a_peer_that_publishes_what_is_not_enough_is_told() -> None:
     watched = Watched(ours("subscribe", "/cmd_vel", TWIST))
     (said,) = watched.look(peer("publish", "/cmd_vel", TWIST, BEST_EFFORT))
     assert said == (
-        "/cmd_vel: /World/subscribe asks for reliable, /rviz offers bestEffort: nothing arrives\n"
-        '  write "reliability": "bestEffort" in the qosProfile of /World/subscribe, or change what /rviz asks for or offers'
+        "/cmd_vel: /World/subscribe asks for reliable, /rviz offers bestEffort: no messages arrive\n"
+        '  write "reliability": "bestEffort" in the qosProfile of /World/subscribe, or change the profile of /rviz'
     )
 
 
@@ -101,8 +101,8 @@ def test_another_type_is_told() -> None:
     watched = Watched(ours("subscribe", "/cmd_vel", TWIST), ours("publish", "/odom", ODOMETRY))
     said = watched.look(peer("publish", "/cmd_vel", STAMPED), peer("subscribe", "/odom", TWIST))
     assert [line.partition("\n")[0] for line in said] == [
-        f"/cmd_vel: /rviz publishes {STAMPED}, /World/subscribe reads {TWIST}: nothing arrives",
-        f"/odom: /World/publish publishes {ODOMETRY}, /rviz reads {TWIST}: nothing arrives",
+        f"/cmd_vel: /rviz publishes {STAMPED}, /World/subscribe reads {TWIST}: no messages arrive",
+        f"/odom: /World/publish publishes {ODOMETRY}, /rviz reads {TWIST}: no messages arrive",
     ]
 
 
@@ -141,7 +141,7 @@ def test_two_nodes_of_the_session_that_do_not_fit_are_told_by_their_prims() -> N
     own = [peer("publish", "/speed", TWIST, BEST_EFFORT, "session"), peer("subscribe", "/speed", TWIST, node="session")]
     (said,) = watched.look(*own)
     why = "/World/subscribe asks for reliable, /World/publish offers bestEffort"
-    assert said.startswith(f"/speed: {why}: nothing arrives\n")
+    assert said.startswith(f"/speed: {why}: no messages arrive\n")
 
 
 def test_a_peer_without_a_name_is_given_time_to_tell_it() -> None:
@@ -150,7 +150,7 @@ def test_a_peer_without_a_name_is_given_time_to_tell_it() -> None:
     assert watched.look(nameless) == []
     watched.now += PATIENCE
     (said,) = watched.look(nameless)
-    assert said.startswith("/odom: a program that is no node of ROS asks for reliable")
+    assert said.startswith("/odom: a program that is not a ROS node asks for reliable")
 
 
 def test_another_clock_is_told() -> None:

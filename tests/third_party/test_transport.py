@@ -95,4 +95,4 @@ def test_two_packages_with_one_name_are_refused(site: Path) -> None:
     (about / "entry_points.txt").write_text("[graphengine.transports]\nacme = other:TRANSPORT\n")
     done = graphrun(site, "run", "clock", "--transport", "acme")
     assert done.returncode == 1
-    assert "several packages bring a transport 'acme': acme_transport:TRANSPORT, other:TRANSPORT" in done.stderr
+    assert "several packages provide a transport 'acme': acme_transport:TRANSPORT, other:TRANSPORT" in done.stderr

@@ -78,6 +78,7 @@ def test_the_page_shows_the_run_and_controls_it() -> None:
         found["message"] = page.inner_text("#message-text")
         page.click("#play")
         until(page, "document.getElementById('state').textContent === 'playing'")
+        assert not page.frames[1].is_visible("#webgl-software-rendering")  # it would cover the world
         wide = "Math.max(0, ...[...document.querySelectorAll('canvas')].map((canvas) => canvas.width))"
         assert eventually(lambda: page.frames[1].evaluate(wide) > 300, lambda: page.wait_for_timeout(50))
         return found
@@ -135,6 +136,10 @@ def test_a_recording_is_seen_at_any_time(tmp_path: Path) -> None:
         page.keyboard.press("Space")
         until(page, "document.getElementById('place').textContent === '32.00 / 32.00 s'")
         until(page, "document.getElementById('playback').textContent === 'Play'")
+        row = 'tr[data-port="ComputeOdom.inputs:chassisPrim"] input'
+        found["reasons"] = [
+            (page.is_enabled(one), page.get_attribute(one, "title")) for one in ("#topics-tab", "#findings-tab", row)
+        ]
         found["buttons"] = [
             page.is_visible(f"#{name}") for name in ("play", "pause", "reset", "pace", "wheel", "playback")
         ]
@@ -145,3 +150,6 @@ def test_a_recording_is_seen_at_any_time(tmp_path: Path) -> None:
     assert len(found["marks"]) == 1
     assert found["marks"][0].startswith("30.02 s: push ")
     assert found["buttons"] == [False, False, False, False, False, True]
+    assert not any(enabled for enabled, _ in found["reasons"])
+    assert found["reasons"][2][1] == "a recording cannot be changed"
+    assert all(reason for _, reason in found["reasons"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import json
 import os
 import re
 import signal
@@ -21,6 +22,7 @@ from graphengine.cli import main as graphrun
 from graphengine.runtime.run_status import RunStatus
 from graphengine.testing import session
 from graphengine.view.live_graphs import short_value
+from graphengine.view.page_process import _text
 from tests.view.browser3d import Browser3D
 from tests.view.harness import Viewer, viewed
 
@@ -111,6 +113,15 @@ def test_commands_pause_play_and_set_inputs_and_mistakes_are_told(sim: ge.Sessio
     assert "expected a number" in wrong["error"]
     assert "fly" in unknown["error"]
     assert sim.value("DiffController.maxLinearSpeed") == 0.2
+
+
+def test_a_result_with_numbers_that_json_does_not_have_reaches_the_viewer() -> None:
+    result = {"position": np.array([1.0, np.nan]), "range": (float("inf"), True, None), "place": Path("a")}
+    assert json.loads(_text({"answer": {"id": 1, "result": result}}))["answer"]["result"] == {
+        "position": [1.0, "nan"],
+        "range": ["inf", True, None],
+        "place": "a",
+    }
 
 
 def test_a_viewer_drives_and_the_robot_stops_when_nobody_does(sim: ge.Session) -> None:

@@ -14,8 +14,10 @@ pytest.importorskip("viser", reason="the extra view is not installed")
 
 import graphengine as ge
 from graphengine.cli import main as graphrun
+from graphengine.node.dropped_values import DroppedValues
 from graphengine.testing import session
 from graphengine.view.live_topics import LiveTopics
+from graphengine.view.node_problems import NodeProblems
 from tests.api import nodes_for_api
 from tests.view.harness import HOSTILE, Viewer, viewed, write_lab
 
@@ -79,6 +81,21 @@ def test_a_fault_of_a_run_that_goes_on_is_counted_at_its_node(failing: Path) -> 
     assert path.endswith("/Fails")
     assert (problem["severity"], problem["count"]) == ("error", 1)
     assert "ArithmeticError: as it was told" in problem["text"]
+
+
+def test_a_page_shows_the_problems_from_before_it_was_opened(failing: Path) -> None:
+    with session(failing, modules=[nodes_for_api], keep_going=True, log=lambda *message: None) as sim:
+        sim.run(2.0)
+        found = viewed(sim, lambda viewer: viewer.wait("problems", lambda told: told))
+    assert [path.rpartition("/")[2] for path in found] == ["Fails"]
+
+
+def test_problems_of_the_nodes_of_removed_graphs_are_forgotten() -> None:
+    problems = NodeProblems(DroppedValues({"/first/g/A": 2, "/second/g/A": 1}))
+    problems.add("/first/g/B", "broken")
+    problems.add("/second/g/B", "broken")
+    problems.keep(["/first/g", "/first/gg"])
+    assert list(problems.all()) == ["/first/g/B", "/first/g/A"]
 
 
 def test_the_error_that_ends_a_run_is_told_and_so_is_the_end(failing: Path) -> None:

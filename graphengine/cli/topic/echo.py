@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-l", "--truncate-length", metavar="N", type=count, help=cut)
     summary = (
         "print a few lines on each scan, image and point cloud: sizes, extents, a sparkline or picture; the default on a"
-        " terminal, unless another option says how to print"
+        " terminal, unless another option sets the format"
     )
     parser.add_argument("--summary", action="store_true", help=summary)
     add_quality_arguments(parser, "sensor_data")
@@ -70,7 +70,10 @@ def execute(arguments: argparse.Namespace) -> int:
                     return 0
         finally:
             if inbox.dropped:
-                print(f"WARNING: {inbox.dropped} messages came faster than they were printed", file=sys.stderr)
+                print(
+                    f"WARNING: {inbox.dropped} messages were dropped because they arrived faster than they were printed",
+                    file=sys.stderr,
+                )
         if not printed:
             print(f"nothing arrived on {topic} within {arguments.timeout:g} s", file=sys.stderr)
             return 1

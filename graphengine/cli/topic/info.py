@@ -37,7 +37,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def describe(end: Endpoint) -> str:
-    """All details of a writer or reader; UNKNOWN for those its peer does not announce."""
+    """Return all details of a writer or reader; UNKNOWN for those that its peer does not announce."""
     qos = end.qos
     history = f"KEEP_LAST ({qos.depth})" if qos.history == "keepLast" else shouted(qos.history)
     lines = [

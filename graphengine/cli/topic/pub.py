@@ -15,8 +15,8 @@ from graphengine.ros.network_graph import Endpoint, NetworkGraph
 
 PATIENCE = 1.0
 """Seconds between two lines that tell what is waited for."""
-HOW_TO_LEAVE = """nobody reads it yet, and the wait has no end: press Ctrl-C, or next time
-  give up after some seconds with --max-wait-time-secs SECONDS, or publish without a reader with -w 0"""
+HOW_TO_LEAVE = """the topic has no readers yet; press Ctrl-C to end the wait
+  next time, limit it with --max-wait-time-secs SECONDS, or publish without readers with -w 0"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

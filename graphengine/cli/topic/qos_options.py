@@ -60,7 +60,7 @@ def quality(arguments: argparse.Namespace) -> QoS:
 
 
 def quality_for(arguments: argparse.Namespace, publishers: Sequence[Endpoint]) -> QoS:
-    """The strictest quality of service that all publishers of a topic offer, unless the command line gives one."""
+    """Return the quality of service given on the command line, else the strictest one that all publishers of a topic offer."""
     asked = quality(arguments)
     overridden = [name for name, value in vars(arguments).items() if name.startswith("qos_") and value is not None]
     if overridden != ["qos_profile"] or not publishers:
@@ -69,8 +69,8 @@ def quality_for(arguments: argparse.Namespace, publishers: Sequence[Endpoint]) -
     for policy, more, less in (("reliability", "reliable", "bestEffort"), ("durability", "transientLocal", "volatile")):
         offers = [getattr(end.qos, policy) == more for end in publishers]
         if any(offers) and not all(offers):
-            what = f"some publishers, but not all, offer {shouted(more)}; what connects to all is {shouted(less)}"
-            print(f"WARNING: {what}, and so it is asked for", file=sys.stderr)
+            what = f"only some publishers offer {shouted(more)}; subscribing with {shouted(less)}, which matches all"
+            print(f"WARNING: {what}", file=sys.stderr)
         changes: dict[str, Any] = {policy: more if all(offers) else less}
         asked = replace(asked, **changes)
     return asked
@@ -79,7 +79,7 @@ def quality_for(arguments: argparse.Namespace, publishers: Sequence[Endpoint]) -
 def _warn_of_mismatches(publishers: Sequence[Endpoint], asked: QoS) -> None:
     for end in publishers:
         if why := mismatch(end.qos, asked, end.full_node or "a publisher", "this subscription"):
-            print(f"WARNING: {why}: nothing arrives from there", file=sys.stderr)
+            print(f"WARNING: {why}: no messages arrive from it", file=sys.stderr)
 
 
 def shouted(kind: str) -> str:

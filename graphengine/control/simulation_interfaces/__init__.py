@@ -1,5 +1,5 @@
-"""The services of ROS 2's `simulation_interfaces` (github.com/ros-simulation/simulation_interfaces), 1.5.1 as in Jazzy.
+"""The services of ROS 2's `simulation_interfaces` (github.com/ros-simulation/simulation_interfaces), version 1.5.1 as in Jazzy.
 
-Each request is answered by the session's thread between two ticks, also while there are none. Rooms here: `results` says what a
-refusal is called, `states`, `entities` and `spawning` answer, `action` steps, `server` offers all of it on a transport.
+The session's thread answers each request between two ticks, also while it is paused. Modules: `results` maps errors to result
+codes; `states`, `entities` and `spawning` implement the services, `action` the action; `server` offers them on a transport.
 """

@@ -1,6 +1,6 @@
-"""The action SimulateSteps: single steps with news of each, which may be cancelled.
+"""The action SimulateSteps: runs single ticks with feedback after each; goals can be cancelled.
 
-An action is three services and two topics (design.ros2.org/articles/actions.html). One goal is pursued at a time.
+An action consists of three services and two topics (design.ros2.org/articles/actions.html). Only one goal is active at a time.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _NONE, _REJECTED, _UNKNOWN_GOAL, _TERMINATED = range(4)
 
 @dataclass(eq=False, slots=True)
 class _Goal:
-    """A goal that was accepted."""
+    """An accepted goal."""
 
     identity: bytes
     steps: int
@@ -46,18 +46,18 @@ class _Goal:
 
     @property
     def active(self) -> bool:
-        """Whether it is not at its end."""
+        """Whether the goal has not ended yet."""
         return self.status in (ACCEPTED, EXECUTING, CANCELING)
 
 
 class SimulateSteps:
-    """The action of one session; `/simulate_steps` mostly.
+    """The action server of one session, usually at `/simulate_steps`.
 
     Args:
-        desk: of the session.
-        transport: to offer it on.
-        offers: to which its services are added.
-        name: absolute.
+        desk: command queue of the session.
+        transport: transport that carries the action.
+        offers: services to which those of the action are added.
+        name: absolute name.
 
     Raises:
         MessageTypeError: the transport does not know the action's types.
@@ -76,7 +76,7 @@ class SimulateSteps:
         offers.add(f"{hidden}/get_result", f"{TYPE}_GetResult", self._result)
 
     def close(self) -> None:
-        """Withdraw its topics; goals end where they are."""
+        """Close the topics of the action; active goals do not continue."""
         self._closed = True
         self._feedback.close()
         self._status.close()
@@ -98,12 +98,12 @@ class SimulateSteps:
             self._next(self._goals[bytes(request.goal_id.uuid)])
 
     def _next(self, goal: _Goal) -> None:
-        """Ask for one step more."""
+        """Queue the next tick of a goal."""
         stepping = self._desk.ask(lambda session: states.run_steps(session, 1))
         stepping.add_done_callback(lambda future: self._stepped(goal, future))
 
     def _stepped(self, goal: _Goal, future: Future[Any]) -> None:
-        """A step ran, or did not; in the session's thread."""
+        """Continue or end a goal after a tick ran or failed; called in the session's thread."""
         if self._closed:
             return
         error = future.exception()
@@ -134,7 +134,7 @@ class SimulateSteps:
         goal.ended.set_result(None)
 
     def _result(self, request: Any, response: Any) -> Future[None] | None:
-        """The result of a goal, once it has one; a status of 0 for one that nobody sent."""
+        """Answer with the result of a goal when it has ended; unknown goals have the status 0."""
         goal = self._goals.get(bytes(request.goal_id.uuid))
         if goal is None:
             return None
@@ -148,7 +148,7 @@ class SimulateSteps:
         return goal.ended
 
     def _cancel(self, request: Any, response: Any) -> None:
-        """Let goals end after the step that they are in: the one that is named, those up to a time, or all."""
+        """Cancel active goals after their current tick: the given goal, goals accepted up to a time, or all."""
         identity, before = bytes(request.goal_info.goal_id.uuid), messages.seconds(request.goal_info.stamp)
         every = not any(identity) and not before
         with self._lock:

@@ -1,4 +1,4 @@
-"""What there is in the simulation: found, looked at, put elsewhere and taken out."""
+"""Handlers for the entity services: find entities, get and set their states and infos, delete them."""
 
 from __future__ import annotations
 
@@ -44,15 +44,15 @@ def get_entity_state(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def set_entity_state(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer SetEntityState, with a warning where it has come into something; accelerations follow from forces."""
+    """Answer SetEntityState, with a warning if the entity overlaps others at its new pose. Accelerations are ignored."""
     entity, state = _entity(session, request.entity), request.state
     if state.header.frame_id not in ("", WORLD):
-        raise RefusedError(FAILED, f"states are set in the frame {WORLD!r}, not in {state.header.frame_id!r}")
+        raise RefusedError(FAILED, f"a state must be in the frame {WORLD!r}, not {state.header.frame_id!r}")
     position, orientation = plain_pose(state.pose, INVALID_POSE_OF_STATE)
     linear, angular = (_vector(vector) for vector in (state.twist.linear, state.twist.angular))
     asked = (*linear, *angular, *_vector(state.acceleration.linear), *_vector(state.acceleration.angular))
     if entity.kind == "static" and any(asked):
-        raise RefusedError(FAILED, f"{entity.name} is bolted to the world: it has no velocity and no acceleration")
+        raise RefusedError(FAILED, f"{entity.name} is fixed to the world and cannot have a velocity or acceleration")
     turned = Orientation(quaternion_xyzw=orientation)
     # Not checked here: physics says which entity has a velocity that is not finite.
     move = Move.model_construct(
@@ -65,7 +65,7 @@ def delete_entity(session: SessionCore, request: Any, response: Any) -> None:
     """Answer DeleteEntity."""
     entity = _entity(session, request.entity)
     if session.services.stage.find(entity.prim_path).kind != "robot":
-        why = "belongs to the world's file: only what the scene has as robots can go"
+        why = "is part of the world file: only robots of the scene can be deleted"
         raise RefusedError(FAILED, f"{entity.name} {why}")
     Delete(name=entity.name).apply(session)
 
@@ -76,16 +76,16 @@ def get_entity_info(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def set_entity_info(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer SetEntityInfo; it is kept for as long as the entity is there."""
+    """Answer SetEntityInfo; the info is kept as long as the entity exists."""
     if request.info.category.category not in _KNOWN_CATEGORIES:
         legal = ", ".join(map(str, _KNOWN_CATEGORIES))
-        raise RefusedError(FAILED, f"there is no category {request.info.category.category}; legal: {legal}")
+        raise RefusedError(FAILED, f"unknown category {request.info.category.category}; legal: {legal}")
     prim = session.services.stage.find(_entity(session, request.entity).prim_path)
     prim.facts["entity_info"] = request.info
 
 
 def get_entity_bounds(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer GetEntityBounds: a box in the entity's own frame, or none where it has no geometry that ends."""
+    """Answer GetEntityBounds: a box in the entity's frame; none if the entity has no finite geometry."""
     box = session.services.world.entities.bounds(_entity(session, request.entity).name, own=True)
     if box is not None:
         response.bounds.type = filters.BOX
@@ -93,10 +93,10 @@ def get_entity_bounds(session: SessionCore, request: Any, response: Any) -> None
 
 
 def pose_in_world(session: SessionCore, stamped: Any, invalid: int) -> Pose:
-    """What a PoseStamped means: its frame is the world, or an entity.
+    """Return a PoseStamped in the world frame; its own frame is `world` or the name of an entity.
 
     Raises:
-        RefusedError: with the code `invalid`, the frame is none of these, or the pose is none.
+        RefusedError: the frame or the pose is invalid; the error has the code `invalid`.
     """
     pose, frame = plain_pose(stamped.pose, invalid), stamped.header.frame_id
     if frame in ("", WORLD):
@@ -104,27 +104,27 @@ def pose_in_world(session: SessionCore, stamped: Any, invalid: int) -> Pose:
     try:
         there = session.services.world.entities.state(frame)
     except UnknownEntityError:
-        raise RefusedError(invalid, f"no frame {frame!r}; known are {WORLD!r} and the names of entities") from None
+        raise RefusedError(invalid, f"unknown frame {frame!r}; legal: {WORLD!r} and the names of entities") from None
     return compose((there.position, there.orientation), pose)
 
 
 def plain_pose(pose: Any, invalid: int) -> Pose:
-    """A pose that makes sense.
+    """Return position and orientation of a pose message.
 
     Raises:
-        RefusedError: with the code `invalid`.
+        RefusedError: the pose is invalid; the error has the code `invalid`.
     """
     position, turn = _vector(pose.position), pose.orientation
     orientation: Quaternion = (turn.x, turn.y, turn.z, turn.w)
     if not all(abs(value) <= FARTHEST for value in position):
-        raise RefusedError(invalid, f"no position is {position}; legal is up to {FARTHEST:g} m")
+        raise RefusedError(invalid, f"invalid position {position}; coordinates are at most {FARTHEST:g} m")
     if not abs(math.hypot(*orientation) - 1.0) <= _TOLERANCE:
         raise RefusedError(invalid, f"the quaternion {orientation} is not of length 1")
     return position, orientation
 
 
 def _matching(session: SessionCore, wanted: Any) -> list[Entity]:
-    """The entities that an EntityFilters means, in their order."""
+    """Return the entities that match an EntityFilters message, in the world's order."""
     overlaps = filters.overlap(wanted.bounds)
     entities = {entity.name: entity for entity in session.services.world.entities.all()}
     found = [entities[name] for name in filters.name_filter(wanted.filter, list(entities))]
@@ -143,10 +143,10 @@ def _matching(session: SessionCore, wanted: Any) -> list[Entity]:
 
 
 def _entity(session: SessionCore, name: str) -> Entity:
-    """The entity of a name, or of a prim path.
+    """Return the entity with a name or prim path.
 
     Raises:
-        UnknownEntityError: there is none.
+        UnknownEntityError: there is no such entity.
     """
     for entity in session.services.world.entities.all():
         if name in (entity.name, entity.prim_path):
@@ -156,7 +156,7 @@ def _entity(session: SessionCore, name: str) -> Entity:
 
 
 def _info(session: SessionCore, entity: Entity) -> Any:
-    """An EntityInfo: what somebody set, else what is known."""
+    """Return the EntityInfo that a client has set, else one with the category."""
     given = session.services.stage.find(entity.prim_path).facts.get("entity_info")
     if given is not None:
         return given
@@ -166,7 +166,7 @@ def _info(session: SessionCore, entity: Entity) -> Any:
 
 
 def _state(session: SessionCore, name: str) -> Any:
-    """An EntityState."""
+    """Return the EntityState message of an entity."""
     state: EntityState = session.services.world.entities.state(name)
     message = DEFINITIONS.initial("simulation_interfaces/msg/EntityState")
     message.header = messages.header(session.time, WORLD)

@@ -1,4 +1,4 @@
-"""Which entities a query means: by name, category, tags, and by what they overlap."""
+"""Filters entities by name, category, tags and bounds."""
 
 from __future__ import annotations
 
@@ -22,53 +22,53 @@ _ALL = 1
 
 
 def name_filter(pattern: str, names: Sequence[str]) -> list[str]:
-    """The names in which a regular expression is found; POSIX's character classes are known.
+    """Return the names in which a regular expression finds a match; POSIX character classes are supported.
 
     Raises:
-        RefusedError: it is none, is too long, or takes too long.
+        RefusedError: the pattern is not a regular expression, is too long, or takes too long.
     """
     if not pattern:
         return list(names)
     if len(pattern) > MAX_PATTERN:
         raise RefusedError(FAILED, f"a filter has at most {MAX_PATTERN} characters")
     if len(pattern) * _repetitions(pattern) > MAX_UNROLLED:
-        raise RefusedError(FAILED, f"the filter {pattern[:80]!r} repeats too much")
+        raise RefusedError(FAILED, f"the filter {pattern[:80]!r} has too many repetitions")
     import regex  # Python's own cannot be stopped
 
     try:
         expression, deadline = regex.compile(pattern), time.monotonic() + PATIENCE
         return [name for name in names if expression.search(name, timeout=max(deadline - time.monotonic(), 0.0))]
     except (regex.error, OverflowError, RecursionError) as error:
-        raise RefusedError(FAILED, f"the filter {pattern[:80]!r} is no regular expression: {error}") from None
+        raise RefusedError(FAILED, f"the filter {pattern[:80]!r} is not a regular expression: {error}") from None
     except TimeoutError:
         raise RefusedError(FAILED, f"the filter {pattern[:80]!r} takes too long") from None
 
 
 def _repetitions(pattern: str) -> int:
-    """How often the innermost part of an expression is written out at most: all may lie within each other."""
+    """Return the maximum number of times that counted repetitions expand a part of a pattern, as if all were nested."""
     counts = (re.findall(r"[0-9]+", braces) for braces in re.findall(r"\{[^{}]*\}", pattern))
     return math.prod(max(*map(int, found), 1) for found in counts if found)
 
 
 def has_tags(wanted: Any, tags: Sequence[str]) -> bool:
-    """Whether tags match a TagsFilter."""
+    """Return whether tags match a TagsFilter."""
     found = [tag in tags for tag in wanted.tags]
     return not found or (all(found) if wanted.filter_mode == _ALL else any(found))
 
 
 def overlap(bounds: Any) -> Callable[[Box], bool] | None:
-    """What tells whether boxes in the world overlap with some bounds; None where there are none.
+    """Return a function that tests whether a box in the world overlaps the given bounds; None for empty bounds.
 
     Raises:
-        RefusedError: bounds of a kind that is not known here, or that make no sense.
+        RefusedError: the bounds have an unsupported type, or are invalid.
     """
     points = [(point.x, point.y, point.z) for point in bounds.points]
     if bounds.type == EMPTY:
         return None
     if bounds.type not in (BOX, SPHERE):
-        raise RefusedError(UNSUPPORTED, f"bounds of type {bounds.type} filter nothing here; legal: box 1, sphere 3")
+        raise RefusedError(UNSUPPORTED, f"unsupported bounds of type {bounds.type}; legal: 1 (box), 3 (sphere)")
     if len(points) != 2 or not all(math.isfinite(number) for point in points for number in point):
-        raise RefusedError(FAILED, "bounds are two points of finite numbers")
+        raise RefusedError(FAILED, "bounds must have two points with finite coordinates")
     one, other = points
     if bounds.type == BOX:
         return lambda box: all(
@@ -80,5 +80,5 @@ def overlap(bounds: Any) -> Callable[[Box], bool] | None:
 
 
 def _nearest(box: Box, point: Sequence[float]) -> list[float]:
-    """The point of a box that is nearest to another."""
+    """Return the point of a box that is nearest to a given point."""
     return [min(max(value, low), high) for value, low, high in zip(point, box.low, box.high, strict=True)]

@@ -1,4 +1,4 @@
-"""What entities are made of: files that a uri names, and texts of descriptions."""
+"""Resources of entities: files named by a URI, and robot descriptions as text."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ MAX_LISTED = 1000
 
 
 def use_of(scene: LoadedScene, uri: str, text: str) -> str:
-    """What a scene would write as a robot's `use`; the uri counts where both are given.
+    """Return the `use` of a robot in a scene file for a resource; if both are given, the URI counts.
 
     Raises:
-        RefusedError: there is neither, a format that cannot be read, or no such file where files may be read.
+        RefusedError: neither is given, the format is not supported, or no readable file has this name.
     """
     if not uri:
         if not text.strip():
-            raise RefusedError(NO_RESOURCE, "neither a uri nor a resource_string")
+            raise RefusedError(NO_RESOURCE, "give a uri or a resource_string")
         if not text.lstrip().startswith("<"):
-            raise RefusedError(UNSUPPORTED_FORMAT, "a resource_string is the text of a URDF or MJCF")
+            raise RefusedError(UNSUPPORTED_FORMAT, "a resource_string must be a URDF or MJCF description")
         return text
     path = unquote(uri.removeprefix("file://")) if uri.startswith("file://") else uri
     if "://" in path or Path(path).suffix not in _SUFFIXES:
         legal = "legal: paths and file:// of " + ", ".join(f"*{suffix}" for suffix in _SUFFIXES)
-        raise RefusedError(UNSUPPORTED_FORMAT, f"{uri[:200]!r} is nothing that can be spawned; {legal}")
+        raise RefusedError(UNSUPPORTED_FORMAT, f"{uri[:200]!r} cannot be spawned; {legal}")
     files, folder = _places(scene)
     try:
         files.find(path, folder)
@@ -50,7 +50,7 @@ def use_of(scene: LoadedScene, uri: str, text: str) -> str:
 
 
 def name_of(use: str) -> str:
-    """What an entity is called after what it is made of; empty if that has no name."""
+    """Return a name for an entity after its resource; empty if the resource has no name."""
     if use.lstrip().startswith("<"):
         found = _NAMED.search(use[:10_000])
         name = found[1] if found else ""
@@ -61,9 +61,9 @@ def name_of(use: str) -> str:
 
 
 def spawnables(scene: LoadedScene, sources: Sequence[str]) -> tuple[list[tuple[str, str]], list[str]]:
-    """URIs and descriptions of what can be spawned, and the sources that are no folders which may be read.
+    """Return URIs and descriptions of what can be spawned, and the given sources that are not readable folders.
 
-    Looked for are robot files and descriptions in the folder of the scene and in its folder `robots`, and among those that ship.
+    Lists robot files and descriptions in the folder of the scene, in its subfolder `robots`, in `sources`, and the included ones.
     """
     files, beside = _places(scene)
     folders = {Path(): beside, Path("robots"): beside / "robots"}
@@ -83,7 +83,7 @@ def spawnables(scene: LoadedScene, sources: Sequence[str]) -> tuple[list[tuple[s
 
 
 def _places(scene: LoadedScene) -> tuple[Files, Path]:
-    """Which files may be read, and the folder where names begin."""
+    """Return the readable files, and the folder to which names are relative."""
     assert scene.world is not None
     scenery = scene.world.scenery
     return scenery.library.files, scenery.scene.folder

@@ -1,4 +1,4 @@
-"""How an answer says that it is none: the codes of `simulation_interfaces/msg/Result` and of single services."""
+"""Result codes for failed requests, from `simulation_interfaces/msg/Result` and from single services."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
 
 
 class RefusedError(UsageError):
-    """A request that is not fulfilled, with the code that says why."""
+    """A request that is not executed; `code` is the result code of the response."""
 
     def __init__(self, code: int, message: str) -> None:
         super().__init__(message)
@@ -17,7 +17,7 @@ class RefusedError(UsageError):
 
 
 def code_of(error: BaseException) -> int:
-    """The code of what a session raised."""
+    """Return the result code for an exception of the session."""
     if isinstance(error, RefusedError):
         return error.code
     if isinstance(error, UnknownEntityError):
@@ -26,6 +26,6 @@ def code_of(error: BaseException) -> int:
 
 
 def text_of(error: BaseException) -> str:
-    """What to tell the caller: what this package raises is meant for people, and nothing else is."""
+    """Return the text of an exception for the client, after the name of its class unless this package raised it."""
     text = str(error) if isinstance(error, GraphError) else f"{type(error).__name__}: {error}"
     return text if len(text) <= MAX_TEXT else f"{text[:MAX_TEXT]}…"

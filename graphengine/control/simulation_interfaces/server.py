@@ -1,4 +1,4 @@
-"""Offers the services of `simulation_interfaces` on a transport, and answers them at the session's desk."""
+"""Offers the services of `simulation_interfaces` on a transport; the session executes the requests between ticks."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ Answer = Callable[[SessionCore, Any, Any], None]
 
 
 class SimulationInterfaces:
-    """The services of one session.
+    """The `simulation_interfaces` services of one session.
 
     Args:
-        desk: of the session.
-        scene: that the session was made from.
-        transport: to offer them on; what of its types is not there is left out.
-        complain: told once of what is left out, and of a peer that sends what is no request.
-        namespace: where the services and the action are; `/` for none.
+        desk: command queue of the session.
+        scene: scene of the session.
+        transport: transport that carries the services; services whose types it does not know are left out.
+        complain: receives one warning about the services left out, and one per service about malformed requests.
+        namespace: namespace of the services and the action; `/` for none.
     """
 
     def __init__(
@@ -73,10 +73,10 @@ class SimulationInterfaces:
         if transport.node:
             offer_parameters(self._offers, transport.node, desk)
         if missing:
-            complain(f"not offered, as {PACKAGE} is not installed, or older than 1.5: {', '.join(missing)}")
+            complain(f"services left out because {PACKAGE} is not installed or older than 1.5: {', '.join(missing)}")
 
     def _services(self, scene: LoadedScene) -> Mapping[str, tuple[Answer, Sequence[int]]]:
-        """What answers each service of the package, and the codes of SimulatorFeatures that it stands for."""
+        """Return the handler of each service, and the SimulatorFeatures codes that it provides."""
         services: dict[str, tuple[Answer, Sequence[int]]] = {
             "get_simulator_features": (self._get_features, ()),
             "get_simulation_state": (states.get_state, (24,)),
@@ -117,18 +117,18 @@ class SimulationInterfaces:
         self._offers.add(f"{self._above}/{name}", kind, handle, _finish)
 
     def close(self) -> None:
-        """Withdraw the services; safe to call twice."""
+        """Close all services; safe to call twice."""
         for part in self._parts:
             part.close()
 
 
 def _refuse(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer what this simulator does not do."""
-    raise RefusedError(UNSUPPORTED, "not a feature of this simulator, or of a session without a scene")
+    """Answer a request for an unsupported feature."""
+    raise RefusedError(UNSUPPORTED, "not supported by this simulator, or by a session without a scene")
 
 
 def _finish(response: Any, error: BaseException | None) -> None:
-    """Write into an answer what came of the request."""
+    """Write the outcome of a request into its response."""
     result = getattr(response, "result", None)
     if result is None:  # get_simulator_features cannot fail
         return

@@ -1,4 +1,4 @@
-"""The scene that runs, and entities that come into it."""
+"""Handlers for spawning entities, and for information about the world."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MAX_AT_ONCE = 1000
 
 
 class Spawning:
-    """Answers what is about the scene of a session: its world, and what can be spawned."""
+    """Answers requests about the scene of a session: its world, and entities to spawn."""
 
     def __init__(self, scene: LoadedScene) -> None:
         self._scene = scene
@@ -37,9 +37,9 @@ class Spawning:
         response.entity_name, response.result.error_message = name, warning
 
     def spawn_entities(self, session: SessionCore, request: Any, response: Any) -> None:
-        """Answer SpawnEntities, one by one; what failed keeps no other from coming."""
+        """Answer SpawnEntities: spawn the entities one by one; one that fails does not affect the others."""
         if len(request.spawn_requests) > MAX_AT_ONCE:
-            raise RefusedError(_SOME_FAILED, f"more than {MAX_AT_ONCE} entities at once")
+            raise RefusedError(_SOME_FAILED, f"more than {MAX_AT_ONCE} entities in one request")
         failed = 0
         for one in request.spawn_requests:
             result = DEFINITIONS.initial("simulation_interfaces/msg/SpawnResult")
@@ -55,7 +55,7 @@ class Spawning:
                 failed += 1
                 result.result.result, result.result.error_message = code_of(error), text_of(error)
         if failed:
-            raise RefusedError(_SOME_FAILED, f"{failed} of {len(request.spawn_requests)} did not come")
+            raise RefusedError(_SOME_FAILED, f"{failed} of {len(request.spawn_requests)} entities could not be spawned")
 
     def get_spawnables(self, session: SessionCore, request: Any, response: Any) -> None:
         """Answer GetSpawnables."""
@@ -77,7 +77,7 @@ class Spawning:
         response.world.world_resource.uri = spec.world
 
     def _spawn(self, session: SessionCore, request: Any, uri: str, text: str) -> tuple[str, str]:
-        """Let an entity come; its name, and a warning where it is in something."""
+        """Spawn an entity; return its name, and a warning if it overlaps others."""
         use = use_of(self._scene, uri, text)
         name = _free_name(session, request.name or name_of(use), allow_renaming=request.allow_renaming)
         position, orientation = pose_in_world(session, request.initial_pose, _INVALID_POSE)
@@ -96,9 +96,9 @@ class Spawning:
 
 
 def _free_name(session: SessionCore, wanted: str, *, allow_renaming: bool) -> str:
-    """A name that nothing has, the wanted one if possible."""
+    """Return an unused name: the wanted one if possible."""
     if not wanted and not allow_renaming:
-        raise RefusedError(_NAME_INVALID, "no name, and the resource has none either")
+        raise RefusedError(_NAME_INVALID, "give a name, because the resource has none, or allow renaming")
     name = wanted or "entity"
     if _NAME.fullmatch(name) is None:
         legal = "letters, digits and '_', not beginning with a digit"
@@ -113,7 +113,7 @@ def _free_name(session: SessionCore, wanted: str, *, allow_renaming: bool) -> st
 
 
 def _namespace(wanted: str) -> str | None:
-    """A robot's namespace; None for that of its file."""
+    """Return the namespace of a robot; None for that of its file."""
     if "{" in wanted:
-        raise RefusedError(_NAMESPACE_INVALID, f"{wanted[:200]!r} cannot be a ROS 2 namespace")
+        raise RefusedError(_NAMESPACE_INVALID, f"{wanted[:200]!r} is not a ROS 2 namespace")
     return wanted or None

@@ -1,4 +1,4 @@
-"""Simulation states, single steps and resets."""
+"""Handlers for simulation states, single steps and resets."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ def get_state(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def set_state(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer SetSimulationState; what quits stops first."""
+    """Answer SetSimulationState; the state `quitting` stops the simulation before the process ends."""
     target = request.state.state
     if target == _STATES[session.state]:
         raise RefusedError(_ALREADY, f"the simulation is {session.state} already")
     if target not in _COMMANDS:
-        raise RefusedError(_INCORRECT_TRANSITION, f"nobody can bring a simulation to state {target}; legal: 0 to 3")
+        raise RefusedError(_INCORRECT_TRANSITION, f"unknown state {target}; legal: 0 to 3")
     if (session.state, target) == ("stopped", PAUSED):
-        raise RefusedError(_INCORRECT_TRANSITION, "the simulation is stopped; it can play, or quit")
+        raise RefusedError(_INCORRECT_TRANSITION, "a stopped simulation cannot pause; it can play or quit")
     try:
         _COMMANDS[target]().apply(session)
     except RecordingError:
@@ -42,26 +42,28 @@ def set_state(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def reset(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer ResetSimulation: a bit for each scope, none for all of them."""
+    """Answer ResetSimulation: each bit of the request selects a scope; 0 selects all."""
     wanted = [scope for bit, scope in _SCOPES.items() if request.scope & bit]
     if request.scope and not wanted:
-        raise RefusedError(FAILED, f"no scope is {request.scope}; legal: 1 time, 2 state, 4 spawned, and their sums")
+        raise RefusedError(
+            FAILED, f"unknown scope {request.scope}; legal: 1 (time), 2 (state), 4 (spawned), and their sums"
+        )
     Reset(scope=tuple(wanted) or ("all",)).apply(session)
 
 
 def step(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer StepSimulation: single ticks of a simulation that is paused, and is so again afterwards."""
+    """Answer StepSimulation: run single ticks of a paused simulation, which is paused again afterwards."""
     run_steps(session, request.steps)
 
 
 def run_steps(session: SessionCore, count: int) -> None:
-    """Let a paused session run single ticks.
+    """Run single ticks of a paused session.
 
     Raises:
-        RefusedError: too many, none, or the session is not paused.
+        RefusedError: the number of ticks is not legal, or the session is not paused.
     """
     if not 0 < count <= MAX_TICKS:
-        raise RefusedError(FAILED, f"{count} steps are not done at once; legal: 1 to {MAX_TICKS}")
+        raise RefusedError(FAILED, f"cannot run {count} steps; legal: 1 to {MAX_TICKS}")
     if session.state != "paused":
-        raise RefusedError(FAILED, f"the simulation is {session.state}; only one that is paused does single steps")
+        raise RefusedError(FAILED, f"the simulation is {session.state}; pause it before running single steps")
     Step(ticks=count).apply(session)

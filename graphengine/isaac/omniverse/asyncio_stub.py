@@ -16,11 +16,11 @@ class Task:
         self._value, self._recorder = value, recorder
 
     def result(self) -> Any:
-        """What it returned."""
+        """Return the result of the coroutine."""
         return self._value
 
     def done(self) -> bool:
-        """Whether it came to its end."""
+        """Return whether the coroutine has ended."""
         return True
 
     def __await__(self) -> Generator[Any, None, Any]:

@@ -1,4 +1,4 @@
-"""Frames that a script's loops render. Values that a script sets between them are not part of its graphs."""
+"""Frames that a script's loops render. Values that a script sets between frames are not part of its graphs."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ Stack = Callable[[], tuple[Call, Sequence[Loop]]]
 
 
 class Frames:
-    """Frames that a script draws, and what it sets meanwhile of what it built before.
+    """Tracks the frames that a script renders, and values that it sets between them on parts it built before.
 
     Args:
-        where: gives places in the script.
-        stack: gives its current call.
-        findings: takes what is set while frames go by.
+        where: returns the current place in the script.
+        stack: returns the current call and loops of the script.
+        findings: receives the values that are set between frames.
     """
 
     def __init__(self, where: Where, stack: Stack, findings: Findings) -> None:
@@ -51,7 +51,7 @@ class Frames:
         """Values that were first set in a loop, what they were before, and where they were set."""
 
     def go_on(self) -> bool:
-        """Whether the application runs for another frame, which is drawn then."""
+        """Return whether the application runs for another frame, and render it."""
         call, _ = self.stack()
         self._asked[call] += 1
         if self._asked[call] <= TURNS:
@@ -61,13 +61,13 @@ class Frames:
         return self._asked[call] <= TURNS
 
     def tire(self) -> bool:
-        """Whether a loop asks something for so long that it waits for another answer."""
+        """Return whether a loop has repeated a query so often that it evidently waits for another result."""
         call, loops = self.stack()
         self._asked[call] += bool(loops)
         return self._asked[call] > TURNS
 
     def draw(self) -> None:
-        """Draw a frame. The first that a loop draws shows which of its changes belong to frames: they are taken back."""
+        """Render a frame. The first frame of a loop shows that the loop's earlier changes belong to frames; they are undone."""
         call, loops = self.stack()
         if not loops:
             return
@@ -92,15 +92,15 @@ class Frames:
 
     @property
     def drawn(self) -> bool:
-        """Whether a loop draws frames."""
+        """Whether a loop renders frames."""
         return bool(self._drawing)
 
     def build(self, part: Part) -> None:
-        """A part is built in the current frame."""
+        """Note that a part is built in the current frame."""
         self._built[part] = self.number, self.loops
 
     def pass_by(self, part: Part) -> bool:
-        """Whether frames go by since a part was built: the script runs the simulation with it."""
+        """Return whether frames were rendered since a part was built: the script simulates with it."""
         number, around = self._built.get(part, (0, ()))
         if self.over:
             return number < self.number
@@ -108,7 +108,7 @@ class Frames:
         return any(loop not in around or number < self.number for loop in drawing)
 
     def drive(self, part: Part, values: Values, name: str, hint: str) -> bool:
-        """Whether a value is set while frames go by; reported, and then the value is left out."""
+        """Return whether a value is set between frames; it is reported, and the caller must leave it out."""
         if self.pass_by(part):
             self._tell(part, name, self.where(hint))
             return True

@@ -1,4 +1,4 @@
-"""Records graph-building calls as `og.Controller.edit` documents them, without OmniGraph and type checks."""
+"""Records graph-building calls with the documented behaviour of `og.Controller.edit`, without OmniGraph and type checks."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ MAX_PARTS = 100_000
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """An attribute of a node, by its full name."""
+    """An attribute of a node: graph, node and full attribute name."""
 
     graph: RecordedGraph
     node: str
@@ -45,7 +45,7 @@ class Place:
 
     @property
     def path(self) -> str:
-        """The path of the attribute in USD."""
+        """Path of the attribute in USD."""
         return f"{self.graph.path}/{self.node}.{self.name}"
 
 
@@ -54,14 +54,14 @@ Compounds = dict[str, dict[str, tuple[str, str]]]
 
 
 class GraphRecorder(ScriptNotes):
-    """The graphs that a script built so far.
+    """The graphs that a script has built so far.
 
     Args:
-        where: gives places in the script.
-        types: names of the node types that there are.
-        assumed: whether prims, graphs and types that a script asks for, and did not make, are taken to be there.
-        absent: paths of prims that are not there until the script makes them, whatever is assumed.
-        stack: gives its current call.
+        where: returns the current place in the script.
+        types: names of the available node types.
+        assumed: whether to assume that prims, graphs and types exist which the script uses but did not create.
+        absent: paths of prims that do not exist until the script creates them, even with `assumed`.
+        stack: returns the current call of the script.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class GraphRecorder(ScriptNotes):
         return graph
 
     def _put(self, path: str) -> str:
-        """A substitute path for a graph whose path only Omniverse knows; its end may be known."""
+        """Return a substitute path for a graph whose path only Omniverse knows, of which the end may be known."""
         known = path.rpartition(">")[2].strip("/") or "ActionGraph"
         choices = (f"/World/{known}", *(f"/World/{known}_{number}" for number in range(2, len(self.graphs) + 3)))
         self.put[path.rstrip("/")] = place = next(choice for choice in choices if choice not in self.graphs)
@@ -124,18 +124,18 @@ class GraphRecorder(ScriptNotes):
         return place
 
     def meant(self, path: str) -> str:
-        """A script's path, with substitute paths of graphs resolved."""
+        """Return a script's path with substitute paths of graphs resolved."""
         for unknown, place in self.put.items():
             if path == unknown or path.startswith((f"{unknown}/", f"{unknown}.")):
                 return place + path[len(unknown) :]
         return path
 
     def graph_at(self, path: str) -> RecordedGraph | None:
-        """The graph at a path; None if there is none."""
+        """Return the graph at a path; None if there is none."""
         return self.graphs.get(self.meant(path.rstrip("/")))
 
     def graph_of(self, path: str) -> tuple[RecordedGraph, str] | None:
-        """The graph whose prim is at a path or above it, and the rest of the path; None if there is none."""
+        """Return the graph whose prim is at a path or above it, and the rest of the path; None if there is none."""
         above = path = self.meant(path)
         while above:
             if above in self.graphs:
@@ -152,7 +152,7 @@ class GraphRecorder(ScriptNotes):
             self.graphs[graph.path], self.compounds[graph.path] = graph, {}
 
     def exists(self, path: str) -> bool:
-        """Whether a prim exists: the script made it, or it is assumed."""
+        """Return whether a prim exists: the script created it, or it is assumed to exist."""
         path = path.rstrip("/")
         found = self.graph_of(path)
         if path in self.prims or found:
@@ -195,7 +195,7 @@ class GraphRecorder(ScriptNotes):
         return name
 
     def name_below(self, graph: RecordedGraph, path: str) -> str:
-        """A node's name below its graph, from a name or an absolute path."""
+        """Return a node's name relative to its graph, for a name or an absolute path."""
         path = self.meant(checked(path, "the name of a node"))
         if not path.startswith("/"):
             return posixpath.normpath(path)
@@ -204,7 +204,7 @@ class GraphRecorder(ScriptNotes):
         return path[len(graph.path) + 1 :]
 
     def find_node(self, graph: RecordedGraph | None, path: str) -> tuple[RecordedGraph, str]:
-        """A node or compound by its name in a graph, or by its absolute path."""
+        """Return a node or compound by its name in a graph, or by its absolute path."""
         path = self.meant(path)
         found = self.graph_of(path) if path.startswith("/") else graph and (graph, path)
         if not found:
@@ -217,7 +217,7 @@ class GraphRecorder(ScriptNotes):
         return inside, name
 
     def has_node(self, graph: RecordedGraph, name: str) -> bool:
-        """Whether a graph has a node or a compound of this name."""
+        """Return whether a graph has a node or a compound with this name."""
         return name in graph.nodes or name in self.compounds.get(graph.path, {})
 
     def delete_node(self, graph: RecordedGraph, name: str) -> None:
@@ -231,13 +231,13 @@ class GraphRecorder(ScriptNotes):
     # Attributes
 
     def attribute(self, graph: RecordedGraph | None, path: str) -> Place:
-        """The attribute at a path such as `Node.inputs:x`; for a promoted one, the inner attribute."""
+        """Return the attribute at a path such as `Node.inputs:x`; for a promoted one, the inner attribute."""
         node, name = split_attribute(self.meant(checked(path, "an attribute such as 'Node.inputs:x'")))
         inside, found = self.find_node(graph, node)
         return self.inner(Place(inside, found, name))
 
     def inner(self, place: Place) -> Place:
-        """Follow promotions to the attribute of a node."""
+        """Return the attribute of a node that a promoted attribute stands for."""
         compounds = self.compounds.get(place.graph.path, {})
         node, name = place.node, full_name(place.name)
         while node in compounds:
@@ -255,7 +255,7 @@ class GraphRecorder(ScriptNotes):
         self.compounds[place.graph.path][compound][full] = (place.node, place.name)
 
     def create_attribute(self, place: Place, type: Any, port_type: Any = None) -> Place:
-        """Add an attribute to a node, on the side given by its name, type or port type."""
+        """Add an attribute to a node; its name, type or port type determines the side."""
         said = str((type[1:] if isinstance(type, tuple) else (), port_type))
         side = "outputs" if "OUTPUT" in said else "state" if "STATE" in said else "inputs"
         name = place.name if place.name.startswith(SIDES) else f"{side}:{place.name}"
@@ -265,10 +265,10 @@ class GraphRecorder(ScriptNotes):
         return Place(place.graph, place.node, name)
 
     def node(self, place: Place) -> RecordedNode:
-        """The node of an attribute.
+        """Return the node of an attribute.
 
         Raises:
-            OmniGraphError: it was deleted.
+            OmniGraphError: the node was deleted.
         """
         try:
             return place.graph.nodes[place.node]
@@ -292,7 +292,7 @@ class GraphRecorder(ScriptNotes):
             node.values[place.name] = RecordedValue(data, known, self.where(hint))
 
     def value(self, place: Place) -> Any:
-        """The value that was set; None if none was."""
+        """Return the value that was set; None if none was."""
         if place.name.startswith("outputs:"):
             self.pass_over(f"what the script does with {place.path}")
         known = place.graph.nodes.get(place.node)
@@ -322,12 +322,12 @@ class GraphRecorder(ScriptNotes):
         place.graph.wires = [wire for wire in place.graph.wires if (place.node, place.name) not in wire.ends]
 
     def upstream(self, place: Place) -> list[Place]:
-        """Attributes that are wired to one."""
+        """Return the attributes that are wired into an attribute."""
         ends = (wire.ends for wire in place.graph.wires)
         return [Place(place.graph, *source) for source, target in ends if target == (place.node, place.name)]
 
     def downstream(self, place: Place) -> list[Place]:
-        """Attributes that one is wired to."""
+        """Return the attributes into which an attribute is wired."""
         ends = (wire.ends for wire in place.graph.wires)
         return [Place(place.graph, *target) for source, target in ends if source == (place.node, place.name)]
 

@@ -1,4 +1,4 @@
-"""The modules of Omniverse that a script imports: those that build graphs record, all others are stubs."""
+"""The Omniverse modules that scripts import: those that build graphs record calls, all others are stubs."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ _VECTORS = {
 
 
 class Application(StubObject):
-    """`SimulationApp`, and its instance."""
+    """The stub of `SimulationApp` and its instance."""
 
     def __call__(self, *_: Any, **__: Any) -> Any:  # noqa: D102
         return self
 
 
 def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
-    """The modules that are known, by name; every other one is to be a `StubModule` without members.
+    """Return the known modules by name; all other modules are `StubModule`s without members.
 
     Args:
-        recorder: told of what is done to graphs.
+        recorder: records changes of graphs.
     """
     stage = usd.UsdStage(recorder)
 
@@ -67,7 +67,7 @@ def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
         recorder.set_value(recorder.inner(Place(graph, node, str(inputName))), list(targetPrimPaths))
 
     def execute(command: Any, *_: Any, **named: Any) -> tuple[bool, Any]:
-        """One of Kit's commands: those that delete prims may delete graphs, every other one is left out."""
+        """Execute a Kit command: commands that delete prims may delete graphs; all others are ignored."""
         if command in ("DeletePrims", "DeletePrimsCommand"):
             for path in named.get("paths", ()):
                 delete_prim(str(path))

@@ -1,4 +1,4 @@
-"""The stub of `omni.graph.core`, whose controllers record what is done to graphs."""
+"""The stub of `omni.graph.core`, whose controllers record changes of graphs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from graphengine.isaac.omniverse.stubs import ELSEWHERE, OWN, StubObject, member
 
 
 class either:  # noqa: N801  used as a decorator
-    """A method of the class and of its instances, as those of OmniGraph's controllers are; the class makes an instance."""
+    """A method that can be called on the class and on instances, like those of OmniGraph's controllers."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function
@@ -31,7 +31,7 @@ class either:  # noqa: N801  used as a decorator
         return functools.partial(self.call, instance)
 
     def call(self, controller: Controller, /, *arguments: Any, **named: Any) -> Any:
-        """Call it; what a USD file may hold is left out where that is assumed."""
+        """Call the method; if assumed, ignore errors about objects that a USD file may contain."""
         try:
             return self.function(controller, *arguments, **named)
         except NotThereError as error:
@@ -42,7 +42,7 @@ class either:  # noqa: N801  used as a decorator
 
 
 class Open(type):
-    """A class whose other members are stubs."""
+    """A class whose unknown members are stubs."""
 
     recorder: GraphRecorder
 
@@ -51,7 +51,7 @@ class Open(type):
 
 
 class Controller(metaclass=Open):
-    """`og.Controller`, for one recorder, which a subclass has; an instance remembers the nodes that it made by their names."""
+    """The stub of `og.Controller`; a subclass belongs to one recorder, and an instance remembers the nodes it created by name."""
 
     Keys = Keys
     recorder: GraphRecorder
@@ -73,7 +73,7 @@ class Controller(metaclass=Open):
         allow_exists_node: bool = False,
         **_: Any,
     ) -> tuple[Any, Any, Any, dict[str, Any]]:
-        """Find or make a graph, and do all that the commands say in the documented order."""
+        """Find or create a graph, and execute all commands in the documented order."""
         recorder = self.recorder
         if isinstance(graph_id, StubObject):
             recorder.leave_out(f"an edit of {graph_id} is left out: only Omniverse knows that graph")
@@ -93,29 +93,29 @@ class Controller(metaclass=Open):
 
     @either
     def create_graph(self, graph_id: Any, *_: Any, **__: Any) -> OgGraph:
-        """Make a graph."""
+        """Create a graph."""
         return OgGraph(self.recorder, edited_graph(self.recorder, graph_id))
 
     @either
     def graph(self, graph_id: Any) -> OgGraph | None:
-        """A graph by its path."""
+        """Return a graph by its path."""
         return graph_at(self.recorder, graph_id)
 
     @either
     def node(self, node_id: Any = None, graph_id: Any = None, **named: Any) -> OgNode:
-        """A node by its path, by its name and graph, or by `(name, graph)`."""
+        """Return a node by its path, by its name and graph, or by `(name, graph)`."""
         return node_at(self.recorder, node_id if node_id is not None else named.get("path"), graph_id, self.known)
 
     @either
     def attribute(self, attribute_id: Any, node_id: Any = None, graph_id: Any = None) -> Any:
-        """An attribute by its path, by its name and node, or by `(name, node)`."""
+        """Return an attribute by its path, by its name and node, or by `(name, node)`."""
         if is_hidden(self.recorder, attribute_id):
             return self._leave_attribute(attribute_id)
         return OgAttribute(self.recorder, self._place(attribute_id, node_id, graph_id))
 
     @either
     def variable(self, variable_id: Any, graph_id: Any = None) -> OgVariable:
-        """A variable by its name and graph; one itself too."""
+        """Return a variable by its name and graph; a variable is returned unchanged."""
         if isinstance(variable_id, OgVariable):
             return variable_id
         name, graph = variable_id if isinstance(variable_id, tuple) else (variable_id, graph_id)
@@ -126,7 +126,7 @@ class Controller(metaclass=Open):
 
     @either
     def create_node(self, node_id: Any, node_type_id: Any, allow_exists: bool = False, **_: Any) -> OgNode:
-        """Make a node at a path, or with a name in a graph: `(name, graph)`."""
+        """Create a node at a path, or with a name in a graph: `(name, graph)`."""
         recorder = self.recorder
         name, graph_id = node_id if isinstance(node_id, tuple) else (node_id, None)
         inside = edited_graph(recorder, graph_id) if graph_id is not None else graph_above(recorder, str(name))
@@ -150,12 +150,12 @@ class Controller(metaclass=Open):
 
     @either
     def get_variable_default_value(self, variable_id: Any) -> Any:
-        """The default of a variable."""
+        """Return the default of a variable."""
         return self.variable(variable_id).get()
 
     @either
     def node_type(self, type_id: Any) -> NodeType:
-        """A type of nodes by its name, or that of a node."""
+        """Return a node type by its name, or that of a node."""
         name = type_id.get_type_name() if isinstance(type_id, OgNode) else str(type_id)
         if name not in self.recorder.types and not self.recorder.assumed:
             raise OmniGraphError(f"there is no node type {name!r}")
@@ -196,7 +196,7 @@ class Controller(metaclass=Open):
 
     @either
     def get(self, attribute: Any = None, *_: Any, **named: Any) -> Any:
-        """What an attribute was set to."""
+        """Return the value that an attribute was set to."""
         spec = attribute if attribute is not None else named.get("attribute_id", self.attribute_id)
         if isinstance(spec, OgVariable):
             return spec.get()
@@ -206,14 +206,14 @@ class Controller(metaclass=Open):
 
     @either
     def set(self, *arguments: Any, **named: Any) -> None:
-        """Set an attribute: of the instance, or the first argument."""
+        """Set an attribute: that of the instance, or the first argument."""
         given = list(arguments)
         spec = named.get("attribute", named.get("attribute_id", self.attribute_id))
         spec = given.pop(0) if spec is None and given else spec
         if "value" in named:
             given = [named["value"]]
         if spec is None or not given:
-            raise OmniGraphError("set: which attribute, and to which value?")
+            raise OmniGraphError("set: give an attribute and a value")
         if is_hidden(self.recorder, spec):
             self._leave_attribute(spec)
         elif isinstance(spec, OgVariable):
@@ -224,17 +224,17 @@ class Controller(metaclass=Open):
 
     @either
     def evaluate(self, *_: Any, **__: Any) -> Task:
-        """Nothing: what a graph does is no part of it."""
+        """Do nothing; graphs are recorded, not executed."""
         self.recorder.draw()
         return Task(None, self.recorder)
 
     @either
     def evaluate_sync(self, *_: Any, **__: Any) -> None:
-        """Nothing: what a graph does is no part of it."""
+        """Do nothing; graphs are recorded, not executed."""
         self.recorder.draw()
 
     def _leave_attribute(self, spec: Any) -> StubObject:
-        """Report an attribute of a graph that Omniverse makes itself, such as its renderer's, unless it was reported before."""
+        """Report, once, an attribute of a graph that Omniverse itself creates, such as the renderer's."""
         if str(spec) not in map(unknown, (ELSEWHERE, OWN)):
             self.recorder.leave_out(f"what is set at {str(spec)[:200]}: only Omniverse knows that node")
         return StubObject(OWN, self.recorder)
@@ -247,7 +247,7 @@ _CONTROLLERS = ("Controller", "GraphController", "NodeController", "ObjectLookup
 
 
 def members(recorder: GraphRecorder) -> dict[str, Any]:
-    """What `omni.graph.core` holds for a recorder."""
+    """Return the contents of `omni.graph.core` for a recorder."""
     controller = Open("Controller", (Controller,), {"recorder": recorder})
     return {
         **dict.fromkeys(_CONTROLLERS, controller),

@@ -1,4 +1,4 @@
-"""One `og.Controller.edit`: executes its dictionary in the order that OmniGraph documents."""
+"""Executes the dictionary of one `og.Controller.edit` in the order that OmniGraph documents."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ OPENED = "a USD file that the script opens may hold it; import that file too"
 
 
 class Keys:
-    """What an edit may hold."""
+    """The keys of an edit."""
 
     DELETE_NODES = "delete_nodes"
     CREATE_VARIABLES = "create_variables"
@@ -40,14 +40,14 @@ ORDER = tuple(value for name, value in vars(Keys).items() if name.isupper())
 
 
 def steps(commands: Any) -> Iterator[tuple[str, Any]]:
-    """Keys and items of an edit in OmniGraph's order."""
+    """Return keys and items of an edit in OmniGraph's order."""
     if not isinstance(commands, Mapping):
         raise OmniGraphError(f"an edit is a dictionary, got {shown(commands)}")
     return ((key, item) for key in ORDER if key in commands for item in items(commands[key]))
 
 
 def name_lost(error: OmniGraphError, commands: Any, done: int) -> None:
-    """Add to an error the steps of an edit that it keeps from being done."""
+    """Add a note to an error, with the steps of the edit that it prevents."""
     lost = islice(steps(commands), done, done + MAX_LOST)
     names = [f"{key} {str(item[0] if isinstance(item, tuple) else item)[:MAX_NAME]}" for key, item in lost]
     error.add_note(", ".join(names) + " …" * (len(names) == MAX_LOST))
@@ -62,7 +62,7 @@ class Edit:
         self.prims: list[Any] = []
 
     def run(self, commands: Mapping[Any, Any], compound: str) -> None:
-        """Do what the keys say, in OmniGraph's order; `compound` is the one that the commands are for."""
+        """Execute the steps in OmniGraph's order; `compound` is the compound to which the commands belong."""
         done, pending = 0, steps(commands)
         try:
             for key in commands:
@@ -84,7 +84,7 @@ class Edit:
             hint = next((part for part in item if isinstance(part, str)), "") if isinstance(item, tuple) else str(item)
             self.recorder.leave_out(f"{key}: {error}", hint, OPENED)
         except (TypeError, ValueError, AttributeError) as error:
-            raise OmniGraphError(f"{key}: {shown(item)} is not of its form: {error}") from None
+            raise OmniGraphError(f"{key}: {shown(item)} has the wrong form: {error}") from None
 
     def _place(self, spec: Any, compound: str) -> Place:
         if isinstance(spec, str) and not spec.startswith("/"):

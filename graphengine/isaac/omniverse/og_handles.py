@@ -1,4 +1,4 @@
-"""Handles to graphs, nodes, attributes and variables, as `omni.graph.core` has them."""
+"""Handles of graphs, nodes, attributes and variables, as in `omni.graph.core`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from graphengine.isaac.recorded_graph import RecordedGraph
 
 
 class GraphPipelineStage(enum.Enum):
-    """When a graph is evaluated."""
+    """Stub of `og.GraphPipelineStage`."""
 
     GRAPH_PIPELINE_STAGE_SIMULATION = 10
     GRAPH_PIPELINE_STAGE_PRERENDER = 20
@@ -29,14 +29,14 @@ ExecutionAttributeState = enum.IntEnum(
 
 
 class OgHandle:
-    """Base of the handles, which are equal if their objects have one path."""
+    """Base of the handles; two handles are equal if their objects have the same path."""
 
     recorder: GraphRecorder
     plain_data: Callable[[], str]
     """The path."""
 
     def is_valid(self) -> bool:
-        """Whether the object still exists."""
+        """Return whether the object still exists."""
         return True
 
     isValid = valid = is_valid  # noqa: N815  both are OmniGraph's
@@ -55,32 +55,32 @@ class OgHandle:
 
 
 class OgGraph(OgHandle):
-    """`og.Graph`: a recorded graph."""
+    """Stub of `og.Graph`: a recorded graph."""
 
     def __init__(self, recorder: GraphRecorder, graph: RecordedGraph) -> None:
         self.recorder, self.graph = recorder, graph
 
     def is_valid(self) -> bool:
-        """Whether the graph still exists."""
+        """Return whether the graph still exists."""
         return self.recorder.graphs.get(self.graph.path) is self.graph
 
     def get_path_to_graph(self) -> str:
-        """The prim path of the graph."""
+        """Return the prim path of the graph."""
         return self.graph.path
 
     def get_nodes(self) -> list[OgNode]:
-        """Handles to all nodes."""
+        """Return handles of all nodes."""
         return [OgNode(self.recorder, self.graph, name) for name in self.graph.nodes]
 
     def get_node(self, path: str) -> OgNode | None:
-        """A node by its path; None if there is none."""
+        """Return a node by its path; None if there is none."""
         try:
             return OgNode(self.recorder, *self.recorder.find_node(self.graph, path))
         except OmniGraphError:
             return None
 
     def create_node(self, path: str, type: str, *_: Any) -> OgNode:
-        """Make a node."""
+        """Create a node."""
         return OgNode(self.recorder, self.graph, self.recorder.create_node(self.graph, str(path), type))
 
     def destroy_node(self, path: str, *_: Any) -> bool:
@@ -94,11 +94,11 @@ class OgGraph(OgHandle):
         return OgVariable(self.recorder, self.graph, name)
 
     def find_variable(self, name: str) -> OgVariable | None:
-        """A variable by its name."""
+        """Return a variable by its name."""
         return OgVariable(self.recorder, self.graph, name) if name in self.graph.variables else None
 
     def get_variables(self) -> list[OgVariable]:
-        """Handles to all variables."""
+        """Return handles of all variables."""
         return [OgVariable(self.recorder, self.graph, name) for name in self.graph.variables]
 
     def change_pipeline_stage(self, stage: Any) -> None:
@@ -106,7 +106,7 @@ class OgGraph(OgHandle):
         self.graph.pipeline_stage = stage_of(stage)
 
     def get_pipeline_stage(self) -> GraphPipelineStage:
-        """The pipeline stage."""
+        """Return the pipeline stage."""
         return GraphPipelineStage[f"GRAPH_PIPELINE_STAGE_{self.graph.pipeline_stage.replace('_', '').upper()}"]
 
     def evaluate(self, *_: Any) -> bool:
@@ -122,34 +122,34 @@ class OgGraph(OgHandle):
 
 
 class OgNode(OgHandle):
-    """`og.Node`: a node, or a compound."""
+    """Stub of `og.Node`: a node or a compound."""
 
     def __init__(self, recorder: GraphRecorder, graph: RecordedGraph, name: str) -> None:
         self.recorder, self.graph, self.name = recorder, graph, name
 
     def is_valid(self) -> bool:
-        """Whether the node still exists."""
+        """Return whether the node still exists."""
         return self.recorder.has_node(self.graph, self.name)
 
     def get_prim_path(self) -> str:
-        """The prim path of the node."""
+        """Return the prim path of the node."""
         return f"{self.graph.path}/{self.name}"
 
     def get_type_name(self) -> str:
-        """The node type."""
+        """Return the node type."""
         known = self.graph.nodes.get(self.name)
         return known.type if known else "omni.graph.nodes.CompoundSubgraph"
 
     def get_graph(self) -> OgGraph:
-        """The graph that contains the node."""
+        """Return the graph that contains the node."""
         return OgGraph(self.recorder, self.graph)
 
     def get_attribute(self, name: str) -> OgAttribute:
-        """An attribute by its full name."""
+        """Return an attribute by its full name."""
         return OgAttribute(self.recorder, self.recorder.inner(Place(self.graph, self.name, str(name))))
 
     def get_attribute_exists(self, name: str) -> bool:
-        """Whether the attribute may exist; node types are unknown here."""
+        """Return whether the attribute may exist; node types are unknown here."""
         return str(name).startswith(SIDES)
 
     def create_attribute(self, name: str, type: Any, port_type: Any = None, *_: Any, **__: Any) -> bool:
@@ -161,13 +161,13 @@ class OgNode(OgHandle):
 
 
 class OgAttribute(OgHandle):
-    """`og.Attribute`: an attribute of a node."""
+    """Stub of `og.Attribute`: an attribute of a node."""
 
     def __init__(self, recorder: GraphRecorder, place: Place) -> None:
         self.recorder, self.place = recorder, place
 
     def get(self, *_: Any, **__: Any) -> Any:
-        """The value that was set; else a stub, as only Omniverse knows defaults."""
+        """Return the value that was set; else a stub, because only Omniverse knows defaults."""
         value = self.recorder.value(self.place)
         return StubObject(f"the default of {self.place.path}", self.recorder) if value is None else value
 
@@ -177,15 +177,15 @@ class OgAttribute(OgHandle):
         return True
 
     def get_name(self) -> str:
-        """The full name."""
+        """Return the full name."""
         return self.place.name
 
     def get_path(self) -> str:
-        """The path in USD."""
+        """Return the path in USD."""
         return self.place.path
 
     def get_node(self) -> OgNode:
-        """The node of the attribute."""
+        """Return the node of the attribute."""
         return OgNode(self.recorder, self.place.graph, self.place.node)
 
     def connect(self, other: OgAttribute, *_: Any) -> bool:
@@ -199,23 +199,23 @@ class OgAttribute(OgHandle):
         return True
 
     def get_upstream_connections(self) -> list[OgAttribute]:
-        """Attributes wired into this one."""
+        """Return the attributes wired into this one."""
         return [OgAttribute(self.recorder, place) for place in self.recorder.upstream(self.place)]
 
     def get_upstream_connection_count(self) -> int:
-        """Number of upstream connections."""
+        """Return the number of upstream connections."""
         return len(self.get_upstream_connections())
 
     def get_downstream_connection_count(self) -> int:
-        """Number of downstream connections."""
+        """Return the number of downstream connections."""
         return len(self.get_downstream_connections())
 
     def is_connected(self, other: OgAttribute) -> bool:
-        """Whether a wire leads from it to another one."""
+        """Return whether a wire leads to another attribute."""
         return other.place in self.recorder.downstream(self.place)
 
     def get_downstream_connections(self) -> list[OgAttribute]:
-        """Attributes that this one is wired to."""
+        """Return the attributes to which this one is wired."""
         return [OgAttribute(self.recorder, place) for place in self.recorder.downstream(self.place)]
 
     def set_resolved_type(self, *_: Any) -> None:
@@ -231,7 +231,7 @@ class OgVariable(OgHandle):
         self.recorder, self.graph, self.name = recorder, graph, name
 
     def get(self, *_: Any) -> Any:
-        """The default value."""
+        """Return the default value."""
         return self.graph.variables[self.name].data
 
     def set(self, _: Any, value: Any, *__: Any) -> bool:

@@ -15,12 +15,12 @@ from graphengine.isaac.recorded_graph import RecordedGraph
 
 
 def edited_graph(recorder: GraphRecorder, graph_id: Any) -> RecordedGraph:
-    """The graph that an edit is for; made where there is none yet."""
+    """Return the graph to edit; it is created if it does not exist."""
     if isinstance(graph_id, OgGraph):
         return graph_id.graph
     if isinstance(graph_id, Mapping):
         if "graph_path" not in graph_id:
-            raise OmniGraphError("no graph_path for the graph")
+            raise OmniGraphError("the graph needs a graph_path")
         stage = graph_id.get("pipeline_stage", GraphPipelineStage.GRAPH_PIPELINE_STAGE_SIMULATION)
         evaluator = graph_id.get("evaluator_name", "push")
         return recorder.create_graph(str(graph_id["graph_path"]), evaluator, stage_of(stage))
@@ -31,7 +31,7 @@ def edited_graph(recorder: GraphRecorder, graph_id: Any) -> RecordedGraph:
 
 
 def graph_at(recorder: GraphRecorder, graph_id: Any) -> OgGraph | None:
-    """A graph by its path; None where there is none."""
+    """Return a graph by its path; None if there is none."""
     if isinstance(graph_id, OgGraph):
         return graph_id
     found = recorder.graph_at(str(graph_id))
@@ -39,7 +39,7 @@ def graph_at(recorder: GraphRecorder, graph_id: Any) -> OgGraph | None:
 
 
 def graph_above(recorder: GraphRecorder, path: str) -> RecordedGraph:
-    """The graph that a path leads into.
+    """Return the graph that contains a path.
 
     Raises:
         OmniGraphError: there is none.
@@ -51,7 +51,7 @@ def graph_above(recorder: GraphRecorder, path: str) -> RecordedGraph:
 
 
 def node_at(recorder: GraphRecorder, node_id: Any, graph_id: Any, known: Mapping[str, Any]) -> OgNode:
-    """A node by its path, by its name in a graph or among those known, or by `(name, graph)`.
+    """Return a node by its path, by its name in a graph or among known nodes, or by `(name, graph)`.
 
     Raises:
         OmniGraphError: there is none.
@@ -71,12 +71,12 @@ def node_at(recorder: GraphRecorder, node_id: Any, graph_id: Any, known: Mapping
 
 
 def is_hidden(recorder: GraphRecorder, spec: Any) -> bool:
-    """Whether something is named by what only Omniverse knows."""
+    """Return whether something is identified by a value that only Omniverse knows."""
     return is_unknown(recorder.meant(spec) if isinstance(spec, str) else spec)
 
 
 def place_at(recorder: GraphRecorder, spec: Any, node_id: Any, graph_id: Any, known: Mapping[str, Any]) -> Place:
-    """The attribute that a path, a handle, or a name with a node means."""
+    """Return the attribute given by a path, a handle, or a name with a node."""
     if isinstance(spec, OgAttribute):
         return spec.place
     if isinstance(spec, Sequence) and not isinstance(spec, str) and len(spec) in (2, 3):

@@ -1,4 +1,4 @@
-"""Parses paths, attributes, types and pipeline stages that OmniGraph's calls take."""
+"""Parses paths, attributes, types and pipeline stages in calls of OmniGraph."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ SIDES = ("inputs:", "outputs:", "state:")
 
 
 class OmniGraphError(Exception):
-    """A call that OmniGraph refuses too; a script may catch it."""
+    """A call that OmniGraph would also refuse; the script may catch the error."""
 
 
 class NotThereError(OmniGraphError):
-    """A call about a graph or node that the script did not make; a USD file that it opens may hold it."""
+    """A call about a graph or node that the script did not create; a USD file that it opens may contain it."""
 
 
 def checked(name: Any, what: str) -> str:
-    """Return a name, path or type that a script gave, if it is valid.
+    """Return a name, path or type from a script if it is valid.
 
     Raises:
-        OmniGraphError: it is none that a person could have written.
+        OmniGraphError: it is not valid.
     """
     if not isinstance(name, str) or not name.strip("/") or len(name) > MAX_NAME or not name.isprintable():
         raise OmniGraphError(f"expected {what}, got {shown(name)}")
@@ -34,32 +34,32 @@ def checked(name: Any, what: str) -> str:
 
 
 def absolute(path: str) -> str:
-    """The path of a prim, without a trailing slash."""
+    """Return the path of a prim without a trailing slash."""
     return "/" + checked(path, "the path of a prim").strip("/")
 
 
 def split_attribute(path: str) -> tuple[str, str]:
-    """Node and name of `Node.inputs:x`, which old scripts write `Node/inputs:x`."""
+    """Return node and name of `Node.inputs:x`, which old scripts write as `Node/inputs:x`."""
     node, dot, name = path.rpartition(".")
     if not dot:
         node, _, name = path.rpartition("/")
         name = name if name.startswith(SIDES) else ""
     if not node or not name:
-        raise OmniGraphError(f"{path!r} is no attribute; write 'Node.inputs:x'")
+        raise OmniGraphError(f"{path!r} is not an attribute; write 'Node.inputs:x'")
     return node, name
 
 
 def full_name(name: str) -> str:
-    """The name of an attribute: a bundle's is that of a prim, `outputs_bundle`."""
+    """Return the name of an attribute; a bundle's is that of a prim, `outputs_bundle`."""
     return f"outputs:{name[8:]}" if name.startswith("outputs_") else name
 
 
 def type_name(type: Any) -> str:
-    """OmniGraph's name of a type: `(type, port type)` and lists of alternatives are allowed.
+    """Return OmniGraph's name of a type; `(type, port type)` and lists of alternatives are allowed.
 
     Raises:
-        OmniGraphError: it is no type.
-        UnknownError: only Omniverse knows it.
+        OmniGraphError: it is not a type.
+        UnknownError: only Omniverse knows the type.
     """
     if isinstance(type, str) or is_unknown(type):
         return str(plain_data(type))
@@ -74,10 +74,10 @@ def type_name(type: Any) -> str:
 
 
 def stage_of(value: Any) -> PipelineStage:
-    """The pipeline stage of an enumerator or of a USD token.
+    """Return the pipeline stage for an enumerator or a USD token.
 
     Raises:
-        OmniGraphError: it is none.
+        OmniGraphError: there is no such stage.
     """
     stage = pipeline_stage(str(getattr(value, "name", value)))
     if stage is None:
@@ -86,6 +86,6 @@ def stage_of(value: Any) -> PipelineStage:
 
 
 def items(commands: Any) -> Iterable[Any]:
-    """The items below a key of an edit, as a list even if there is one."""
+    """Return the items of an edit's key as a list, even if there is only one."""
     several = isinstance(commands, tuple) and commands and isinstance(commands[0], tuple | list)
     return list(commands) if several or isinstance(commands, list) else [commands]

@@ -1,4 +1,4 @@
-"""Types as in `omni.graph.core`: of values, by base type, count, array depth and role, and of nodes."""
+"""Types of values (base type, count, array depth and role) and of nodes, as in `omni.graph.core`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ BaseDataType = enum.IntEnum(
 
 
 class AttributeRole(enum.IntEnum):
-    """What a value means."""
+    """Stub of `og.AttributeRole`: the meaning of a value."""
 
     NONE = 0
     VECTOR = 1
@@ -37,7 +37,7 @@ class AttributeRole(enum.IntEnum):
 
 
 class AttributePortType(enum.IntEnum):
-    """On which side of a node an attribute is."""
+    """Stub of `og.AttributePortType`: the side of a node on which an attribute is."""
 
     ATTRIBUTE_PORT_TYPE_INPUT = 0
     ATTRIBUTE_PORT_TYPE_OUTPUT = 1
@@ -55,7 +55,7 @@ _BASES = ("timecode", "execution", "objectId", "bundle", "target", *_OF_LETTERS)
 
 @dataclass(unsafe_hash=True)
 class Type:
-    """`og.Type`."""
+    """Stub of `og.Type`."""
 
     base_type: BaseDataType
     tuple_count: int = 1
@@ -63,7 +63,7 @@ class Type:
     role: AttributeRole = AttributeRole.NONE
 
     def get_ogn_type_name(self) -> str:
-        """As `.ogn` files write it, such as `double[3]`."""
+        """Return the type as in `.ogn` files, such as `double[3]`."""
         base = "target" if self.base_type == BaseDataType.RELATIONSHIP else BaseDataType(self.base_type).name.lower()
         role = AttributeRole(self.role).name.lower()
         role = _OGN_NAMES.get(role, role)
@@ -74,11 +74,11 @@ class Type:
 
 
 class AttributeType:
-    """`og.AttributeType`, of which scripts use one function."""
+    """Stub of `og.AttributeType`, of which scripts use one function."""
 
     @staticmethod
     def type_from_ogn_type_name(name: str) -> str:
-        """The type of a name, which the name is here."""
+        """Return the type with a name; here the name itself."""
         return name
 
 
@@ -87,14 +87,14 @@ TYPES = (Type, BaseDataType, AttributeRole, AttributePortType, AttributeType)
 
 
 class NodeType(str):
-    """A type of nodes, which is its name as well."""
+    """A node type, which is also its name."""
 
     __slots__ = ()
 
     def get_node_type(self) -> str:
-        """Its name."""
+        """Return the name of the type."""
         return str(self)
 
     def is_valid(self) -> bool:
-        """Whether there is one."""
+        """Return whether the type exists."""
         return True

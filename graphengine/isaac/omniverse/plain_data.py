@@ -1,4 +1,4 @@
-"""Converts a script's values to plain data: those of USD, numpy and Python."""
+"""Converts a script's values from USD, numpy and Python to plain data."""
 
 from __future__ import annotations
 
@@ -20,30 +20,30 @@ _UNKNOWN = "<unknown: "
 
 
 def unknown(what: str) -> str:
-    """The text that stands for something that only Omniverse knows."""
+    """Return a text that stands for a value that only Omniverse knows."""
     return f"{_UNKNOWN}{what}>"
 
 
 def is_unknown(value: Any) -> bool:
-    """Whether something, or a part of a text, is what only Omniverse knows."""
+    """Return whether a value, or a part of a text, is only known to Omniverse."""
     return _UNKNOWN in value if isinstance(value, str) else bool(getattr(type(value), "is_unknown", False))
 
 
 class UnknownError(Exception):
-    """A value that cannot be known without Omniverse, or that no attribute can hold; says why."""
+    """A value that only Omniverse knows, or that no attribute can hold; the message gives the reason."""
 
 
 def plain_data(value: Any) -> Any:
-    """None, bool, int, float, str, or lists of them.
+    """Convert a value to None, bool, int, float, str, or lists of them.
 
     Raises:
-        UnknownError: it is nothing of the kind.
+        UnknownError: the value cannot be converted.
     """
     return _Reading().plain(value, 0)
 
 
 class _Reading:
-    """Of one value."""
+    """The conversion of one value."""
 
     def __init__(self) -> None:
         self.items = 0
@@ -51,7 +51,7 @@ class _Reading:
     def plain(self, value: Any, depth: int) -> Any:
         self.count(1)
         if depth > MAX_DEPTH:
-            raise UnknownError("it is nested too deep")
+            raise UnknownError("it is nested too deeply")
         if value is None or isinstance(value, bool):
             return value
         if isinstance(value, int):
@@ -69,7 +69,7 @@ class _Reading:
         meant = getattr(type(value), "plain_data", None)
         if meant is None:
             kind = shown(value) if isinstance(value, dict) else type(value).__name__
-            raise UnknownError(f"no attribute holds {kind}")
+            raise UnknownError(f"an attribute cannot hold {kind}")
         return self.plain(meant(value), depth + 1)
 
     def count(self, items: int) -> None:
@@ -80,7 +80,7 @@ class _Reading:
 
 def _whole(value: int) -> int:
     if not -(2**63) <= value < 2**64:
-        raise UnknownError("it is no number of 64 bits")
+        raise UnknownError("it is not a 64 bit number")
     return value
 
 
@@ -90,5 +90,5 @@ def _text(value: str) -> str:
     if len(value) > MAX_TEXT:
         raise UnknownError(f"it has more than {MAX_TEXT} characters")
     if any("\ud800" <= character <= "\udfff" for character in value):
-        raise UnknownError("it is no text")
+        raise UnknownError("it is not text")
     return str(value)

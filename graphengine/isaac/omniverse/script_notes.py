@@ -1,4 +1,4 @@
-"""What a script does besides building graphs, and what it asks for that only Omniverse knows."""
+"""What a script does besides building graphs, and the unknown values that it uses."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ MAX_PASSED_OVER = 1000
 
 
 class EndlessError(BaseException):
-    """Ends a script that loops without end; scripts are not meant to catch it."""
+    """Ends a script that loops without end; scripts should not catch it."""
 
 
 class ScriptNotes:
     """Notes on the run of a script.
 
     Args:
-        where: gives places in the script.
-        stack: gives its current call.
-        assumed: whether what a script asks for, and did not make, is taken to be there.
+        where: returns the current place in the script.
+        stack: returns the current call of the script.
+        assumed: whether to assume that objects exist which the script uses but did not create.
     """
 
     def __init__(self, where: Where, stack: Stack, *, assumed: bool) -> None:
@@ -58,33 +58,33 @@ class ScriptNotes:
         """Numbers of the arguments with which stubs were called, by the name that the results would share."""
 
     def idle(self) -> None:
-        """Count a call that builds nothing, and end a script that goes on without end."""
+        """Count a call that builds nothing, and end a script that repeats such calls without end."""
         self.idle_calls += 1
         if self.idle_calls > MAX_CALLS or self.frames.number > MAX_FRAMES:
             raise EndlessError
 
     def draw(self) -> None:
-        """Draw a frame, which builds nothing."""
+        """Render a frame, which builds nothing."""
         self.idle()
         self.frames.draw()
 
     def leave_out(self, message: str, hint: str = "", *help: str) -> None:
-        """Report something that the graphs will lack."""
+        """Report a part that the graphs will lack."""
         self.findings.add("W302", message, self.where(hint), *help)
 
     @contextmanager
     def leaving_out_unknown(self, what: str, hint: str, *help: str) -> Iterator[None]:
-        """Report what is left out because only Omniverse knows its value."""
+        """Return a context that reports a part which is left out because only Omniverse knows its value."""
         try:
             yield
         except UnknownError as error:
             self.leave_out(f"{what} cannot be told: {error}", hint, *help)
 
     def pass_over(self, what: str, *help: str) -> None:
-        """Report once something that a script does besides building graphs."""
+        """Report once an action of the script that does not build graphs."""
         if what not in self._told and len(self._told) < MAX_PASSED_OVER:
             self._told.add(what)
-            self.findings.add("N302", f"{what} belongs to no graph and is left out", self.where(""), *help)
+            self.findings.add("N302", f"{what} does not belong to a graph and is left out", self.where(""), *help)
 
     def search(self, what: str) -> None:
         """Note that the script iterates over items that only Omniverse knows; graphs it builds next may be incomplete."""
@@ -94,20 +94,20 @@ class ScriptNotes:
             self._searches.append((what, place))
 
     def tell_apart(self, name: str, given: Any) -> str:
-        """The name of a call's or an item's stub, numbered by its arguments."""
+        """Return the name of the stub for a call or an item, numbered by its arguments."""
         known = self._alike.setdefault(name, {})
         number = known.setdefault(given, len(known) + 1)
         return name if number == 1 else f"{name[:-1]}#{number}{name[-1]}"
 
     def report_searches(self) -> None:
-        """Report the searches that what the script makes now may depend on."""
+        """Report the searches on which the part that the script builds now may depend."""
         for what, place in self._searches:
             lost = f"the script looks through {what}, which is empty here: what it finds there is left out"
             self.findings.add("W302", lost, place)
         self._searches.clear()
 
     def holds(self, name: str, said: str = "it to be true") -> bool:
-        """Whether the user assumes that a prim or file exists, or that a stub is true."""
+        """Return whether the user assumes that a prim or file exists, or that a stub is true."""
         if name not in self.prims and (place := self.where("")):
             self.missed.setdefault((place.source.path, place.line), {})[name] = said
         return name in self.prims

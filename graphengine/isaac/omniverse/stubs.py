@@ -1,7 +1,7 @@
-"""Stubs for everything in Omniverse that builds no graphs: they can be called, read and set, and do nothing.
+"""Stubs for everything in Omniverse that does not build graphs: they can be called, read and set, and do nothing.
 
-A stub is false and empty, so that loops over it and loops that wait for it end; taken apart it gives as many as are wanted.
-It is no number: what is computed of it, `max(0.0, …)` too, is a stub, so that no value is invented.
+A stub is false and empty, so that loops over it and loops that wait for it end; unpacking gives any number of stubs. Numbers
+computed from a stub, such as `max(0.0, …)`, are stubs too, so that no value is invented.
 """
 
 from __future__ import annotations
@@ -52,18 +52,18 @@ _UNPACK = dis.opmap["UNPACK_SEQUENCE"]
 
 
 class StubObject:
-    """An object of Omniverse, under the name by which a script reached it."""
+    """A stub of an Omniverse object; it has the name by which the script reached the object."""
 
     is_unknown = True
 
     def __new__(cls, name: str, recorder: ScriptNotes) -> Any:
-        """Make an instance of a class whose name reads well in Python's error messages."""
+        """Create an instance of a class whose name is readable in Python's error messages."""
         made = super().__new__(_named(cls, _CALLS.sub("", name)))  # type: ignore[arg-type]
         made.__dict__.update(_name=name, _recorder=recorder)
         return made
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
-        """Do nothing: a script may call the `__init__` of a base class that a stub stands for."""
+        """Do nothing; scripts may call the `__init__` of a base class that is a stub."""
 
     def __getattr__(self, name: str) -> Any:
         return member(self._name, name, self._recorder)
@@ -166,7 +166,7 @@ class StubObject:
 
 
 def of_unknown(function: Any) -> Any:
-    """What a script calls; for a function of numbers, one that gives the first stub among its arguments."""
+    """Return a function for scripts; a numeric function returns the first stub among its arguments, if there is one."""
     if not callable(function) or type(function).__module__ not in ("builtins", "numpy"):
         return function
     module = str(getattr(function, "__module__", None) or type(function).__module__).partition(".")[0]
@@ -183,7 +183,7 @@ def of_unknown(function: Any) -> Any:
 
 
 def _stubs(values: Any, depth: int) -> Iterator[StubObject]:
-    """Stubs among values, and in lists of them."""
+    """Yield the stubs among values, and in lists of them."""
     for value in values if depth else ():
         if isinstance(value, StubObject):
             yield value
@@ -197,36 +197,36 @@ def _named(cls: type[StubObject], name: str) -> type[StubObject]:
 
 
 def _unpacked(frame: FrameType) -> int:
-    """Number of targets if a frame is about to unpack, as in `a, b = …`; else 0."""
+    """Return the number of targets if a frame is about to unpack, as in `a, b = …`; else 0."""
     code, at = frame.f_code.co_code, frame.f_lasti
     return code[at + 1] if code[at] == _UNPACK else 0
 
 
 def _comparable(value: Any) -> Any:
-    """A key that distinguishes stubs of calls with different arguments; None for other types."""
+    """Return a key that distinguishes stubs of calls with different arguments; None for other types."""
     return value if isinstance(value, str | int | float) else str(value) if isinstance(value, StubObject) else None
 
 
 def member(owner: str, name: str, recorder: ScriptNotes) -> Any:
-    """A stub for an unknown member of an owner; names such as `__len__` are Python's own and have none.
+    """Return a stub for an unknown member; special names such as `__len__` raise AttributeError.
 
-    An `og` that comes from somewhere else is OmniGraph too.
+    An `og` from another module is also OmniGraph's.
     """
     if name.startswith("__"):
         raise AttributeError(name)
     if name == "og":
-        recorder.findings.add("N302", f"{owner}.og is taken to be omni.graph.core", recorder.where(""))
+        recorder.findings.add("N302", f"{owner}.og is assumed to be omni.graph.core", recorder.where(""))
         return recorder.modules["omni.graph.core"]
     return StubObject(f"{owner}.{name}", recorder)
 
 
 class StubBase:
-    """Base of a class that a script derives from one of Omniverse."""
+    """Base of script classes that derive from an Omniverse class."""
 
     _recorder: ScriptNotes
 
     def __init_subclass__(cls) -> None:
-        """Add stubs for what methods ask of `super()`, which calls no `__getattr__`."""
+        """Add stubs for methods that are called through `super()`, which does not use `__getattr__`."""
         base = next(one for one in cls.__mro__ if "_recorder" in vars(one))
         codes = (getattr(member, "__code__", None) for member in vars(cls).values())
         names = {name for code in codes if code and "super" in code.co_names for name in code.co_names}
@@ -257,7 +257,7 @@ def told(recorder: ScriptNotes, name: str) -> None:
 
 
 class Builtins(dict[str, Any]):
-    """Names that a script uses without defining them: after `from m import *` of a missing module they are stubs."""
+    """The built-in names of a script; after `from m import *` of a missing module, undefined names are stubs."""
 
     recorder: ScriptNotes
 
@@ -268,7 +268,7 @@ class Builtins(dict[str, Any]):
 
 
 class StubModule(ModuleType):
-    """A module of stubs, apart from its given members and known submodules."""
+    """A module whose members are stubs, except for given members and known submodules."""
 
     def __init__(
         self, name: str, recorder: ScriptNotes, known: Mapping[str, ModuleType], members: Mapping[str, Any] = {}

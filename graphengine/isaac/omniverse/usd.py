@@ -1,4 +1,4 @@
-"""Stubs of the stage of `pxr` and `usdrt`, which knows prims of graphs and nodes only."""
+"""Stubs of the stage of `pxr` and `usdrt`, which knows only prims of graphs and nodes."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ class Property:
         return self.Set([])
 
     def Get(self, *_: Any) -> Any:
-        """The value that was set."""
+        """Return the value that was set."""
         if self.name == NAMESPACE:
             return self.prim.recorder.namespaces.get(self.prim.path)
         place = self.prim.place(self.name)
         return self.prim.recorder.value(place) if place else None
 
     def GetTargets(self) -> list[Any]:
-        """Prims that the relationship targets."""
+        """Return the prims that the relationship targets."""
         value = self.Get()
         return [SdfPath(path) for path in (value if isinstance(value, list) else [])]
 
@@ -55,7 +55,7 @@ class Property:
         return True
 
     def IsValid(self) -> bool:
-        """Whether the property exists."""
+        """Return whether the property exists."""
         return self.prim.IsValid()
 
     __bool__ = IsValid
@@ -65,11 +65,11 @@ class Property:
 
 
 class UsdPrim:
-    """A prim of the stage: a recorded graph or node, or any other, known by its path only.
+    """A prim of the stage: a recorded graph or node, or any other prim, of which only the path is known.
 
     Args:
-        path: where it is.
-        recorder: knows graphs and nodes.
+        path: path of the prim.
+        recorder: recorder with the graphs and nodes.
     """
 
     def __init__(self, path: Any, recorder: GraphRecorder) -> None:
@@ -77,48 +77,48 @@ class UsdPrim:
         self.recorder = recorder
 
     def IsValid(self) -> bool:
-        """Whether the prim exists."""
+        """Return whether the prim exists."""
         return self.recorder.exists(str(self.path))
 
     __bool__ = IsValid
 
     def GetPath(self) -> SdfPath:
-        """The path."""
+        """Return the path."""
         return self.path
 
     GetPrimPath = GetPath
 
     def GetPrim(self) -> UsdPrim:
-        """The prim itself; schemas have the same method."""
+        """Return the prim itself; schemas have the same method."""
         return self
 
     def GetName(self) -> str:
-        """The last part of its path."""
+        """Return the last part of the path."""
         return self.path.name
 
     def GetParent(self) -> UsdPrim:
-        """The prim above it."""
+        """Return the parent prim."""
         return UsdPrim(self.path.GetParentPath(), self.recorder)
 
     def GetChild(self, name: str) -> UsdPrim:
-        """A prim below it."""
+        """Return a child prim."""
         return UsdPrim(self.path.AppendChild(name), self.recorder)
 
     def GetAttribute(self, name: str, *_: Any, **__: Any) -> Property:
-        """An attribute; methods that create one take its type and more."""
+        """Return an attribute; methods that create one also take a type and more."""
         return Property(self, name)
 
     GetRelationship = GetProperty = CreateAttribute = CreateRelationship = GetAttribute
 
     def place(self, name: str) -> Place | None:
-        """The recorded attribute of a node; None on other prims."""
+        """Return the recorded attribute of a node; None for other prims."""
         found = self.recorder.graph_of(self.path)
         if found is None or found[1] not in found[0].nodes:
             return None
         return Place(found[0], found[1], name)
 
     def set_property(self, name: str, value: Any) -> None:
-        """Set a namespace, or an attribute of a node or graph; other properties belong to no graph."""
+        """Set a namespace, or an attribute of a node or graph; other properties do not belong to graphs."""
         place, found = self.place(name), self.recorder.graph_of(self.path)
         if name == NAMESPACE:
             self._set_namespace(value)
@@ -141,7 +141,7 @@ class UsdPrim:
                 self.recorder.namespaces[path] = namespace
 
     def plain_data(self) -> str:
-        """The path."""
+        """Return the path."""
         return str(self.path)
 
     def __getattr__(self, name: str) -> Any:
@@ -149,13 +149,13 @@ class UsdPrim:
 
 
 class UsdStage:
-    """The stage, which knows graphs and nodes only."""
+    """The stage, which knows only graphs and nodes."""
 
     def __init__(self, recorder: GraphRecorder) -> None:
         self.recorder = recorder
 
     def GetPrimAtPath(self, path: Any) -> UsdPrim:
-        """The prim at a path."""
+        """Return the prim at a path."""
         return UsdPrim(path, self.recorder)
 
     def DefinePrim(self, path: Any, type: str = "") -> UsdPrim:
@@ -174,14 +174,14 @@ class UsdStage:
     OverridePrim = DefinePrim
 
     def GetPropertyAtPath(self, path: Any) -> Property:
-        """The property at a path."""
+        """Return the property at a path."""
         prim, _, name = str(path).partition(".")
         return Property(UsdPrim(prim, self.recorder), name)
 
     GetAttributeAtPath = GetRelationshipAtPath = GetPropertyAtPath
 
     def RemovePrim(self, path: Any) -> bool:
-        """Remove a graph or a node; other prims are not known."""
+        """Remove a graph or a node; other prims are unknown."""
         self.recorder.prims.discard(str(path))
         try:
             self.recorder.remove(absolute(str(path)))
@@ -190,12 +190,12 @@ class UsdStage:
         return True
 
     def GetDefaultPrim(self) -> UsdPrim:
-        """Isaac Sim's default prim of a new stage."""
+        """Return the default prim of a new stage in Isaac Sim."""
         self.recorder.prims.add("/World")
         return UsdPrim("/World", self.recorder)
 
     def Traverse(self) -> Iterator[UsdPrim]:
-        """Prims of all recorded graphs and nodes."""
+        """Return the prims of all recorded graphs and nodes."""
         self.recorder.search("the stage")
         for graph in list(self.recorder.graphs.values()):
             for path in (graph.path, *(f"{graph.path}/{name}" for name in graph.nodes)):
@@ -206,7 +206,7 @@ class UsdStage:
 
 
 class Schema(StubObject):
-    """A class of `pxr.UsdGeom` such as `Xform`; instances are prims."""
+    """Stub of a class of `pxr.UsdGeom` such as `Xform`; instances are prims."""
 
     def __init__(self, name: str, stage: UsdStage) -> None:
         self.__dict__.update(_recorder=stage.recorder, _stage=stage)
@@ -220,5 +220,5 @@ class Schema(StubObject):
         return self._stage.DefinePrim(path)  # type: ignore[no-any-return]
 
     def Get(self, _: Any, path: Any) -> UsdPrim:
-        """The prim at a path."""
+        """Return the prim at a path."""
         return self._stage.GetPrimAtPath(path)  # type: ignore[no-any-return]

@@ -12,7 +12,7 @@ _SEVERAL = (Sequence, np.ndarray)
 
 
 class SdfPath(str):
-    """`Sdf.Path`; also a string."""
+    """Stub of `Sdf.Path`; also a string."""
 
     __slots__ = ()
 
@@ -35,7 +35,7 @@ class SdfPath(str):
 
     @staticmethod
     def IsValidPathString(path: str, *_: Any) -> bool:
-        """Whether a text is not empty; the importer of graphs reports malformed paths."""
+        """Return whether a text is not empty; malformed paths are reported later."""
         return bool(path)
 
     def IsAbsolutePath(self) -> bool:
@@ -43,7 +43,7 @@ class SdfPath(str):
         return self.startswith("/")
 
     def HasPrefix(self, prefix: str) -> bool:
-        """Whether another path is this one or above it."""
+        """Return whether another path is this one or above it."""
         return prefix == "/" or self == prefix or self.startswith(f"{prefix}/")
 
     def GetParentPath(self) -> SdfPath:
@@ -70,13 +70,13 @@ class SdfPath(str):
 
 
 class Vector(tuple[float, ...]):
-    """`Gf.Vec3d` and the like; also a tuple."""
+    """Stub of `Gf.Vec3d` and similar classes; also a tuple."""
 
     __slots__ = ()
     size = 3
 
     def __new__(cls, *values: Any) -> Self:
-        """From numbers, a sequence of numbers, one number for all components, or zero."""
+        """Create a vector from numbers, a sequence of numbers, one number for all components, or zero."""
         many = tuple(values[0]) if len(values) == 1 and isinstance(values[0], _SEVERAL) else values
         return super().__new__(cls, (many or (0.0,)) * cls.size if len(many) < 2 else many)
 
@@ -87,7 +87,7 @@ class Vector(tuple[float, ...]):
         return type(self)([a - b for a, b in zip(self, other, strict=True)])
 
     def __mul__(self, factor: Any) -> Any:
-        """Scale by a number, or the dot product of two vectors."""
+        """Return the vector scaled by a number, or the dot product of two vectors."""
         if isinstance(factor, Sequence):
             return self.GetDot(factor)
         return type(self)([value * factor for value in self])
@@ -124,7 +124,7 @@ class Vector4(Vector):
 
 
 class Quaternion:
-    """`Gf.Quatd` and the like, scalar first."""
+    """Stub of `Gf.Quatd` and similar classes, scalar first."""
 
     def __init__(self, real: float = 1.0, *imaginary: Any) -> None:
         self.real = real
@@ -132,7 +132,7 @@ class Quaternion:
 
     @classmethod
     def GetIdentity(cls) -> Quaternion:
-        """No rotation."""
+        """Return the quaternion without rotation."""
         return cls(1.0, 0.0, 0.0, 0.0)
 
     def GetReal(self) -> float:
@@ -144,12 +144,12 @@ class Quaternion:
         return self.imaginary
 
     def plain_data(self) -> list[float]:
-        """In OmniGraph's order: x, y, z, w."""
+        """Return the components in OmniGraph's order: x, y, z, w."""
         return [*self.imaginary, self.real]
 
 
 class Matrix:
-    """`Gf.Matrix4d` and the like, from its numbers, its rows, or one number for the diagonal."""
+    """Stub of `Gf.Matrix4d` and similar classes, created from its numbers, its rows, or one number for the diagonal."""
 
     size = 4
 
@@ -168,7 +168,7 @@ class Matrix:
         return self
 
     def plain_data(self) -> list[list[float]]:
-        """All numbers, by rows."""
+        """Return all numbers, row by row."""
         return self.rows
 
 

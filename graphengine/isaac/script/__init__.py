@@ -1,5 +1,5 @@
-"""Importing Isaac Sim scripts that build graphs.
+"""Imports Isaac Sim scripts that build graphs.
 
-`script_reader` asks the confined `script_process`, which evaluates literals (`static_evaluation`) or runs the script
+`script_reader` starts the confined `script_process`, which evaluates literals (`static_evaluation`) or runs the script
 (`script_run`).
 """

@@ -1,4 +1,4 @@
-"""Functions and methods of a script that build graphs, directly or by calls."""
+"""Finds the functions and methods of a script that build graphs, directly or by calls."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class Builder(NamedTuple):
     """A function or method that builds graphs.
 
     Attributes:
-        name: by which it is called; of `__init__` that of its class.
-        text: how it is called, with its arguments, such as `Robot(path).build(rate=2)`.
+        name: name by which it is called; for `__init__`, that of its class.
+        text: example call with its arguments, such as `Robot(path).build(rate=2)`.
         calls: names that it calls.
         node: its definition.
     """
@@ -29,7 +29,7 @@ class Builder(NamedTuple):
 
 
 def builders(*trees: ast.Module, foreign: Collection[str] = ()) -> list[Builder]:
-    """All of a script and of the modules beside it; functions of foreign modules build no graphs."""
+    """Return all builders in a script and the modules beside it; functions of foreign modules do not build graphs."""
     functions = [function for tree in trees for node in tree.body for function in _functions(node, foreign)]
     building: list[Builder] = []
     while True:
@@ -41,14 +41,14 @@ def builders(*trees: ast.Module, foreign: Collection[str] = ()) -> list[Builder]
 
 
 def entries(tree: ast.Module, foreign: Collection[str]) -> list[Builder]:
-    """Those that no other one calls."""
+    """Return the builders that no other builder calls."""
     building = builders(tree, foreign=foreign)
     called = {name for builder in building for name in builder.calls - {builder.name}}
     return [builder for builder in building if builder.name not in called] or building
 
 
 def handed_over(tree: ast.Module) -> set[str]:
-    """Names that a script uses without calling them here and now, as it does of functions that something else is to call."""
+    """Return names that a script uses without calling them directly, such as functions that it passes on as callbacks."""
     nodes, later = list(ast.walk(tree)), _in_lambdas(tree)
     made = {id(node.func) for node in nodes if isinstance(node, ast.Call) and id(node) not in later}
     used = (node for node in nodes if isinstance(node, ast.Name | ast.Attribute) and id(node) not in made)
@@ -56,7 +56,7 @@ def handed_over(tree: ast.Module) -> set[str]:
 
 
 def called(call: ast.AST, foreign: Collection[str] = ()) -> str:
-    """The last name of what is called; empty for anything but a call, and for a function of a foreign module."""
+    """Return the last name of the called function; empty for other expressions and for functions of foreign modules."""
     function = getattr(call, "func", None)
     owner = getattr(function, "value", function)
     if getattr(owner, "id", "") in foreign:
@@ -65,7 +65,7 @@ def called(call: ast.AST, foreign: Collection[str] = ()) -> str:
 
 
 def _functions(node: ast.stmt, foreign: Collection[str], owner: str = "", instance: str = "") -> Iterator[Builder]:
-    """Functions and methods in a statement of a module or of a class, of which `instance` makes an instance."""
+    """Yield the functions and methods in a statement of a module or class; `instance` is the code that creates an instance."""
     if isinstance(node, ast.ClassDef):
         start = next((part for part in node.body if isinstance(part, Function) and part.name == "__init__"), None)
         for part in node.body:
@@ -82,10 +82,10 @@ def _functions(node: ast.stmt, foreign: Collection[str], owner: str = "", instan
 
 
 def _in_lambdas(tree: ast.AST) -> set[int]:
-    """Identities of the parts that run only when a lambda is called."""
+    """Return the ids of syntax nodes that run only when a lambda is called."""
     return {id(part) for node in ast.walk(tree) if isinstance(node, ast.Lambda) for part in ast.walk(node)}
 
 
 def _arguments(function: Function, first: int) -> str:
-    """Arguments of a function from the one of a number on."""
+    """Return the arguments of a function, starting with the given one."""
     return ast.unparse(ast.arguments(**{**vars(function.args), "args": function.args.args[first:]}))

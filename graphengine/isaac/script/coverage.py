@@ -1,4 +1,4 @@
-"""Statement coverage of a script: finds graph-building calls that a condition or an error skipped."""
+"""Statement coverage of a script: finds graph-building calls that were skipped because of a condition or an error."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
 
 
 def marked(text: str | bytes, path: str, *, forgiving: type[ast.AST] | None = None) -> ast.Module:
-    """A script whose statements say that they run, and whose functions of numbers take stubs.
+    """Return a script whose statements record that they run, and whose numeric functions accept stubs.
 
     Args:
-        text: of the script.
-        path: its file.
-        forgiving: owner of the statements behind which it goes on if they fail, which it marks too: a module, or any.
+        text: source code of the script.
+        path: file of the script.
+        forgiving: module, or any, in which the script continues after a statement that fails.
     """
     tree = ast.parse(text, path)
     nodes = list(ast.walk(tree))
@@ -49,9 +49,9 @@ def marked(text: str | bytes, path: str, *, forgiving: type[ast.AST] | None = No
 
 
 def _with_mark(owner: ast.AST, statement: ast.stmt, path: str, forgiving: bool) -> tuple[ast.stmt, ...]:
-    """A statement behind its mark, whose place is that of the loop it is in: there the time is up.
+    """Return a statement after its mark, whose place is that of the loop around it: there the time limit is checked.
 
-    The docstring and the future imports of a module have no mark: no statement may precede such an import.
+    The docstring and future imports of a module have no marks, because no statement may precede such an import.
     """
     mark = _mark(path, statement.lineno, statement.col_offset)
     loops = isinstance(owner, ast.For | ast.AsyncFor | ast.While)
@@ -88,11 +88,11 @@ class Failure(NamedTuple):
     """An expression of a script that raised an error.
 
     Attributes:
-        path: its file.
-        position: its place there.
-        why: names the error.
-        entered: whether the expression is a call that was made.
-        handler: line at which the script caught the error; 0 for one that ended it.
+        path: file of the expression.
+        position: position in the file.
+        why: reason with the error.
+        entered: whether the expression is a call that was started.
+        handler: line at which the script caught the error; 0 if it ended the script.
     """
 
     path: str
@@ -102,21 +102,21 @@ class Failure(NamedTuple):
     handler: int
 
     def keeps(self, call: ast.Call) -> bool:
-        """Whether the error skipped a call that contains the expression."""
+        """Return whether the error skipped a call that contains the expression."""
         first, last = (call.lineno, call.col_offset), (call.end_lineno or 0, call.end_col_offset or 0)
         inside = first <= self.position[:2] and self.position[2:] <= last
         return inside and not (self.entered and self.position == (*first, *last))
 
 
 class Unreached:
-    """Graph-building calls of a script that a condition or an error skipped.
+    """Finds the graph-building calls of a script that were skipped.
 
     Args:
-        script: that was run.
-        ran: which of its statements did.
+        script: script that was run.
+        ran: statements that ran.
         names: functions and methods that build graphs.
         failures: errors of the run.
-        foreign: modules that are not there, nothing of which builds graphs.
+        foreign: missing modules, which do not build graphs.
     """
 
     def __init__(
@@ -131,17 +131,17 @@ class Unreached:
         self._failures = [failure for failure in failures if failure.path == script.source.path]
 
     def ran(self, node: ast.stmt) -> bool:
-        """Whether a statement ran."""
+        """Return whether a statement ran."""
         return (self.script.source.path, node.lineno, node.col_offset) in self._ran
 
     def calls(self) -> Iterator[tuple[ast.Call, Why]]:
-        """The skipped calls."""
+        """Yield the skipped calls with the reasons."""
         for call in self._building(self.script.tree):
             yield from ((call, failure.why) for failure in self._failures if failure.keeps(call))
         yield from self._in(self.script.tree.body, Why())
 
     def _in(self, block: list[ast.stmt], why: Why) -> Iterator[tuple[ast.Call, Why]]:
-        """Calls in a block that is skipped for a reason."""
+        """Yield the calls in a block that is skipped."""
         before: ast.stmt | None = None
         failed: Why | None = None
         for statement in block:
@@ -165,7 +165,7 @@ class Unreached:
                     yield from ((call, why) for call in self._building(statement))
 
     def _left(self, statement: ast.stmt) -> Why:
-        """The reason why the statement behind one that ran did not run."""
+        """Return the reason why the statement after one that ran did not run."""
         exits = _EXITS[:2] if isinstance(statement, ast.For | ast.AsyncFor | ast.While) else _EXITS
         for node in ast.walk(statement):
             if isinstance(node, ast.If) and any(self._leaves(part, exits) for part in ast.walk(node)):
@@ -176,34 +176,34 @@ class Unreached:
         return Why() if left else Why(f"an error at line {statement.lineno}")
 
     def _inside(self, statement: ast.stmt) -> list[Failure]:
-        """Errors within a statement."""
+        """Return the errors within a statement."""
         return [failure for failure in self._failures if holds(statement, failure.position[0])]
 
     def _asking(self, statement: ast.stmt) -> Why | None:
-        """The error that the script caught in a statement's condition, if any."""
+        """Return the error that the script caught in a statement's condition, if any."""
         first = statement.body[0] if isinstance(statement, ast.If) else statement
         start = first.lineno, first.col_offset
         return next((f.why for f in self._inside(statement) if f.handler and f.position[:2] < start), None)
 
     def _leaves(self, node: ast.AST, exits: tuple[type[ast.stmt], ...]) -> bool:
-        """Whether a statement left its block."""
+        """Return whether a statement left its block."""
         ends = isinstance(node, ast.Expr) and called(node.value) in ("exit", "quit")
         return isinstance(node, ast.stmt) and (ends or isinstance(node, exits)) and self.ran(node)
 
     def _building(self, tree: ast.AST) -> Iterator[ast.Call]:
-        """Graph-building calls."""
+        """Yield graph-building calls."""
         for node in ast.walk(tree):
             if isinstance(node, ast.Call) and called(node, self._foreign) in self._names:
                 yield node
 
 
 def holds(statement: ast.stmt, line: int) -> bool:
-    """Whether a line lies in a statement."""
+    """Return whether a line is in a statement."""
     return statement.lineno <= line <= (statement.end_lineno or 0)
 
 
 def asking(tree: ast.Module, line: int) -> list[int]:
-    """Lines that decide the condition at a line: its own, and the assignments of its names."""
+    """Return the lines that determine the condition at a line: its own, and the assignments of its names."""
     nodes = [node for node in ast.walk(tree) if isinstance(node, ast.stmt)]
     asked = next((node for node in nodes if node.lineno == line and _asks(node)), None)
     parts: list[ast.AST] = [getattr(asked, name) for name in ("test", "iter", "subject") if hasattr(asked, name)]
@@ -218,7 +218,7 @@ def asking(tree: ast.Module, line: int) -> list[int]:
 
 
 def _makes(statement: ast.stmt) -> set[str]:
-    """Names that a statement assigns."""
+    """Return the names that a statement assigns."""
     if isinstance(statement, Function):
         return {statement.name}
     targets = getattr(statement, "targets", [getattr(statement, "target", None)])
@@ -226,14 +226,14 @@ def _makes(statement: ast.stmt) -> set[str]:
 
 
 def _asks(statement: ast.stmt) -> bool:
-    """Whether a statement has a condition, which may be that there is something to loop over."""
+    """Return whether a statement has a condition, which may be that a loop has items."""
     if isinstance(statement, ast.If):
         return "__name__" not in ast.unparse(statement.test)
     return isinstance(statement, ast.For | ast.AsyncFor | ast.While | ast.Match)
 
 
 def _inner(statement: ast.stmt, name: str) -> Iterator[list[ast.stmt]]:
-    """Blocks of a statement; what stands behind the `else` of a `try` follows its body."""
+    """Return blocks of a statement; the `else` of a `try` follows its body."""
     part = getattr(statement, name, None)
     if isinstance(statement, ast.Try) and name in ("body", "orelse"):
         yield from [statement.body + statement.orelse] * (name == "body")

@@ -1,4 +1,4 @@
-"""Import hook of scripts: Python's modules, modules in the script's folder, and stubs for the others."""
+"""Import hook for scripts: Python's modules, modules in the script's folder, and stubs for all others."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     """Finds the modules that a script imports.
 
     Args:
-        recorder: told of modules that are not imported.
-        modules: what is known, by name.
-        folders: that may be read: first the one that the script is in.
+        recorder: receives notes on modules that are not imported.
+        modules: known modules by name.
+        folders: readable folders; the first one contains the script.
     """
 
     def __init__(self, recorder: GraphRecorder, modules: Mapping[str, Any], folders: Sequence[str]) -> None:
@@ -46,7 +46,7 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: types.ModuleType | None = None
     ) -> ModuleSpec | None:
-        """The spec of a known module, of a file in the folders, or of a stub."""
+        """Return the spec of a known module, of a file in the folders, or of a stub."""
         if f"{PACKAGE}.".startswith(f"{name}."):
             return self._package(name)
         if name not in self.modules and name.partition(".")[0] not in ROOTS:
@@ -61,13 +61,13 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         return self._stub(name)
 
     def _stub(self, name: str, places: Sequence[str] = ()) -> ModuleSpec:
-        """The spec of a stub package; its submodules may be files."""
+        """Return the spec of a stub package, whose submodules may be files."""
         spec = ModuleSpec(name, self, is_package=True)
         spec.submodule_search_locations = list(places)
         return spec
 
     def _package(self, name: str) -> ModuleSpec:
-        """The script's own package, or one above it; `__init__.py` is run if its folder may be read."""
+        """Return the script's own package or a package above it; `__init__.py` runs if its folder may be read."""
         up = PACKAGE.count(".") - name.count(".")
         folder = os.path.normpath(os.path.join(self.folders[0], *[os.pardir] * up))
         if not any(os.path.commonpath((folder, root)) == root for root in self.folders):
@@ -80,20 +80,20 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         return self._stub(name, [folder])
 
     def _remedy(self, name: str) -> Iterator[str]:
-        """How to make a module above the script readable."""
+        """Return how to make a module above the script readable."""
         for folder in Path(self.folders[0]).parents[:MAX_ABOVE]:
             if (folder / name).is_dir() or (folder / f"{name}.py").is_file():
                 yield f"--allow {folder} lets it be imported"
                 return
 
     def create_module(self, spec: ModuleSpec) -> types.ModuleType:
-        """The known module, or a stub."""
+        """Return the known module, or a stub."""
         return self.modules.get(spec.name) or StubModule(_known(spec.name), self.recorder, self.modules)
 
     def exec_module(self, module: types.ModuleType) -> None:
-        """Do nothing; the module is complete."""
+        """Do nothing, because the module is complete."""
 
 
 def _known(name: str) -> str:
-    """The name of a module as its script has it."""
+    """Return the name of a module as written in the script."""
     return name.rpartition(f"{_ABOVE}.")[2]

@@ -1,4 +1,4 @@
-"""What a script's graphs lack: errors, refused calls and unreached calls, each with a remedy."""
+"""Reports what the graphs of a script lack: errors, refused calls and unreached calls, each with a remedy."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _LOOKS = frozenset(("get", "node", "node_type"))
 
 
 class TimeIsUpError(BaseException):
-    """The script runs too long."""
+    """The script exceeds its time limit."""
 
 
 UNFORGIVEN = (OmniGraphError, AccessDeniedError, RecursionError, MemoryError, StopIteration, StopAsyncIteration)
@@ -44,11 +44,11 @@ _ENDS = {EndlessError: "stop", TimeIsUpError: "stop", SystemExit: "exit"}
 
 
 class Losses:
-    """Notes the errors of a run, and adds findings of what the graphs lack because of them.
+    """Collects the errors of a run, and adds findings about what the graphs lack because of them.
 
     Args:
-        recorder: has the graphs, and takes the findings.
-        scripts: that run.
+        recorder: recorder with the graphs and findings.
+        scripts: scripts of the run.
     """
 
     def __init__(self, recorder: GraphRecorder, scripts: Scripts) -> None:
@@ -65,23 +65,23 @@ class Losses:
         """Kinds and places of the errors behind which it went on."""
 
     def note(self, error: BaseException | None, line: int) -> None:
-        """Keep an error that ends at a line of the script, but not the script."""
+        """Keep an error that the script caught at a line."""
         known = (caught for caught, _ in self._caught[-NESTED:])  # `id` is audited, and the hook may run the script
         if error is not None and len(self._caught) < MAX_CAUGHT and not any(caught is error for caught in known):
             self._caught.append((error, line))
 
     def report_skipped(self, error: BaseException) -> None:
-        """Add the finding of an error in a statement that a forgiving script goes on behind, once for each place."""
+        """Report an error in a statement after which the script continued, once for each place."""
         self.stopped, place = True, self.scripts.place(error)
         if (type(error), str(place)) not in self._skipped:
             self._skipped.add((type(error), str(place)))
-            what = f"{_text(error)}; what follows is built without that"
+            what = f"{_text(error)}; the script continues without that"
             self.recorder.findings.add("W302", what, place, *_advice(error), *self._around(error))
 
     def report_end(self, error: BaseException) -> None:
-        """Add the finding of what ended the script.
+        """Report what ended the script.
 
-        What it built is kept if it drew frames by then, or if it may have failed for lack of Omniverse: `keep`.
+        Its graphs are kept if it rendered frames before, or if the error may be due to the missing Omniverse (`keep`).
         """
         self._caught = [(caught, line) for caught, line in self._caught if caught is not error] + [(error, 0)]
         findings, place = self.recorder.findings, self.scripts.place(error)
@@ -91,20 +91,20 @@ class Losses:
             case SystemExit(code=None | 0):
                 return
             case EndlessError():
-                what = "the script goes on without end, as one that steps a simulation does; it was stopped here"
+                what = "the script runs without end, such as a simulation loop; it was stopped here"
                 findings.add("N302", what, place, _LATER)
                 return
             case SystemExit():
-                what, keep = f"the script ends itself: exit({error.code!r})", True
+                what, keep = f"the script ended with exit({error.code!r})", True
                 advice = _advice(error)
             case TimeIsUpError():
                 what, self.may_differ = "the script takes too long", False
             case MemoryError():
                 what, self.may_differ = f"the script takes more than {MAX_MEMORY_BYTES >> 20} MiB", False
             case RecursionError():
-                what = "the script calls itself without end"
+                what = "the script recurses without end"
             case AccessDeniedError():
-                what, *advice = f"the script may not do this: {error}".splitlines()
+                what, *advice = f"not allowed for scripts: {error}".splitlines()
             case OmniGraphError():
                 self.may_differ = self.recorder.parts <= MAX_PARTS  # it makes as many on every stage
                 what, advice = f"{OmniGraphError.__name__}: {error}", [OPENED] * isinstance(error, NotThereError)
@@ -112,22 +112,22 @@ class Losses:
                 what, advice, keep = _text(error), _advice(error), True
         if self.recorder.graphs and (self.recorder.frames.drawn or keep):
             self.stopped = True
-            findings.add("W302", what, place, f"the script goes no further; {_LATER}", *advice)
+            findings.add("W302", what, place, f"the script ends here; {_LATER}", *advice)
         else:
             findings.add("G401", what, place, *advice, *self._around(error), *self.hints())
 
     def report_refused(self) -> None:
-        """Add findings of the calls that OmniGraph refuses too, and without which the script went on."""
+        """Report calls that OmniGraph would also refuse, and after which the script continued."""
         for error, handler in self._caught:
             if isinstance(error, OmniGraphError) and handler:
                 codes = [frame.f_code for frame, _ in traceback.walk_tb(error.__traceback__)]
                 looks = any(code.co_filename == og.__file__ and code.co_name in _LOOKS for code in codes)
                 lost = ", ".join(getattr(error, "__notes__", ["it"]))
-                what = f"{error}; the script goes on without {lost}"
+                what = f"{error}; the script continues without {lost}"
                 self.recorder.findings.add("N302" if looks else "W302", what, self.scripts.place(error))
 
     def report_unreached(self) -> None:
-        """Add findings of what would have built graphs, and was not called."""
+        """Report graph-building functions and calls that were not reached."""
         scripts = list(self.scripts)
         foreign = self.recorder.lacking
         names = BUILDING | {one.name for one in builders(*(script.tree for script in scripts), foreign=foreign)}
@@ -149,42 +149,42 @@ class Losses:
             self.recorder.findings.add("W302" if lost else "N302", what, None, "--call calls one of them instead")
 
     def report_conditions(self) -> None:
-        """Add the finding of what the script asked for and only Omniverse knows, where that decides what it builds."""
+        """Report conditions whose value only Omniverse knows, if they may affect the graphs."""
         missed = ((name, *place) for place, names in self.recorder.missed.items() for name in names)
         made = self.recorder.graph_of
         asked = [f"{name} (line {line} of {Path(path).name})" for name, path, line in missed if not made(name)]
         if asked and self.recorder.graphs:
-            what = f"taken to be false or absent, as only Omniverse knows it: {', '.join(asked[:MOST_CALLABLE])}"
+            what = f"assumed to be false or absent, because only Omniverse knows: {', '.join(asked[:MOST_CALLABLE])}"
             what += f" and {len(asked) - MOST_CALLABLE} more" if len(asked) > MOST_CALLABLE else ""
-            self.recorder.findings.add("N302", what, None, "--assume NAME takes it to be true or there")
+            self.recorder.findings.add("N302", what, None, "--assume NAME assumes that it is true or exists")
 
     def hints(self) -> Iterator[str]:
-        """What the script printed last, as one does of an error that it catches; what in it builds graphs if it is called."""
+        """Yield the last lines that the script printed, often about a caught error, and functions to call for building graphs."""
         yield from (f"it printed: {line}" for line in self.recorder.said)
         main = self.scripts.main
         found, reach = entries(main.tree, self.recorder.lacking), Unreached(main, self.ran)
         if any(reach.ran(part) for builder in found for part in builder.node.body):
             found = builders(main.tree, foreign=self.recorder.lacking)  # calling what failed fails again
         if found:
-            yield "it defines what builds graphs; call it with --call, such as --call \"build('/World/robot', rate=2)\":"
+            yield "it defines functions that build graphs; call one, for example --call \"build('/World/robot', rate=2)\":"
             yield from (f"  {builder.text}, line {builder.node.lineno}" for builder in found[:MOST_CALLABLE])
 
     def _around(self, error: BaseException) -> Iterator[str]:
-        """What the user may say to have the conditions hold around the place of an error."""
+        """Yield options that make the conditions around the place of an error true."""
         for script, (line, *_) in list(self.scripts.trace(error))[-1:]:
             for node in ast.walk(script.tree):
                 if isinstance(node, ast.If) and holds(node, line):
                     yield from self._remedies(script, node.lineno)
 
     def _remedies(self, script: Script, line: int) -> Iterator[str]:
-        """What the user may say to have a condition at a line hold, of what it asks."""
+        """Yield options that make the condition at a line true."""
         missed, path = self.recorder.missed, script.source.path
         asked = {name: said for at in asking(script.tree, line) for name, said in missed.get((path, at), {}).items()}
         for name, said in list(asked.items())[:MOST_ASKED]:
             yield f"--assume {shlex.quote(name)} takes {said}"
 
     def _failures(self, error: BaseException, handler: int) -> Iterator[Failure]:
-        """The expressions of the script that an error came through."""
+        """Yield the expressions of the script that an error passed through."""
         found = list(self.scripts.trace(error))
         for script, position in found:
             inner, (line, *_) = found[-1]
@@ -196,16 +196,16 @@ class Losses:
 
 
 def _text(error: BaseException) -> str:
-    """Kind and text of an error."""
+    """Return type and text of an error."""
     try:
         text = str(error).partition("\n")[0] if isinstance(error, AccessDeniedError) else str(error)
     except BaseException:  # it is the script's
         text = ""
-    return f"{type(error).__name__}: {text[:1000] or 'no more is told'}"
+    return f"{type(error).__name__}: {text[:1000] or 'no message'}"
 
 
 def _advice(error: BaseException) -> tuple[str, ...]:
-    """What the user may do about an error."""
+    """Return remedies for an error."""
     if isinstance(error, AccessDeniedError):
         return tuple(str(error).splitlines()[1:])
     if isinstance(error, SystemExit):

@@ -1,4 +1,4 @@
-"""The answer of the script process: the graphs that the script builds, and its findings."""
+"""The output of the script process: the graphs that the script builds, and the findings."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from graphengine.isaac.recorded_graph import RecordedGraph
 
 @dataclass(slots=True)
 class ScriptAnswer:
-    """One run of a script.
+    """The result of one run of a script.
 
     Attributes:
-        graphs: that it built.
-        namespaces: `isaac:namespace` by prim.
-        findings: of the run.
-        prims: paths of other prims that it made.
-        stages: paths of USD files that it opened and whose graphs it lacked.
-        granted: paths of prims that it asked for and that were taken to be there.
-        may_differ: whether it may do better on another stage.
-        stopped: whether it failed after it had built graphs.
-        executed: whether Python ran it, or would have if it were allowed to; a script of literals is evaluated instead.
+        graphs: graphs that it built.
+        namespaces: `isaac:namespace` by prim path.
+        findings: findings of the run.
+        prims: paths of other prims that it created.
+        stages: paths of USD files that it opened and whose graphs were missing.
+        granted: paths of prims that it requested and that were assumed to exist.
+        may_differ: whether it may succeed on another stage.
+        stopped: whether it failed after building graphs.
+        executed: whether it needs to run as Python; a script of literals is only evaluated.
     """
 
     graphs: list[RecordedGraph] = field(default_factory=list)
@@ -45,10 +45,10 @@ class ScriptAnswer:
 
     @property
     def nodes(self) -> set[str]:
-        """Paths of the nodes of the graphs."""
+        """Paths of the graphs' nodes."""
         return {f"{graph.path}/{name}" for graph in self.graphs for name in graph.nodes}
 
     @property
     def made(self) -> set[str]:
-        """Paths that the script made: graphs, nodes and other prims."""
+        """Paths that the script created: graphs, nodes and other prims."""
         return {*self.prims, *self.nodes, *(graph.path for graph in self.graphs)}

@@ -1,7 +1,7 @@
-"""The confined process that runs a script: one request on stdin, one answer on stdout.
+"""The confined process that runs a script: one request on stdin, one response on stdout.
 
-The script meets stubs in the place of Omniverse, the modules of Python that are loaded by then, and modules beside it. It is
-confined: it reads its own folder, writes nothing, reaches no network, starts no process, and ends in time.
+The script gets stubs of Omniverse, the Python modules that are loaded already, and modules beside it. It can read its own
+folder, but cannot write files, use the network or start processes, and it has a time limit.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def main() -> None:
 
 
 def _without_writing(recorder: GraphRecorder) -> Any:
-    """An `open` for scripts that keep a log: what they write is discarded, and a finding says so."""
+    """Return an `open` for scripts that write files, such as logs: the text is discarded and reported."""
     real = builtins.open
 
     def opened(file: Any, mode: str = "r", *arguments: Any, **named: Any) -> Any:
@@ -126,7 +126,7 @@ def _without_writing(recorder: GraphRecorder) -> Any:
 
 
 def _with_stages(run: ScriptRun) -> Any:
-    """A `stat` for which files and folders are there that the user assumes, and USD files where the stage holds all."""
+    """Return a `stat` that reports assumed files and folders, and USD files if the stage is assumed to contain everything."""
     real = os.stat
 
     def stat(path: Any, *arguments: Any, **named: Any) -> os.stat_result:
@@ -147,7 +147,7 @@ def _with_stages(run: ScriptRun) -> Any:
 
 
 class _Printed(io.TextIOBase):
-    """Where what a script prints goes; the last lines are kept."""
+    """A stream for the script's output, which keeps the last lines."""
 
     def __init__(self, recorder: GraphRecorder) -> None:
         self.recorder, self.begun = recorder, ""

@@ -43,13 +43,13 @@ _PROCESS = "graphengine.isaac.script.script_process"
 
 @dataclass(frozen=True, slots=True)
 class ScriptOptions:
-    """What a user says of a script that the script cannot say itself.
+    """What the user specifies about a script.
 
     Attributes:
-        calls: made in order once it is loaded, such as `build("/World/robot")`; empty to run it as the main program.
-        assume: paths of prims and files that are there.
-        environment: variables that the script finds.
-        impulse_every: ticks after which a node fires to which a loop of the script sends impulses; 0 leaves them out.
+        calls: calls to make after loading the script, such as `build("/World/robot")`; empty: run it as the main program.
+        assume: paths of prims and files that are assumed to exist.
+        environment: environment variables of the script.
+        impulse_every: period in ticks of nodes to which a loop of the script sends impulses; 0: they do not fire.
     """
 
     calls: tuple[str, ...] = ()
@@ -71,30 +71,30 @@ def read_script(
     *,
     trusted: bool = False,
 ) -> list[RecordedGraph]:
-    """The graphs that a script builds; what it does beside, and what is wrong with it, goes to the findings.
+    """Return the graphs that a script builds; other actions and errors are reported in `findings`.
 
     Args:
-        path: the script.
-        findings: G401 among them if it cannot be imported.
-        arguments: what it finds in `sys.argv`.
-        allowed: folders that it may read, beside its own.
-        seconds: that it may run.
-        namespaces: takes `isaac:namespace` by prim.
-        types: names of the node types that there are, for scripts that look for them.
-        options: what the user says of the script.
-        read_stage: reads the graphs of a USD file that the script opens, if it lies where the script may read.
-        trusted: whether it runs where the kernel cannot confine it.
+        path: script to run.
+        findings: receives findings; G401 if it cannot be imported.
+        arguments: command line arguments in `sys.argv`.
+        allowed: additional folders that it may read.
+        seconds: time limit, s.
+        namespaces: receives `isaac:namespace` by prim path.
+        types: names of the available node types, for scripts that look them up.
+        options: options of the user.
+        read_stage: reads the graphs of a USD file that the script opens, if the script may read it.
+        trusted: whether to run it even if the kernel cannot confine it.
     """
     start = Span(Source(str(path), ()), 1, 1)
     with path.open("rb") as file:
         raw = file.read(MAX_BYTES + 1)
     if len(raw) > MAX_BYTES:
-        findings.add("G401", f"a script of more than {MAX_BYTES // 1_000_000} MB", start)
+        findings.add("G401", f"the script is larger than {MAX_BYTES // 1_000_000} MB", start)
         return []
     try:
         text = decoded(raw)
     except (SyntaxError, ValueError) as error:
-        findings.add("G401", f"this is no Python: {error}", start)
+        findings.add("G401", f"not valid Python: {error}", start)
         return []
     request = {
         "path": str(path),
@@ -123,21 +123,21 @@ def read_script(
 
 
 def decoded(raw: bytes) -> str:
-    """The text of a Python file.
+    """Return the text of a Python file.
 
     Raises:
-        SyntaxError, ValueError: it says another encoding than it has, or one that is none of `CODECS`.
+        SyntaxError, ValueError: its declared encoding is wrong, or not one of `CODECS`.
     """
     encoding, _ = tokenize.detect_encoding(io.BytesIO(raw).readline)
     if codecs.lookup(encoding).name not in CODECS:
-        raise SyntaxError(f"the encoding {encoding!r} is not read; {listing(CODECS)}; save it as UTF-8")
+        raise SyntaxError(f"the encoding {encoding!r} is not supported; {listing(CODECS)}; save it as UTF-8")
     return io.IncrementalNewlineDecoder(None, translate=True).decode(raw.decode(encoding))
 
 
 def _run(path: Path, request: dict[str, Any], findings: Findings, read_stage: ReadStage) -> ScriptAnswer:
-    """Run a script on an empty stage; if it fails or builds nothing there, on one that holds what it asks for.
+    """Run a script on an empty stage; if it fails or builds nothing, run it on a stage that contains what it requests.
 
-    Of what it asks for, that stage lacks what the script makes itself: which prims these are, an earlier run shows.
+    That stage lacks the prims that the script creates itself, which are known from an earlier run.
     """
     start = Span(Source(str(path), ()), 1, 1)
     first = _run_once(path, request)
@@ -162,12 +162,12 @@ def _run(path: Path, request: dict[str, Any], findings: Findings, read_stage: Re
         if other.graphs and not other.failed and more and (forgiving or chosen.failed or not other.stopped):
             chosen = other
     if chosen is not first:
-        findings.add("N302", "what the script asks for and does not make is taken to be there", start)
+        findings.add("N302", "objects that the script uses but does not create are assumed to exist", start)
     return chosen
 
 
 def _run_on_a_full_stage(path: Path, request: dict[str, Any], first: ScriptAnswer) -> ScriptAnswer:
-    """Run a script on a stage that holds what it asks for, but for what it makes itself."""
+    """Run a script on a stage with everything that it requests, except what it creates itself."""
     absent: set[str] = set()
     for _ in range(MAX_RUNS):
         other = _run_once(path, {**request, "assumed": True, "absent": sorted(absent)})
@@ -179,7 +179,7 @@ def _run_on_a_full_stage(path: Path, request: dict[str, Any], first: ScriptAnswe
 
 
 def _with_nodes(graphs: Iterable[RecordedGraph], findings: Findings) -> list[RecordedGraph]:
-    """Those that are not empty."""
+    """Return the graphs that have nodes."""
     for graph in graphs:
         if not graph.nodes:
             findings.add("N302", f"the graph {graph.path} has no nodes and is left out", graph.span)
@@ -187,12 +187,12 @@ def _with_nodes(graphs: Iterable[RecordedGraph], findings: Findings) -> list[Rec
 
 
 def _readable(path: Path, request: dict[str, Any]) -> Files:
-    """The folders that a script may read."""
+    """Return the folders that a script may read."""
     return Files((path.absolute().parent.resolve(), *map(Path, request["allowed"])))
 
 
 def _run_once(path: Path, request: dict[str, Any]) -> ScriptAnswer:
-    """Read what a script builds on one kind of stage."""
+    """Run a script on one kind of stage and return the result."""
     sources = Sources(_readable(path, request), Source(str(path), tuple(request["text"].split("\n"))))
     try:
         answer = ask(_PROCESS, encoded(request).encode(), request["seconds"] + STARTING_SECONDS)

@@ -1,4 +1,4 @@
-"""Runs a script once. Its graphs go to a recorder, its failures to the findings."""
+"""Runs a script once; its graphs go to a recorder, its errors to the findings."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class ScriptRun:
             raise TimeIsUpError
 
     def _mark(self, path: str, line: int, column: int) -> None:
-        """Note that a statement runs, and the exception being handled if any."""
+        """Record that a statement runs, and the exception that is being handled, if any."""
         self.losses.ran.add((path, line, column))
         if self.time_is_up and self.running:
             raise TimeIsUpError
@@ -77,13 +77,13 @@ class ScriptRun:
                 self.losses.report_skipped(error)
 
     def run(self) -> None:
-        """Run the script to its end; errors and skipped calls go to the findings."""
+        """Run the script to its end; errors and skipped calls are reported as findings."""
         try:
             self.scripts.load(self.path, self.text)
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             start = getattr(error, "lineno", 0) or 1, getattr(error, "offset", 0) or 1
             what = getattr(error, "msg", "") or str(error) or type(error).__name__
-            self.recorder.findings.add("G401", f"this is no Python: {what}", _foreign(self.path, *start))
+            self.recorder.findings.add("G401", f"not valid Python: {what}", _foreign(self.path, *start))
             return
         sys.argv[:] = [self.path, *self.request["arguments"]]
         name = f"{PACKAGE}.{Path(self.path).stem}"
@@ -130,7 +130,7 @@ class ScriptRun:
             self.losses.report_end(error)
 
     def _call(self, namespace: dict[str, Any]) -> None:
-        """Call what the user asks for; without such a call, start the extensions of a script that built nothing."""
+        """Make the calls that the user requests; without one, start the extensions of a script that built nothing."""
         if self.calls and self.recorder.graphs:
             what = f"left out, as --call decides what is built: {', '.join(self.recorder.graphs)}"
             self.recorder.findings.add("N302", what)
@@ -139,7 +139,7 @@ class ScriptRun:
             names = {node.id for node in ast.walk(ast.parse(call)) if isinstance(node, ast.Name)}
             absent = sorted(names - {*namespace, *vars(builtins), re.split(r"\W", call)[0]})
             if absent:
-                what = f"{', '.join(absent)} in the call: taken to be what only Omniverse knows"
+                what = f"{', '.join(absent)} in the call: assumed to be objects of Omniverse"
                 self.recorder.findings.add("N302", what)
             result = eval(call, {name: StubObject(name, self.recorder) for name in absent} | namespace)
             if inspect.iscoroutine(result):
@@ -151,7 +151,7 @@ class ScriptRun:
                     thing().on_startup(thing.__module__)
 
     def assumed(self, file: str, *, folder: bool) -> str:
-        """The substitute path of a missing file or folder that is assumed to exist; else empty."""
+        """Return the substitute path of a missing file or folder that is assumed to exist; else empty."""
         file, suffix = file.rstrip("/"), os.path.splitext(file)[1]
         known = f"{file}/" in self.recorder.prims
         if not known and not self.recorder.assumed and not self.recorder.holds(file, "it to be there"):
@@ -164,7 +164,7 @@ class ScriptRun:
         return compile(marked(text, path, forgiving=self.forgiving), path, "exec", dont_inherit=True) if own else None
 
     def answer(self) -> ScriptAnswer:
-        """The results of the run."""
+        """Return the results of the run."""
         recorder = self.recorder
         graphs = [graph for graph in recorder.graphs.values() if graph.nodes or graph.path not in recorder.opened]
         return ScriptAnswer(
@@ -180,7 +180,7 @@ class ScriptRun:
         )
 
     def _settle_impulses(self) -> None:
-        """Make nodes that get impulses in a loop fire every so many ticks, if asked for."""
+        """Make nodes that get impulses in a loop fire periodically, if requested."""
         findings, every = self.recorder.findings, self.request["impulse_every"]
         for (path, name), place in self.recorder.frames.impulses.items():
             graph = self.recorder.graphs.get(path)
@@ -203,5 +203,5 @@ class ScriptRun:
 
 
 def _foreign(path: str, *numbers: int) -> Span:
-    """A span in a file that this process does not read."""
+    """Return a span in a file that this process does not read."""
     return Span(Source(path, ()), *numbers)

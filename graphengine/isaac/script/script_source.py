@@ -1,4 +1,4 @@
-"""Parsed scripts, with the spans of calls and of texts such as node names, and the position of the one that runs."""
+"""Parsed scripts, with the spans of calls and strings, and the position of the call that is running."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class Script:
     """A parsed script.
 
     Raises:
-        SyntaxError: it is no Python.
-        ValueError: it holds what no Python source holds.
-        RecursionError: it is nested too deep.
+        SyntaxError: it is not valid Python.
+        ValueError: it contains characters that are illegal in Python source.
+        RecursionError: it is nested too deeply.
     """
 
     def __init__(self, path: str, text: str) -> None:
@@ -45,7 +45,7 @@ class Script:
                 self.texts.setdefault(node.value, []).append(node)
 
     def span(self, line: int, end_line: int | None, column: int, text: str = "") -> Span:
-        """The span of a text within the lines of a call, else of the call's beginning."""
+        """Return the span of a text within the lines of a call, else of the beginning of the call."""
         for node in self.texts.get(text, ()):
             if line <= node.lineno <= (end_line or line):
                 return Span(self.source, node.lineno, self._column(node.lineno, node.col_offset) + 1, len(text) + 2)
@@ -61,7 +61,7 @@ class Scripts:
     """A script and the modules beside it that run with it.
 
     Args:
-        folders: that may be read.
+        folders: folders that may be read.
     """
 
     main: Script
@@ -72,14 +72,14 @@ class Scripts:
         self._known: dict[str, Script | None] = {}
 
     def load(self, path: str, text: str) -> None:
-        """Parse the script itself, which may raise what `Script` does."""
+        """Parse the script itself; raises the same errors as `Script`."""
         self.main = self._known[path] = Script(path, text)
 
     def __iter__(self) -> Iterator[Script]:
         return filter(None, self._known.values())
 
     def at(self, path: str) -> Script | None:
-        """The script itself, or a module in a folder that may be read."""
+        """Return the script itself, or a module in a folder that may be read."""
         if path not in self._known:
             self._known[path] = None
             if path.startswith(tuple(folder + os.sep for folder in self.folders)) and path.endswith(".py"):
@@ -88,14 +88,14 @@ class Scripts:
         return self._known[path]
 
     def where(self, text: str) -> Span | None:
-        """The place of the call that the script makes, or of a text in it."""
+        """Return the span of the script's current call, or of a text in it."""
         for script, frame in self._frames():
             line, column, end, _ = _position(frame.f_code, frame.f_lasti, frame.f_lineno)
             return script.span(line, end, column, text)
         return None
 
     def stack(self) -> tuple[Call, list[Loop]]:
-        """The call that the script makes, and the loops that it is in, innermost first."""
+        """Return the script's current call, and the loops around it, innermost first."""
         call, loops = ("", 0, 0), list[Loop]()
         for script, frame in self._frames():
             call = call if call[0] else (script.source.path, frame.f_code.co_firstlineno, frame.f_lasti)
@@ -106,14 +106,14 @@ class Scripts:
         return call, loops
 
     def place(self, error: BaseException) -> Span | None:
-        """The innermost line of the scripts that an error came through."""
+        """Return the innermost line of the scripts that an error passed through."""
         place = None
         for script, (line, column, end, _) in self.trace(error):
             place = script.span(line, end, column)
         return place
 
     def trace(self, error: BaseException) -> Iterator[tuple[Script, Position]]:
-        """The places in the scripts that an error came through, outermost first."""
+        """Return the places in the scripts that an error passed through, outermost first."""
         trace = error.__traceback__
         while trace is not None:
             if script := self.at(trace.tb_frame.f_code.co_filename):
@@ -121,7 +121,7 @@ class Scripts:
             trace = trace.tb_next
 
     def _frames(self) -> Iterator[tuple[Script, types.FrameType]]:
-        """Frames of the stack that are the scripts', innermost first."""
+        """Yield the frames of the scripts on the stack, innermost first."""
         frame: types.FrameType | None = sys._getframe(1)
         while frame is not None:
             if script := self.at(frame.f_code.co_filename):
@@ -130,13 +130,13 @@ class Scripts:
 
 
 def _counts(node: ast.expr) -> bool:
-    """Whether a loop's expression is a counter such as `range(100)`."""
+    """Return whether the expression of a loop is a counter such as `range(100)`."""
     return any(getattr(part, "id", getattr(part, "attr", "")) in _COUNTING for part in ast.walk(node))
 
 
 @functools.lru_cache(maxsize=1000)  # an instruction makes many nodes
 def _position(code: types.CodeType, instruction: int, near: int) -> Position:
-    """Line and column of the beginning and of the end of an instruction, which is near a line."""
+    """Return line and column of the beginning and end of an instruction, which is near a line."""
     found = next(itertools.islice(code.co_positions(), instruction // 2, None), (near, near, 0, 0))
     line, end, column, last = (number or 0 for number in found)
     return line or near, column, end or near, last

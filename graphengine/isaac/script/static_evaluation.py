@@ -1,6 +1,6 @@
-"""Evaluates scripts of literals, names and calls of `og`, without running them.
+"""Evaluates scripts that consist of literals, names and calls of `og`, without running them.
 
-What is called are the stubs only, never anything of Python's; whatever else a script does makes it one to be run.
+Only stubs are called, no Python functions; a script that does anything else must be run.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class NotStaticError(Exception):
 
 
 def evaluate(script: Script) -> GraphRecorder | None:
-    """What a script builds; None if it has to be run to know."""
+    """Return what a script builds; None if the script must be run."""
     evaluator = _Evaluator(script)
     try:
         evaluator.block(script.tree.body)
@@ -110,7 +110,7 @@ class _Evaluator(Guard):
         self.block(taken)
 
     def value(self, node: ast.expr) -> Any:
-        """The value of an expression; comparisons are of texts only."""
+        """Return the value of an expression; only strings can be compared."""
         if isinstance(node, ast.Compare):
             left, right = (self.value(side) for side in (node.left, *node.comparators))
             if not isinstance(node.ops[0], ast.Eq) or not isinstance(left, str) or not isinstance(right, str):
@@ -148,7 +148,7 @@ class _Evaluator(Guard):
 
 
 def _ours(thing: Any) -> bool:
-    """Whether something is one of the stubs, or a function of theirs."""
+    """Return whether an object is a stub or a function of one."""
     if isinstance(thing, StubModule | StubObject):
         return True
     function = getattr(thing, "func", thing)  # of a method that is one of class and instance

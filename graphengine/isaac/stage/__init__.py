@@ -1,4 +1,4 @@
-"""Importing the graphs of USD stages.
+"""Imports the graphs of USD stages.
 
-`stage_reader` asks the confined `stage_process`, which opens the stage with USD's library; `graphs` makes graphs of its prims.
+`stage_reader` starts the confined `stage_process`, which opens the stage with USD's library; `graphs` converts prims to graphs.
 """

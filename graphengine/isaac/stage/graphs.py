@@ -38,22 +38,22 @@ _SCRIPT_PORTS = ("inputs:script", "inputs:scriptPath", "inputs:usePath", "inputs
 
 
 class TooManyError(Exception):
-    """The graphs of a stage exceed a limit, which the message states."""
+    """The graphs of a stage exceed a limit, which the message gives."""
 
 
 def graphs_of(contents: StageContents, registry: Registry, spans: PrimSpans, findings: Findings) -> list[RecordedGraph]:
-    """Every graph that Isaac Sim would evaluate, in stage order.
+    """Return all graphs that Isaac Sim would evaluate, in stage order.
 
-    A graph with instances is as many graphs, one below each prim that refers to it.
+    A graph with instances becomes one graph below each prim that refers to it.
 
     Args:
-        contents: what was read.
-        registry: knows today's names of node types.
-        spans: of the prims in the file.
-        findings: takes what the graphs lack, and what was changed.
+        contents: contents of the stage.
+        registry: registry with the current names of node types.
+        spans: spans of the prims in the file.
+        findings: receives what the graphs lack, and what was changed.
 
     Raises:
-        TooManyError: they are too large.
+        TooManyError: the graphs are too large.
     """
     reader = _GraphReader(contents, registry, spans, findings)
     users: dict[str, list[StagePrim]] = {}
@@ -85,7 +85,7 @@ class _ConnectionSource:
 
     @staticmethod
     def of(path: str) -> _ConnectionSource:
-        """Parse a path; a bundle's may be a prim below its node, `Node/outputs_bundle`."""
+        """Parse a path; the path of a bundle may be a prim below its node, `Node/outputs_bundle`."""
         prim, _, port = path.partition(".")
         parent, _, name = prim.rpartition("/")
         if not port and name.startswith("outputs_"):
@@ -97,10 +97,10 @@ class _GraphReader:
     """Converts graphs one by one.
 
     Args:
-        contents: what was read of the stage.
-        registry: knows today's names of node types.
-        spans: of the prims in the file.
-        findings: takes what is left out or changed.
+        contents: contents of the stage.
+        registry: registry with the current names of node types.
+        spans: spans of the prims in the file.
+        findings: receives what is left out or changed.
     """
 
     def __init__(self, contents: StageContents, registry: Registry, spans: PrimSpans, findings: Findings) -> None:
@@ -128,7 +128,7 @@ class _GraphReader:
         """Count parts against the limit.
 
         Raises:
-            TooManyError: it is too much.
+            TooManyError: the limit is exceeded.
         """
         self.parts += parts
         if self.parts > MAX_PARTS:
@@ -176,7 +176,7 @@ class _GraphReader:
                     self._name_nodes(graph, f"{name}/")
 
     def _graph_above(self, path: str) -> str:
-        """The graph that contains a prim."""
+        """Return the graph that contains a prim."""
         for _ in range(MAX_LEVELS):
             path = path.rpartition("/")[0]
             above = self.prims.get(path)
@@ -207,7 +207,7 @@ class _GraphReader:
     def _input(
         self, node: RecordedNode, prim: StagePrim, port: str, attribute: StageAttribute, graph: RecordedGraph
     ) -> None:
-        """The wires into a data or execution port; without wires, its value."""
+        """Return the wires into a data or execution port; without wires, its value."""
         value, wired = attribute, False
         for source in self._ends(attribute.sources):
             if source.prim in self.names:
@@ -219,7 +219,7 @@ class _GraphReader:
             node.values[port] = RecordedValue(value.value, attribute.type or value.type, node.span)
 
     def _target(self, node: RecordedNode, port: str, targets: list[str], graph: RecordedGraph) -> None:
-        """The wires into a port of prims, and the prims."""
+        """Return the wires into a port for prims, and the prims."""
         prims = []
         for source in self._ends(targets):
             if source.port and source.prim in self.names:
@@ -230,7 +230,7 @@ class _GraphReader:
             node.values[port] = RecordedValue(prims, "target", node.span)
 
     def _ends(self, paths: Iterable[str]) -> Iterator[_ConnectionSource]:
-        """Sources of connections; a compound's port is replaced by its own sources."""
+        """Return the sources of connections; a compound's port is replaced by its own sources."""
         pending, seen = deque(paths), set[str]()
         while pending:
             self.count(1)
@@ -243,7 +243,7 @@ class _GraphReader:
                 pending.extendleft(reversed(through))
 
     def _through(self, source: _ConnectionSource) -> list[str]:
-        """The sources of a compound's port."""
+        """Return the sources of a compound's port."""
         if source.prim not in self.inside:
             return []
         prim = self.prims[source.prim]
@@ -251,7 +251,7 @@ class _GraphReader:
         return attribute.sources if attribute is not None else prim.targets.get(source.port, [])
 
     def _given(self, source: _ConnectionSource, prim: StagePrim, port: str) -> StageAttribute | None:
-        """The value of a source that is no node of the graph; it stays constant."""
+        """Return the value of a source outside the graph; it stays constant."""
         if source.prim in self.inside:
             return self.prims[source.prim].attributes.get(source.port)
         found = self.plain.get(source.path)
@@ -265,5 +265,5 @@ class _GraphReader:
 
 
 def _below(prim: StagePrim, paths: Iterable[str]) -> list[str]:
-    """The given paths that lie below a prim, as a compound's graph does."""
+    """Return the paths that are below a prim, as the graph of a compound is."""
     return [path for path in dict.fromkeys(paths) if path.startswith(f"{prim.path}/")]

@@ -1,4 +1,4 @@
-"""Graphs that are evaluated for other prims: one graph for each of those prims."""
+"""Creates the instances of graphs: one graph for each prim that refers to the graph."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ _TARGET = "_OMNI_GRAPH_TARGET"
 
 
 def instances(graph: RecordedGraph, prim: StagePrim, users: list[StagePrim], findings: Findings) -> list[RecordedGraph]:
-    """The graph itself, or one below each prim that refers to it.
+    """Return the graph itself, or one graph below each prim that refers to it.
 
     Args:
-        graph: the graph.
-        prim: its prim.
+        graph: recorded graph.
+        prim: prim of the graph.
         users: prims that refer to it.
-        findings: takes what becomes of it.
+        findings: receives a note on the instances.
     """
     mode = prim.text("evaluationMode")
     if mode == "Standalone" or (mode != "Instanced" and not users):
@@ -34,7 +34,7 @@ def instances(graph: RecordedGraph, prim: StagePrim, users: list[StagePrim], fin
 
 
 def _instance(graph: RecordedGraph, path: str, user: StagePrim) -> RecordedGraph:
-    """A graph for one prim that refers to it, with that prim's values of its variables."""
+    """Return the graph for one prim that refers to it, with that prim's values of its variables."""
     variables = {}
     for name, variable in graph.variables.items():
         own = user.attributes.get(VARIABLE + name)
@@ -47,7 +47,7 @@ def _instance(graph: RecordedGraph, path: str, user: StagePrim) -> RecordedGraph
 
 
 def _aimed(data: object, target: str) -> object:
-    """A value with a prim in the place of what stands for it."""
+    """Return a value in which a prim replaces the placeholder of the graph's target."""
     if isinstance(data, list):
         return [_aimed(item, target) for item in data]
     return target if isinstance(data, str) and data.rpartition("/")[2] == _TARGET else data

@@ -1,7 +1,7 @@
-"""Opens the layers of a stage without leading to unreadable files; runs in the confined process.
+"""Opens the layers of a stage without opening files that may not be read; runs in the confined process.
 
-USD opens what a layer names by native code that no audit hook sees. So every layer is opened on its own first, and what it names
-is judged, and cut off in memory where it may not be read, before USD composes anything.
+USD opens the files that a layer refers to in native code, which no audit hook sees. So each layer is first opened separately,
+and references to files that may not be read are removed in memory before USD composes the stage.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ MAX_LAYERS = 1000
 
 
 class UnreadableError(Exception):
-    """A layer that cannot be opened, or must not be; says why."""
+    """A layer cannot be opened, or may not be; the message gives the reason."""
 
 
 class Layers:
-    """Layers that were opened, and what was cut off.
+    """The opened layers, and the removed references.
 
     Args:
-        files: judges what may be read.
+        files: decides which files may be read.
     """
 
     def __init__(self, files: Files) -> None:
@@ -40,10 +40,10 @@ class Layers:
         self._bytes = 0
 
     def open_all(self, path: Path) -> Sdf.Layer:
-        """A layer with everything that it leads to.
+        """Open a layer with everything that it refers to.
 
         Raises:
-            UnreadableError: it cannot be opened; layers that it leads to are cut off instead.
+            UnreadableError: it cannot be opened; references to other unreadable layers are removed instead.
         """
         root = self._open(os.path.realpath(path))  # what it names lies beside the file, not beside a link to it
         while self._pending:
@@ -59,14 +59,14 @@ class Layers:
         return root
 
     def holds(self, layer: Sdf.Layer) -> bool:
-        """Whether a layer was opened here."""
+        """Return whether a layer was opened here."""
         return bool(self._opened.get(layer.identifier) == layer)
 
     def _follow(self, layer: Sdf.Layer, reference: str) -> None:
-        """Open what a layer names."""
+        """Open the layer that a reference names."""
         name, arguments = Sdf.Layer.SplitIdentifier(reference)
         if "://" in name:
-            raise UnreadableError("it is not on this machine")
+            raise UnreadableError("it is not a local file")
         if "`" in name or arguments:
             raise UnreadableError("the name of its file is computed")
         absolute = layer.ComputeAbsolutePath(name)
@@ -84,7 +84,7 @@ class Layers:
         if not os.path.isfile(path):
             raise UnreadableError("there is no such file")
         if os.path.splitext(path)[1].lower() not in SUFFIXES:
-            raise UnreadableError("it is no .usd, .usda or .usdc file")
+            raise UnreadableError("it is not a .usd, .usda or .usdc file")
         if len(self._opened) >= MAX_LAYERS:
             raise UnreadableError(f"it is one of more than {MAX_LAYERS} files")
         self._bytes += os.path.getsize(path)
@@ -95,7 +95,7 @@ class Layers:
         except Tf.ErrorException as error:
             raise UnreadableError(reason(error)) from None
         if layer is None:
-            raise UnreadableError("it is no stage")
+            raise UnreadableError("it is not a stage")
         self.files.note(Path(path))
         self._opened[layer.identifier] = layer
         self._pending.append(layer)
@@ -103,13 +103,13 @@ class Layers:
 
 
 def reason(error: Tf.ErrorException) -> str:
-    """What went wrong: USD's message with a place in the file, where there is one."""
+    """Return USD's error message, with its place in the file if there is one."""
     texts = [str(one.commentary).strip("'\n") for one in error.args]
     return next((text for text in texts if PLACE.match(text)), texts[0] if texts else "no reason is given")
 
 
 def _drop_clips(layer: Sdf.Layer) -> None:
-    """Cut off value clips: files that USD opens for values over time, of which a graph has none."""
+    """Remove value clips: files with time samples, which graphs do not use."""
 
     def visit(path: Sdf.Path) -> None:
         prim = layer.GetPrimAtPath(path) if path.IsPrimPath() or path.IsPrimVariantSelectionPath() else None

@@ -28,7 +28,7 @@ class PrimSpans:
     """Spans of prims in a file.
 
     Args:
-        path: the stage.
+        path: USDA file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -41,11 +41,11 @@ class PrimSpans:
         self._read(text)
 
     def of(self, prim: str) -> Span:
-        """The span of a prim's name, else of the file's beginning."""
+        """Return the span of a prim's name, else of the beginning of the file."""
         return self._spans.get(prim, self.start)
 
     def of_file(self, name: str) -> Span | None:
-        """The span where another file is named."""
+        """Return the span where another file is referenced."""
         named = f"@{name}@"
         for number, line in enumerate(self.source.lines, 1):
             if (column := line.find(named)) >= 0:
@@ -53,7 +53,7 @@ class PrimSpans:
         return None
 
     def _read(self, text: str) -> None:
-        """Track the nesting of prims; brackets in parenthesized metadata do not count."""
+        """Find all prims by the nesting of brackets; brackets in parenthesized metadata do not count."""
         above, begun, parentheses = [""], "", 0
         line, line_start, before, left = 1, 0, 0, MAX_PATHS
         for token in _TOKEN.finditer(text):

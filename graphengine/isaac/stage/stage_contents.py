@@ -1,4 +1,4 @@
-"""Contents of a stage as plain data: graphs, nodes, and prims that concern them."""
+"""Contents of a stage as plain data: graphs, nodes, and other prims that graphs refer to."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ PLACE = re.compile(r"/.*?:(?P<line>\d{1,9}):(?P<column>\d{1,9}): (?P<what>.*)", 
 
 @dataclass(slots=True)
 class StageAttribute:
-    """An attribute of a graph or a node.
+    """An attribute of a graph or node.
 
     Attributes:
-        type: OmniGraph's name of its type; of an extended port the type it is resolved to, empty where it is not.
-        value: as `RecordedValue.data`; None where the stage gives none.
-        sources: what it is connected to, as absolute paths.
+        type: OmniGraph's type name; for an extended type the resolved one, or empty.
+        value: as `RecordedValue.data`; None if the stage has no value.
+        sources: absolute paths of the connected attributes.
         execution: whether it carries execution.
     """
 
@@ -37,10 +37,10 @@ class StagePrim:
     """A graph, a node, or another prim that graphs refer to.
 
     Attributes:
-        path: where it is.
-        type: of its schema, such as `OmniGraphNode`.
-        attributes: by full name, in order of their names.
-        targets: absolute paths that relationships lead to, by full name.
+        path: path of the prim.
+        type: type of its schema, such as `OmniGraphNode`.
+        attributes: attributes by full name, sorted.
+        targets: absolute paths of the targets of relationships, by full name.
     """
 
     path: str
@@ -50,26 +50,26 @@ class StagePrim:
 
     @property
     def name(self) -> str:
-        """The last part of the path."""
+        """Last part of the path."""
         return self.path.rpartition("/")[2]
 
     def text(self, name: str) -> str:
-        """An attribute's value if it is text, else the empty string."""
+        """Return the value of an attribute if it is a string, else an empty string."""
         value = self.attributes[name].value if name in self.attributes else None
         return value if isinstance(value, str) else ""
 
 
 @dataclass(slots=True)
 class StageContents:
-    """The graphs of a stage and the prims they refer to.
+    """The graphs of a stage and the prims that they refer to.
 
     Attributes:
-        prims: by path, in order of the stage.
-        plain: attributes of other prims, which nodes are connected to, by path.
-        left_out: what could not be read, and why.
-        failure: why nothing was read; empty where it was.
+        prims: prims by path, in stage order.
+        plain: attributes of other prims to which nodes are connected, by path.
+        left_out: parts that could not be read, with reasons.
+        failure: reason why nothing was read; empty if the stage was read.
         used: files that were read.
-        choices: of variants that prims have, as `/World: ros = none, of none, ros2`.
+        choices: variant selections of prims, such as `/World: ros = none, of none, ros2`.
     """
 
     prims: dict[str, StagePrim] = field(default_factory=dict)

@@ -1,7 +1,7 @@
-"""The confined process in which USD reads a stage: one request on stdin, one answer on stdout.
+"""The confined process in which USD reads a stage: one request on stdin, one response on stdout.
 
-USD's readers are native code and meet a stranger's file: the process is bounded and confined, and if one of them breaks off, the
-process alone does.
+USD's readers are native code and read an untrusted file: so the process is limited and confined, and a crash ends only this
+process.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class StageReading:
     """Reads one stage.
 
     Args:
-        files: judges what may be read.
+        files: decides which files may be read.
     """
 
     def __init__(self, files: Files) -> None:
@@ -51,7 +51,7 @@ class StageReading:
             stage = Usd.Stage.Open(self.layers.open_all(path))
             strangers = [used.identifier for used in stage.GetUsedLayers() if not self._known(used)]
             if strangers:
-                raise UnreadableError(f"it leads to {strangers[0]!r} by a way that is not understood")
+                raise UnreadableError(f"it refers to {strangers[0]!r} in an unsupported way")
             for prim in stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimIsActive & ~Usd.PrimIsAbstract)):
                 self._read(prim)  # also below prims that are not defined, as their asset may be on NVIDIA's server
             self._read_sources(stage)
@@ -119,7 +119,7 @@ class StageReading:
 
 
 def _matters(kind: str, name: str) -> bool:
-    """Whether a property concerns graphs. Instances of a graph may set the graph's variables."""
+    """Return whether a property concerns graphs. Instances of a graph may set the graph's variables."""
     if name in (NAMESPACE, INSTANCES) or name.startswith(VARIABLE):
         return True
     if kind == GRAPH:

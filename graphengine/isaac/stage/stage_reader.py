@@ -1,6 +1,6 @@
 """Reads the graphs of a USD stage and the namespaces of its prims.
 
-`stage_process` reads the file with USD's own library (`usd-core`), confined; `stage_graphs` makes graphs of what it tells.
+`stage_process` reads the file with USD's own library (`usd-core`), confined; `graphs` converts its output to graphs.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ _REMEDY = "it may be damaged, or too large for a text: open it and save it as .u
 
 @dataclass(slots=True)
 class ImportedStage:
-    """What of a stage can be carried over.
+    """The parts of a stage that can be imported.
 
     Attributes:
-        graphs: in order of the stage.
-        namespaces: `isaac:namespace` by prim.
-        choices: of variants, on which graphs may depend; one line for each.
+        graphs: graphs in stage order.
+        namespaces: `isaac:namespace` by prim path.
+        choices: variant selections on which graphs may depend, one line each.
     """
 
     graphs: list[RecordedGraph] = field(default_factory=list)
@@ -49,24 +49,24 @@ class ImportedStage:
     choices: list[str] = field(default_factory=list)
 
     def scene_lines(self) -> str:
-        """The namespaces as a scene file has them; graphs take theirs from the scene that they run in."""
+        """Return the namespaces as lines for a scene file, because graphs get their namespaces from the scene."""
         return yaml.safe_dump({"namespaces": self.namespaces}, sort_keys=False, allow_unicode=True)
 
 
 def read_stage(
     path: Path, files: Files, registry: Registry, findings: Findings, *, trusted: bool = False
 ) -> ImportedStage | None:
-    """The graphs of a stage; None where it cannot be read.
+    """Return the graphs of a stage; None if it cannot be read.
 
     Args:
-        path: a `.usd`, `.usda` or `.usdc` file.
-        files: judges which layers may be read.
-        registry: knows today's names of node types.
-        findings: takes what is wrong, and what is left out or changed.
-        trusted: whether it is read where the kernel cannot confine USD's readers.
+        path: `.usd`, `.usda` or `.usdc` file.
+        files: decides which layers may be read.
+        registry: registry with the current names of node types.
+        findings: receives errors, and what is left out or changed.
+        trusted: whether to read it even if the kernel cannot confine USD's readers.
 
     Raises:
-        UsageError: usd-core is not installed, or it is no such file.
+        UsageError: usd-core is not installed, or the file has another type.
     """
     _check_usage(path)
     request = {"path": str(path), "roots": [str(root) for root in files.roots]}
@@ -91,7 +91,7 @@ def read_stage(
     try:
         graphs = carried(graphs_of(contents, registry, spans, findings), RecordedGraph.names, "graphs", findings)
     except TooManyError as error:
-        findings.add("G401", str(error), spans.start, "compounds and instances multiply what a stage holds")
+        findings.add("G401", str(error), spans.start, "compounds and instances multiply the parts of a stage")
         return None
     namespaces = {prim.path: text for prim in contents.prims.values() if (text := prim.text(NAMESPACE))}
     return ImportedStage(graphs, dict(carried(namespaces.items(), tuple, "namespaces", findings)), contents.choices)
@@ -99,15 +99,15 @@ def read_stage(
 
 def _check_usage(path: Path) -> None:
     if path.suffix == ".usdz":
-        raise UsageError(f"{path}: unpack it first (unzip {path.name}), and import the stage that is in it")
+        raise UsageError(f"{path}: unpack it first (unzip {path.name}), then import the stage in it")
     if path.suffix not in SUFFIXES:
-        raise UsageError(f"{path}: a stage is a .usd, .usda or .usdc file")
+        raise UsageError(f"{path}: not a .usd, .usda or .usdc file")
     if importlib.util.find_spec("pxr") is None:
-        raise UsageError("stages are read with usd-core, which is not installed\n  pip install 'graphengine[usd]'")
+        raise UsageError("reading stages needs usd-core\n  pip install 'graphengine[usd]'")
 
 
 def _tell_failure(failure: str, spans: PrimSpans, findings: Findings) -> None:
-    """Tell why USD refused a file, at the place in its text where USD gives one."""
+    """Report why USD refused a file, at the place in its text if USD gives one."""
     found = PLACE.match(failure)
     if found is None or not spans.source.lines:
         findings.add("G401", f"USD cannot read it: {failure[:LONGEST]}", spans.start, _REMEDY)

@@ -30,7 +30,7 @@ _TYPES = (
 
 
 def type_name(name: str) -> str:
-    """OmniGraph's name of a USD type: `vector3d[]` is `vectord[3][]`."""
+    """Return OmniGraph's name of a USD type: `vectord[3][]` for `vector3d[]`."""
     element = name.removesuffix("[]").lower()
     for pattern, replacement in _TYPES:
         if pattern.fullmatch(element):
@@ -40,15 +40,15 @@ def type_name(name: str) -> str:
 
 
 def plain_value(value: Any, type: str) -> Any:
-    """None, bool, int, float, str, or lists of them; a quaternion is [x, y, z, w], a matrix its rows.
+    """Convert a value to None, bool, int, float, str, or lists of them; a quaternion is [x, y, z, w], a matrix its rows.
 
     Args:
-        value: as USD's Python has it.
-        type: OmniGraph's name of its type; numbers of low precision become the shortest that mean the same, 0.1 and not
+        value: value from USD's Python API.
+        type: OmniGraph's type name; numbers with low precision become the shortest with the same value, 0.1 instead of
             0.10000000149011612.
 
     Raises:
-        ValueError: it is nothing of the kind, or too long.
+        ValueError: the value cannot be converted, or is too long.
     """
     data = _plain(value)
     try:
@@ -77,7 +77,7 @@ def _plain(value: Any) -> Any:
         if len(value) > MAX_ITEMS:
             raise ValueError(f"it has more than {MAX_ITEMS} items")
         return [_plain(item) for item in value]
-    raise ValueError(f"no port holds a {type(value).__name__}")
+    raise ValueError(f"a port cannot hold a {type(value).__name__}")
 
 
 def _shortened(data: Any, dtype: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Reads the descriptions of robots: for a robot file that names one, and alone, with a robot file made for it."""
+"""Reads robot descriptions: those that robot files name, and those without a robot file, for which one is made."""
 
 from __future__ import annotations
 
@@ -65,18 +65,18 @@ def _as_text(value: str | float | bool) -> str:
 
 
 def is_text(use: str) -> bool:
-    """Whether a scene gives the text of a description instead of a file name."""
+    """Return whether a scene has the text of a description instead of a file name."""
     return use.lstrip()[:1] == "<"
 
 
 def read_bare(use: str, path: Path, files: Files, findings: Findings) -> tuple[RobotFile, Urdf] | None:
-    """Read a description, and the robot file for it. Errors are added to `findings`.
+    """Read a description, and make a robot file for it. Errors are added to `findings`.
 
     Args:
-        use: its text, or else its name.
-        path: of its file; a text goes by this name, and its references begin in that folder.
-        files: judges what may be read.
-        findings: takes what is wrong.
+        use: text of the description, or its file name.
+        path: path of its file; for a text, its name in messages and the folder of its references.
+        files: decides which files may be read.
+        findings: receives errors.
     """
     packages = Packages(path.parent, (), files)
     root = parse(use.encode(), path.name, findings, "S103") if is_text(use) else read(path, findings, "S103")
@@ -90,7 +90,7 @@ def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[
     if urdf is None:
         return None
     draft = Draft(urdf, "bare", path.name, path.name)
-    joint_drives.fill(draft)
+    joint_drives.plain(draft)
     file = robot_file(render(draft), path, findings)
     return (file, urdf) if file is not None else None
 

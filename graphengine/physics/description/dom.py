@@ -1,4 +1,4 @@
-"""DOM elements for xacro, in which every node and every copy knows its source location."""
+"""DOM elements for xacro that keep their source location, also in copies."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _TEXT = re.compile("[\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]*")
 
 
 class UnwritableError(Exception):
-    """What no description may hold, and the node that holds it."""
+    """Content that a description must not have, and the node that contains it."""
 
     def __init__(self, message: str, node: minidom.Element) -> None:
         super().__init__(message)
@@ -28,7 +28,7 @@ class UnwritableError(Exception):
 
 
 def node_of(element: Element, document: minidom.Document) -> minidom.Element:
-    """An element as xacro wants it, with its place."""
+    """Convert an element to a DOM node with its source location."""
     made = document.createElement(element.tag)
     made.setUserData(_KEY, element.span, _CARRIER)
     for name, value in element.attributes.items():
@@ -52,16 +52,16 @@ _CARRIER = _Carrier()
 
 
 def place_of(node: minidom.Element | None) -> Span | None:
-    """Where a node was written."""
+    """Return the source location of a node."""
     place = node.getUserData(_KEY) if node is not None else None
     return place if isinstance(place, Span) else None
 
 
 def elements(node: minidom.Element, above: Span, depth: int = 1) -> Iterator[tuple[int, Element]]:
-    """A node and all below it, each with its depth and without its children.
+    """Yield a node and all nodes below it, each with its depth and without its children.
 
     Raises:
-        UnwritableError: one is nested deeper than a description may be, or holds what XML cannot.
+        UnwritableError: a node is nested too deeply, or contains characters that XML forbids.
     """
     found = [child for child in node.childNodes if child.nodeType == NodeType.ELEMENT_NODE]
     text = "".join(child.data for child in node.childNodes if child.nodeType == NodeType.TEXT_NODE).strip()
@@ -76,7 +76,7 @@ def elements(node: minidom.Element, above: Span, depth: int = 1) -> Iterator[tup
 
 
 def unwritable(element: Element) -> str:
-    """What of an element XML cannot hold, empty if all is legal: written down, it would become other elements."""
+    """Return the part of an element that XML forbids, or an empty string; when written, it could become other elements."""
     for name in (element.tag, *element.attributes):
         if not _NAME.fullmatch(name):
             return f"{name!r} is no name of XML"

@@ -1,4 +1,4 @@
-"""Rewrites a description for MuJoCo: meshes it can decode, valid colours, inertias it accepts, nothing else."""
+"""Converts a description for MuJoCo: meshes that it can decode, valid colours, and inertias that it accepts."""
 
 from __future__ import annotations
 
@@ -17,13 +17,22 @@ _PASSED_ON = ("balanceinertia", "boundmass", "boundinertia", "inertiafromgeom")
 _JOINT_PARTS = ("origin", "parent", "child", "axis", "limit", "dynamics")
 
 
-def for_mujoco(urdf: Urdf, name: str, library: Library, findings: Findings, *, free: bool) -> Element:
+def for_mujoco(
+    urdf: Urdf,
+    name: str,
+    library: Library,
+    findings: Findings,
+    *,
+    free: bool,
+    colours: Mapping[str, tuple[float, float, float]],
+) -> Element:
     """The description in MuJoCo's dialect of URDF.
 
     Args:
-        urdf: which stays as it is.
-        name: of the robot.
+        urdf: robot description, which is not changed.
+        name: name of the robot.
         free: whether its root link moves.
+        colours: of visuals that have none, by link.
         library: reads the meshes and keeps them.
         findings: takes meshes that are missing or cannot be read, and notes on what was changed.
     """
@@ -33,13 +42,15 @@ def for_mujoco(urdf: Urdf, name: str, library: Library, findings: Findings, *, f
         compiler.attributes |= {key: own.get(key) for key in _PASSED_ON if own is not None and key in own.attributes}
     root = Element("robot", {"name": name}, urdf.element.span)
     root.children.append(Element("mujoco", {}, urdf.element.span, [compiler]))
-    colours, masses = _colours(urdf), inertials(urdf, free=free, findings=findings)
+    named, masses = _colours(urdf), inertials(urdf, free=free, findings=findings)
     files = library.meshes(list(_meshes(urdf)), urdf.packages)
     for link in urdf.links.values():
         copied = Element("link", {"name": link.name}, link.element.span)
         if link.name in masses:
             copied.children.append(_copy(masses[link.name]))
-        copied.children += _geoms(link, files, colours, findings)
+        given = colours.get(link.name)
+        otherwise = " ".join(map(repr, (*given, 1.0))) if given is not None else ""
+        copied.children += _geoms(link, files, named, otherwise, findings)
         root.children.append(copied)
     root.children += [_copy(joint.element, _JOINT_PARTS) for joint in urdf.joints.values()]
     return root
@@ -67,7 +78,11 @@ def _meshes(urdf: Urdf) -> Iterator[tuple[Element, bool]]:
 
 
 def _geoms(
-    link: UrdfLink, files: Mapping[Element, Sequence[MeshFile]], colours: Mapping[str, str], findings: Findings
+    link: UrdfLink,
+    files: Mapping[Element, Sequence[MeshFile]],
+    colours: Mapping[str, str],
+    otherwise: str,
+    findings: Findings,
 ) -> Iterator[Element]:
     """The colliders and visuals of a link as MuJoCo wants them, one as often as its mesh has colours."""
     for index, part, shape in _parts(link):
@@ -78,7 +93,7 @@ def _geoms(
             findings.add("N103", "a shape without size is left out", shape.span)
             continue
         for number, file in enumerate(meant):
-            geom = _geom(part, shape, file, colours)
+            geom = _geom(part, shape, file, colours, otherwise if part.tag == "visual" else "")
             geom.attributes["name"] = f"{link.name}.{index}.{number}"
             yield geom
 
@@ -89,7 +104,9 @@ def _is_nothing(shape: Element) -> bool:
     return 0.0 in (numbers(sizes, len(sizes.split())) or ())
 
 
-def _geom(part: Element, shape: Element | None, file: MeshFile | None, colours: Mapping[str, str]) -> Element:
+def _geom(
+    part: Element, shape: Element | None, file: MeshFile | None, colours: Mapping[str, str], otherwise: str
+) -> Element:
     copied = Element(part.tag, {}, part.span, [_copy(origin) for origin in part.all("origin")])
     if shape is not None:
         geometry = Element(shape.tag, dict(shape.attributes), shape.span)
@@ -100,6 +117,7 @@ def _geom(part: Element, shape: Element | None, file: MeshFile | None, colours: 
     colour = _own_colour(material) or colours.get(material.get("name"), "") if material is not None else ""
     if not colour and file is not None and file.colour is not None:
         colour = " ".join(map(repr, file.colour))
+    colour = colour or otherwise
     if colour:
         # MuJoCo keeps the first of two materials of one name, so the colour is the name.
         span = material.span if material is not None else part.span

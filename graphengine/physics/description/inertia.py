@@ -1,6 +1,6 @@
-"""Corrects masses and inertias for MuJoCo: impossible ones of real descriptions, and moving massless links.
+"""Corrects masses and inertias for MuJoCo: impossible values, and moving links without mass.
 
-PhysX, which takes such descriptions, makes up what it needs. So does this module, and tells it.
+PhysX accepts such descriptions and makes up values. This module does so too, and reports it.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ _TERMS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def inertials(urdf: Urdf, *, free: bool, findings: Findings) -> dict[str, Element]:
-    """The `inertial` of each link that has one; MuJoCo takes the mass of the others from their colliders, as water.
+    """Return the `inertial` of each link that has one; MuJoCo computes the mass of other links from their colliders, as water.
 
-    A link without mass that is fastened to one with mass has none, as URDF says.
+    A link without mass that is fixed to one with mass needs none, as URDF specifies.
 
     Args:
-        urdf: the robot.
+        urdf: robot description.
         free: whether its root link moves.
-        findings: takes notes on what was made up, and terms that are no numbers.
+        findings: receives notes on made-up values, and values that are not numbers.
     """
     links = urdf.links.values()
     found = {link.name: link.element.first("inertial") or _sphere(link.element, 0.0, 0.0) for link in links}
@@ -94,13 +94,13 @@ def _mend(found: dict[str, Element], link: UrdfLink, findings: Findings) -> bool
 
 
 def possible(inertia: NDArray[np.float64]) -> bool:
-    """Whether MuJoCo takes an inertia: its principal moments are positive, and none exceeds the sum of the others."""
+    """Return whether MuJoCo accepts an inertia: its principal moments are positive, and none exceeds the sum of the others."""
     smallest, middle, largest = np.linalg.eigvalsh(inertia)
     return bool(smallest > LEAST_MOMENT and (smallest + middle) * (1 - _ROUNDING) >= largest)
 
 
 def mended(inertia: NDArray[np.float64], mass: float) -> NDArray[np.float64]:
-    """The inertia itself if a body can have it, else one that is near, kg m2."""
+    """Return the inertia itself if it is possible, else a similar one, kg m2."""
     if possible(inertia):
         return inertia
     for candidate in (inertia, np.diag(np.diag(inertia))):  # products that are too large are mostly made up

@@ -1,6 +1,6 @@
-"""MuJoCo models used directly as robots: one body with its subtree, of which the stage knows the root.
+"""MuJoCo models used directly as robots: one body with its children, of which the stage knows only the root.
 
-Its joints and actuators are MuJoCo's alone; for graphs that command or read joints there are URDF and robot files.
+Their joints and actuators are not accessible to graphs; graphs that command or read joints need a URDF and a robot file.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SUFFIX = ".xml"
 
 
 def is_mjcf(use: str) -> bool:
-    """Whether what a scene names is a MuJoCo model: a file, or a text."""
+    """Return whether a scene's `use` is a MuJoCo model: a file or a text."""
     if is_text(use):
         robot, model = (use.find(f"<{tag}") for tag in ("robot", "mujoco"))
         return model >= 0 and not 0 <= robot < model
@@ -30,12 +30,12 @@ def is_mjcf(use: str) -> bool:
 
 
 def read_mjcf(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf, mujoco.MjSpec] | None:
-    """A model, and the robot file and the description of one link that stand for it; what is wrong is told to the library.
+    """Return a model, with a robot file and a description with one link for it; errors are added to the library's findings.
 
     Args:
-        use: its text, or else its name.
-        path: of its file; a text goes by this name, and its references begin in that folder.
-        library: reads what it refers to.
+        use: text of the model, or its file name.
+        path: path of its file; for a text, its name in messages and the folder of its references.
+        library: reads the files to which it refers.
     """
     findings = library.findings
     root = library.world(path, use if is_text(use) else None)
@@ -52,12 +52,12 @@ def read_mjcf(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf, 
 
 
 def parse(root: Element, library: Library, code: str = "S102") -> tuple[mujoco.MjSpec | None, list[Span]]:
-    """The model that MuJoCo reads from MJCF or URDF, all bodies named, and where each line that it was given comes from.
+    """Return MuJoCo's model of MJCF or URDF with names for all bodies, and the origin of each line of the parsed text.
 
     Args:
-        root: as the library gives it, or as `for_mujoco` makes it.
-        library: has the files that it refers to; its findings take an error if MuJoCo refuses the model.
-        code: of that error.
+        root: root element from the library or from `for_mujoco`.
+        library: library with the referenced files; its findings receive an error if MuJoCo refuses the model.
+        code: code of that error.
     """
     text, lines = write(root)
     try:

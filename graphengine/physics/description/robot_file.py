@@ -1,4 +1,4 @@
-"""Merges robot files with those they extend to one spec that knows the file of each value."""
+"""Merges a robot file with those that it extends to one spec, and keeps the file of each value."""
 
 from __future__ import annotations
 
@@ -22,33 +22,33 @@ class RobotFile:
     """A robot file, merged with the files that it extends.
 
     Attributes:
-        spec: what they say together.
-        chain: the file itself, then the file it extends, and so on.
+        spec: merged content.
+        chain: the file itself, the file that it extends, and so on.
     """
 
     spec: RobotSpec
     chain: tuple[Loaded[RobotSpec], ...]
 
     def document(self, *location: str | int) -> Document:
-        """The document that a value at a location comes from; the file's own if none has it."""
+        """Return the document that contains the value at a location; the file itself if none does."""
         holders = (loaded.document for loaded in self.chain if loaded.document.find(*location) is not None)
         return next(holders, self.chain[0].document)
 
     def span(self, *location: str | int) -> Span:
-        """Place of a value."""
+        """Return the position of a value."""
         return self.document(*location).span(*location)
 
     def key_span(self, *location: str | int) -> Span:
-        """Place of the key that leads to a value."""
+        """Return the position of a value's key."""
         return self.document(*location).key_span(*location)
 
     def folder(self, *location: str | int) -> Path:
-        """Where a relative path at a location begins."""
+        """Return the folder to which a relative path at a location is relative."""
         return self.document(*location).path.parent
 
 
 def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None:
-    """Read a robot file and what it extends; what is wrong goes to `findings`."""
+    """Read a robot file and those that it extends; errors are added to `findings`."""
     chain: list[Loaded[RobotSpec]] = []
     paths = [path]
     while True:

@@ -18,7 +18,7 @@ WORLD = "world"
 
 @dataclass(slots=True, eq=False)
 class UrdfLink:
-    """A link; mass in kg."""
+    """A link of a robot description; mass in kg."""
 
     name: str
     element: Element
@@ -41,7 +41,7 @@ class UrdfLink:
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """A mimic joint's law: its position is `multiplier * leader + offset`, in rad or m."""
+    """The law of a mimic joint: its position is `multiplier * leader + offset`, rad or m."""
 
     leader: str
     multiplier: float
@@ -51,7 +51,7 @@ class Mimic:
 
 @dataclass(slots=True, eq=False)
 class UrdfJoint:
-    """A joint. Its pose is that of the child link in the parent link at joint position zero."""
+    """A joint. Its pose is that of the child link in the parent link's frame at joint position zero."""
 
     name: str
     type: str
@@ -64,12 +64,12 @@ class UrdfJoint:
 
     @property
     def moves(self) -> bool:
-        """Whether it has a degree of freedom."""
+        """Whether the joint has a degree of freedom."""
         return self.type in MOVING
 
     @property
     def limits(self) -> tuple[float, float] | None:
-        """Lowest and highest position, rad or m; None without limits, or if they are no range, as in MuJoCo."""
+        """Lowest and highest position, rad or m; None without limits, or if they are not a range, as in MuJoCo."""
         limit = self.element.first("limit")
         if limit is None or self.type == "continuous":
             return None
@@ -78,7 +78,7 @@ class UrdfJoint:
 
     @property
     def effort(self) -> float | None:
-        """Limit of the effort, N m or N; a limit of zero or less is ignored, as in MuJoCo."""
+        """Effort limit, N m or N; a limit of zero or less is ignored, as in MuJoCo."""
         limit = self.element.first("limit")
         effort = numbers(limit.get("effort"), 1) if limit is not None else None
         return effort[0] if effort and effort[0] > 0 else None
@@ -103,7 +103,7 @@ class UrdfJoint:
 
 @dataclass(frozen=True, slots=True)
 class Wheel:
-    """A wheel: its radius, m, and its centre along the axle, m."""
+    """Radius of a wheel, m, and position of its centre along the axle, m."""
 
     joint: str
     radius: float
@@ -115,11 +115,11 @@ class Urdf:
     """A robot description whose links form one tree.
 
     Attributes:
-        element: the whole of it, xacro expanded.
-        packages: where its meshes lie.
-        links: by name, in order of the file.
-        joints: by name, in order of the file.
-        root: the link that no joint carries.
+        element: root element, with xacro expanded.
+        packages: packages of its meshes.
+        links: links by name, in order of the file.
+        joints: joints by name, in order of the file.
+        root: link without a parent joint.
     """
 
     element: Element
@@ -134,7 +134,7 @@ class Urdf:
         return sum(link.mass for link in self.links.values())
 
     def depth_first(self, start: str = "") -> Iterator[UrdfLink]:
-        """A link, by default the root, and all links below it, parents first."""
+        """Yield a link, by default the root, and all links below it, parents first."""
         pending = [self.links[start or self.root]]
         while pending:
             link = pending.pop()
@@ -142,14 +142,22 @@ class Urdf:
             pending.extend(self.links[joint.child] for joint in reversed(link.below))
 
     def moving(self) -> list[UrdfJoint]:
-        """The joints with a degree of freedom, breadth first from the root: PhysX's order of an articulation."""
+        """Return the joints with a degree of freedom, breadth first from the root: PhysX's order of an articulation."""
         links = [self.links[self.root]]
         for link in links:
             links.extend(self.links[joint.child] for joint in link.below)
         return [link.carrier for link in links if link.carrier is not None and link.carrier.moves]
 
+    def turns_in(self, link: str) -> str:
+        """The parent link of the nearest joint above a link that moves, such as the chassis for a wheel; else the root."""
+        while (carrier := self.links[link].carrier) is not None:
+            link = carrier.parent
+            if carrier.moves:
+                break
+        return link
+
     def pose_in_root(self, link: str) -> Pose:
-        """Pose of a link in the root link, all joints at zero."""
+        """Return the pose of a link in the root link's frame, with all joints at zero."""
         pose, carrier = NOWHERE, self.links[link].carrier
         while carrier is not None:
             pose = compose(carrier.pose, pose)
@@ -197,19 +205,19 @@ class Urdf:
 
 
 def track(wheels: Sequence[Wheel]) -> float | None:
-    """Distance (m) of the outermost wheels along the axle; None if all stand behind each other."""
+    """Return the distance (m) between the outermost wheels along the axle; None if all are at the same position."""
     distance = max(w.along for w in wheels) - min(w.along for w in wheels) if wheels else 0.0
     return distance if distance > 1e-6 else None
 
 
 def shape_of(element: Element) -> Element | None:
-    """The `box`, `cylinder`, `sphere` or `mesh` of a collision or visual."""
+    """Return the `box`, `cylinder`, `sphere` or `mesh` element of a collision or visual."""
     geometry = element.first("geometry")
     return geometry.children[0] if geometry is not None and geometry.children else None
 
 
 def origin_of(element: Element) -> Pose | None:
-    """The pose in an element's `origin`; None if it is not made of numbers."""
+    """Return the pose in an element's `origin`; None if it does not consist of numbers."""
     origin = element.first("origin")
     if origin is None:
         return NOWHERE

@@ -1,7 +1,7 @@
 """Parses the XML of a description to links and joints.
 
-Read are `link`, `joint` and `material`; what other programs keep in a description (gazebo, ros2_control, transmission) stays
-in the text for robot_state_publisher and goes no further.
+Only `link`, `joint` and `material` are parsed. Elements for other programs (gazebo, ros2_control, transmission) stay in the
+text for robot_state_publisher.
 """
 
 from __future__ import annotations
@@ -213,7 +213,7 @@ def _mimic(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], findings: Findings
     multiplier, offset = numbers(element.get("multiplier", "1"), 1), numbers(element.get("offset", "0"), 1)
     if leader not in joints or not joints[leader].moves:
         near = did_you_mean(leader, joints) or listing((j.name for j in joints.values() if j.moves), "moving joints")
-        findings.add("S103", f"joint {joint.name!r} mimics {leader!r}, which is no moving joint", span, near)
+        findings.add("S103", f"joint {joint.name!r} mimics {leader!r}, which is not a moving joint", span, near)
     elif multiplier is None or offset is None:
         findings.add("S103", f"joint {joint.name!r}: multiplier and offset of <mimic> must be numbers", element.span)
     elif _follows(leader, joint.name, joints):

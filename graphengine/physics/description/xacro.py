@@ -1,6 +1,6 @@
 """Expands xacro files to URDF in a confined process with a time limit.
 
-What comes back is the tree of elements, each with the place in the xacro file that it was written at.
+The result is a tree of elements, each with its position in the xacro file.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _PROCESS = "graphengine.physics.description.xacro_process"
 
 @dataclass(slots=True)
 class Expanded:
-    """What the process answers.
+    """The output of the process.
 
     Attributes:
         elements: of the document in its order, each with its depth and without its children; none if the file has errors.
@@ -54,7 +54,7 @@ class Expanded:
 
 
 def is_xacro(path: Path, root: Element) -> bool:
-    """Whether a description still has to be expanded; not every xacro file has a name that says so."""
+    """Return whether a description must be expanded; not every xacro file has a suffix that says so."""
 
     def holds(element: Element) -> bool:
         return element.tag.startswith("xacro:") or any("$(" in v or "${" in v for v in element.attributes.values())
@@ -71,10 +71,10 @@ def expand(
     text: str | None = None,
     without: Collection[str] = (),
 ) -> Element | None:
-    """The robot that a xacro file describes.
+    """Return the robot that a xacro file describes.
 
     Args:
-        path: the file.
+        path: xacro file.
         arguments: values of its `xacro:arg` elements.
         packages: what `$(find …)` finds; they also judge which files are read.
         findings: takes what is wrong.

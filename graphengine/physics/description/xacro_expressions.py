@@ -1,7 +1,7 @@
-"""Evaluates the expressions `${…}` of xacro files, in place of `eval`.
+"""Evaluates the expressions `${…}` of xacro files, instead of `eval`.
 
-They may use lambdas, read xacro's namespaces and YAML data by attributes, and change lists and mappings. Time and memory are
-bounded by the process that this runs in, too.
+They may use lambdas, read xacro's namespaces and YAML data by attributes, and change lists and mappings. The process in which
+this module runs also limits time and memory.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ class _Guard(Guard):
 
 
 def evaluate(expression: str, names: dict[str, Any]) -> Any:
-    """The value of an expression over `names`, which may be a mapping that computes its values.
+    """Return the value of an expression; `names` may be a mapping that computes its values.
 
     Raises:
-        ForbiddenError: it uses syntax, a name or an attribute that is not allowed, or takes more than the limits.
-        Exception: whatever evaluating it raises.
+        ForbiddenError: the expression uses forbidden syntax, names or attributes, or exceeds the limits.
+        Exception: any exception that the evaluation raises.
     """
     return _Guard().evaluate(compiled(expression, _SYNTAX), names)

@@ -1,8 +1,8 @@
-"""The confined process in which xacro expands a file: one request on stdin, one answer on stdout.
+"""The confined process in which xacro expands a file: one request on stdin, one response on stdout.
 
-xacro was written for files that one trusts. Here expressions are evaluated by `expressions`, files are read where the caller may
-read them, the environment is empty, and the process is confined. Each element carries its place through macros and includes, so
-that a mistake is told in the line that was written.
+xacro was written for trusted files. Here `xacro_expressions` evaluates expressions, only files that the caller may read are
+read, the environment is empty, and the process is confined. Each element keeps its position through macros and includes, so
+that errors refer to the line that contains them.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Expansion:
     """One run of xacro. What absent packages would bring is left out and reported.
 
     Args:
-        path: the file.
+        path: xacro file.
         arguments: values of its `xacro:arg` elements.
         packages: what `$(find …)` finds; they also judge which files are read.
         found: where the packages lie that the caller looked for, or why they are not found; None to look for them here.
@@ -79,7 +79,7 @@ class Expansion:
         self.unknown_calls: list[UnknownCall] = []
 
     def run(self) -> Expanded:
-        """The expanded document, or what is wrong with it."""
+        """Return the expanded document, or its errors."""
         elements = self._elements()
         used = [str(path) for path in self.packages.files.used]
         absent = list(self.absent.values())

@@ -1,4 +1,4 @@
-"""The most that a command may ask of a joint, so that a message from the network does not make a simulation diverge.
+"""Limits for joint commands, so that a message from the network cannot make a simulation diverge.
 
 An effort is limited as in the robot's description. Where that has no limit, it is what lifts the robot at an arm of 1 m, and no
 more than accelerates the joint's own inertia by 1e5 rad/s2 (or m/s2). A velocity is limited to 1e6 deg/s, as in Isaac Sim (or to
@@ -25,12 +25,12 @@ FASTEST_WHEEL = 100.0
 
 
 def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) -> dict[Kind, list[tuple[float, float]]]:
-    """The lowest and the highest legal command of each kind for each joint of a robot.
+    """Return the lowest and highest legal command of each kind for each joint of a robot.
 
     Args:
-        model: compiled.
+        model: compiled model.
         robot: prim of the robot.
-        joints: ids in the model of the robot's moving joints, in the articulation's order.
+        joints: ids of the robot's moving joints in the model, in the articulation's order.
     """
     joints_by_name = {prim.facts["joint"]: prim.facts for prim in robot.descendants() if prim.kind == "joint"}
     wheels = robot.facts.get("wheel_radii", {})

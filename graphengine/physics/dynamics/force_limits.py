@@ -33,16 +33,16 @@ _NOTHING = 1e-9
 
 
 class ForceLimits(Stateful):
-    """Those drives of a model that have a maximum force.
+    """The drives of a model that have a maximum force.
 
     Args:
-        model: compiled; its timestep is the step.
-        data: of the simulation.
-        drives: with the names of their joints in the model.
+        model: compiled model; its timestep is the step.
+        data: state of the simulation.
+        drives: drives by the names of their joints in the model.
 
     Attributes:
         joints: names of the joints.
-        inertias: I of each, kg m² or kg.
+        inertias: I of each joint, kg m² or kg.
     """
 
     kept = ("_reach",)
@@ -62,11 +62,11 @@ class ForceLimits(Stateful):
         self.start()
 
     def start(self) -> None:
-        """Take all joints for free."""
+        """Assume that all joints move freely."""
         self._reach = 1.0 + self._implicit
 
     def carry_over(self, old: ForceLimits) -> None:
-        """Go on with what another model's limits know of the joints that are in both."""
+        """Take over the state of joints that another model's limits also have."""
         known = dict(zip(old.joints, old._reach.tolist(), strict=True))
         self._reach = np.array([known.get(joint, free) for joint, free in zip(self.joints, self._reach, strict=True)])
 
@@ -79,7 +79,7 @@ class ForceLimits(Stateful):
         return forces
 
     def observe(self) -> None:
-        """See how freely joints moved in the last step, before set points move; commanded efforts are a part of the forces."""
+        """Measure how freely joints moved in the last step, before set points move; commanded efforts are part of the forces."""
         data, dofs = self._data, self._dofs
         exerted, moved = self._forces(0.0) + data.qfrc_applied[dofs], self.inertias * data.qacc_warmstart[dofs]
         left = exerted - data.qfrc_bias[dofs]
@@ -88,7 +88,7 @@ class ForceLimits(Stateful):
         self._reach = np.minimum(1.0 + self._implicit * np.minimum(np.maximum(freely, 0.0), 1.0), 2.0 * self._reach)
 
     def apply(self, efforts: Floats) -> None:
-        """Take off what drives would exert in excess in the next step; what joints were told to exert besides stays."""
+        """Reduce the forces of drives that would exceed their maximum in the next step; commanded efforts are unchanged."""
         own, forces = efforts[self._dofs], self._forces(self._step)
         middle = (self._reach - 1.0) * (own - self._data.qfrc_bias[self._dofs])
         most = self._most * self._reach
@@ -97,7 +97,7 @@ class ForceLimits(Stateful):
 
 
 def tell_limits(limits: ForceLimits, robots: Mapping[str, RobotInstance], findings: Findings) -> None:
-    """Tell what the maximum forces that robot files state come to."""
+    """Add notes on the accelerations to which maximum forces in robot files limit joints."""
     told: set[tuple[int, str]] = set()
     for name, inertia in zip(limits.joints, limits.inertias.tolist(), strict=True):
         owner, _, joint = name.partition("/")

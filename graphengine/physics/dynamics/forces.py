@@ -1,6 +1,6 @@
-"""The forces that act in the present state.
+"""Computes the forces that act in the current state.
 
-What a step leaves behind are the forces and accelerations of the state before it.
+After a step, MuJoCo's forces and accelerations belong to the state before it.
 """
 
 from __future__ import annotations
@@ -9,11 +9,11 @@ from graphengine.physics.engine import mujoco
 
 
 class Forces:
-    """Finds the forces of a state when somebody asks for them, which the next step finds anew.
+    """Computes the forces of a state on request; the next step computes them again.
 
     Args:
-        model: of the state.
-        data: the state.
+        model: model of the state.
+        data: state of the simulation.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -21,11 +21,11 @@ class Forces:
         self._known = False
 
     def forget(self) -> None:
-        """The state has changed."""
+        """Discard computed forces, because the state has changed."""
         self._known = False
 
     def now(self) -> mujoco.MjData:
-        """The state with its forces; read it at once."""
+        """Return the state with computed forces; read it immediately."""
         if not self._known:
             mujoco.mj_forwardSkip(self._model, self._data, mujoco.mjtStage.mjSTAGE_VEL, 1)
             mujoco.mj_rnePostConstraint(self._model, self._data)

@@ -1,4 +1,4 @@
-"""A handle, which is a prim's place in a simulation, and the table of all: one for each prim and kind."""
+"""Handles, which bind prims to a simulation, and their table: one handle per prim and kind."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Handle(Stateful):
-    """A prim's place in a simulation."""
+    """Binds a prim to a simulation."""
 
     sees_steps: ClassVar[bool] = False
     """Whether it is told of every physics step, by the methods below."""
@@ -26,24 +26,24 @@ class Handle(Stateful):
 
     @classmethod
     def key(cls, prim: Prim, **options: Any) -> str:
-        """The prim's path, and below it what else tells handles of a prim apart; a subclass with options takes them."""
+        """Return the key of a handle: the prim's path, followed by the options of subclasses that have any."""
         return prim.path
 
     def bind(self) -> None:
-        """Find ids and views in the simulation's present model."""
+        """Find ids and views in the simulation's current model."""
         raise NotImplementedError
 
     def reset(self) -> None:
-        """Forget what was seen since the start."""
+        """Discard measurements since the start."""
 
     def see_forces(self) -> None:
-        """Look at what acts in a step: contacts and their forces are known, bodies are where they were before it."""
+        """Called in a step when contacts and their forces are computed, before bodies move."""
 
     def see_motion(self) -> None:
-        """Look at where the step led."""
+        """Called after a step."""
 
     def see_displacement(self) -> None:
-        """Take note that something was put elsewhere between two steps, which is no motion."""
+        """Called after a body was placed elsewhere between two steps, which does not count as motion."""
 
 
 H = TypeVar("H", bound=Handle)
@@ -53,7 +53,7 @@ class HandleTable:
     """The handles of a simulation by kind and key.
 
     Attributes:
-        watching: those that want to see every physics step.
+        watching: handles that observe each physics step.
     """
 
     def __init__(self, simulation: SimulationCore) -> None:
@@ -62,7 +62,7 @@ class HandleTable:
         self._handles: dict[tuple[type[Handle], str], Handle] = {}
 
     def find(self, kind: type[H], prim: Prim, **options: Any) -> H:
-        """The handle of a prim with some options, made when it is first asked for."""
+        """Return the handle of a prim with given options; it is created at first use."""
         key = kind.key(prim, **options)
         handle = self._handles.get((kind, key))
         if not isinstance(handle, kind):
@@ -71,17 +71,17 @@ class HandleTable:
         return handle
 
     def forget(self, prim_path: str) -> None:
-        """Let go of the handles of a prim and of all below it."""
+        """Release the handles of a prim and of all prims below it."""
         for key in [key for key in self._handles if at_or_below(key[1], prim_path)]:
             self._handles.pop(key).reset()
         self._changed()
 
     def save(self) -> dict[tuple[type[Handle], str], Any]:
-        """States of all handles."""
+        """Return the states of all handles."""
         return {key: handle.save() for key, handle in self._handles.items()}
 
     def restore(self, saved: Mapping[tuple[type[Handle], str], Any]) -> None:
-        """Let all go back; those that came since are forgotten, and asked for again where they are needed."""
+        """Restore the states of all handles; later handles are released and created again at their next use."""
         for key in [key for key in self._handles if key not in saved]:
             self._handles.pop(key).reset()
         for key, handle in self._handles.items():
@@ -89,17 +89,17 @@ class HandleTable:
         self._changed()
 
     def bind(self) -> None:
-        """Let all find their places in another model."""
+        """Bind all handles to another model."""
         for handle in self._handles.values():
             handle.bind()
 
     def reset(self) -> None:
-        """Let all forget what they saw since the start."""
+        """Discard the measurements of all handles since the start."""
         for handle in self._handles.values():
             handle.reset()
 
     def clear(self) -> None:
-        """Let go of all."""
+        """Release all handles."""
         self.reset()
         self._handles.clear()
         self._changed()

@@ -33,10 +33,10 @@ _SOFTNESS = 1e-2
 
 
 def find_mover(model: mujoco.MjModel, stage: Stage, prim: Prim) -> tuple[int, Pose] | None:
-    """The body that goes where a prim is put, and the prim's pose in it; None where there is none.
+    """Return the body that moves when a prim is placed, and the prim's pose in it; None if there is none.
 
-    It hangs on one joint, which is no ball. It is the prim's own, or for what stands for a robot the one that this is fixed to:
-    each of the other links that are fixed to it would take the whole robot along.
+    The body has one joint, which is not a ball joint. It is the prim's own body, or, for a prim that represents a robot, the
+    body to which it is fixed: any other link fixed to that body would move the whole robot.
     """
     name, pose = prim.carrier()
     leads = stage.stands_for_robot(prim) is not None
@@ -51,7 +51,7 @@ def find_mover(model: mujoco.MjModel, stage: Stage, prim: Prim) -> tuple[int, Po
 
 
 class PlacedBody(Handle):
-    """The body that carries a prim, which stays where the prim was put last until the simulation is reset."""
+    """A handle that places a prim and holds its body there until the simulation is reset."""
 
     kept = ("_coordinates",)
 
@@ -76,14 +76,14 @@ class PlacedBody(Handle):
             self._make_firm()
 
     def place(self, position: Vector3, orientation: Quaternion) -> None:
-        """Put the prim there, at rest, and hold its body: from here on every handle reads that.
+        """Place the prim at rest, and hold its body; all handles see the new pose.
 
         Args:
-            position: in the world frame, m.
-            orientation: likewise, of length 1.
+            position: position in the world frame, m.
+            orientation: unit quaternion (x, y, z, w) in the world frame.
 
         Raises:
-            PhysicsError: a number beyond those that MuJoCo counts with; nothing has changed.
+            PhysicsError: a number is outside MuJoCo's range; nothing has changed.
         """
         coordinates = self._towards(
             *rotation.compose((position, orientation), rotation.relative(self._offset, NOWHERE))
@@ -100,18 +100,18 @@ class PlacedBody(Handle):
         self._simulation.refresh()
 
     def hold(self) -> None:
-        """Put the body back."""
+        """Return the body to the held pose."""
         if self._coordinates is not None:
             self._position[:] = self._coordinates
             self._velocity[:] = 0.0
 
     def release(self) -> None:
-        """Let physics move the body."""
+        """Let physics move the body again."""
         self._coordinates = None
         self.soften()
 
     def soften(self) -> None:
-        """Give the body back the weight that it has."""
+        """Restore the body's own inertia."""
         for (array, where, _, _), loose in zip(self._weights(), self._loose, strict=True):
             array[where] = loose
 

@@ -1,9 +1,10 @@
-"""What graphs wrote over things that belong to the model and not to the state: frictions of materials, and lights.
+"""Settings that graphs write to parts of the model instead of the state: frictions of materials, and lights.
 
-It is kept by prim path: a model that has a robot more or less takes it over, and `put_back` undoes it.
+They are stored by prim path, so that a model with another set of robots takes them over and `put_back` undoes them.
 
-The intensity that a light begins with is 1, whatever the world's file gives it, and its colour is that of its diffuse light.
-MuJoCo's diffuse light then is colour times intensity; ambient and specular light follow the intensity, so that at 0 it is out.
+The initial intensity of a light is 1, whatever the world's file contains, and its colour is that of its diffuse light. MuJoCo's
+diffuse light is colour times intensity; ambient and specular light are scaled by the intensity, so that 0 switches the light
+off.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ T = TypeVar("T")
 
 
 class Written(Stateful, Generic[T]):
-    """Values of prims of one kind, where they are others than those that were built.
+    """Written values of prims of one kind, where they differ from the initial ones.
 
     Args:
-        stage: with the prims, whose facts are what they were built with.
+        stage: stage with the prims, whose facts have the initial values.
     """
 
     kept = ("written",)
@@ -38,46 +39,50 @@ class Written(Stateful, Generic[T]):
         """By prim path."""
 
     def built(self, prim: Prim) -> T:
-        """What a prim was built with."""
+        """Return the initial value of a prim."""
         raise NotImplementedError
 
     def tell(self, model: mujoco.MjModel, prim: Prim, value: T) -> None:
-        """Tell MuJoCo of a prim's value."""
+        """Apply a prim's value to the model."""
         raise NotImplementedError
 
     def of(self, prim: Prim) -> T:
-        """A prim's value."""
+        """Return the current value of a prim."""
         return self.written[prim.path] if prim.path in self.written else self.built(prim)
 
     def write(self, model: mujoco.MjModel, prim: Prim, value: T) -> None:
-        """Give a prim another value."""
+        """Set the value of a prim."""
         self.tell(model, prim, value)
         self.written[prim.path] = value
 
     def carry_over(self, model: mujoco.MjModel) -> None:
-        """Write in another model what was written before; prims that are gone are forgotten."""
+        """Apply all written values to another model; values of removed prims are discarded."""
         self.written = {path: value for path, value in self.written.items() if path in self._stage}
         for path, value in self.written.items():
             self.tell(model, self._stage.find(path), value)
 
     def put_back(self, model: mujoco.MjModel) -> None:
-        """Let all have what they were built with."""
+        """Restore the initial values of all prims."""
         for prim in map(self._stage.find, self.written):
             self.tell(model, prim, self.built(prim))
         self.written.clear()
 
 
 class Frictions(Written[Friction]):
-    """Static and dynamic friction of the materials of a stage; colliders are mixed with the floor anew, as at build."""
+    """Static and dynamic friction of a stage's materials; they are combined with the floor's again, as at build."""
 
     def built(self, prim: Prim) -> Friction:
-        """What a material was built with."""
+        """Return the initial friction of a material."""
         return prim.facts["static_friction"], prim.facts["dynamic_friction"]
 
     def tell(self, model: mujoco.MjModel, prim: Prim, value: Friction) -> None:
-        """Tell MuJoCo of the colliders of all bodies that a material is bound to."""
+        """Apply a friction to the colliders of all bodies to which a material is bound."""
         static, dynamic = value
-        material = MaterialSpec(static_friction=static, dynamic_friction=dynamic, combine=prim.facts["combine"])
+        built, across = prim.facts["dynamic_friction"], prim.facts["across"] or 0.0
+        greatest = max(
+            dynamic, across * dynamic / built if built else across
+        )  # friction across changes by the same factor
+        material = MaterialSpec(static_friction=static, dynamic_friction=greatest, combine=prim.facts["combine"])
         for body, wheel in prim.facts["bodies"].items():
             contact = against_floor(material, prim.facts["floor"], wheel=wheel)
             for geom in np.flatnonzero((model.geom_bodyid == model.body(body).id) & collides(model)):
@@ -85,14 +90,14 @@ class Frictions(Written[Friction]):
 
 
 class Lights(Written[Light]):
-    """Intensity and colour of the lights of a stage."""
+    """Intensity and colour of a stage's lights."""
 
     def built(self, prim: Prim) -> Light:
-        """What a light begins with."""
+        """Return the initial intensity and colour of a light."""
         return 1.0, prim.facts["diffuse"]
 
     def tell(self, model: mujoco.MjModel, prim: Prim, value: Light) -> None:
-        """Tell MuJoCo how bright a light is."""
+        """Apply the intensity and colour of a light to the model."""
         intensity, colour = value
         number = world_lights(model, [robot.entity_name for robot in self._stage.prims("robot")])[prim.facts["number"]]
         model.light_diffuse[number] = intensity * np.array(colour)

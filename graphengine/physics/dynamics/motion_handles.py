@@ -1,7 +1,7 @@
-"""What nodes hold of the physics: poses and velocities of prims, and the joints of a robot.
+"""Handles of poses and velocities of prims, and of the joints of a robot.
 
-A handle keeps ids and views into MuJoCo's arrays, which stay valid as long as the model does; `bind` finds them, again after
-the model was compiled anew.
+A handle keeps ids and views into MuJoCo's arrays, which are valid as long as the model; `bind` finds them again after the model
+was recompiled.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 
 class CarriedPrim(Handle):
-    """A prim that moves with the body that carries it; with none, it stands still."""
+    """A prim that moves with the body that carries it, or is static without one."""
 
     def bind(self) -> None:
-        """Find the body, and where the prim is in it."""
+        """Find the body, and the pose of the prim in it."""
         model, data = self._simulation.model, self._simulation.data
         name, pose = self._prim.carrier()
         self.body = body = model.body(name).id if name is not None else 0
@@ -39,7 +39,7 @@ class CarriedPrim(Handle):
         self._twist, self._centre = data.cvel[body], data.subtree_com[model.body_rootid[body]]
 
     def pose(self) -> tuple[Vector3, Quaternion]:
-        """Position (m) and orientation in the world frame."""
+        """Return position (m) and orientation in the world frame."""
         x, y, z = self._position.tolist()
         d, a, b, c = self._rotation.tolist()
         if self._offset is None:
@@ -49,7 +49,7 @@ class CarriedPrim(Handle):
         return (x + u, y + v, z + w), multiply((a, b, c, d), turn)
 
     def velocity(self) -> tuple[Vector3, Vector3]:
-        """Linear (m/s) and angular (rad/s) velocity of the prim's origin, in the world frame: v + w x r."""
+        """Return linear (m/s) and angular (rad/s) velocity of the prim's origin in the world frame: v + w x r."""
         a, b, c, u, v, w = self._twist.tolist()
         x, y, z = self._position.tolist()
         if self._offset is not None:
@@ -75,7 +75,7 @@ class Joints(Handle):
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Find the joints and the servos that drive them."""
+        """Find the joints and the servos of their drives."""
         model, data = self._simulation.model, self._simulation.data
         robot = self._prim
         drives: dict[str, Drive | None] = {
@@ -96,33 +96,33 @@ class Joints(Handle):
         self.position_servos, self.velocity_servos = servo_ids(model, zip(joints, own, strict=True))
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> SelectedJoints:
-        """Joints by name, else by index, else all.
+        """Return joints by name, else by index, else all.
 
         Raises:
-            JointError: a name or index that the robot does not have.
+            JointError: the robot does not have a given name or index.
         """
         return SelectedJoints(self._simulation, self, select_joints(self, names, indices))
 
     def positions(self) -> Floats:
-        """Joint positions, rad or m; a fresh array."""
+        """Return joint positions, rad or m; a fresh array."""
         positions: Floats = self._data.qpos[self._qpos]
         return positions
 
     def velocities(self) -> Floats:
-        """Joint velocities, rad/s or m/s; a fresh array."""
+        """Return joint velocities, rad/s or m/s; a fresh array."""
         velocities: Floats = self._data.qvel[self.dofs]
         return velocities
 
     def set_points(self) -> tuple[Floats, Floats]:
-        """Targets of position and velocity of each joint's drive; NaN where it has no such target. Fresh arrays."""
+        """Return position and velocity targets of each joint's drive; NaN for targets it does not have. Fresh arrays."""
         targets = np.append(self._simulation.set_points.targets, np.nan)  # the last is what servo -1 has
         return targets[self.position_servos], targets[self.velocity_servos]
 
     def efforts(self) -> Floats:
-        """What drives and commanded efforts exerted at the end of the last step, N m or N; a fresh array.
+        """Return the efforts of drives and commands at the end of the last step, N m or N; a fresh array.
 
-        MuJoCo's own `actuator_force` belongs to the velocity before the step: under the discrete integrator 15 times the torque
-        that accelerates a robot.
+        MuJoCo's own `actuator_force` belongs to the velocity before the step: with the discrete integrator, it can be 15 times
+        the torque that accelerates a robot.
         """
         force = self._damping * (self._control[self.velocity_servos] - self.velocities())
         if self._has_springs:
@@ -131,10 +131,10 @@ class Joints(Handle):
         return efforts
 
     def wrenches(self) -> tuple[Floats, Floats]:
-        """Forces (N) and torques (N m) with which each joint's parent link holds its child link, in the child's frame.
+        """Return forces (N) and torques (N m) with which each joint's parent link holds its child link, in the child's frame.
 
-        Each has the shape (joints, 3); torques are about the child link's origin. Fresh arrays. MuJoCo gives them in the world's
-        axes, torques about the centre of mass of the robot's whole tree.
+        Each has the shape (joints, 3); torques are about the child link's origin. Fresh arrays. MuJoCo computes them in the
+        world's axes, with torques about the centre of mass of the robot's whole tree.
         """
         data = self._simulation.forces.now()
         torques, forces = np.hsplit(data.cfrc_int[self._children], 2)
@@ -144,7 +144,7 @@ class Joints(Handle):
 
 
 class SelectedJoints(Shared):
-    """Some joints of a robot, in the order they were asked for."""
+    """Selected joints of a robot, in the requested order."""
 
     __slots__ = ("_chosen", "_joints", "_simulation", "names")
 
@@ -160,13 +160,13 @@ class SelectedJoints(Shared):
         velocities: Sequence[float] | None = None,
         efforts: Sequence[float] | None = None,
     ) -> None:
-        """Set targets from the next physics step on; None leaves a kind as it is, NaN a single joint.
+        """Set targets, starting with the next physics step; None keeps a kind of target, NaN keeps that of a single joint.
 
-        A target that the joint has no drive for (a velocity without damping, a position without stiffness) has no effect, as in
-        PhysX. A command beyond what its joint can do is clamped and counted.
+        A target without an effect of the drive (a velocity without damping, a position without stiffness) is ignored, as in
+        PhysX. A command beyond the joint's limits is clamped and counted.
 
         Raises:
-            BadValueError: a number that MuJoCo does not count with; nothing was set.
+            BadValueError: a number is outside MuJoCo's range; nothing was set.
         """
         points, joints = self._simulation.set_points, self._joints
         found: list[tuple[Floats, int, float]] = []

@@ -1,7 +1,7 @@
-"""Bodies that are bolted to the world, put elsewhere.
+"""Moves bodies that are fixed to the world.
 
-Where such a body is belongs to the model, not to the state. MuJoCo and the rays of lidars take it for settled once a run has
-begun, so a body is moved in a copy of the model, and the simulation goes on with that.
+The pose of such a body belongs to the model, not to the state. MuJoCo and the lidars' rays assume that it is constant after the
+start, so a body is moved in a copy of the model, with which the simulation continues.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from graphengine.physics.engine import Floats, mujoco
 
 
 class Mounts(Stateful):
-    """Which bodies stand elsewhere than the model was compiled with."""
+    """The bodies whose pose differs from that in the compiled model."""
 
     kept = ("_moved",)
 
@@ -29,7 +29,7 @@ class Mounts(Stateful):
         return bool(self._moved)
 
     def moved(self, model: mujoco.MjModel, body: int, pose: Pose) -> tuple[Self, mujoco.MjModel]:
-        """These with a topmost body elsewhere, and a copy of the model in which it is."""
+        """Return the mounts with one more moved body, and a copy of the model in which it is moved."""
         name, (position, (x, y, z, w)) = model.body(body).name, pose
         built, _ = self._moved.get(name, (np.concatenate((model.body_pos[body], model.body_quat[body])), None))
         mounts, found = copy.copy(self), copy.copy(model)
@@ -38,7 +38,7 @@ class Mounts(Stateful):
         return mounts, found
 
     def carry_over(self, model: mujoco.MjModel) -> None:
-        """Move in a model what was moved before; bodies that it does not have are forgotten."""
+        """Apply earlier moves to a model; bodies that it does not have are discarded."""
         for name in list(self._moved):
             body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
             if body < 0:
@@ -47,7 +47,7 @@ class Mounts(Stateful):
                 model.body_pos[body], model.body_quat[body] = np.split(self._moved[name][1], [3])
 
     def put_back(self, model: mujoco.MjModel) -> mujoco.MjModel | None:
-        """A copy of a model in which all stand where they were built; None where they do."""
+        """Return a copy of a model in which all bodies have their initial poses; None if none was moved."""
         if not self._moved:
             return None
         self._moved = {name: (built, built) for name, (built, _) in self._moved.items()}

@@ -1,6 +1,6 @@
-"""The robots and objects of a simulation as wholes: where they are, how large, put elsewhere, pushed.
+"""The robots and objects of a simulation as entities: poses, bounds, placing and pushing.
 
-An entity is a topmost body with all that hangs on it; that of a robot whose root link is the world has several.
+An entity is a topmost body with all its children; a robot whose root link is the world consists of several.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ REST: Vector3 = (0.0, 0.0, 0.0)
 
 
 class MujocoEntities:
-    """What stands in a simulation.
+    """The entities of a simulation.
 
     Args:
-        simulation: its present model and state are asked for each time.
+        simulation: simulation, whose current model and state are read at each call.
     """
 
     def __init__(self, simulation: Simulation) -> None:
@@ -41,7 +41,7 @@ class MujocoEntities:
         """The model, and the names of its entities by their root bodies."""
 
     def all(self) -> list[Entity]:
-        """Robots in the order of the stage, then the world's own bodies."""
+        """Return robots in the order of the stage, then the world's own bodies."""
         return [
             Entity(name, prim.path, self._kind(prim), bool(prim.facts.get("spawned")))
             for name, prim in self._prims().items()
@@ -65,7 +65,7 @@ class MujocoEntities:
         return prim
 
     def roots(self, prim: Prim) -> list[int]:
-        """Numbers of the topmost bodies of an entity's prim."""
+        """Return the ids of the topmost bodies of an entity's prim."""
         model = self._simulation.model
         if prim.body is not None:
             return [int(model.body_rootid[model.body(prim.body).id])]
@@ -87,7 +87,7 @@ class MujocoEntities:
         return "object" if moves else "static"
 
     def state(self, name: str) -> EntityState:
-        """Where an entity is, and how it moves."""
+        """Return pose, velocity and acceleration of an entity."""
         simulation, prim = self._simulation, self._find(name)
         handle = simulation.body(prim)
         acceleration = np.zeros(6)
@@ -98,7 +98,7 @@ class MujocoEntities:
         return EntityState(*handle.pose(), *handle.velocity(), vector(linear), vector(angular))
 
     def bounds(self, name: str, *, own: bool = False) -> Box | None:
-        """The box around an entity's geometry, along the world's axes or its own."""
+        """Return the box around an entity's geometry, along the world's axes or its own."""
         model, data, prim = self._simulation.model, self._simulation.data, self._find(name)
         geoms = np.flatnonzero(np.isin(model.body_rootid[model.geom_bodyid], self.roots(prim)))
         if own:
@@ -109,7 +109,7 @@ class MujocoEntities:
         return Box(vector(found[0]), vector(found[1])) if found is not None else None
 
     def overlaps(self, name: str) -> list[Overlap]:
-        """What an entity is stuck in, deepest first."""
+        """Return what an entity overlaps, deepest first."""
         simulation, owners = self._simulation, self._find_owners()
         found = overlaps(simulation.model, simulation.data, self.roots(self._find(name)))
         return [self._overlap(geom, depth, owners) for geom, depth in found.items()]
@@ -133,7 +133,7 @@ class MujocoEntities:
         return Overlap(owner or model.geom(geom).name or "the world", depth)
 
     def place(self, name: str, move: Move) -> None:
-        """Put an entity elsewhere; see `backend.Entities`."""
+        """Place an entity; see `backend.Entities`."""
         prim = self._find(name)
         linear, angular = move.linear or REST, move.angular or REST
         now = self._simulation.body(prim).pose()
@@ -146,10 +146,10 @@ class MujocoEntities:
         there = compose(pose, relative(now, pose_of(data.xpos[root], data.xquat[root])))
         bolted, joint = model.body_jntnum[root] == 0, int(model.body_jntadr[root])
         if bolted and any((*linear, *angular)):
-            raise UsageError(f"{name} is bolted to the world: it can be put elsewhere, but has no velocity")
+            raise UsageError(f"{name} is fixed to the world: it can be moved, but cannot have a velocity")
         if not bolted and model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
             named = model.joint(joint).name
-            raise UsageError(f"{name} cannot be put elsewhere: it hangs on joint {named!r} of the world")
+            raise UsageError(f"{name} cannot be moved: joint {named!r} of the world carries it")
         try:
             if bolted:
                 self._simulation.move_mount(root, there)
@@ -178,15 +178,15 @@ class MujocoEntities:
             raise
 
     def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
-        """Let a force act on an entity; see `backend.Entities`."""
+        """Apply a force to an entity; see `backend.Entities`."""
         prim = self._find(name)
         for what, values in (("force", force), ("duration", (duration,)), ("point", point or ())):
             _check(name, what, values)
         if duration <= 0.0:
-            raise UsageError(f"{name}: a push lasts longer than {duration:g} s")
+            raise UsageError(f"{name}: the duration of a push must be greater than {duration:g} s")
         root, model = self._only_root(name, prim), self._simulation.model
         if model.body_jntnum[root] == 0:
-            raise UsageError(f"{name} cannot be pushed: it is bolted to the world")
+            raise UsageError(f"{name} cannot be pushed: it is fixed to the world")
         self._simulation.pushes.add(model.body(root).name, force, duration, point)
         self._simulation.refresh()  # which wakes what sleeps
 
@@ -195,12 +195,12 @@ def _check(name: str, what: str, values: Iterable[float]) -> None:
     """Refuse what cannot be meant."""
     for value in values:
         if not abs(value) <= MOST:
-            raise UsageError(f"{name}: no {what} is {value:g}; legal is up to {MOST:g}")
+            raise UsageError(f"{name}: invalid {what} {value:g}; legal: at most {MOST:g}")
 
 
 def _unit(name: str, orientation: Quaternion) -> Quaternion:
     length = math.hypot(*orientation)
     if length < 1e-6:
-        raise UsageError(f"{name}: the orientation (0, 0, 0, 0) is none; (0, 0, 0, 1) is upright")
+        raise UsageError(f"{name}: (0, 0, 0, 0) is not an orientation; (0, 0, 0, 1) is upright")
     x, y, z, w = (value / length for value in orientation)
     return x, y, z, w

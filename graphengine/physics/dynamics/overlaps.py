@@ -1,4 +1,4 @@
-"""Which bodies are in each other, as far as physics will push them apart."""
+"""Finds bodies that overlap, as far as physics will push them apart."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 
 
 def overlaps(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[int]) -> dict[int, float]:
-    """The shapes that some topmost bodies are stuck in, and how deep, m; one for each topmost body that they belong to.
+    """Return the geoms that overlap the given topmost bodies, with depths (m); one for each topmost body to which they belong.
 
-    Contacts are those of the state that MuJoCo looked at last; shapes that it lets pass through each other do not count.
+    Contacts are those that MuJoCo computed last; geoms that may pass through each other do not count.
     """
     deep = (data.contact.dist <= -LEAST) & (data.contact.geom >= 0).all(axis=1)
     found: dict[int, tuple[float, int]] = {}

@@ -1,7 +1,6 @@
-"""Forces that act on bodies from outside for a while.
+"""External forces that act on bodies for a limited time.
 
-The impulse of a push is its force times its duration, to the last bit that floats have: each physics step takes its part of the
-duration, and a step that is taken only in part takes as much of the force.
+The impulse of a push is exactly its force times its duration: the force of a step that is only partly covered is scaled down.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ class _Push:
 
 
 class Pushes(Stateful):
-    """All forces that act from outside. MuJoCo's `xfrc_applied` is what they are in the next step."""
+    """All external forces; MuJoCo's `xfrc_applied` has those of the next step."""
 
     kept = ("_pushes",)
 
@@ -41,7 +40,7 @@ class Pushes(Stateful):
         self._pushes: list[_Push] = []
 
     def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Go on in another model; bodies that it does not have are not pushed any more."""
+        """Continue with another model; bodies that it does not have are no longer pushed."""
         self._model, self._data = model, data
         body = mujoco.mjtObj.mjOBJ_BODY
         self._pushes = [push for push in self._pushes if mujoco.mj_name2id(model, body, push.body) >= 0]
@@ -60,14 +59,14 @@ class Pushes(Stateful):
         self.apply()
 
     def advance(self) -> None:
-        """A step is over."""
+        """Count a completed step."""
         for push in self._pushes:
             push.left -= 1.0
         self._pushes = [push for push in self._pushes if push.left > 0.0]
         self.apply()
 
     def apply(self) -> None:
-        """Set what acts in the next step, where bodies are at present."""
+        """Set the forces of the next step for the current poses."""
         data = self._data
         data.xfrc_applied[:] = 0.0
         for push in self._pushes:
@@ -80,6 +79,6 @@ class Pushes(Stateful):
             data.xfrc_applied[body, 3:] += np.cross(at - data.xipos[body], force)
 
     def clear(self) -> None:
-        """End all of them."""
+        """End all pushes."""
         self._pushes.clear()
         self._data.xfrc_applied[:] = 0.0

@@ -1,4 +1,4 @@
-"""What drives and joints are told, and how fast it takes effect."""
+"""Targets of drives and joint efforts, and how fast they take effect."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from graphengine.physics.model.drives import Drive, servo_ids
 
 
 class SetPoints(Stateful):
-    """Targets of actuators and efforts of joints; a step takes them over, so that what was read before belongs to the last step.
+    """Targets of actuators and efforts of joints; they take effect at the beginning of a step.
 
     Args:
-        model: compiled; its timestep is the step.
-        data: of the simulation.
-        drives: with the names of their joints in the model.
+        model: compiled model; its timestep is the step.
+        data: state of the simulation.
+        drives: drives by the names of their joints in the model.
 
     Attributes:
-        targets: of each actuator of the model, in its own unit.
-        efforts: of each degree of freedom, N m or N.
-        pending: whether the next step has anything to take over.
+        targets: target of each actuator of the model, in its own unit.
+        efforts: effort of each degree of freedom, N m or N.
+        pending: whether the next step has to apply changes.
     """
 
     kept = ("efforts", "pending", "targets")
@@ -42,7 +42,7 @@ class SetPoints(Stateful):
         self.start()
 
     def start(self) -> None:
-        """Tell all joints what they are told at the start: the target velocities of their drives, and no effort."""
+        """Set the initial commands of all joints: the target velocities of their drives, and no effort."""
         self.targets[:] = self._control
         for servo, velocity in self._starts.items():
             self.targets[servo] = velocity
@@ -50,14 +50,14 @@ class SetPoints(Stateful):
         self.pending = True
 
     def zero(self) -> None:
-        """Tell all joints to come to rest: no velocity, no effort; positions stay."""
+        """Command all joints to stop: zero velocity and effort; position targets stay."""
         for servo in self._starts:
             self.targets[servo] = 0.0
         self.efforts[:] = 0.0
         self.pending = True
 
     def take_over(self) -> None:
-        """Move the set points towards their targets, as far as they may go in a step."""
+        """Move the set points towards their targets, as far as they may move in a step."""
         if self.pending:
             control = self._control
             np.clip(self.targets, control - self._changes, control + self._changes, out=control)

@@ -1,4 +1,4 @@
-"""Letting a scene come to rest before it starts."""
+"""Lets a scene come to rest before it starts."""
 
 from __future__ import annotations
 
@@ -18,10 +18,12 @@ SETTLE_LIMIT = 5.0
 
 
 def settle(model: mujoco.MjModel, data: mujoco.MjData, step: Callable[[], None]) -> float | None:
-    """Leave each tree of bodies as it was when it came to rest, whatever others still did then.
+    """Leave each tree of bodies in the state in which it came to rest, whatever others did afterwards.
+
+    Poses and contacts of the state that this leads to are not computed yet.
 
     Returns:
-        Seconds that it took until all were at rest; None when that did not come to an end.
+        Simulation time until all were at rest, s; None if some did not come to rest in time.
     """
     joints = np.searchsorted(model.jnt_qposadr, np.arange(model.nq), side="right") - 1
     tree_of_position = model.dof_treeid[model.jnt_dofadr[joints]]
@@ -41,5 +43,4 @@ def settle(model: mujoco.MjModel, data: mujoco.MjData, step: Callable[[], None])
             break
     mujoco.mj_resetData(model, data)
     data.qpos[:], data.qvel[:] = positions, velocities
-    mujoco.mj_step1(model, data)
     return taken

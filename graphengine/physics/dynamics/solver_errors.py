@@ -1,32 +1,39 @@
-"""What keeps MuJoCo from going on, in words, and what to do about it."""
+"""Describes errors of MuJoCo's solver, with remedies."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from graphengine.format.errors import PhysicsError
+from graphengine.physics.dynamics.directed_friction import DirectedFriction
 from graphengine.physics.engine import mujoco
 
 
 def gave_up(data: mujoco.MjData, error: Exception) -> PhysicsError:
-    """MuJoCo gave up, as over a geometry that it cannot collide."""
+    """Return the error for an exception of MuJoCo, for example over geometry that it cannot collide."""
     return PhysicsError(f"at t = {data.time:.4f} s MuJoCo gave up: {error}\nlook for degenerate geometry in the scene")
 
 
-def begin_step(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+def begin_step(model: mujoco.MjModel, data: mujoco.MjData, directed: DirectedFriction) -> None:
     """Compute the poses, velocities and contacts of a state.
 
+    Args:
+        model: of the state.
+        data: the state.
+        directed: of its wheels.
+
     Raises:
-        PhysicsError: MuJoCo gave up.
+        PhysicsError: MuJoCo failed.
     """
     try:
         mujoco.mj_step1(model, data)
+        directed.apply()
     except mujoco.FatalError as error:
         raise gave_up(data, error) from error
 
 
 def out_of_range(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
-    """A body is where MuJoCo does not count any more."""
+    """Return the error for a body outside MuJoCo's range of coordinates."""
     coordinate = data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].lastinfo
     joint = int(np.searchsorted(model.jnt_qposadr, coordinate, side="right")) - 1
     body = model.body(model.jnt_bodyid[joint]).name
@@ -34,7 +41,7 @@ def out_of_range(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
 
 
 def diverged(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
-    """The error that MuJoCo's counters of warnings stand for."""
+    """Return the error for MuJoCo's warning counters."""
     kinds, counts = mujoco.mjtWarning, data.warning.number
     at = f"at t = {data.time:.4f} s"
     if counts[kinds.mjWARN_CONTACTFULL] or counts[kinds.mjWARN_CNSTRFULL]:

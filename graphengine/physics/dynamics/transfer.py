@@ -1,4 +1,4 @@
-"""What two models have in common, by name: how state goes from one to the other."""
+"""Copies state between two models for the parts that they have in common, by name."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _Pairs = tuple[Indices, Indices]
 
 
 class Transfer:
-    """Joints and actuators of one model that another has too.
+    """The joints and actuators that two models have in common.
 
     Args:
-        old: where state comes from.
-        new: where it goes.
+        old: model from which state is copied.
+        new: model to which state is copied.
     """
 
     def __init__(self, old: mujoco.MjModel, new: mujoco.MjModel) -> None:
@@ -35,7 +35,7 @@ class Transfer:
         self._actuators = _indices([pair for pair in actuators if pair[1] >= 0])
 
     def carry_over(self, old: mujoco.MjData, new: mujoco.MjData) -> None:
-        """Give what is in both models the state it has in the old one; time goes on."""
+        """Copy the state of common parts; the time continues."""
         new.time = old.time
         for name, (source, target) in (
             ("qpos", self._positions),
@@ -47,7 +47,7 @@ class Transfer:
             getattr(new, name)[target] = getattr(old, name)[source]
 
     def carry_over_commands(self, old: SetPoints, new: SetPoints) -> None:
-        """Give what is in both models the commands that it was given."""
+        """Copy the commands of common parts."""
         new.targets[self._actuators[1]] = old.targets[self._actuators[0]]
         new.efforts[self._velocities[1]] = old.efforts[self._velocities[0]]
 
@@ -61,7 +61,7 @@ def _joints(old: mujoco.MjModel, new: mujoco.MjModel) -> Iterator[tuple[int, int
 
 
 def _find(model: mujoco.MjModel, kind: str, name: str) -> int:
-    """Number of what is called so, -1 if there is none."""
+    """Return the id of the object with this name, or -1."""
     return int(mujoco.mj_name2id(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), name))
 
 

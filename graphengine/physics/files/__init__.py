@@ -1,1 +1,1 @@
-"""Files of strangers: found where they may be read, bounded in size and depth, converted in processes that are bounded too."""
+"""Reads untrusted files from allowed folders, limits their size and depth, and converts meshes in limited processes."""

@@ -1,7 +1,7 @@
-"""How much a world may ask MuJoCo for: a few words of MJCF can mean a billion copies, texels or samples.
+"""Limits what a world may request from MuJoCo, because a few words of MJCF can mean a billion copies, texels or samples.
 
-All of it is counted in cells of some bytes each. What takes MuJoCo long counts more, so that a world within bounds is also
-compiled within minutes.
+Everything is counted in cells of some bytes each. Work that takes MuJoCo long counts more, so that a world within the limit
+also compiles within minutes.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ _PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def weigh(root: Element, attached: float) -> tuple[float, Element | None]:
-    """Cells that an MJCF file asks for, and the element with which they become too many.
+    """Return the number of cells that an MJCF file requests, and the element at which they exceed the limit.
 
     Args:
-        root: the file, includes put in place.
-        attached: what the heaviest of the models that it attaches amounts to.
+        root: root element, with includes inserted.
+        attached: cells of the largest model that the file attaches.
     """
     total = 0.0
     pending = [(root, 1.0)]
@@ -55,7 +55,7 @@ def weigh(root: Element, attached: float) -> tuple[float, Element | None]:
 
 
 def cells_of_file(tag: str, data: bytes) -> int:
-    """Cells that a file of a texture or height field unfolds to, by its first bytes: MuJoCo's own formats begin with sizes."""
+    """Return the number of cells in a texture or height field file, from its first bytes: MuJoCo's formats begin with sizes."""
     if data.startswith(_PNG) and len(data) >= 24:
         width, height = struct.unpack_from(">2I", data, 16)
         return int(width * height)
@@ -75,7 +75,7 @@ def _cells(element: Element) -> float:
 
 
 def _product(element: Element, names: tuple[str, ...]) -> float:
-    """Of all numbers of some attributes, none counted for less than 1; 0 without any of them."""
+    """Return the product of all numbers in some attributes, each at least 1; 0 without any of them."""
     texts = [element.get(name) for name in names if name in element.attributes]
     return math.prod(max(abs(size), 1.0) for text in texts for size in _sizes(text)) if texts else 0.0
 

@@ -1,7 +1,7 @@
-"""Meshes that MuJoCo cannot read, converted all at once in a process of their own, which bounds what a file can ask for.
+"""Converts meshes that MuJoCo cannot read, all at once in a separate process with limits on time and memory.
 
-A request is a line of JSON and the files one after another. Each file is answered when it is done, by its length in eight bytes,
-a line of JSON and the files that it became: a process that is ended has told by then which file it was at.
+A request is a line of JSON, followed by the files. Each file is answered when it is done: length in eight bytes, a line of
+JSON, and the converted files. So if the process is killed, the caller knows which file caused it.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ class Foreign:
     """A file that MuJoCo cannot read.
 
     Attributes:
-        data: what is in it.
-        suffix: of its name, in lower case.
-        visual: whether its colours count.
+        data: content of the file.
+        suffix: suffix of its name, in lower case.
+        visual: whether its colours are used.
     """
 
     data: bytes
@@ -46,7 +46,7 @@ class Foreign:
 
 @dataclass(frozen=True, slots=True)
 class Converted:
-    """A file of MuJoCo's own format, and the colour of what is in it."""
+    """A file in MuJoCo's own format, and its colour."""
 
     data: bytes
     colour: meshes.Colour | None
@@ -54,14 +54,14 @@ class Converted:
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """The line of an answer: why the file cannot be read, or lengths and colours of the files that it became."""
+    """The first line of an answer: why the file cannot be read, or lengths and colours of the converted files."""
 
     failure: str
     files: list[tuple[int, meshes.Colour | None]]
 
 
 def convert_all(files: Sequence[Foreign]) -> list[list[Converted] | meshes.MeshError]:
-    """What each file becomes: one file a colour if it is looked at, else one; or why it cannot be read."""
+    """Convert files; for each, return one file per colour if it is visible, else one file, or why it cannot be read."""
     if not files:
         return []
     head = json.dumps([(file.suffix, file.visual, len(file.data)) for file in files])
@@ -77,7 +77,7 @@ def convert_all(files: Sequence[Foreign]) -> list[list[Converted] | meshes.MeshE
 
 
 def _answers(answer: bytes) -> Iterator[list[Converted] | meshes.MeshError]:
-    """The answers that are complete."""
+    """Return the complete answers."""
     stream = io.BytesIO(answer)
     while len(head := stream.read(8)) == 8:
         length = int.from_bytes(head, "little")
@@ -93,7 +93,7 @@ def _answer(told: io.BytesIO) -> list[Converted] | meshes.MeshError:
             return meshes.MeshError(head.failure[:MAX_REASON])
         return [Converted(told.read(length), colour) for length, colour in head.files]
     except (ProcessError, OverflowError):
-        return meshes.MeshError("it spoils the answer of the process that reads it")
+        return meshes.MeshError("the process that reads it sends a malformed answer")
 
 
 @lru_cache(maxsize=1)  # the same file may follow for another use

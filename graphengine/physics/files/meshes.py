@@ -1,9 +1,9 @@
-"""Meshes of formats that MuJoCo cannot read, as files that it can, in memory.
+"""Converts meshes in formats that MuJoCo cannot read to files that it can, in memory.
 
-MuJoCo reads binary STL of up to 200 000 triangles, OBJ, and MSH, its own. COLLADA comes by pycollada, the others by trimesh.
+MuJoCo reads binary STL of up to 200 000 triangles, OBJ, and its own MSH. pycollada reads COLLADA, trimesh the other formats.
 
-Of a COLLADA file the transforms of nodes and the unit count, and its up axis does not. That is how RViz, Gazebo and MoveIt have
-it, and what robots are made for: files that say Y_UP come from exporters that write it whatever the axes are.
+For COLLADA, the transforms of nodes and the unit are used, but not the up axis, as in RViz, Gazebo and MoveIt, for which robots
+are made: files with Y_UP come from exporters that always write it.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _PLAIN_CORNER, _CORNER_WITH_MORE = re.compile(rb"(?m)^f\s+-?\d+\s"), re.compile(
 
 
 class MeshError(Exception):
-    """A mesh that cannot be read; says why."""
+    """A mesh that cannot be read; the message gives the reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,9 +54,9 @@ class Part:
     """Triangles of one colour.
 
     Attributes:
-        vertices: (n, 3), m.
-        faces: (m, 3), indices of vertices, counter-clockwise seen from outside.
-        colour: None where the file gives none.
+        vertices: shape (n, 3), m.
+        faces: shape (m, 3), indices of vertices, counter-clockwise seen from outside.
+        colour: red, green, blue and alpha; None if the file has no colour.
     """
 
     vertices: NDArray[np.float64]
@@ -65,7 +65,7 @@ class Part:
 
 
 def needs_conversion(data: bytes, suffix: str) -> bool:
-    """Whether MuJoCo cannot read a file of a readable format itself."""
+    """Return whether MuJoCo cannot read a file although it supports the format."""
     if suffix == ".obj":
         return bool(_PLAIN_CORNER.search(data) and _CORNER_WITH_MORE.search(data))
     if suffix != ".stl":
@@ -75,7 +75,7 @@ def needs_conversion(data: bytes, suffix: str) -> bool:
 
 
 def prepare(suffixes: Collection[str]) -> None:
-    """Import what conversions of these formats need, also what libraries would import only then."""
+    """Import the libraries for these formats, including modules that they import only when needed."""
     if ".dae" in suffixes:
         import collada
         import collada.polylist
@@ -89,10 +89,10 @@ def prepare(suffixes: Collection[str]) -> None:
 
 
 def convert(data: bytes, suffix: str) -> list[Part]:
-    """The triangles of a file, one part a colour, in order of the file.
+    """Return the triangles of a file, one part per colour, in order of the file.
 
     Raises:
-        MeshError: it cannot be read, or there are none.
+        MeshError: the file cannot be read, or has no triangles.
     """
     if len(data) > MAX_CONVERTED_BYTES:
         raise MeshError(f"files of more than {MAX_CONVERTED_BYTES // 1_000_000} MB are not converted")
@@ -106,19 +106,19 @@ def convert(data: bytes, suffix: str) -> list[Part]:
             raise MeshError(f"it cannot be read: {str(error) or type(error).__name__}") from error
     parts = _by_colour(parts)
     if not parts:
-        raise MeshError("there are no triangles in it")
+        raise MeshError("it has no triangles")
     return parts
 
 
 def merged(parts: list[Part]) -> Part:
-    """All parts as one, without a colour."""
+    """Return all parts merged into one without a colour."""
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
     return Part(np.concatenate([part.vertices for part in parts]), np.concatenate(faces))
 
 
 def msh(part: Part) -> bytes:
-    """A part in MuJoCo's own format: counts of vertices, normals, texture coordinates and faces, then float32 and int32."""
+    """Return a part in MuJoCo's own format: counts of vertices, normals, texture coordinates and faces; then the data."""
     missing = max(_LEAST_VERTICES - len(part.vertices), 0)
     vertices = np.pad(part.vertices, ((0, missing), (0, 0)), mode="edge")
     head = struct.pack("<4i", len(vertices), 0, 0, len(part.faces))
@@ -126,7 +126,7 @@ def msh(part: Part) -> bytes:
 
 
 def _by_colour(parts: list[Part]) -> list[Part]:
-    """Parts of one colour joined: each is a geom of its own in the end."""
+    """Return parts with parts of equal colour joined, because each becomes a geom."""
     colours = dict.fromkeys(part.colour for part in parts)
     same = [(colour, merged([part for part in parts if part.colour == colour])) for colour in colours]
     return [Part(part.vertices, part.faces, colour) for colour, part in same]
@@ -149,7 +149,7 @@ def _collada(data: bytes) -> Iterator[Part]:
 
     _refuse_doctype(data)
     if zipfile.is_zipfile(io.BytesIO(data)):  # of which pycollada would read what lies in it instead
-        raise MeshError("there is a ZIP archive in it")
+        raise MeshError("it contains a ZIP archive")
     document = _document(data)
     if document.scene is None:
         raise MeshError("the COLLADA file has no scene")
@@ -163,14 +163,14 @@ def _collada(data: bytes) -> Iterator[Part]:
                 continue
             total += len(primitive.vertex_index)
             if total > MAX_TRIANGLES:
-                raise MeshError(f"there are more than {MAX_TRIANGLES} triangles in it")
+                raise MeshError(f"it has more than {MAX_TRIANGLES} triangles")
             used, faces = np.unique(primitive.vertex_index, return_inverse=True)  # primitives share their vertices
             vertices, faces = np.asarray(primitive.vertex[used], np.float64) * unit, faces.reshape(-1, 3)
             yield Part(vertices, faces[:, ::-1] if mirrored else faces, _diffuse(primitive.material))
 
 
 def _document(data: bytes) -> Any:
-    """A COLLADA file read; where references are broken, without the materials, which would take their geometries with them."""
+    """Read a COLLADA file; if references are broken, without materials, which would otherwise remove their geometries."""
     import collada
 
     document = collada.Collada(io.BytesIO(data), ignore=[collada.DaeError])
@@ -180,13 +180,13 @@ def _document(data: bytes) -> Any:
     for instance in root.iterfind(".//{*}instance_geometry"):
         for materials in instance.findall("{*}bind_material"):
             instance.remove(materials)
-    return collada.Collada(io.BytesIO(ElementTree.tostring(root)), ignore=[collada.DaeError])
+    return collada.Collada(io.BytesIO(ElementTree.tostring(root, "utf-8")), ignore=[collada.DaeError])
 
 
 def _geometries(nodes: list[Any]) -> Iterator[tuple[Any, bool]]:
-    """Geometries of a scene in its frame, and whether they are mirrored there, which turns their triangles inside out.
+    """Yield the geometries of a scene in its frame, and whether they are mirrored, which turns their triangles inside out.
 
-    They come depth first; nodes may stand in several places, but not in too many.
+    The order is depth first; nodes may be used at several places, up to a limit.
     """
     from collada.scene import GeometryNode, Node
 
@@ -201,11 +201,11 @@ def _geometries(nodes: list[Any]) -> Iterator[tuple[Any, bool]]:
         elif isinstance(node, Node):
             pose = above @ node.matrix
             pending.extend((child, pose) for child in reversed(node.children))
-    raise MeshError(f"there are more than {MAX_NODES} nodes in it")
+    raise MeshError(f"it has more than {MAX_NODES} nodes")
 
 
 def _diffuse(material: Any) -> Colour | None:
-    """A material's colour; None for a texture. Opacity is left out, as exporters disagree on what it means."""
+    """Return a material's colour; None for a texture. Opacity is ignored, because exporters disagree on its meaning."""
     colour = getattr(getattr(material, "effect", None), "diffuse", None)
     if not isinstance(colour, tuple) or len(colour) < 3:
         return None
@@ -214,7 +214,7 @@ def _diffuse(material: Any) -> Colour | None:
 
 
 def _refuse_doctype(data: bytes) -> None:
-    """Entities could stand for other files, or for more text than there is memory."""
+    """Refuse document types, because entities could refer to other files or expand to unlimited text."""
 
     def refuse(*_: object) -> None:
         raise MeshError("a document type is not allowed in it")

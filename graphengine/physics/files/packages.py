@@ -1,7 +1,7 @@
-"""Where the files that a description names may lie: beside it, in a ROS package, at an absolute path.
+"""Finds the files that a description names: beside it, in a ROS package, or at an absolute path.
 
-A package is a folder that has its name, or whose `package.xml` gives it. It is looked for around the description, which mostly
-lies in the package that it names, then in the folders that the robot file names, then in those that the user gave.
+A package is a folder with its name, or whose `package.xml` gives the name. It is looked up around the description, which
+usually is in the package that it names, then in the folders that the robot file gives, then in those that the user gave.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ REMEDY = "give its folder: package_paths in the robot file, --package-path of im
 
 
 class Packages:
-    """The packages that one description can see.
+    """The packages that a description can refer to.
 
     Args:
-        folder: where the description lies; relative references begin here.
-        paths: packages, or folders that contain packages at any depth up to `MAX_DEPTH`; the roots of `files` come after them.
-        files: judges what may be read.
+        folder: folder of the description, in which relative references begin.
+        paths: packages, or folders with packages at any depth up to `MAX_DEPTH`; the roots of `files` follow.
+        files: decides which files may be read.
     """
 
     def __init__(self, folder: Path, paths: Sequence[Path], files: Files) -> None:
@@ -38,7 +38,7 @@ class Packages:
         self._found: dict[str, Path | None] = {}
 
     def find(self, name: str) -> Path | None:
-        """The folder of a package; if there are several, the first that may be read."""
+        """Return the folder of a package; if there are several, the first that may be read."""
         if name not in self._found:
             found = (folder for folder in self._candidates(name) if self._is(folder, name))
             first = next(found, None)
@@ -47,10 +47,10 @@ class Packages:
         return self._found[name]
 
     def places(self, reference: str) -> list[Path]:
-        """Where the file of a reference may lie, most likely first.
+        """Return possible paths for a reference, most likely first.
 
-        Of a package that is not found, its files are looked for in the folders around the description that are no other
-        package: a package may lie in a folder of another name, without its manifest.
+        If its package is not found, these are in the folders around the description that are not another package: a package
+        without manifest may be in a folder with another name.
         """
         if reference.startswith("file://"):
             return [self.folder / unquote(reference.removeprefix("file://"))]
@@ -64,7 +64,7 @@ class Packages:
         return [folder / rest for folder in around if self._name_of(folder) is None]
 
     def searched(self) -> list[str]:
-        """Where packages are looked for, for people."""
+        """Return the folders in which packages are looked up, as text."""
         told = {self.folder.resolve(): f"around {self.folder}"}
         for path in self.paths:
             if not path.is_relative_to(shipped()):
@@ -72,12 +72,12 @@ class Packages:
         return list(told.values())
 
     def lacks(self, name: str) -> list[str]:
-        """What to tell of a package that is not found: a sentence, then lines of help."""
+        """Return the message for a missing package: a sentence, then lines of help."""
         searched = listing(self.searched(), "looked in")
         return [f"no package {name!r}", *filter(None, (did_you_mean(name, self.known()), searched, REMEDY))]
 
     def known(self) -> list[str]:
-        """Names of the packages in the folders that the user gave."""
+        """Return the names of the packages in the folders that the user gave."""
         return sorted({name for path in self.paths for folder in _below(path) if (name := self._name_of(folder))})
 
     def _candidates(self, name: str) -> Iterator[Path]:
@@ -97,7 +97,7 @@ class Packages:
             return False
 
     def _name_of(self, folder: Path) -> str | None:
-        """What a folder's manifest calls the package; None without a manifest that may be read."""
+        """Return the package name in a folder's manifest; None without a readable manifest."""
         manifest = folder / MANIFEST
         if not self.files.may_read(manifest) or not manifest.is_file():
             return None
@@ -106,11 +106,11 @@ class Packages:
 
 
 def package_of(reference: str) -> str | None:
-    """The package that a reference leads into."""
+    """Return the package that a reference names."""
     scheme, separator, rest = reference.partition("://")
     return rest.lstrip("/").partition("/")[0] or None if f"{scheme}{separator}" in SCHEMES else None
 
 
 def _below(path: Path) -> Iterator[Path]:
-    """Folders of a tree, nearest to its top first within each branch; what lies in a package is none of them."""
+    """Yield the folders of a tree, parents first; folders inside a package are skipped."""
     return (folder for folder, _ in walk(path, MAX_DEPTH, lambda names: MANIFEST in names))

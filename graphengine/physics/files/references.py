@@ -1,7 +1,7 @@
-"""Files that a world or a robot description names: found, judged, read, and handed to MuJoCo as bytes.
+"""Finds, checks and reads the files that a world or robot description names, and passes them to MuJoCo as bytes.
 
-MuJoCo would open any path it is given. So includes are put in place here, every other file is read here if it lies where
-files may be read, and its name in the XML is replaced by a key into `Library.assets`.
+MuJoCo would open any path. So this module inserts includes, reads all other files that may be read, and replaces their names in
+the XML by keys of `Library.assets`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Outcome = Literal["unchanged", "converted", "unreadable", "missing"]
 
 @dataclass(frozen=True, slots=True)
 class MeshFile:
-    """A mesh by its key, and the colour that its file gives it."""
+    """The key of a mesh, and the colour that its file has."""
 
     key: str
     colour: meshes.Colour | None = None
@@ -42,7 +42,7 @@ class MeshFile:
 
 @dataclass(frozen=True, slots=True)
 class _Mesh:
-    """What became of a mesh file: files that MuJoCo reads, or why there are none."""
+    """A loaded mesh file: the files that MuJoCo reads, or why there are none."""
 
     outcome: Outcome
     files: list[MeshFile]
@@ -50,7 +50,7 @@ class _Mesh:
 
 
 class _FileKind(NamedTuple):
-    """A mesh file, links followed; the suffix that it is named by; whether it is looked at."""
+    """A mesh file with links resolved, the suffix of its name in the description, and whether it is visible."""
 
     path: Path
     suffix: str
@@ -58,11 +58,11 @@ class _FileKind(NamedTuple):
 
 
 class _UnreadableError(Exception):
-    """A file that is not read; says why."""
+    """A file that may not or cannot be read; the message gives the reason."""
 
 
 class Library:
-    """The files of one scene, by the keys that MuJoCo knows them by."""
+    """The files of a scene, by the keys under which MuJoCo finds them."""
 
     def __init__(self, files: Files, findings: Findings) -> None:
         self.files = files
@@ -79,7 +79,7 @@ class Library:
         """What became of the meshes of descriptions, by reference."""
 
     def copy(self, files: Files) -> Library:
-        """The same, which reads other files without this one knowing."""
+        """Return a copy that reads further files independently of this one."""
         made = copy.copy(self)
         made.files = files
         for name, value in vars(self).items():
@@ -88,19 +88,19 @@ class Library:
         return made
 
     def world(self, path: Path, text: str | None = None) -> Element | None:
-        """An MJCF file, or a text in its place, without a reference to any other; None when something is wrong with it."""
+        """Return an MJCF file or text without references to other files; None if there are errors."""
         before = len(self.findings.errors)
         root = self._model(path, [], text)
         return root if len(self.findings.errors) == before else None
 
     def meshes(self, shapes: Sequence[tuple[Element, bool]], packages: Packages) -> dict[Element, list[MeshFile]]:
-        """Files that MuJoCo reads in the place of URDF meshes: one a colour of a mesh that is looked at, else one.
+        """Return files that MuJoCo can read for URDF meshes: one per colour for a visible mesh, else one.
 
-        A mesh that cannot be read is an error if things collide with it; if it is only looked at, it is left out with a note.
+        A mesh that cannot be read is an error if it is a collider; otherwise it is left out with a note.
 
         Args:
-            shapes: the meshes, and whether each is a visual.
-            packages: where they lie.
+            shapes: meshes, and whether each is a visual.
+            packages: packages of the description.
         """
         kinds: dict[Element, _FileKind] = {}
         for element, visual in shapes:
@@ -113,7 +113,7 @@ class Library:
         return {element: self._files(element, kind) for element, kind in kinds.items()}
 
     def _files(self, element: Element, kind: _FileKind) -> list[MeshFile]:
-        """The files of a mesh that was loaded; what is wrong with it is told."""
+        """Return the files of a loaded mesh; report errors."""
         reference, mesh = element.get("filename"), self._meshes[kind]
         self.outcomes[reference] = mesh.outcome
         if mesh.outcome == "unreadable":
@@ -122,7 +122,7 @@ class Library:
         return mesh.files
 
     def _load(self, kinds: Iterable[_FileKind]) -> None:
-        """Read meshes; those that MuJoCo cannot read are converted, all at once."""
+        """Read meshes, and convert those that MuJoCo cannot read, all at once."""
         foreign: dict[_FileKind, Foreign] = {}
         for kind in sorted(kinds):  # a file that is looked at and collided with follows itself
             try:
@@ -149,7 +149,9 @@ class Library:
         if kind.path in self._keys:
             return self.assets[self._keys[kind.path]]
         if kind.suffix not in meshes.READABLE:
-            raise _UnreadableError(f"meshes of the format {kind.suffix!r} are not read; {listing(meshes.READABLE)}")
+            raise _UnreadableError(
+                f"meshes of the format {kind.suffix!r} are not supported; {listing(meshes.READABLE)}"
+            )
         return _content(kind.path)
 
     def _model(self, path: Path, nested: list[Path], text: str | None = None) -> Element | None:
@@ -178,7 +180,7 @@ class Library:
         return root
 
     def _include(self, element: Element, folder: Path, seen: list[Path], main: Path, depth: int) -> None:
-        """Put what included files hold in the place of the `include`; each file once, as MuJoCo has it."""
+        """Replace each `include` by the content of its file; each file is included once, as in MuJoCo."""
         if depth > MAX_DEPTH:
             self.findings.add("S102", f"nested more than {MAX_DEPTH} levels deep", element.span)
             return
@@ -233,7 +235,7 @@ class Library:
         element.attributes[attribute] = self._keys.get(resolved, "")
 
     def _take(self, element: Element, attribute: str, place: Path) -> None:
-        """Read a file and put its key into the XML."""
+        """Read a file and write its key into the XML."""
         reference = element.get(attribute)
         path = self._find(element, attribute, [place], "S102")
         if path is None:
@@ -254,7 +256,7 @@ class Library:
         element.attributes[attribute] = self._keys[resolved]
 
     def _keep(self, name: str, data: bytes) -> str:
-        """The key of a new asset; of its name MuJoCo reads the suffix."""
+        """Return the key of a new asset; MuJoCo reads the suffix of its name."""
         key = f"{len(self.assets)}_{name}"
         self.assets[key] = data
         return key
@@ -297,7 +299,7 @@ def _content(path: Path) -> bytes:
 
 
 def _whereabouts(reference: str, places: Sequence[Path], packages: Packages | None) -> list[str]:
-    """What is near a file that is missing, and where it was looked for."""
+    """Return similar files for a missing one, and where it was looked up."""
     if not places:
         return [f"meshes are named by their path, or with {', '.join((*SCHEMES, 'file://'))}"]
     folders = list(dict.fromkeys(place.parent for place in places))

@@ -1,7 +1,7 @@
-"""XML that remembers where each element stood; everything a file may hold is bounded here.
+"""Parses XML with the position of each element, within limits on its size and depth.
 
-Robot descriptions and worlds are read by this module first, and MuJoCo is handed only what `write` makes of them: no path, no
-entity and no encoding of a stranger's file reaches its parser.
+Robot descriptions and worlds are parsed by this module first, and MuJoCo gets only the output of `write`: no path, entity or
+encoding of an untrusted file reaches its parser.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _IN_QUOTES = _ENTITIES | str.maketrans({'"': "&quot;", "\n": "&#10;", "\r": "&#1
 
 @dataclass(slots=True, eq=False)
 class Element:
-    """An element, its attributes, its text and the elements in it; of mixed content the text comes first."""
+    """An element with attributes, text and child elements; in mixed content, all text is kept before the children."""
 
     tag: str
     attributes: dict[str, str]
@@ -34,19 +34,19 @@ class Element:
     text: str = ""
 
     def get(self, attribute: str, default: str = "") -> str:
-        """An attribute's text."""
+        """Return the text of an attribute."""
         return self.attributes.get(attribute, default)
 
     def first(self, tag: str) -> Element | None:
-        """The first child with a tag."""
+        """Return the first child with a tag."""
         return next((child for child in self.children if child.tag == tag), None)
 
     def all(self, tag: str) -> list[Element]:
-        """The children with a tag."""
+        """Return the children with a tag."""
         return [child for child in self.children if child.tag == tag]
 
     def walk(self) -> Iterator[Element]:
-        """The element itself, then everything in it, in order of the file."""
+        """Yield the element itself, then all elements in it, in order of the file."""
         pending = [self]
         while pending:
             element = pending.pop()
@@ -54,7 +54,7 @@ class Element:
             pending.extend(reversed(element.children))
 
     def place(self, attribute: str) -> Span:
-        """Where an attribute's value stands, or else the element."""
+        """Return the position of an attribute's value, or else of the element."""
         lines = self.span.source.lines
         column = self.span.column - 1
         for number in range(self.span.line, min(self.span.line + 20, len(lines) + 1)):
@@ -69,11 +69,11 @@ class Element:
 
 
 class _RefusedError(Exception):
-    """What the parser will not go on with; the arguments are what and what to do."""
+    """Content that the parser refuses; the arguments are the reason and a remedy."""
 
 
 def read(path: Path, findings: Findings, code: str) -> Element | None:
-    """The root of an XML file; what is wrong with it becomes a finding with `code`."""
+    """Return the root of an XML file; errors are added to `findings` with `code`."""
     nowhere = Span(Source(str(path), ()), 1, 1)
     try:
         with open_regular(path) as file:
@@ -85,7 +85,7 @@ def read(path: Path, findings: Findings, code: str) -> Element | None:
 
 
 def parse(raw: bytes, name: str, findings: Findings, code: str) -> Element | None:
-    """The root of XML text; messages call it by a name."""
+    """Return the root of XML text; `name` is its name in messages."""
     source = Source(name, tuple(raw.decode("utf-8", "replace").split("\n")))
     if len(raw) > MAX_BYTES:
         findings.add(code, f"{name!r} is larger than {MAX_BYTES // 1_000_000} MB", Span(Source(name, ()), 1, 1))
@@ -106,7 +106,7 @@ def parse(raw: bytes, name: str, findings: Findings, code: str) -> Element | Non
 
 
 class _TreeBuilder:
-    """Turns expat's calls into elements."""
+    """Builds elements from expat's callbacks."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -122,7 +122,7 @@ class _TreeBuilder:
         self.parser.StartDoctypeDeclHandler = self._doctype
 
     def span(self, length: int = 1) -> Span:
-        """Where the parser is."""
+        """Return the parser's position."""
         return Span(self.source, self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1, length)
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
@@ -150,7 +150,7 @@ class _TreeBuilder:
 
 
 def write(root: Element) -> tuple[str, list[Span]]:
-    """XML text with one tag a line, and the place that each line came from."""
+    """Return XML text with one tag per line, and the original position of each line."""
     lines: list[str] = []
     spans: list[Span] = []
     pending: list[Element | str] = [root]
@@ -175,7 +175,7 @@ def write(root: Element) -> tuple[str, list[Span]]:
 
 
 def numbers(text: str, count: int) -> tuple[float, ...] | None:
-    """As many finite numbers as asked for, or None."""
+    """Return `count` finite numbers from text; None if it does not contain exactly these."""
     try:
         values = tuple(float(part) for part in text.split())
     except ValueError:
@@ -188,7 +188,7 @@ _NAME = re.compile(r"Element name '([^']+)'")
 
 
 def mujoco_says(error: Exception) -> tuple[str, str, int]:
-    """MuJoCo's own sentence, the name of the element it is about, and the line of the text it was given, 0 if unknown."""
+    """Return MuJoCo's message, the name of the element it is about, and the line in the given text; 0 if unknown."""
     text = str(error)
     sentence = text.split("\n")[0].removeprefix("XML Error: ").removeprefix("Error: ")
     name, line = _NAME.search(text), _LINE.search(text)
@@ -196,5 +196,5 @@ def mujoco_says(error: Exception) -> tuple[str, str, int]:
 
 
 def place_of(spans: Sequence[Span], line: int) -> Span:
-    """Where a line that `write` made came from."""
+    """Return the original position of a line that `write` produced."""
     return spans[min(max(line, 1), len(spans)) - 1]

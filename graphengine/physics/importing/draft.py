@@ -9,6 +9,7 @@ from typing import Any
 
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Span
+from graphengine.format.document import Document
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
@@ -19,7 +20,7 @@ class Entry:
     """A key of the robot file with its value.
 
     Attributes:
-        value: written on one line.
+        value: written on one line, or on one for each of its keys.
         comments: lines above the key.
         hint: a comment after the value.
     """
@@ -82,6 +83,7 @@ class Draft:
         path: of the description, as the file names it.
         package_paths: folders of its packages, as the file names them.
         fixed_base: whether the root link is fixed to the world.
+        controllers: parameters of ros2_control that the user gave.
         library: reads the meshes; None for a description that is not imported.
         wheels: by joint, in order of the joints.
         settings: keys at the top level of the file with plain values, such as `self_collision`.
@@ -99,6 +101,7 @@ class Draft:
     path: str
     package_paths: Sequence[str] = ()
     fixed_base: bool = False
+    controllers: Document | None = None
     library: Library | None = None
     wheels: dict[str, WheelShape] = field(default_factory=dict)
     settings: dict[str, Any] = field(default_factory=dict)

@@ -1,9 +1,9 @@
-"""A description made into a robot: what `graphrun import-urdf` writes, tried out before anything is written."""
+"""Imports a description as a robot for `graphrun import-urdf`, and tests it before any file is written."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
+from graphengine.format.document import Document
 from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
 from graphengine.physics.description.description_reader import robot_file
@@ -20,7 +21,17 @@ from graphengine.physics.engine import REFUSALS, body_names, collides, compiled,
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
-from graphengine.physics.importing import joint_drives, joint_dynamics, left_behind, resting, wheel_material, wheels
+from graphengine.physics.importing import (
+    drivetrain,
+    gazebo_links,
+    gazebo_sensors,
+    joint_dynamics,
+    left_behind,
+    resting,
+    wheel_material,
+    wheels,
+)
+from graphengine.physics.importing.bundle import bundle_graphs, bundle_meshes
 from graphengine.physics.importing.draft import Draft
 from graphengine.physics.importing.robot_source import WRAPPER
 from graphengine.physics.importing.trial import FLOOR_FRICTION
@@ -31,14 +42,23 @@ from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
 from graphengine.physics.model.robot_prims import add_robot
 
-_PARTS = (wheels.fill, joint_drives.fill, joint_dynamics.fill, wheel_material.fill, resting.fill, left_behind.fill)
+_PARTS = (
+    wheels.fill,
+    gazebo_links.fill,
+    drivetrain.fill,
+    joint_dynamics.fill,
+    wheel_material.fill,
+    resting.fill,
+    gazebo_sensors.fill,
+    left_behind.fill,
+)
 """What fills a draft, in this order."""
 _MESHES = ("mesh", "texture")
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where a description came from, and where its robot file goes.
+    """The source of a description, and the target for its robot file.
 
     Attributes:
         element: the description, xacro expanded.
@@ -47,7 +67,9 @@ class Origin:
         told: the same for people.
         target: the robot file.
         fixed_base: whether the root link is bolted to the world.
+        bundled: whether the description, its meshes and the included graphs are copied into the project; `path` is None then.
         wrapper: text of the xacro file to write that makes the robot of a macro; empty without one.
+        controllers: parameters of ros2_control that the user gave.
     """
 
     element: Element
@@ -56,19 +78,22 @@ class Origin:
     told: str
     target: Path
     fixed_base: bool
+    bundled: bool = False
     wrapper: str = ""
+    controllers: Document | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """A robot that a robot file would give, compiled once, and the texts of the files.
+    """An imported robot, which was compiled once, and the texts of its files.
 
     Attributes:
-        robot: as a scene has it.
+        robot: the robot as in a scene.
         free: whether its root link moves.
-        lowest: height (m) of the lowest point of its colliders above its root link, all joints at zero; None without any.
-        library: which knows what became of its meshes.
+        lowest: height (m) of the lowest point of its colliders above its root link, all joints at zero; None without colliders.
+        library: library with its meshes.
         files: texts by path, the robot file last.
+        copies: files to copy, by where they go.
         outside: folders that lie outside of the robot file's project, which scenes need `--allow` for.
         use: the robot file as a scene of its project names it.
         draft: of the robot file, with the remarks on it.
@@ -79,24 +104,27 @@ class Imported:
     lowest: float | None
     library: Library
     files: dict[Path, str]
+    copies: dict[Path, Path]
     outside: list[Path]
     use: str
     draft: Draft
 
 
 def import_robot(origin: Origin, findings: Findings) -> Imported | None:
-    """Try a description out; what is wrong with it goes to `findings`."""
+    """Test a description and return the robot; errors are added to `findings`."""
     urdf = read_urdf(origin.element, origin.packages, findings)
     if urdf is None:
         return None
     name, files = origin.target.stem, origin.packages.files
-    packages = list(_used_packages(urdf))
+    packages = [] if origin.bundled else list(_used_packages(urdf))
     path = origin.path or origin.target.with_suffix(".urdf")
     told = [_near(folder, origin.target) for folder in packages]
     library = Library(files, findings)
-    draft = Draft(urdf, name, origin.told, _near(path, origin.target), told, origin.fixed_base, library)
+    near = _near(path, origin.target)
+    draft = Draft(urdf, name, origin.told, near, told, origin.fixed_base, origin.controllers, library)
     for fill in _PARTS:
         fill(draft)
+    graphs = bundle_graphs(draft) if origin.bundled else {}
     text = render(draft)
     file = robot_file(text, origin.target, findings)
     (placement,) = place(name, RobotUse(use=str(origin.target)))
@@ -110,7 +138,8 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     add_robot(Stage(), robot, bodies, findings)
     if len(findings.errors) > before:
         return None
-    written = {} if origin.path is not None else {path: _portable(urdf)}
+    meshes = bundle_meshes(urdf) if origin.bundled else {}
+    written = {} if origin.path is not None else {path: _portable(urdf, meshes)}
     if origin.wrapper:
         written = {origin.target.with_suffix(WRAPPER): origin.wrapper, **written}
     return Imported(
@@ -119,10 +148,16 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
         lowest=_lowest(model),
         library=library,
         files={**written, origin.target: text},
+        copies={_beside(origin.target, target): source for target, source in {**graphs, **meshes}.items()},
         outside=_outside([*packages, path], origin),
         use=os.path.relpath(origin.target.parent.resolve() / origin.target.name, _project(origin.target)),
         draft=draft,
     )
+
+
+def _beside(file: Path, target: Path) -> Path:
+    """A path relative to a file's folder, without `..`."""
+    return Path(os.path.normpath(file.parent / target))
 
 
 def _compiled(spec: mujoco.MjSpec, draft: Draft, findings: Findings) -> mujoco.MjModel | None:
@@ -158,11 +193,11 @@ def _used_packages(urdf: Urdf) -> Iterator[Path]:
             yield folder.resolve()
 
 
-def _portable(urdf: Urdf) -> str:
-    """The description's text for another folder: relative references lead where they led before."""
+def _portable(urdf: Urdf, beside: Collection[Path]) -> str:
+    """The description's text for another folder: relative references lead where they led before, but for files beside it."""
     for element in urdf.element.walk():
         reference = element.get("filename")
-        if element.tag in _MESHES and reference and "://" not in reference:
+        if element.tag in _MESHES and reference and "://" not in reference and Path(reference) not in beside:
             element.attributes["filename"] = (urdf.packages.folder / reference).resolve().as_uri()
     return '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
 

@@ -1,16 +1,38 @@
-"""The drives of a robot's joints."""
+"""The drives of a robot's joints.
+
+A joint that a base commands, or that `<ros2_control>` or `<transmission>` lists, is driven as they say. A joint that nobody
+commands turns freely: a drive would brake a passive wheel.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from graphengine.format.wording import printable
+from graphengine.format.yaml_text import flow
 from graphengine.physics.description.urdf import UrdfJoint
-from graphengine.physics.importing.draft import Draft
+from graphengine.physics.importing.base import Drivetrain
+from graphengine.physics.importing.base_wheels import BaseWheel
+from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.physics.importing.joint_commands import KINDS, JointCommands
 
 WHEEL_DAMPING = 50.0
-"""Of the velocity drive that a wheel gets, N m s/rad: it keeps within 0.02 % of its target."""
+"""Least damping of the velocity drive of a wheel, N m s/rad: that of a small robot keeps within 0.02 % of its target."""
+_SPEED_ERROR = 0.01
+"""Deviation of a wheel's speed, rad/s, that the friction of the robot's whole weight may cause."""
+_ANGLE_ERROR = 0.01
+"""Deviation of a steering angle, rad, that the same friction may cause at the rim."""
+_ACCELERATION = 1.0
+"""Of a base whose controller has no ramps and whose description names no limit, m/s2."""
+_GRAVITY = 9.81
+_MOST = 1e9
+"""Largest gain."""
 
 
-def fill(draft: Draft) -> None:
-    """Give wheels a velocity drive; other joints get none, and a comment on how to hold them."""
+def plain(draft: Draft) -> None:
+    """Give every wheel a velocity drive, as for a description that a scene uses without a robot file."""
     moving = draft.urdf.moving()
     rolling = {wheel.joint: wheel.radius for wheel in draft.wheels.values() if not wheel.swivels}
     if not draft.wheels:
@@ -26,15 +48,146 @@ def fill(draft: Draft) -> None:
         elif joint.name in draft.wheels:
             entry.comments.append("a caster's wheel, which turns freely")
         elif joint.mimic is None:
-            entry.hint = f"to hold it, e.g. {{drive: {_servo(joint)}}}"
+            entry.hint = f"to hold it, e.g. {{drive: {flow(servo(joint))}}}"
 
 
-def _servo(joint: UrdfJoint) -> str:
-    """Gains by which the full effort answers to 0.1 rad, or 10 mm; critically damped they are not, but calm."""
+def fill(
+    draft: Draft,
+    commands: Mapping[str, JointCommands],
+    wheels: Sequence[BaseWheel],
+    drivetrain: Drivetrain | None,
+) -> None:
+    """Decide on the drive of each joint that moves.
+
+    Args:
+        draft: takes the drives, and remarks on them.
+        commands: that the description lists.
+        wheels: on the floor.
+        drivetrain: of the base; None for a robot without one.
+    """
+    decisions: dict[_Decision, list[UrdfJoint]] = {}
+    for joint in draft.urdf.moving():
+        if joint.mimic is not None:
+            continue
+        decision = _decide(joint, commands, wheels, drivetrain)
+        decisions.setdefault(decision, []).append(joint)
+        entry = draft.entry("joints", joint.name)
+        entry.value |= _drive(draft, joint, decision.kind, wheels, drivetrain)
+        if decision.kind not in ("velocity", "position"):
+            entry.hint = _TOLD[decision.kind]
+        if joint.name in commands:
+            entry.value |= _bounds(joint, entry.value.get("drive"), commands[joint.name])
+    for decision, joints in decisions.items():
+        names = ", ".join(printable(joint.name) for joint in joints)
+        remark = Remark(f"{_TOLD[decision.kind]}: {names}; {decision.why}", joints[0].element.span)
+        (draft.guessed if decision.guessed else draft.carried).append(remark)
+
+
+@dataclass(frozen=True, slots=True)
+class _Decision:
+    """What drives a joint: `velocity`, `position`, `effort` or `free`; why; and whether the description leaves it open."""
+
+    kind: str
+    why: str
+    guessed: bool = False
+
+
+_TOLD = {
+    "velocity": "velocity drive",
+    "position": "position drive",
+    "effort": "no drive, takes efforts",
+    "free": "no drive, turns freely",
+}
+
+
+def _decide(
+    joint: UrdfJoint,
+    commands: Mapping[str, JointCommands],
+    wheels: Sequence[BaseWheel],
+    drivetrain: Drivetrain | None,
+) -> _Decision:
+    command = commands.get(joint.name)
+    kinds = command.ranges if command is not None else {}
+    source = f"commanded by {drivetrain.base.source}" if drivetrain is not None and not drivetrain.base.guessed else ""
+    if drivetrain is not None and joint.name in [wheel.joint for wheel in drivetrain.wheels]:
+        return _of_base("velocity", "driven wheels of the base", kinds, source)
+    if drivetrain is not None and joint in drivetrain.steering:
+        return _of_base("position", "they steer wheels of the base", kinds, source)
+    if command is not None and kinds:
+        kind = next(kind for kind in KINDS if kind in kinds)
+        if "velocity" in kinds and joint.limits is None:
+            kind = "velocity"
+        return _Decision(kind, f"{kind} command of {command.source.partition(' ')[0]}")
+    if command is not None or commands:
+        return _Decision("free", "no controller commands them")
+    if joint.name in [wheel.joint for wheel in wheels]:
+        return _Decision("free", "wheels that drive nothing", guessed=True)
+    if joint.name in [wheel.swivel for wheel in wheels]:
+        return _Decision("free", "swivels of casters", guessed=True)
+    if joint.type == "continuous" and "wheel" in joint.name.lower():
+        return _Decision("velocity", "wheels by their names, though no collider says so", guessed=True)
+    if joint.effort is not None:
+        return _Decision("position", "a limit of effort suggests a motor, which holds them", guessed=True)
+    return _Decision("free", "nothing suggests a motor", guessed=True)
+
+
+def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> _Decision:
+    """The decision on a joint of the base: carried over if the description or a controller says it, else guessed."""
+    if kind in kinds:
+        return _Decision(kind, f"{role} with a {kind} command")
+    return _Decision(kind, f"{role}, {source}" if source else role, guessed=not source)
+
+
+def _drive(
+    draft: Draft, joint: UrdfJoint, kind: str, wheels: Sequence[BaseWheel], drivetrain: Drivetrain | None
+) -> dict[str, Any]:
+    """The key `drive` of a joint; empty for a joint without a drive."""
+    driven = drivetrain.wheels if drivetrain is not None else ()
+    wheel = next((wheel for wheel in (*driven, *wheels) if wheel.joint == joint.name), None)
+    carrying = [wheel for wheel in wheels if not wheel.caster] or list(driven)
+    scrub = 0.0
+    if carrying:
+        radius = max(each.radius for each in carrying)
+        scrub = draft.urdf.mass * _GRAVITY * radius / len(carrying)
+    if kind == "velocity":
+        drive: dict[str, Any] = {"damping": _rounded(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
+        if wheel is not None and drivetrain is not None and wheel in driven:
+            acceleration = drivetrain.base.parameters.get("acceleration")
+            if drivetrain.base.kinematics in ("mecanum", "omni"):  # whose controller has no ramps
+                drive["max_acceleration"] = _rounded(float(acceleration or _ACCELERATION) / wheel.radius)
+        return {"drive": drive}
+    if kind == "position":
+        gains = servo(joint)
+        if drivetrain is not None and joint in drivetrain.steering:
+            stiffness = max(scrub / _ANGLE_ERROR, gains["stiffness"] if joint.effort is not None else 0.0)
+            gains = {"stiffness": _rounded(stiffness), "damping": _rounded(stiffness / 10)}
+        return {"drive": gains}
+    return {}
+
+
+def _bounds(joint: UrdfJoint, drive: dict[str, Any] | None, commands: JointCommands) -> dict[str, Any]:
+    """Start and limits of a joint whose commands have a range; a drive's speed gets its limit in place."""
+    keys: dict[str, Any] = {}
+    if commands.start is not None:
+        keys["start"] = commands.start
+    speeds = [abs(end) for end in commands.ranges.get("velocity", ()) if end]
+    if drive is not None and speeds:
+        drive["max_velocity"] = max(speeds)
+    lower, upper = commands.ranges.get("position", (None, None))
+    if joint.limits is not None and (lower is not None or upper is not None):
+        low = max(joint.limits[0], joint.limits[0] if lower is None else lower)
+        high = min(joint.limits[1], joint.limits[1] if upper is None else upper)
+        if low < high and (low, high) != joint.limits:
+            keys["limits"] = [low, high]
+    return keys
+
+
+def servo(joint: UrdfJoint) -> dict[str, float]:
+    """Return gains by which the full effort answers to 0.1 rad, or 10 mm; critically damped they are not, but calm."""
     stiffness = (joint.effort or 10.0) / (0.01 if joint.type == "prismatic" else 0.1)
-    return f"{{stiffness: {_rounded(stiffness)}, damping: {_rounded(stiffness / 10)}}}"
+    return {"stiffness": _rounded(stiffness), "damping": _rounded(stiffness / 10)}
 
 
-def _rounded(number: float) -> str:
+def _rounded(number: float) -> float:
     """A number with three digits."""
-    return f"{float(f'{number:.3g}'):.10g}"
+    return float(f"{min(number, _MOST):.3g}")

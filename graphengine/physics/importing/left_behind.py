@@ -16,7 +16,8 @@ def fill(draft: Draft) -> None:
     unused = [element for element in root.children if not draft.used(element)]
     for tag in ("transmission", "ros2_control"):
         if found := [element for element in unused if element.tag == tag]:
-            draft.lost.append(Remark(f"{tag}: {_names([each.get('name') for each in found])}", found[0].span))
+            names = _names([each.get("name") for each in found])
+            draft.lost.append(Remark(f"{tag} {names}: it lists no joint that moves", found[0].span))
     _gazebo(draft, [element for element in unused if element.tag == "gazebo"])
     parts = [part for joint in draft.urdf.joints.values() for part in joint.element.children if not draft.used(part)]
     for tag in ("safety_controller", "calibration"):

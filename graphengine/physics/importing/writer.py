@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from graphengine.format.wording import printable
 from graphengine.format.yaml_text import flow, scalar
@@ -12,7 +13,7 @@ from graphengine.physics.files.xml import Element
 from graphengine.physics.importing.draft import Draft, Entry, Remark
 
 _WIDTH = 120
-_SECTIONS = ("wheel_colliders", "materials", "frames", "sensors", "namespaces", "graphs")
+_SECTIONS = ("links", "wheel_colliders", "materials", "frames", "sensors", "namespaces", "graphs")
 """The sections after the joints."""
 
 
@@ -49,7 +50,7 @@ def _remarks(title: str, remarks: Sequence[Remark]) -> Iterator[str]:
         yield from ("", f"# {title}")
     for remark in remarks:
         yield from textwrap.wrap(
-            remark.text,
+            printable(remark.text),
             _WIDTH,
             initial_indent="#   ",
             subsequent_indent="#     ",
@@ -61,7 +62,20 @@ def _remarks(title: str, remarks: Sequence[Remark]) -> Iterator[str]:
 def _entry(key: str, entry: Entry) -> Iterator[str]:
     for comment in entry.comments:
         yield f"  # {printable(comment)}"
-    yield f"  {scalar(key)}: {flow(entry.value)}" + (f"    # {entry.hint}" if entry.hint else "")
+    first, *more = _value(key, entry.value, "  ")
+    yield first + (f"    # {printable(entry.hint)}" if entry.hint else "")
+    yield from more
+
+
+def _value(key: str, value: Any, indent: str) -> Iterator[str]:
+    """A key with its value: on one line, or if that is too long, on a line for each key of the value."""
+    line = f"{indent}{scalar(key)}: {flow(value)}"
+    if len(line) <= _WIDTH or not isinstance(value, dict) or not value:
+        yield line
+        return
+    yield f"{indent}{scalar(key)}:"
+    for name, item in value.items():
+        yield from _value(name, item, indent + "  ")
 
 
 def _links(urdf: Urdf) -> Iterator[str]:

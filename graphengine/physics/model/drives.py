@@ -39,7 +39,7 @@ class Drive:
 
 
 def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | None:
-    """The drive of a joint, None if it has none; lengths in USD are metres and forces are forces, so only angles change.
+    """Return the drive of a joint in SI units, or None. Lengths and forces in USD are SI, so only angles are converted.
 
     Args:
         joint: what the robot file says.
@@ -58,7 +58,7 @@ def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | Non
 
 
 def in_si(drive: Drive) -> str:
-    """What a turning joint's drive does, for people."""
+    """Return the parameters of a rotary joint's drive in SI units, as text."""
     parts = {
         "damping": (drive.damping, "N m s/rad"),
         "stiffness": (drive.stiffness, "N m/rad"),
@@ -68,11 +68,11 @@ def in_si(drive: Drive) -> str:
 
 
 def servos(joint: str, drive: Drive) -> tuple[tuple[str, float], tuple[str, float]]:
-    """Name and gain of the actuators that push a joint to its target position and to its target velocity."""
+    """Return name and gain of the actuators that push a joint to its target position and velocity."""
     return (f"{joint}.position", drive.stiffness), (f"{joint}.velocity", drive.damping)
 
 
 def servo_ids(model: mujoco.MjModel, drives: Iterable[tuple[str, Drive]]) -> Indices:
-    """Ids of the joints' position servos and velocity servos, shape (2, joints); -1 for a gain of zero, which has no servo."""
+    """Return ids of the joints' position and velocity servos, shape (2, joints); -1 for a gain of zero, which has no servo."""
     found = [[model.actuator(servo).id if gain > 0 else -1 for servo, gain in servos(*drive)] for drive in drives]
     return np.array(found, np.intp).reshape(-1, 2).T.copy()

@@ -1,4 +1,4 @@
-"""Which robots a scene's `robots` stand for: names, poses and namespaces of fleets."""
+"""Expands a scene's `robots` to single robots: names, poses and namespaces of fleets."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from graphengine.format.spec_reader import Loaded
 
 @dataclass(frozen=True, slots=True)
 class RobotPlacement:
-    """One robot to be put into a scene.
+    """A robot to add to a scene.
 
     Attributes:
-        name: in the scene.
+        name: name in the scene.
         prim_path: path of its prim.
-        key: of the scene file's `robots` that it comes from; empty for one that comes later.
-        use: what the scene says about it.
-        pose: of its base link in the world.
-        namespace: of its base link; None for the robot file's own.
+        key: key in `robots` of the scene file; empty for robots that are added later.
+        use: value of that key.
+        pose: pose of its base link in the world.
+        namespace: namespace of its base link; None: that of the robot file.
     """
 
     name: str
@@ -34,7 +34,7 @@ class RobotPlacement:
 
 
 def placements(scene: Loaded[SceneSpec], findings: Findings) -> list[RobotPlacement]:
-    """The robots of a scene, in file order; names and namespaces that collide go to `findings`."""
+    """Return the robots of a scene, in file order; colliding names and namespaces are added to `findings`."""
     found: dict[str, RobotPlacement] = {}
     for key, use in scene.spec.robots.items():
         for placement in place(key, use):
@@ -55,7 +55,7 @@ def placements(scene: Loaded[SceneSpec], findings: Findings) -> list[RobotPlacem
 
 
 def place(key: str, use: RobotUse) -> Iterator[RobotPlacement]:
-    """The robots that one entry of a scene stands for."""
+    """Return the robots of one entry of a scene."""
     start: Pose = (use.position, from_orientation(use.orientation))
     at = use.at or f"/{key}"
     if use.count is None and use.places is None:

@@ -1,4 +1,4 @@
-"""The geoms of a compiled model: their meshes and height fields, and how far they reach along the axes of a frame."""
+"""Reads the geoms of a compiled model: meshes, height fields, and extents along the axes of a frame."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ _ORIGIN, _AXES = np.zeros(3), np.eye(3)
 
 
 def mesh_vertices(model: mujoco.MjModel, mesh: int) -> Floats:
-    """The vertices of a mesh, shape (n, 3), m."""
+    """Return the vertices of a mesh, shape (n, 3), m."""
     start = model.mesh_vertadr[mesh]
     vertices: Floats = model.mesh_vert[start : start + model.mesh_vertnum[mesh]].astype(float)
     return vertices
 
 
 def mesh_faces(model: mujoco.MjModel, mesh: int) -> Indices:
-    """The triangles of a mesh as indices of its vertices, shape (n, 3)."""
+    """Return the triangles of a mesh as indices of its vertices, shape (n, 3)."""
     start = model.mesh_faceadr[mesh]
     faces: Indices = model.mesh_face[start : start + model.mesh_facenum[mesh]]
     return faces
 
 
 def height_field_points(model: mujoco.MjModel, field: int) -> Floats:
-    """The points of a height field, shape (rows, columns, 3), m; rows go along y."""
+    """Return the points of a height field, shape (rows, columns, 3), m; rows are along y."""
     rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
     half_x, half_y, height, _ = model.hfield_size[field].tolist()
     start = model.hfield_adr[field]
@@ -39,16 +39,16 @@ def height_field_points(model: mujoco.MjModel, field: int) -> Floats:
 def extents(
     model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int], origin: Floats = _ORIGIN, axes: Floats = _AXES
 ) -> tuple[Floats, Floats] | None:
-    """Least and greatest coordinates of some geoms, m; None without a geom of finite size.
+    """Return smallest and largest coordinates of some geoms, m; None without a geom of finite size.
 
-    Exact for every shape but height fields and signed distances.
+    The result is exact for all shapes except height fields and signed distance fields.
 
     Args:
-        model: of the geoms.
-        data: says where they are.
-        geoms: their numbers.
-        origin: of the frame, in the world, m.
-        axes: of the frame: the matrix, of the shape (3, 3), that turns its vectors into the world's.
+        model: model with the geoms.
+        data: state with their poses.
+        geoms: ids of the geoms.
+        origin: origin of the frame in the world, m.
+        axes: rotation matrix from the frame to the world, shape (3, 3).
     """
     poses = {geom: (data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)) for geom in map(int, geoms)}
     there = {geom: ((position - origin) @ axes, axes.T @ turn) for geom, (position, turn) in poses.items()}

@@ -1,9 +1,9 @@
-"""Joints that a robot file disables.
+"""Disables joints that a robot file names.
 
-PhysX lets go of what a disabled joint held. Descriptions have many joints that hold frames, or little more, and those are what
-people disable: what they hold stays where it is here. What would really fall off is an error, unless the file asks to weld it.
+PhysX releases the child of a disabled joint. Descriptions have many joints that carry only frames or light links, and these are
+what users disable: here they become fixed. A joint whose child would really fall off causes an error, unless the file welds it.
 
-Where all that weighs hangs on a disabled joint, that is what moves freely, and the links above the joint are frames on it.
+If all mass is below a disabled joint, its child moves freely, and the links above the joint are frames on it.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ NEGLIGIBLE = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Disabled:
-    """What became of the joints that a file disables.
+    """The joints that a file disables, and the consequences.
 
     Attributes:
-        joints: their names, parents first.
-        free_link: the link that moves freely, with all others on it; None where the base is fixed.
+        joints: names of the joints, parents first.
+        free_link: link that moves freely, with all others on it; None if the base is fixed.
     """
 
     joints: tuple[str, ...]
@@ -34,12 +34,12 @@ class Disabled:
 
 
 def disable_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> Disabled:
-    """Judge every joint that a robot file disables.
+    """Check and apply all joints that a robot file disables.
 
     Args:
-        file: its `joints` and `keep_only_joints`.
-        urdf: a joint that moved becomes a fixed one when it is welded.
-        findings: takes errors, and notes on what stays where it is.
+        file: robot file with `joints` and `keep_only_joints`.
+        urdf: robot description; a moving joint that is welded becomes fixed.
+        findings: receives errors, and notes on joints that become fixed.
     """
     off = _disabled(file, urdf)
     free_link = None if file.spec.fixed_base or urdf.root == WORLD else urdf.root

@@ -5,6 +5,9 @@ later of average, min, multiply, max counts. MuJoCo takes the maximum of both, u
 whose friction, condim and solref then count alone. So a bound collider is given a priority and what PhysX would have made of
 it and the floor. That holds against walls too, where it matters less.
 
+Of a material with friction in two directions the greater one is mixed. The lesser keeps its ratio to it, as rollers turn as
+easily on any floor; `dynamics.directed_friction` applies the ratio to each contact.
+
 Two things have no counterpart. MuJoCo has one coefficient of friction; the dynamic one is taken for it. And its contacts are
 springs with damping, which at steps of 4 ms return a part of the speed that depends on when in a step they are met: 0.34 to 0.55
 of it where half is wanted. So restitution is left out.
@@ -42,7 +45,7 @@ DEFAULT_SOLREF = (0.02, 1.0)
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """What MuJoCo is told about a collider."""
+    """Contact parameters of a collider in MuJoCo."""
 
     friction: float
     condim: int
@@ -50,7 +53,7 @@ class Contact:
     solref: tuple[float, float]
 
     def tell(self, geom: Any) -> None:
-        """Give it to a geom, of a model or of one that is being built: MuJoCo has no type for both."""
+        """Apply the parameters to a geom of a compiled or editable model."""
         geom.friction[0] = self.friction
         geom.condim = self.condim
         geom.priority = self.priority
@@ -58,21 +61,26 @@ class Contact:
 
 
 def stronger(first: str, second: str) -> str:
-    """The one of two rules that PhysX goes by."""
+    """Return the one of two combine modes that PhysX uses."""
     return max(first, second, key=list(RULES).index)
 
 
 def combine(first: float, second: float, rule: str) -> float:
-    """One number out of two, as PhysX combines them."""
+    """Return one number for two, as PhysX combines them."""
     return _COMBINED[rule](first, second)
 
 
-def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Contact:
-    """The contact of a material with a floor of a certain friction.
+def greatest_friction(material: MaterialSpec) -> float:
+    """The friction of a material in the direction in which it grips most."""
+    return max(material.dynamic_friction, material.across or 0.0)
 
-    Without friction the contact has one dimension and the higher priority, so that no other collider brings friction back in.
+
+def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Contact:
+    """Return the contact parameters of a material on a floor with a given friction.
+
+    Without friction the contact has one dimension and the higher priority, so that no other collider adds friction.
     """
-    friction = combine(material.dynamic_friction, floor, stronger(material.combine, FLOOR_RULE))
+    friction = combine(greatest_friction(material), floor, stronger(material.combine, FLOOR_RULE))
     if friction == 0:
         return Contact(0.0, 1, 2, STIFF_SOLREF)
     return Contact(friction, 3, 1, STIFF_SOLREF if wheel else DEFAULT_SOLREF)
@@ -80,11 +88,14 @@ def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Conta
 
 def sentences(name: str, material: MaterialSpec, floor: float) -> tuple[str, ...]:
     """What was resolved, then what was left out, for people."""
-    static, dynamic, restitution = material.static_friction, material.dynamic_friction, material.restitution
+    static, restitution, dynamic = material.static_friction, material.restitution, greatest_friction(material)
     rule = stronger(material.combine, FLOOR_RULE)
     friction = combine(dynamic, floor, rule)
     own = f"its {dynamic:g}" if static == dynamic else f"its dynamic {dynamic:g}"
     outcome = f"friction {friction:g}" if friction else "no friction"
+    if friction and material.across is not None:
+        along, across = (friction * part / dynamic for part in (material.dynamic_friction, material.across))
+        outcome = f"friction {along:g} along its direction and {across:g} across it"
     text = f"material {name!r}: {outcome} on the floor, the {RULES[rule]} of {own} and the floor's {floor:g}"
     lost = [f"static friction ({static:g})"] if static != dynamic else []
     lost += [f"restitution ({restitution:g})"] if restitution else []

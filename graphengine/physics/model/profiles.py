@@ -1,4 +1,7 @@
-"""Sensor profiles: `scenes/sensors/<name>.yaml`, the figures of a sensor, or what a rig of several is made of."""
+"""Sensor profiles: the figures of a sensor, or what a rig of several is made of.
+
+A profile is a file, `scenes/sensors/<name>.yaml`, that robot files name, or the figures stand in the robot file itself.
+"""
 
 from __future__ import annotations
 
@@ -9,30 +12,30 @@ from pydantic import Field, create_model, model_validator
 
 from graphengine.devices.device import Device
 from graphengine.format.diagnostics import Findings
+from graphengine.format.document import Document, Value
 from graphengine.format.files import Files, NotFoundError, shipped
 from graphengine.format.kinds import DEVICES
 from graphengine.format.legal_names import Name
-from graphengine.format.spec import UPRIGHT, Format, Orientation, Spec, Vector
-from graphengine.format.spec_reader import Loaded, read
+from graphengine.format.spec import UPRIGHT, Format, Orientation, Share, Spec, Vector
+from graphengine.format.spec_reader import Loaded, read, validate
 from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS, Offsets, Profile
 
 S = TypeVar("S", bound="DeviceSections")
 
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Length = Annotated[float, Field(gt=0.0, le=10.0)]
 
 
 class DeviceSections(Spec):
-    """What has a section for each of some kinds of device, of which one is given."""
+    """A model with one section per kind of device, of which one is given."""
 
     @classmethod
     def kinds(cls) -> list[Device]:
-        """The kinds of device that have a section."""
+        """Return the kinds of device that have a section."""
         return [device for device in DEVICES.all.values() if device.kind in cls.model_fields]
 
     def devices(self) -> list[tuple[Device, Profile]]:
-        """The sections that are given."""
+        """Return the sections that are given."""
         return [(kind, profile) for kind in self.kinds() if (profile := getattr(self, kind.kind)) is not None]
 
 
@@ -69,25 +72,27 @@ class RigProfile(Spec):
 
 
 class ShapeSpec(Spec):
-    """A part of a sensor's body, which cameras and the rays of other robots see; nothing collides with it."""
+    """A part of a sensor's body, visible to cameras and other robots' rays, without collisions."""
 
     shape: Literal["box", "cylinder"]
     size: Annotated[tuple[Length, Length, Length], Field(strict=False)] = Field(
         description="Length, width and height, m; a cylinder stands upright and is round."
     )
-    position: Offsets = Field(default=(0.0, 0.0, 0.0), description="Of its middle, in the frame of the sensor's mount.")
+    position: Offsets = Field(
+        default=(0.0, 0.0, 0.0), description="Pose of its centre in the frame of the sensor's mount."
+    )
     colour: Annotated[tuple[Share, Share, Share], Field(strict=False)] = Field(description="Red, green, blue; 0 to 1.")
 
     @model_validator(mode="after")
     def _round(self) -> ShapeSpec:
         if self.shape == "cylinder" and self.size[0] != self.size[1]:
-            raise ValueError("a cylinder is as wide as it is long")
+            raise ValueError("a cylinder must be as wide as it is long")
         return self
 
 
 @_with_sections()
 class DeviceProfile(DeviceSections):
-    """What a sensor profile file says of a single device."""
+    """The content of a profile file for a single device."""
 
     format: Format = 1
     sensor: Name
@@ -99,7 +104,7 @@ class SensorProfile(DeviceProfile):
 
     rig: RigProfile | None = None
     appearance: Annotated[tuple[ShapeSpec, ...], Field(strict=False, max_length=100)] = Field(
-        default=(), description="What it looks like to cameras and to the rays of other robots."
+        default=(), description="Appearance for cameras and for rays of other robots."
     )
 
     @model_validator(mode="after")
@@ -110,34 +115,68 @@ class SensorProfile(DeviceProfile):
 
 
 def read_profiles(robot: RobotFile, files: Files, findings: Findings) -> dict[str, SensorProfile]:
-    """The profile of each sensor of a robot, by the sensor's name."""
+    """Return the profile of each sensor of a robot, by the sensor's name."""
     found: dict[str, SensorProfile] = {}
     loaded: dict[str, Loaded[SensorProfile] | None] = {}
     for name, sensor in robot.spec.sensors.items():
-        profile = sensor.profile or _own_profile(sensor.type)
-        span = robot.span("sensors", name, "profile")
-        if not profile:
-            findings.add(
-                "G107", f"sensor {name!r}: a {sensor.type} needs a profile", robot.key_span("sensors", name), _known()
-            )
-            continue
-        if profile not in loaded:
-            try:
-                path = files.find(f"sensors/{profile}.yaml", robot.folder("sensors", name, "profile"))
-            except NotFoundError as error:
-                near = error.help[0].replace("sensors/", "").replace(".yaml", "")
-                findings.add("S101", f"no sensor profile {profile!r}", span, near, _known())
-                continue
-            loaded[profile] = read(SensorProfile, path, findings)
-        entry = loaded[profile]
-        if entry is None:
-            continue
-        kind = "rig" if sensor.type == "realsense_d455" else sensor.type
-        if getattr(entry.spec, kind) is None:
-            findings.add("G109", f"profile {profile!r} is not one of a {sensor.type}", span, _known())
+        if isinstance(sensor.profile, dict):
+            given = _figures(robot, name, sensor.type, sensor.profile, findings)
         else:
-            found[name] = entry.spec
+            given = _from_file(robot, name, sensor.type, sensor.profile, loaded, files, findings)
+        if given is not None:
+            found[name] = given
     return found
+
+
+def _section(sensor_type: str) -> str:
+    """The section of a profile that a type of sensor needs."""
+    return "rig" if sensor_type == "realsense_d455" else sensor_type
+
+
+def _figures(
+    robot: RobotFile, name: str, sensor_type: str, figures: dict[str, Any], findings: Findings
+) -> SensorProfile | None:
+    """The profile that a robot file gives itself: the section of its type."""
+    location, section = ("sensors", name, "profile"), _section(sensor_type)
+    document = robot.document(*location)
+    value = document.find(*location) or document.root
+    whole = Value(value.span, {section: value}, {section: document.key_span(*location)})
+    return validate(
+        SensorProfile, Document(document.source, whole, document.size), {"sensor": name, section: figures}, findings
+    )
+
+
+def _from_file(
+    robot: RobotFile,
+    name: str,
+    sensor_type: str,
+    profile: str,
+    loaded: dict[str, Loaded[SensorProfile] | None],
+    files: Files,
+    findings: Findings,
+) -> SensorProfile | None:
+    """The profile of a file; the one of the sensor's type if the robot file names none."""
+    profile = profile or _own_profile(sensor_type)
+    span = robot.span("sensors", name, "profile")
+    if not profile:
+        place = robot.key_span("sensors", name)
+        findings.add("G107", f"sensor {name!r}: a {sensor_type} needs a profile", place, _known())
+        return None
+    if profile not in loaded:
+        try:
+            path = files.find(f"sensors/{profile}.yaml", robot.folder("sensors", name, "profile"))
+        except NotFoundError as error:
+            near = error.help[0].replace("sensors/", "").replace(".yaml", "")
+            findings.add("S101", f"no sensor profile {profile!r}", span, near, _known())
+            return None
+        loaded[profile] = read(SensorProfile, path, findings)
+    entry = loaded[profile]
+    if entry is None:
+        return None
+    if getattr(entry.spec, _section(sensor_type)) is None:
+        findings.add("G109", f"profile {profile!r} is not one of a {sensor_type}", span, _known())
+        return None
+    return entry.spec
 
 
 def _own_profile(sensor_type: str) -> str:

@@ -1,4 +1,4 @@
-"""A robot of a scene: its description with what the robot file changes about it, every name checked, no physics yet."""
+"""A robot of a scene: its description with the changes of its robot file, all names checked, without physics."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from graphengine.devices.rotation import Quaternion, Vector3
+from graphengine.devices.rotation import Quaternion, Vector3, rotate
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotSpec, WheelColliderSpec
@@ -22,21 +22,25 @@ from graphengine.physics.model.joint_starts import check_starts, joint_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.profiles import SensorProfile, read_profiles
 
+_LEVEL = 1e-3
+"""Least part of a direction of friction that lies in the plane of a floor."""
+
 
 @dataclass(slots=True, eq=False, repr=False)
 class RobotInstance:
-    """One robot of a scene.
+    """A robot of a scene.
 
     Attributes:
-        placement: its name, pose and namespace in the scene.
-        file: the robot file with what it extends; `file.spec.graphs` are its graphs, `file.folder(…)` where their paths begin.
-        urdf: the description, origins of the robot file applied.
+        placement: name, pose and namespace in the scene.
+        file: robot file with those that it extends; `file.spec.graphs` are its graphs, `file.folder(…)` gives the folder of
+            paths.
+        urdf: robot description, with origins of the robot file applied.
         urdf_text: the same as XML, for robot_state_publisher.
-        profiles: of its sensors, by name.
-        moving: the joints of the articulation, in order.
-        drives: of moving joints that have one, by joint.
-        disabled: the joints that the file disables, and which link moves freely then.
-        floor: friction of what it stands on.
+        profiles: profiles of its sensors, by name.
+        moving: joints of the articulation, in order.
+        drives: drives of the moving joints that have one, by joint name.
+        disabled: disabled joints, and the link that moves freely because of them.
+        floor: friction of the floor.
     """
 
     placement: RobotPlacement
@@ -51,7 +55,7 @@ class RobotInstance:
 
     @property
     def name(self) -> str:
-        """In the scene: the prefix of its names in the physics model."""
+        """Name in the scene: the prefix of its names in the physics model."""
         return self.placement.name
 
     @property
@@ -66,12 +70,12 @@ class RobotInstance:
 
     @property
     def articulation_root(self) -> str:
-        """Link that graphs address the robot by."""
+        """Link by which graphs address the robot."""
         return self.spec.articulation_root or self.disabled.free_link or self.spec.base_link
 
     @property
     def fixed_transforms(self) -> tuple[tuple[str, str, Vector3, Quaternion], ...]:
-        """Parent frame, child frame, translation (m) and rotation of every fixed joint, in order of the description."""
+        """Parent frame, child frame, translation (m) and rotation of each fixed joint, in order of the description."""
         fixed = [joint for joint in self.urdf.joints.values() if not joint.moves]
         return tuple((joint.parent, joint.child, *joint.pose) for joint in fixed)
 
@@ -101,7 +105,7 @@ def wheel_shapes(spec: RobotSpec) -> dict[str, tuple[float, float]]:
 def load_robot(
     placement: RobotPlacement, file: RobotFile, files: Files, findings: Findings, urdf: Urdf | None = None
 ) -> RobotInstance | None:
-    """Check a robot file against its description, read unless given; what is wrong goes to `findings`."""
+    """Check a robot file against its description, which is read unless given; errors are added to `findings`."""
     urdf = urdf or read_description(file, files, findings)
     profiles = read_profiles(file, files, findings)
     if urdf is None:
@@ -119,6 +123,7 @@ def load_robot(
     drives = _drives(file, urdf, disabled, findings)
     _check_colliders(file, urdf, findings)
     _check_joints(file, urdf, disabled, findings)
+    _check_directions(file, urdf, findings)
     text = '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
     return RobotInstance(placement, file, urdf, text, profiles, tuple(urdf.moving()), drives, disabled)
 
@@ -139,6 +144,8 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
         )
     if spec.articulation_root:
         _known("link", spec.articulation_root, urdf.links, file.span("articulation_root"), findings)
+    for link in spec.links:
+        _known("link", link, urdf.links, file.key_span("links", link), findings)
     for joint in spec.joints:
         _known("joint", joint, urdf.joints, file.key_span("joints", joint), findings)
     for index, joint in enumerate(spec.keep_only_joints):
@@ -147,6 +154,8 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
         _known("link", link, urdf.links, file.key_span("wheel_colliders", link), findings)
     bound: dict[str, Span] = {}
     for name, material in spec.materials.items():
+        if material.expressed_in:
+            _known("link", material.expressed_in, urdf.links, file.span("materials", name, "expressed_in"), findings)
         for index, link in enumerate(material.bind):
             span = file.span("materials", name, "bind", index)
             _known("link", link, urdf.links, span, findings)
@@ -166,7 +175,7 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
         key = "drive" if spec.drive is not None else "usd_drive"
         span = file.key_span("joints", name, key)
         if not joint.moves:
-            findings.add("S104", f"joint {name!r} is fixed: a drive has nothing to move", span, "remove the drive")
+            findings.add("S104", f"joint {name!r} is fixed: a drive cannot move it", span, "remove the drive")
             continue
         if not (drive.damping or drive.stiffness):
             advice = "damping follows velocities, stiffness positions; efforts need no drive"
@@ -198,6 +207,21 @@ def _check_joints(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Fin
         if joint.spring is not None and (not urdf.joints[name].moves or name in disabled.joints):
             span = file.key_span("joints", name, "spring")
             findings.add("S104", f"joint {name!r} does not move: a spring has nothing to push", span)
+
+
+def _check_directions(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
+    """Report directions of friction of which nothing lies in the plane of a floor."""
+    for name, material in file.spec.materials.items():
+        if material.direction is None:
+            continue
+        for link in material.bind:
+            frame = material.expressed_in or urdf.turns_in(link)
+            x, y, z = rotate(urdf.pose_in_root(frame)[1], material.direction)
+            if math.hypot(x, y) < _LEVEL * math.hypot(x, y, z):
+                text = f"material {name!r}: its direction points along the z axis of {urdf.root!r}, none of it along a floor"
+                advice = f"give the direction along which it grips the floor with dynamic_friction, in the frame of {frame!r}"
+                findings.add("S106", text, file.span("materials", name, "direction"), advice)
+                break
 
 
 def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:

@@ -1,4 +1,4 @@
-"""A checked robot as an MjSpec that a world can attach."""
+"""Builds a checked robot as an MjSpec that a world can attach."""
 
 from __future__ import annotations
 
@@ -29,17 +29,18 @@ _TIGHT_SOLIMP = (0.999, 0.9999)
 
 
 def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: Findings) -> mujoco.MjSpec | None:
-    """The robot as MuJoCo's editable model, None when something is wrong with it.
+    """Return the robot as MuJoCo's editable model; None if there are errors.
 
     Args:
-        robot: checked against its description.
+        robot: robot that was checked against its description.
         library: reads the meshes.
-        floor: friction of what the robot stands on.
-        findings: takes what is wrong, and notes on what was resolved.
+        floor: friction of the floor.
+        findings: receives errors and notes.
     """
     before = len(findings.errors)
     free_link = robot.disabled.free_link
-    element = for_mujoco(robot.urdf, robot.name, library, findings, free=free_link is not None)
+    colours = {name: link.colour for name, link in robot.spec.links.items() if link.colour is not None}
+    element = for_mujoco(robot.urdf, robot.name, library, findings, free=free_link is not None, colours=colours)
     if len(findings.errors) > before:
         return None
     turned = _turn_round(element, robot)
@@ -50,6 +51,8 @@ def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: F
         spec.body(link).pos, spec.body(link).quat = position, (w, x, y, z)
     if free_link is not None:
         spec.body(free_link).add_freejoint(name=_unused("root", robot.urdf.joints))
+    for link, changes in robot.spec.links.items():
+        spec.body(link).gravcomp = 0.0 if changes.gravity else 1.0
     _equip_joints(spec, robot)
     _hollow_meshes(spec)
     _shape_wheels(spec, robot)

@@ -21,16 +21,16 @@ from graphengine.physics.sensors.implementations import Profile
 
 
 def prim_name(name: str) -> str:
-    """A name as USD allows it: letters, digits and '_'."""
+    """Return a name that is legal in USD: letters, digits and '_'."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
     return f"_{plain}" if plain[:1].isdigit() else plain
 
 
 def within(stage: Stage, robot: str, reference: str) -> Prim:
-    """The prim that a robot file means: a path below the robot's, or a name that only one of its prims has.
+    """Return the prim that a robot file names: by a path below the robot's prim, or by a name that is unique in the robot.
 
     Raises:
-        PrimError: there is none, or, as AmbiguousPrimError, more than one.
+        PrimError: there is no such prim, or there are several (AmbiguousPrimError).
     """
     path = f"{robot}/{reference}"
     if path in stage and stage.is_literal(path, found := stage.find(path)):
@@ -56,10 +56,10 @@ def add_robot(stage: Stage, robot: RobotInstance, bodies: Collection[str], findi
     """Define a robot's prims.
 
     Args:
-        stage: takes them.
-        robot: checked.
-        bodies: names in the physics model; a link that is not among them is a frame.
-        findings: takes prims that do not exist or exist twice.
+        stage: stage to which they are added.
+        robot: checked robot.
+        bodies: names in the physics model; a link without a body is a frame.
+        findings: receives prims that do not exist or are ambiguous.
     """
     _PrimBuilder(stage, robot, bodies, findings).build()
 
@@ -100,17 +100,24 @@ class _PrimBuilder:
             self._write("name_overrides", reference, "name_override", value)
         for name, material in robot.spec.materials.items():
             path, span = f"{robot.prim_path}/Materials/{name}", file.key_span("materials", name)
-            facts = material.model_dump() | self._binding(material)
+            facts = material.model_dump() | self._binding(material, links)
             self._add(path, "material", span, facts=facts)
 
-    def _binding(self, material: MaterialSpec) -> dict[str, Any]:
+    def _binding(self, material: MaterialSpec, links: dict[str, str]) -> dict[str, Any]:
         """What a material is mixed with: the floor's friction, and bodies with whether they are wheels.
+
+        Each body of a material with a direction also has the path of the link in whose frame the direction is given.
 
         A link that is the world has no body of its own, so that its colliders cannot be told from the world's: it is left out.
         """
         wheels, name = self.robot.spec.wheel_colliders, self.robot.name
         bodies = {f"{name}/{link}": link in wheels for link in material.bind if f"{name}/{link}" in self.bodies}
-        return {"floor": self.robot.floor, "bodies": bodies}
+        frames = {
+            f"{name}/{link}": links[material.expressed_in or self.robot.urdf.turns_in(link)]
+            for link in material.bind
+            if material.direction is not None and f"{name}/{link}" in bodies
+        }
+        return {"floor": self.robot.floor, "bodies": bodies, "frames": frames}
 
     def _add(self, path: str, kind: PrimKind, span: Span, **facts: Any) -> Prim | None:
         try:
@@ -166,6 +173,7 @@ class _PrimBuilder:
                     "parent": links[joint.parent],
                     "child": links[joint.child],
                     "drive": self.robot.drives.get(joint.name),
+                    "leader": joint.mimic.leader if joint.mimic is not None else "",
                     "effort": joint.effort,
                     **({"start": starts[joint.name]} if joint.name in starts else {}),
                 },

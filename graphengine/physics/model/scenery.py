@@ -1,4 +1,4 @@
-"""A scene's world and the kinds of robots in it, as MuJoCo's editable models: any set of robots compiles from them."""
+"""A scene's world and its kinds of robots as MuJoCo's editable models, from which any set of robots can be compiled."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ class _RobotKind:
 
 
 class Scenery:
-    """A world, and robots to be put into it.
+    """A world, and robots to add to it.
 
     Args:
-        scene: what messages about the world point to; relative paths begin in its folder.
-        world: parsed; None if that failed, and then nothing compiles.
-        lines: where each line of the parsed text comes from.
-        library: reads what descriptions refer to.
+        scene: scene for messages about the world; relative paths begin in its folder.
+        world: parsed world; None if parsing failed, and then nothing can be compiled.
+        lines: origin of each line of the parsed text.
+        library: reads the files to which descriptions refer.
     """
 
     def __init__(
@@ -59,13 +59,13 @@ class Scenery:
         """By path of the file, or by the text of the description."""
 
     def copy(self, files: Files) -> Scenery:
-        """The same, which reads other robots from `files` without this one knowing."""
+        """Return a copy that reads further robots from `files` independently of this one."""
         made = copy.copy(self)
         made.library, made._kinds = self.library.copy(files), dict(self._kinds)
         return made
 
     def robot(self, placement: RobotPlacement, findings: Findings) -> RobotInstance | None:
-        """A robot at its place; each robot file is read once, and what is wrong with it told once."""
+        """Return a robot at its place; each robot file is read once, and its errors are reported once."""
         use = placement.use.use
         if is_text(use):
             path, key = self.scene.folder / "description", use
@@ -93,7 +93,7 @@ class Scenery:
         return self.scene.document.span("robots", placement.key, "use") if placement.key else None
 
     def forget(self, robots: Mapping[str, RobotInstance]) -> None:
-        """Read anew what was wrong, and the texts that no robot is made of."""
+        """Discard robots with errors, and descriptions given as text that no robot uses."""
         used = {id(robot.file) for robot in robots.values()}
         self._kinds = {
             key: kind
@@ -141,7 +141,7 @@ class Scenery:
         )
 
     def compile(self, robots: Mapping[str, RobotInstance], findings: Findings) -> mujoco.MjModel | None:
-        """One model of the world and robots from `robot`; None when MuJoCo refuses."""
+        """Return one model of the world and robots from `robot`; None if MuJoCo refuses."""
         whole = self._assembled(robots, findings)
         if whole is None:
             return None

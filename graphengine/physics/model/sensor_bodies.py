@@ -1,4 +1,4 @@
-"""Bodies of sensors, seen by cameras and by the rays of other robots: without mass, and nothing collides with them."""
+"""Bodies of sensors, visible to cameras and other robots' rays, without mass and collisions."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from graphengine.physics.model.robot_prims import add_robot
 
 
 def housing_of(prim: Prim) -> str:
-    """Name of the body that a sensor's prim has in pictures if it has an appearance: the robot's, and its path below that."""
+    """Return the name of a sensor's body in pictures, if it has an appearance: the robot's name and the path below the robot."""
     robot = next((above for above in prim.ancestors() if above.kind == "robot"), None)
     above, name = (robot.path, robot.entity_name) if robot is not None else ("/", "")
     return name + prim.path.removeprefix(above)
 
 
 def add_housings(model: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Give each sensor that has an appearance a body of its own, on the one that carries the sensor.
+    """Add a body for each sensor with an appearance, on the body that carries the sensor.
 
     Args:
-        model: of the robot.
-        robot: whose sensors are found as its prims will be.
+        model: editable model of the robot.
+        robot: robot with the sensors.
     """
     stage, bodies = Stage(), {f"{robot.name}/{body.name}" for body in model.bodies}
     add_robot(stage, robot, bodies, Findings())  # what is wrong is told when the robot's prims are made

@@ -1,4 +1,4 @@
-"""The world of a scene as an MjSpec that robots are attached to."""
+"""Builds the world of a scene as an MjSpec to which robots are attached."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _DRIVEN_BY = {
 def world_spec(
     scene: Loaded[SceneSpec], library: Library, findings: Findings
 ) -> tuple[mujoco.MjSpec | None, list[Span]]:
-    """The world's MJCF, parsed, with the options that every scene has, and where each of its lines comes from.
+    """Return the world's MJCF, parsed, with the options of all scenes, and the origin of each of its lines.
 
     Args:
-        scene: names the world, and how long a step is.
-        library: reads the world and what it refers to.
-        findings: takes what is wrong, in which case there is no world, and notes on options that are overruled.
+        scene: scene that names the world and the step.
+        library: reads the world and the files to which it refers.
+        findings: receives errors, after which there is no world, and notes on overridden options.
     """
     path = library.files.look_up(scene.spec.world, scene.folder, findings, scene.document.span("world"))
     root = library.world(path) if path is not None else None
@@ -46,7 +46,7 @@ def _set_options(spec: mujoco.MjSpec, root: Element, physics: PhysicsSpec, findi
     if "timestep" in stated and abs(spec.option.timestep - timestep) > 1e-9 * timestep:
         span = stated["timestep"].place("timestep")
         ours = f"the scene's {timestep:g} s: {physics.tick_rate:g} ticks a second of {physics.substeps} substeps"
-        findings.add("W204", f"timestep {spec.option.timestep:g} s is overruled by {ours}", span)
+        findings.add("W204", f"timestep {spec.option.timestep:g} s is overridden by {ours}", span)
     spec.option.timestep = timestep
     if "integrator" in stated and spec.option.integrator != mujoco.mjtIntegrator.mjINT_DISCRETE:
         span = stated["integrator"].place("integrator")

@@ -1,4 +1,4 @@
-"""Prims of the world: its bodies and its lights."""
+"""Defines prims for the world's bodies and lights."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from graphengine.physics.model.robot_prims import prim_name
 
 
 def add_world(stage: Stage, model: mujoco.MjModel, robots: Collection[str]) -> None:
-    """Define a prim below /World for every body and every light of the model that belongs to no robot."""
+    """Define a prim below /World for each body and light of the model that does not belong to a robot."""
     paths = {0: "/World"}
     stage.add("/World", "scope")
     for index in range(1, model.nbody):
@@ -44,7 +44,7 @@ def _add_light(stage: Stage, model: mujoco.MjModel, index: int, number: int, abo
 
 
 def world_lights(model: mujoco.MjModel, robots: Collection[str]) -> list[int]:
-    """Numbers of the lights that belong to no robot; in their order, which is the same whatever robots there are."""
+    """Return the ids of the lights that do not belong to a robot, in an order that does not depend on the robots."""
     prefixes = tuple(f"{robot}/" for robot in robots)
     bodies = [model.body(body).name for body in model.light_bodyid]
     return [light for light, body in enumerate(bodies) if not body.startswith(prefixes)]

@@ -1,7 +1,7 @@
 """Flood fill: the free cells that are connected to given cells by their sides.
 
-Cells are taken together as runs along a row. Of two neighbouring rows, runs touch where their columns overlap; as runs are
-sorted, those that touch a given one follow each other.
+Cells are grouped into runs along rows. Runs of neighbouring rows touch where their columns overlap; runs are sorted, so those
+that touch a given run are consecutive.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from graphengine.physics.engine import Bools
 
 
 def reached(free: Bools, seeds: Sequence[tuple[int, int]]) -> Bools:
-    """Free cells that are connected to a seed; seeds are (row, column)."""
+    """Return the free cells that are connected to a seed; seeds are (row, column)."""
     rows, columns = free.shape
     steps = np.diff(free.astype(np.int8), axis=1, prepend=0, append=0)
     row, start = np.nonzero(steps == 1)
@@ -23,7 +23,7 @@ def reached(free: Bools, seeds: Sequence[tuple[int, int]]) -> Bools:
     starts, stops = row * width + start, row * width + stop
 
     def touching(shift: int) -> tuple[list[int], list[int]]:
-        """Of each run the first that it touches in a neighbouring row, and the one after the last."""
+        """Return for each run the first one that it touches in a neighbouring row, and the end of their range."""
         first = np.searchsorted(stops, starts + shift * width, side="right")
         last = np.searchsorted(starts, stops + shift * width, side="left")
         return first.tolist(), last.tolist()

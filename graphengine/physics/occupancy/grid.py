@@ -1,11 +1,11 @@
 """The cells of a floor plan, filled with bodies row by row.
 
-A cell is occupied when a body meets its prism, the cell times the window of heights, drawn in by MARGIN on every side. So what
-only touches a prism is outside of it, and a wall whose face lies on the border of two cells stands in one of them, whatever
-the last bits of its coordinates are.
+A cell is occupied if a body meets its prism: the cell times the height range, reduced by MARGIN on each side. So bodies that
+only touch a prism do not count, and a wall whose face is on the border of two cells occupies only one of them, whatever
+rounding errors its coordinates have.
 
-All bodies here are convex, hence so is what a row of cells holds of one: the cells that it fills in a row are those between its
-least and its greatest x in that row, and these two numbers are all that a shape has to tell.
+All bodies are convex, and so is the part of a body in a row of cells. So the occupied cells of a row are those between the
+body's smallest and largest x in that row, and a shape only computes these two numbers.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Grid:
 
     @staticmethod
     def around(low: tuple[float, float], high: tuple[float, float], cell: float, origin: tuple[float, float]) -> Grid:
-        """The least grid over a rectangle that has a corner of its cells at `origin`."""
+        """Return the smallest grid over a rectangle for which `origin` is a corner of cells."""
         first = [math.floor((a - o + MARGIN) / cell) for a, o in zip(low, origin, strict=True)]
         last = [math.ceil((b - o - MARGIN) / cell) for b, o in zip(high, origin, strict=True)]
         west, south = (o + i * cell for o, i in zip(origin, first, strict=True))
@@ -62,25 +62,25 @@ class Grid:
         return self.south + self.rows * self.cell
 
     def locate(self, x: float, y: float) -> tuple[int, int] | None:
-        """Row and column of the cell that holds a point; None outside."""
+        """Return row and column of the cell that contains a point; None outside the grid."""
         row, column = math.floor((y - self.south) / self.cell), math.floor((x - self.west) / self.cell)
         return (row, column) if 0 <= row < self.rows and 0 <= column < self.columns else None
 
     def centre(self, row: int, column: int) -> tuple[float, float]:
-        """X and y of a cell's centre."""
+        """Return x and y of a cell's centre."""
         return self.west + (column + 0.5) * self.cell, self.south + (row + 0.5) * self.cell
 
     def bands(self, rows: Indices, margin: float = MARGIN) -> tuple[Floats, Floats]:
-        """Least and greatest y of rows, drawn in."""
+        """Return smallest and largest y of rows, reduced by the margin."""
         edges: Floats = self.south + np.stack([rows, rows + 1]) * self.cell
         return edges[0] + margin, edges[1] - margin
 
     def rows_of(self, low: Floats, high: Floats, margin: float = MARGIN) -> tuple[Indices, Indices]:
-        """First and last row that each range of y meets; first > last where there is none."""
+        """Return first and last row that each range of y meets; first > last if there is none."""
         return _met(low - self.south + margin, high - self.south - margin, self.cell, self.rows)
 
     def columns_of(self, low: Floats, high: Floats, margin: float = MARGIN) -> tuple[Indices, Indices]:
-        """First and last column that each range of x meets; first > last where there is none."""
+        """Return first and last column that each range of x meets; first > last if there is none."""
         return _met(low - self.west + margin, high - self.west - margin, self.cell, self.columns)
 
 
@@ -90,7 +90,7 @@ def _met(low: Floats, high: Floats, cell: float, count: int) -> tuple[Indices, I
 
 
 def expand(first: Indices, last: Indices) -> tuple[Indices, Indices]:
-    """All integers of ranges `first..last`, and for each the number of its range."""
+    """Return all integers of the ranges `first..last`, and for each the index of its range."""
     counts = np.maximum(last - first + 1, 0)
     owner = np.repeat(np.arange(len(counts)), counts)
     within = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -98,19 +98,19 @@ def expand(first: Indices, last: Indices) -> tuple[Indices, Indices]:
 
 
 class Canvas:
-    """The occupied cells of a grid, gathered from ranges of x in rows."""
+    """The occupied cells of a grid, collected from ranges of x in rows."""
 
     def __init__(self, grid: Grid) -> None:
         self.grid = grid
         self._steps = np.zeros((grid.rows, grid.columns + 1), np.int32)
 
     def fill(self, rows: Indices, low: Floats, high: Floats, margin: float = MARGIN) -> None:
-        """Occupy, in each of the rows, the cells that a range of x meets; infinite ends are the grid's own."""
+        """Occupy the cells that a range of x meets in each given row; infinite limits mean the borders of the grid."""
         first, last = self.grid.columns_of(low, high, margin)
         met = first <= last
         np.add.at(self._steps, (rows[met], first[met]), 1)
         np.add.at(self._steps, (rows[met], last[met] + 1), -1)
 
     def occupied(self) -> Bools:
-        """One value a cell, (rows, columns), the first row in the south."""
+        """Return whether each cell is occupied, shape (rows, columns), southernmost row first."""
         return np.cumsum(self._steps, axis=1, dtype=np.int32)[:, :-1] > 0

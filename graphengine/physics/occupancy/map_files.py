@@ -1,12 +1,12 @@
-"""The image and the YAML file that nav2's map_server reads.
+"""Writes the image and the YAML file that nav2's map_server reads.
 
-Occupied is black, free is white, unknown is a grey between the thresholds: with 127, p = 1 - 127/255 = 0.502 lies above
-`free_thresh` and below `occupied_thresh`. The 205 that map savers write lies just 0.00008 above a free_thresh of 0.196, and below
-the 0.25 of newer ones, which then read it as free. There is no alpha, of which map_server would make "unknown".
+Occupied is black, free is white, unknown is a grey between the thresholds: 127 gives p = 1 - 127/255 = 0.502, above
+`free_thresh` and below `occupied_thresh`. The usual 205 of map savers is only 0.00008 above a free_thresh of 0.196, and below
+the 0.25 of newer maps, which then read it as free. The image has no alpha channel, which map_server would read as "unknown".
 
-In the convention of Isaac Sim the window of heights reaches half a cell farther on both sides, after rounding outwards to cells;
-the image has an alpha of 255; and the origin is the centre of the lower left cell, though map_server takes it for its corner,
-which shifts maps by half a cell.
+In Isaac Sim's convention, the height range is half a cell larger on both sides, after rounding outwards to cells; the image has
+an alpha of 255; and the origin is the centre of the lower left cell, although map_server takes it as its corner, which shifts
+maps by half a cell.
 """
 
 from __future__ import annotations
@@ -33,23 +33,23 @@ OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
 
 
 def isaac_window(window: Window, cell: float) -> Window:
-    """The heights that Isaac Sim's map generator looks at: 0.2 to 0.62 in cells of 0.05 becomes 0.175 to 0.675."""
+    """Return the height range that Isaac Sim's map generator uses: 0.175 to 0.675 for 0.2 to 0.62 with cells of 0.05 m."""
     low, high = math.floor(window[0] / cell + 1e-9), math.ceil(window[1] / cell - 1e-9)
     return (low - 0.5) * cell, (high + 0.5) * cell
 
 
 def write_map(chart: OccupancyMap, stem: Path, image: Format = "png", convention: Convention = "ros") -> list[Path]:
-    """Write `stem`.png or .pgm and `stem`.yaml, both or neither; returns their paths.
+    """Write `stem`.png or .pgm and `stem`.yaml, both or neither; return their paths.
 
     Raises:
-        UsageError: Isaac Sim writes no PGM, or a YAML file of another kind is there, such as the scene.
+        UsageError: a PGM is requested in Isaac Sim's convention, or `stem`.yaml exists and is not a map, such as a scene.
         OSError: a file cannot be written.
     """
     if convention == "isaac" and image != "png":
-        raise UsageError("the convention of Isaac Sim is a PNG")
+        raise UsageError("Isaac Sim's convention needs a PNG")
     picture, text = (stem.with_name(f"{stem.name}.{ending}") for ending in (image, "yaml"))
     if text.is_file() and not any(line.startswith(b"image:") for line in text.read_bytes().splitlines()):
-        raise UsageError(f"{text} is there and is not of a map; write to another name")
+        raise UsageError(f"{text} exists and is not a map; choose another name")
     describe = _isaac_yaml if convention == "isaac" else _yaml
     contents = {picture: _image(chart, image, convention), text: describe(chart, picture.name).encode()}
     write_together(contents)
@@ -57,7 +57,7 @@ def write_map(chart: OccupancyMap, stem: Path, image: Format = "png", convention
 
 
 def _image(chart: OccupancyMap, image: Format, convention: Convention) -> bytes:
-    """The encoded image, north up."""
+    """Return the encoded image, north up."""
     pixels = np.empty(chart.cells.shape, np.uint8)
     for state, brightness in BRIGHTNESS.items():
         pixels[chart.cells == state] = brightness
@@ -84,7 +84,7 @@ def _yaml(chart: OccupancyMap, image: str) -> str:
 
 
 def _isaac_yaml(chart: OccupancyMap, image: str) -> str:
-    """The text that Isaac Sim's map generator shows for saving; it ends without a newline."""
+    """Return the text that Isaac Sim's map generator shows for saving; it ends without a newline."""
     grid = chart.grid
     x, y = grid.centre(0, 0)
     name = yaml.safe_dump(image, allow_unicode=True, width=math.inf).splitlines()[0]
@@ -100,5 +100,5 @@ def _isaac_yaml(chart: OccupancyMap, image: str) -> str:
 
 
 def _short(value: float) -> float:
-    """Without the last bits that multiples of a cell have: 0.15, not 0.15000000000000002."""
+    """Return a number without the rounding errors of multiples of a cell: 0.15, not 0.15000000000000002."""
     return round(value, 9) + 0.0

@@ -1,7 +1,7 @@
-"""Occupancy map of a scene: its obstacles, extent and free cells.
+"""Occupancy map of a scene: obstacles, extent and free cells.
 
-Obstacles are what stands still: robots and bodies that can move are left out. Free is what can be reached from a seed, such as
-where a robot stands; what is neither an obstacle nor reached, such as the outside of a hall, is unknown.
+Obstacles are static: robots and movable bodies are left out. Free cells can be reached from a seed, such as the position of a
+robot; all other cells, such as the outside of a hall, are unknown.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ Rectangle = tuple[Point, Point]
 
 @dataclass(frozen=True, slots=True)
 class OccupancyMap:
-    """A floor plan; `cells` is (rows, columns), the first row in the south, of OCCUPIED, FREE and UNKNOWN."""
+    """A floor plan; `cells` has OCCUPIED, FREE or UNKNOWN, shape (rows, columns), southernmost row first."""
 
     grid: Grid
     window: Window
     cells: NDArray[np.int8]
 
     def share(self, state: int) -> float:
-        """The fraction of cells in a state."""
+        """Return the fraction of cells in a state."""
         return float(np.mean(self.cells == state))
 
 
@@ -54,17 +54,17 @@ class MapRequest:
     """Parameters of a map.
 
     Attributes:
-        window: heights between which a body is an obstacle, m.
+        window: height range in which a body is an obstacle, m.
         cell: side of a cell, m.
-        bounds: what the map covers, rounded outwards to whole cells; when None, the rectangle around `select`.
-        select: prims that are to be covered; all obstacles when empty.
+        bounds: area of the map, rounded outwards to cells; None: the rectangle around `select`.
+        select: prims that the map covers; empty: all obstacles.
         origin: a point at which cells have a corner.
-        seeds: points that are free, with all that can be reached from them; where the first robot stands when empty.
-        include: prims of robots or of bodies that can move which are obstacles all the same, where they are at the start.
-        exclude: prims that are no obstacles.
+        seeds: points in free space, from which the free area is filled; empty: the position of the first robot.
+        include: prims of robots or movable bodies that count as obstacles in their initial pose.
+        exclude: prims that do not count as obstacles.
 
     Raises:
-        UsageError: they make no sense.
+        UsageError: a parameter is not legal.
     """
 
     window: Window
@@ -80,22 +80,24 @@ class MapRequest:
         (low, high), corners = self.window, self.bounds or ((0.0, 0.0), (1.0, 1.0))
         points = [number for point in (*corners, self.origin, *self.seeds) for number in point]
         if not all(abs(number) <= FARTHEST for number in (*points, low, high, self.cell)):
-            raise UsageError(f"a map ends {FARTHEST:g} m from the world's origin, and has finite numbers only")
+            raise UsageError(f"coordinates of a map must be finite and at most {FARTHEST:g} m")
         if low >= high:
             raise UsageError(f"z: the lower bound {low:g} is not below the upper bound {high:g}")
         if self.cell < SMALLEST_CELL:
-            raise UsageError(f"cell: {self.cell:g} is less than {SMALLEST_CELL:g}; write metres, such as 0.05")
+            raise UsageError(
+                f"cell: {self.cell:g} is less than {SMALLEST_CELL:g}; give the size in metres, such as 0.05"
+            )
         for name, first, last in zip("xy", *corners, strict=True):
             if first >= last:
-                raise UsageError(f"bounds: the least {name}, {first:g}, is not below the greatest, {last:g}")
+                raise UsageError(f"bounds: the smallest {name}, {first:g}, is not below the largest, {last:g}")
 
 
 def make_map(world: LoadedWorld, request: MapRequest) -> OccupancyMap:
     """Return the map of a scene in its initial state.
 
     Raises:
-        UsageError: the request makes no sense in this scene.
-        PrimError: it names a prim that is not there.
+        UsageError: the request is not possible in this scene.
+        PrimError: a requested prim does not exist.
     """
     model, data = world.simulation.model, world.simulation.data
     geoms = _obstacles(world, request)
@@ -121,12 +123,12 @@ def _check_size(grid: Grid) -> None:
         fitting = grid.cell * math.sqrt(cells / MOST_CELLS)
         raise UsageError(
             f"{grid.columns} x {grid.rows} cells are more than the {MOST_CELLS} that a map may have\n"
-            f"  make cells of {fitting * 1.01:.2g} m or more, or give narrower bounds"
+            f"  use cells of at least {fitting * 1.01:.2g} m, or smaller bounds"
         )
 
 
 def _obstacles(world: LoadedWorld, request: MapRequest) -> Indices:
-    """Ids of the geoms that are obstacles."""
+    """Return the ids of the geoms that are obstacles."""
     model = world.simulation.model
     robots = tuple(f"{robot}/" for robot in world.robots)
     still = np.array([not name.startswith(robots) for name in body_names(model)]) & (model.body_weldid == 0)
@@ -139,14 +141,14 @@ def _obstacles(world: LoadedWorld, request: MapRequest) -> Indices:
 
 
 def _there(model: mujoco.MjModel) -> Bools:
-    """Which geoms rays see or contacts feel."""
+    """Return which geoms can be met by rays or contacts."""
     there = collides(model)
     there[visible_geoms(model)] = True
     return there
 
 
 def _geoms(world: LoadedWorld, path: str) -> Indices:
-    """Ids of the geoms at and below a prim."""
+    """Return the ids of the geoms of a prim and of all prims below it."""
     model, prim = world.simulation.model, world.stage.find(path)
     parts = {part.body for part in prim.descendants()}
     bodies = [body for body, name in enumerate(body_names(model)) if name in parts]
@@ -154,23 +156,23 @@ def _geoms(world: LoadedWorld, path: str) -> Indices:
         bodies.append(0)
     geoms: Indices = np.flatnonzero(_there(model) & np.isin(model.geom_bodyid, bodies))
     if not len(geoms):
-        raise UsageError(f"{prim.path} has no geometry that an obstacle could have")
+        raise UsageError(f"{prim.path} has no geometry that can be an obstacle")
     return geoms
 
 
 def _bounds(world: LoadedWorld, select: Sequence[str], obstacles: Indices) -> Rectangle:
-    """The rectangle around the selected prims, else around all obstacles; infinite planes are ignored."""
+    """Return the rectangle around the selected prims, else around all obstacles; infinite planes are ignored."""
     chosen = np.unique(np.concatenate([_geoms(world, path) for path in select])) if select else obstacles
     rectangles = [shape.bounds() for shape in shapes(world.simulation.model, world.simulation.data, chosen)]
     west, south = (min((float(low[axis]) for low, _ in rectangles), default=math.inf) for axis in (0, 1))
     east, north = (max((float(high[axis]) for _, high in rectangles), default=-math.inf) for axis in (0, 1))
     if not (west <= east and south <= north):
-        raise UsageError("there is nothing that a map could be fitted to; give its bounds")
+        raise UsageError("there are no obstacles from which to find the extent of the map; give its bounds")
     return (west, south), (east, north)
 
 
 def _first_robot(world: LoadedWorld) -> Point:
-    """Position of the first robot; the origin in a scene without robots."""
+    """Return the position of the first robot; the origin in a scene without robots."""
     for robot in world.robots.values():
         (x, y, _), _ = world.simulation.body(world.stage.find(robot.prim_path)).pose()
         return x, y
@@ -178,7 +180,7 @@ def _first_robot(world: LoadedWorld) -> Point:
 
 
 def _seed(grid: Grid, occupied: Bools, x: float, y: float) -> tuple[int, int]:
-    """Row and column of a point that has to be free."""
+    """Return row and column of a seed, which must be free."""
     cell = grid.locate(x, y)
     if cell is None:
         raise UsageError(
@@ -191,6 +193,5 @@ def _seed(grid: Grid, occupied: Bools, x: float, y: float) -> tuple[int, int]:
     nearest = int(np.argmin((rows - cell[0]) ** 2 + (columns - cell[1]) ** 2))
     near_x, near_y = (round(value, 6) for value in grid.centre(int(rows[nearest]), int(columns[nearest])))
     raise UsageError(
-        f"the point ({x:g}, {y:g}), which is to be free, is occupied\n"
-        f"  the nearest free point is ({near_x:.10g}, {near_y:.10g})"
+        f"the free point ({x:g}, {y:g}) is occupied\n  the nearest free point is ({near_x:.10g}, {near_y:.10g})"
     )

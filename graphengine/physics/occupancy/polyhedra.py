@@ -1,8 +1,8 @@
 """Bodies with flat faces, as triangle meshes.
 
-What a slab of heights leaves of a convex polyhedron is bounded by its edges, as far as they lie in the slab, and by the segments
-in which the slab's two planes cut its faces. The least and greatest x in a row of cells lie on the projections of these
-segments. So no hull and no polygon has to be found: each segment is cut to each row, and its ends are compared.
+The part of a convex polyhedron in a slab of heights is bounded by its edges within the slab, and by the segments in which the
+slab's planes cut its faces. The smallest and largest x in a row of cells are on the projections of these segments. So no hulls
+or polygons are needed: each segment is clipped to each row, and its ends are compared.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ _BLOCK = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class Triangles:
-    """Convex bodies, each given by the triangles of its surface, or by a single one.
+    """Convex bodies, each given by the triangles of its surface or by a single triangle.
 
     Attributes:
-        corners: (n, 3, 3), m, in the world frame.
-        owner: (n,), for each triangle the number of its body.
-        margin: by which cells are drawn in, m; more than MARGIN for corners that are less exact.
+        corners: shape (n, 3, 3), m, in the world frame.
+        owner: index of each triangle's body, shape (n,).
+        margin: margin by which cells are reduced, m; larger than MARGIN for less exact corners.
     """
 
     corners: Floats
@@ -36,10 +36,10 @@ class Triangles:
 
     @staticmethod
     def skin(corners: Floats, margin: float = MARGIN) -> Triangles:
-        """Triangles without a volume behind them, each a body of its own.
+        """Return triangles without volume, each a body.
 
-        They are moved inwards by twice the margin. So a surface on the border of two cells lies in the one where the solid with
-        that surface would be, and not in neither.
+        They are moved inwards by twice the margin. So a surface on the border of two cells occupies the cell on the side of its
+        solid, not neither.
         """
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
@@ -47,12 +47,12 @@ class Triangles:
         return Triangles(corners + inwards[:, None], np.arange(len(corners)), margin)
 
     def bounds(self) -> tuple[Floats, Floats]:
-        """Least and greatest x and y."""
+        """Return smallest and largest x and y."""
         plan = self.corners[..., :2].reshape(-1, 2)
         return plan.min(axis=0), plan.max(axis=0)
 
     def draw(self, canvas: Canvas, window: Window) -> None:
-        """Occupy the cells that the bodies stand in."""
+        """Occupy the cells in which the bodies are."""
         grid, margin = canvas.grid, self.margin
         segments, owner = self._outline(window[0] + margin, window[1] - margin)
         bodies, owner = np.unique(owner, return_inverse=True)
@@ -73,7 +73,7 @@ class Triangles:
         canvas.fill(rows, low, high, margin)
 
     def _outline(self, low: float, high: float) -> tuple[Floats, Indices]:
-        """Segments (m, 2, 2) in the plan that bound what a slab leaves of the bodies, and their owners."""
+        """Return the segments in the plan that bound the part of the bodies in a slab, shape (m, 2, 2), and their owners."""
         heights = self.corners[..., 2]
         near = (heights.min(axis=1) <= high) & (heights.max(axis=1) >= low)
         corners, owner = self.corners[near], self.owner[near]
@@ -94,7 +94,7 @@ class Triangles:
 
 
 def _cut(segments: Floats, first: Indices, last: Indices, grid: Grid, margin: float) -> tuple[Indices, Floats, Indices]:
-    """Segments cut to those of the given rows that they meet: row, the x of both ends, and which segment it is."""
+    """Clip segments to the given rows that they meet: row, x of both ends, and index of the segment."""
     ys = segments[..., 1]
     lowest, highest = grid.rows_of(ys.min(axis=1), ys.max(axis=1), -margin)  # one too many does no harm
     rows, number = expand(np.maximum(first, lowest), np.minimum(last, highest))
@@ -106,7 +106,7 @@ def _cut(segments: Floats, first: Indices, last: Indices, grid: Grid, margin: fl
 
 
 def _within(start: Floats, end: Floats, low: Floats | float, high: Floats | float) -> tuple[Floats, Floats]:
-    """Where, from 0 to 1, segments enter and leave a range of one coordinate; they enter after they leave if they miss it."""
+    """Return where segments enter and leave a range, from 0 to 1; a segment that misses it leaves before it enters."""
     run = end - start
     run = np.where(run == 0, 1e-300, run)
     with np.errstate(over="ignore"):
@@ -115,13 +115,13 @@ def _within(start: Floats, end: Floats, low: Floats | float, high: Floats | floa
 
 
 def _between(segments: Floats, start: Floats, end: Floats) -> Floats:
-    """Parts of segments, from and to a fraction of their length."""
+    """Return parts of segments between two fractions of their length."""
     fractions = np.stack([start, end], axis=1)[..., None]
     return segments[:, :1] * (1 - fractions) + segments[:, 1:] * fractions
 
 
 def _blocks(counts: Indices) -> Iterator[slice]:
-    """Slices with about _BLOCK counts each."""
+    """Return slices with about _BLOCK counts each."""
     total = np.cumsum(counts)
     whole = int(total[-1]) if len(total) else 0
     edges = [0, *np.searchsorted(total, np.arange(_BLOCK, whole, _BLOCK)).tolist(), len(counts)]

@@ -1,13 +1,12 @@
-"""Ellipsoids (spheres included) and cylinders, rasterized in closed form.
+"""Ellipsoids (including spheres) and cylinders, rasterized in closed form.
 
-The greatest x of a convex body, cut by planes of constant y and z, lies where its surfaces and those planes meet, and there are
-few such places: the farthest points of ellipses, and of their sections by the planes. All of them are found, those that are
-no part of the cut body are dropped, and what remains holds the farthest. What rounding spoils is dropped, too, so a place that
-counts is a place where the body is.
+The largest x of a convex body, cut by planes of constant y and z, is at one of few points: the extreme points of ellipses, and
+of their sections by the planes. All candidates are computed, those outside the cut body are dropped, and the largest remains.
+Rounding errors can only drop candidates, so a point that counts is always inside the body.
 
-An ellipsoid is kept as its centre c and the matrix Q = A A^T of an A that maps the unit ball onto it. Its farthest points along x
-are c +- Q e / sqrt(e^T Q e). Its section by a plane of constant coordinate has the Schur complement of that coordinate as its
-matrix, scaled; the same formulae hold for a disc, which is an ellipsoid with a Q of rank two.
+An ellipsoid is given by its centre c and the matrix Q = A A^T, where A maps the unit ball onto it. Its extreme points along x
+are c +- Q e / sqrt(e^T Q e). The matrix of its section by a plane of constant coordinate is the Schur complement of that
+coordinate, scaled; the same formulae hold for a disc, an ellipsoid with a Q of rank two.
 """
 
 from __future__ import annotations
@@ -28,30 +27,30 @@ _X, _Y, _Z = range(3)
 
 
 class _Quadrics(ABC):
-    """Convex bodies that are cut by planes of constant y and z."""
+    """Convex bodies cut by planes of constant y and z."""
 
     centres: Floats
     """(n, 3), m."""
 
     @abstractmethod
     def reach(self) -> Floats:
-        """Extents of the bodies from their centres along x, y and z: (n, 3), m."""
+        """Return extents of the bodies from their centres along x, y and z, shape (n, 3), m."""
 
     @abstractmethod
     def places(self, which: Indices, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Floats]:
-        """Points (n, 3), among them those of least and greatest x of each body cut by planes."""
+        """Return points, shape (n, 3), which include those of smallest and largest x of each cut body."""
 
     @abstractmethod
     def holds(self, which: Indices, points: Floats) -> Bools:
-        """Whether bodies contain points, within the margin."""
+        """Return whether bodies contain points, within the margin."""
 
     def bounds(self) -> tuple[Floats, Floats]:
-        """Least and greatest x and y."""
+        """Return smallest and largest x and y."""
         plan, reach = self.centres[:, :2], self.reach()[:, :2]
         return (plan - reach).min(axis=0), (plan + reach).max(axis=0)
 
     def draw(self, canvas: Canvas, window: Window) -> None:
-        """Occupy the cells that the bodies stand in."""
+        """Occupy the cells in which the bodies are."""
         low, high = window[0] + MARGIN, window[1] - MARGIN
         centres, reach = self.centres, self.reach()
         near = np.flatnonzero((centres[:, _Z] - reach[:, _Z] <= high) & (centres[:, _Z] + reach[:, _Z] >= low))
@@ -72,25 +71,25 @@ class _Quadrics(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Ellipsoids(_Quadrics):
-    """Ellipsoids, given by `axes`: (n, 3, 3), m, the half axes as columns."""
+    """Ellipsoids; `axes` has the half axes as columns, shape (n, 3, 3), m."""
 
     centres: Floats
     axes: Floats
 
     def reach(self) -> Floats:
-        """The norm of a row of the axes is the extent along that coordinate."""
+        """Return the extents: the norms of the rows of the axes."""
         extent: Floats = np.linalg.norm(self.axes, axis=2)
         return extent
 
     def holds(self, which: Indices, points: Floats) -> Bools:
-        """In the frame of the half axes an ellipsoid is the unit ball."""
+        """Return whether ellipsoids contain points; in the frame of the half axes, an ellipsoid is the unit ball."""
         radii = np.linalg.norm(self.axes, axis=1)
         unit = np.einsum("nij,ni->nj", (self.axes / radii[:, None] ** 2)[which], points - self.centres[which])
         within: Bools = np.linalg.norm(unit, axis=1) <= 1 + MARGIN / radii.min(axis=1)[which]
         return within
 
     def places(self, which: Indices, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Floats]:
-        """The ellipsoid's own farthest points, and those of its sections."""
+        """Return the extreme points of the ellipsoids, and of their sections."""
         matrices = self.axes @ self.axes.transpose(0, 2, 1)
         whole = self.centres[which], matrices[which]
         for ellipse in _sections(whole, ys, zs):
@@ -102,10 +101,10 @@ class Cylinders(_Quadrics):
     """Cylinders between two discs.
 
     Attributes:
-        centres: (n, 3), m.
-        axes: (n, 3), unit vectors.
-        radii: (n,), m.
-        halves: (n,), m, half the lengths.
+        centres: shape (n, 3), m.
+        axes: unit vectors, shape (n, 3).
+        radii: shape (n,), m.
+        halves: half lengths, shape (n,), m.
     """
 
     centres: Floats
@@ -114,12 +113,12 @@ class Cylinders(_Quadrics):
     halves: Floats
 
     def reach(self) -> Floats:
-        """Extents of the axis and of the discs at its ends."""
+        """Return extents of the axis and of the discs at its ends."""
         slant = np.sqrt(np.maximum(1 - self.axes**2, 0.0))
         return self.halves[:, None] * np.abs(self.axes) + self.radii[:, None] * slant
 
     def holds(self, which: Indices, points: Floats) -> Bools:
-        """Points between the discs that are near enough to the axis."""
+        """Return whether points are between the discs and near enough to the axis."""
         offsets, axes = points - self.centres[which], self.axes[which]
         along = np.einsum("ni,ni->n", offsets, axes)
         away = np.linalg.norm(offsets - along[:, None] * axes, axis=1)
@@ -127,7 +126,7 @@ class Cylinders(_Quadrics):
         return within
 
     def places(self, which: Indices, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Floats]:
-        """Points of both discs, and of the ellipses in which the planes cut the side.
+        """Return points of both discs, and of the ellipses in which the planes cut the side.
 
         Such an ellipse is a disc that was moved along the axis into the plane.
         """
@@ -151,14 +150,14 @@ def _among(values: Floats, low: Floats, high: Floats) -> Bools:
 
 
 def _sections(ellipse: Ellipses, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Ellipses]:
-    """An ellipsoid, and its sections by planes of y, of z, and of both."""
+    """Return an ellipsoid, and its sections by planes of y, of z, and of both."""
     for cut in (ellipse, *(_section(ellipse, _Y, y) for y in ys)):
         yield cut
         yield from (_section(cut, _Z, z) for z in zs)
 
 
 def _section(ellipse: Ellipses, axis: int, values: Floats) -> Ellipses:
-    """Sections of ellipsoids at given values of a coordinate; undefined where a plane misses."""
+    """Return sections of ellipsoids at given values of a coordinate; undefined if a plane misses the ellipsoid."""
     centres, matrices = ellipse
     column = matrices[:, :, axis]
     offset = values - centres[:, axis]
@@ -168,7 +167,7 @@ def _section(ellipse: Ellipses, axis: int, values: Floats) -> Ellipses:
 
 
 def _farthest(ellipse: Ellipses) -> Iterator[Floats]:
-    """The points of least and greatest x; and the centre, as rounding may lose those of an ellipse that is a point."""
+    """Return the points of smallest and largest x, and the centre, because rounding may lose those of a degenerate ellipse."""
     centres, matrices = ellipse
     step = matrices[:, :, _X] / np.sqrt(matrices[:, _X, _X, None])
     yield from (centres - step, centres, centres + step)

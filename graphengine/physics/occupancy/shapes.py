@@ -1,8 +1,8 @@
 """Obstacles as shapes, grouped from MuJoCo's geoms by type.
 
-An obstacle is what a robot can run into or its lidar can see. Contacts see the convex hull of a mesh and rays its triangles, so a
-mesh that collides is both; of one that rays alone see, the triangles count. Contacts see everything behind a plane, however large
-it is drawn, and behind an endless one there is nothing for rays to see; else the rectangle counts.
+An obstacle is anything that a robot can collide with or its lidar can see. Contacts use the convex hull of a mesh and rays its
+triangles, so a colliding mesh counts as both, and a mesh that only rays meet as its triangles. Contacts use the half space
+behind a plane, whatever its size; rays do not meet anything behind an infinite plane, and meet the rectangle of a finite one.
 """
 
 from __future__ import annotations
@@ -32,25 +32,25 @@ class Shape(Protocol):
     """Bodies of one kind."""
 
     def bounds(self) -> tuple[Floats, Floats]:
-        """Least and greatest x and y."""
+        """Return smallest and largest x and y."""
 
     def draw(self, canvas: Canvas, window: Window) -> None:
-        """Occupy the cells that the bodies stand in."""
+        """Occupy the cells in which the bodies are."""
 
 
 @dataclass(frozen=True, slots=True)
 class HalfSpace:
-    """All that lies behind a plane: the points p with `normal` p <= `offset`."""
+    """The half space behind a plane: the points p with `normal` p <= `offset`."""
 
     normal: Floats
     offset: float
 
     def bounds(self) -> tuple[Floats, Floats]:
-        """None: what has no end does not widen a map."""
+        """Return None, because infinite shapes do not enlarge a map."""
         return np.full(2, np.inf), np.full(2, -np.inf)
 
     def draw(self, canvas: Canvas, window: Window) -> None:
-        """Occupy the cells that the plane leaves behind it somewhere between the window's heights."""
+        """Occupy the cells in which the half space reaches into the height range."""
         rows = np.arange(canvas.grid.rows)
         south, north = canvas.grid.bands(rows)
         nx, ny, nz = self.normal.tolist()
@@ -66,12 +66,12 @@ class HalfSpace:
 
 
 def shapes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterator[Shape]:
-    """The given geoms, in the world frame.
+    """Return the shapes of the given geoms in the world frame.
 
     Args:
-        model: its groups of geoms as `engine.sort_geoms` has them.
-        data: with up-to-date poses of geoms.
-        geoms: numbers.
+        model: model whose geom groups were assigned by `engine.sort_geoms`.
+        data: state with up-to-date poses of geoms.
+        geoms: ids of the geoms.
     """
     kinds, kind = mujoco.mjtGeom, model.geom_type[geoms]
     solid = collides(model)
@@ -88,7 +88,7 @@ def shapes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterat
 
 
 def _placed(data: mujoco.MjData, geom: int, points: Floats) -> Floats:
-    """Points of a geom's frame in the world's."""
+    """Transform points from a geom's frame to the world frame."""
     world: Floats = points @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
     return world
 
@@ -120,7 +120,7 @@ def _field(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Iterator[Sh
 
 
 def _margin(points: Floats) -> float:
-    """That of coordinates which MuJoCo keeps in single precision, in the geom's own frame."""
+    """Return the margin for coordinates that MuJoCo keeps in single precision, in the geom's frame."""
     return MARGIN + float(np.finfo(np.float32).eps * np.abs(points).max(initial=0.0))
 
 
@@ -134,7 +134,7 @@ def _boxes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterat
 
 
 def _round(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterator[Shape]:
-    """Spheres, ellipsoids and cylinders; a capsule is a cylinder and two spheres."""
+    """Return spheres, ellipsoids and cylinders; a capsule is a cylinder and two spheres."""
     kinds, kind = mujoco.mjtGeom, model.geom_type[geoms]
     rotations = data.geom_xmat.reshape(-1, 3, 3)
 
@@ -158,7 +158,7 @@ def _round(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterat
 
 
 def _hull(model: mujoco.MjModel, mesh: int) -> Indices:
-    """Triangles of a mesh's convex hull: the last part of its graph (MuJoCo's XML reference, mesh_graph)."""
+    """Return the triangles of a mesh's convex hull: the last part of its graph (MuJoCo's XML reference, mesh_graph)."""
     graph = model.mesh_graph[model.mesh_graphadr[mesh] :]
     vertices, faces = graph[:2].tolist()
     start = 2 + 3 * vertices + 3 * faces
@@ -167,7 +167,7 @@ def _hull(model: mujoco.MjModel, mesh: int) -> Indices:
 
 
 def _strips(model: mujoco.MjModel, field: int) -> Iterator[Floats]:
-    """The prisms that contacts make of a height field, two for each of its cells, (n, 6, 3), a row of cells at a time."""
+    """Yield the prisms that contacts use for a height field, two for each cell, shape (n, 6, 3), a row of cells at a time."""
     base = float(model.hfield_size[field, 3])
     for south, north in pairwise(height_field_points(model, field)):
         one = np.stack([south[:-1], south[1:], north[1:]], axis=1)

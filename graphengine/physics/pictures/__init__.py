@@ -1,1 +1,1 @@
-"""Camera pictures: captures of the state, rendered off screen by a thread of their own, and views for people."""
+"""Camera images: captures of the state, rendered off screen in a separate thread, and views for users."""

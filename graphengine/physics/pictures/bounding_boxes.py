@@ -19,8 +19,8 @@ class BoundingBoxes:
     """Boxes of the bodies that have a number and visible shapes; infinite planes are left out.
 
     Args:
-        model: whose bodies they are.
-        numbers: for each of its bodies the number of the prim that stands for it; one that has none of its own has its parent's.
+        model: model with the bodies.
+        numbers: number of the prim of each body; a body without a prim has its parent's.
     """
 
     def __init__(self, model: mujoco.MjModel, numbers: NDArray[np.int32]) -> None:
@@ -39,7 +39,7 @@ class BoundingBoxes:
         self._boxes["transform"][:, 3, 3] = 1.0
 
     def seen_from(self, data: mujoco.MjData, pose: Pose) -> NDArray[np.void]:
-        """The boxes in the optical frame of a camera at a pose."""
+        """Return the boxes in the optical frame of a camera at a pose."""
         place, turn = pose[0], multiply(pose[1], _OPTICAL)
         camera = np.array([rotate(turn, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]).T
         found = self._boxes.copy()

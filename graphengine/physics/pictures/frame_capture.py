@@ -1,6 +1,6 @@
-"""Captures the visible state of a model, for rendering while the simulation steps on.
+"""Captures the visible state of a model, so that it can be rendered while the simulation continues.
 
-A scene (MjvScene) holds all that drawing needs of the state, so only the thread that steps reads the state.
+A scene (MjvScene) holds everything that rendering needs, so only the stepping thread reads the state.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ _ALL_BUT_DECORATION = mujoco.mjtCatBit.mjCAT_STATIC.value | mujoco.mjtCatBit.mjC
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """How a camera that looks along its -z axis, with +y up, maps what is before it to square pixels.
+    """The projection of a camera with square pixels that looks along its -z axis, with +y up.
 
     Attributes:
         size: width and height, pixels.
-        half_height: tangent of half the vertical field of view; in a parallel projection half the picture's height, m.
-        near: distance of the plane at which drawing begins, m.
-        far: of the one at which it ends, m.
-        parallel: without perspective, as a plan.
+        half_height: tangent of half the vertical field of view; for a parallel projection, half the height of the picture, m.
+        near: distance of the near plane, m.
+        far: distance of the far plane, m.
+        parallel: whether the projection is parallel, as for a plan.
     """
 
     size: tuple[int, int]
@@ -43,24 +43,24 @@ class Lens:
 
     @classmethod
     def pinhole(cls, size: tuple[int, int], focal: float, near: float, farthest: float) -> Lens:
-        """A lens by its focal length in pixels; the sky is drawn beyond `farthest` (m) in every pixel."""
+        """Return a lens with a focal length in pixels; the sky is drawn beyond `farthest` (m)."""
         width, height = size
         corner = math.hypot(1.0, width / 2 / focal, height / 2 / focal)  # length of a ray there for each metre of depth
         return cls(size, height / 2 / focal, near, 1.01 * farthest * corner / SKY)
 
     @classmethod
     def plan(cls, size: tuple[int, int], half_height: float, near: float, farthest: float) -> Lens:
-        """A parallel projection; the sky is drawn beyond `farthest` (m), and its haze is wider than the picture."""
+        """Return a parallel projection; the sky is drawn beyond `farthest` (m), and its haze is wider than the picture."""
         diagonal = 2 * half_height * math.hypot(1.0, size[0] / size[1])
         return cls(size, half_height, near, 1.01 * max(farthest, diagonal) / SKY, parallel=True)
 
     def misses(self, pose: Pose, centres: Floats, radii: Floats) -> Bools:
-        """Which spheres are wholly outside the view of a pinhole camera at a pose.
+        """Return which spheres are completely outside the view of a pinhole camera.
 
         Args:
-            pose: of the camera.
-            centres: of the balls, shape (n, 3), m.
-            radii: m.
+            pose: pose of the camera.
+            centres: centres of the spheres, shape (n, 3), m.
+            radii: radii of the spheres, m.
         """
         place, turn = pose
         right, up, back = (np.array(rotate(turn, axis)) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
@@ -72,7 +72,7 @@ class Lens:
         return missed
 
     def aim(self, scene: mujoco.MjvScene, pose: Pose) -> None:
-        """Set a scene's camera; MuJoCo averages two."""
+        """Set the two cameras of a scene, which MuJoCo averages."""
         (x, y, z), turn = pose
         at_near = self.half_height if self.parallel else self.half_height * self.near
         for eye in scene.camera:
@@ -98,8 +98,8 @@ class FrameCapture:
     """Captures the state of a model.
 
     Args:
-        model: what is drawn.
-        numbers: for each of its bodies the number of the prim that stands for it.
+        model: model to draw.
+        numbers: number of the prim of each body, for segmentation.
     """
 
     def __init__(self, model: mujoco.MjModel, numbers: NDArray[np.int32]) -> None:
@@ -118,14 +118,14 @@ class FrameCapture:
     def capture(
         self, data: mujoco.MjData, pose: Pose, lens: Lens, *, segmentation: bool = False, whole: bool = False
     ) -> Shot:
-        """Capture what a camera at a pose sees of a state.
+        """Capture what a camera sees of a state.
 
         Args:
-            data: the state.
-            pose: of the camera.
-            lens: of the camera.
-            segmentation: whether the shot can be drawn with the numbers of prims, too.
-            whole: with what is out of sight, which casts shadows; else that is left out, as it would be drawn all the same.
+            data: state of the model.
+            pose: pose of the camera.
+            lens: lens of the camera.
+            segmentation: whether the shot can also be drawn with the numbers of prims.
+            whole: include objects outside the view, which cast shadows; else they are left out to save time.
         """
         scene = self._idle.pop() if self._idle else mujoco.MjvScene(self.model, self._capacity)
         lens.aim(scene, pose)
@@ -139,7 +139,7 @@ class FrameCapture:
         return Shot(self.model, scene, lens, self._segments(scene) if segmentation else None)
 
     def give_back(self, shot: Shot) -> None:
-        """Return a shot's scene for reuse; callable from any thread."""
+        """Return a shot's scene for reuse; thread-safe."""
         if shot.model is self.model:
             self._idle.append(shot.scene)
 

@@ -1,8 +1,8 @@
-"""Off-screen OpenGL contexts, by EGL or else OSMesa.
+"""Off-screen OpenGL contexts with EGL, or OSMesa as a fallback.
 
-MuJoCo draws into the context that is current in its thread. The ones that come with it rest on PyOpenGL, which serves one of the
-two platforms a process, chosen by an environment variable before it is imported. A dozen functions called through ctypes serve
-either.
+MuJoCo draws into the current context of its thread. MuJoCo's own contexts use PyOpenGL, which supports only one of the two
+platforms per process, chosen by an environment variable before its import. The few functions needed here are called through
+ctypes and support both.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ _INSTALL = (
 
 
 def context() -> AbstractContextManager[None]:
-    """OpenGL for the calling thread, for as long as the block lasts.
+    """Return an OpenGL context for the calling thread, for a `with` block.
 
     Raises:
-        RenderError: this machine has none that draws without a window, or it was opened before this process was forked off.
+        RenderError: OpenGL does not work without a window here, or it was opened before this process was forked.
     """
     return _own_platform().context()
 
 
 def driver() -> str:
-    """Renderer and version of that OpenGL, in its own words; pictures differ in their last bits from one to another.
+    """Return name and version of the OpenGL driver; pictures of different drivers differ in their last bits.
 
     Raises:
         RenderError: as for `context`.
@@ -47,24 +47,24 @@ def driver() -> str:
 
 
 class _UnusableError(Exception):
-    """A library is there and does not do what it should."""
+    """A library exists but does not work."""
 
 
 def _own_platform() -> _Egl | _OSMesa:
     platform, process = _platform()
     if process != os.getpid():  # the driver's threads are not in the copy, which would wait for them for ever
         raise RenderError(
-            "pictures were drawn before this process was forked off, and a driver of OpenGL does not survive that\n"
-            "let multiprocessing begin its processes by 'spawn' or 'forkserver'"
+            "pictures were drawn before this process was forked, after which OpenGL drivers do not work\n"
+            "use the start method 'spawn' or 'forkserver' of multiprocessing"
         )
     return platform
 
 
 @functools.cache
 def _platform() -> tuple[_Egl | _OSMesa, int]:
-    """The first platform that works, and the process it was opened in.
+    """Return the first platform that works, and the process in which it was opened.
 
-    MuJoCo looks its functions up once a process, so it stays with that one.
+    MuJoCo looks up its functions once per process, so it stays with that platform.
     """
     failures: list[str] = []
     for name, platform in (("EGL", _Egl), ("OSMesa", _OSMesa)):
@@ -82,7 +82,7 @@ def _function(library: ctypes.CDLL, name: str, result: Any, *arguments: Any) -> 
 
 
 class _Egl:
-    """EGL on the first of its devices that draws; GPUs come before Mesa's software renderer."""
+    """EGL on the first device that can draw; GPUs come before Mesa's software renderer."""
 
     DEVICE_PLATFORM, OPENGL = 0x313F, 0x30A2
     # 8 bits each of red, green, blue and alpha, a depth of 24, a stencil of 8; for OpenGL, off-screen.
@@ -105,7 +105,7 @@ class _Egl:
             ctypes.CDLL("libOpenGL.so.0", mode=ctypes.RTLD_GLOBAL)
 
     def _usable(self) -> tuple[int, int]:
-        """Display and configuration of the first device that a context can be made for."""
+        """Return display and configuration of the first device with which a context can be created."""
         query = self._extension("eglQueryDevicesEXT", _Unsigned, _Integer, _Handle, _Handle)
         display_of = self._extension("eglGetPlatformDisplayEXT", _Handle, _Unsigned, _Handle, _Handle)
         devices, count = (_Handle * 32)(), _Integer()
@@ -117,13 +117,13 @@ class _Egl:
             if config and made:
                 self._destroy(display, made)
                 return display, config
-        raise _UnusableError(f"none of {count.value} devices draws with OpenGL")
+        raise _UnusableError(f"none of {count.value} devices supports OpenGL")
 
     def _extension(self, name: str, result: Any, *arguments: Any) -> Any:
         return ctypes.CFUNCTYPE(result, *arguments)(self.address(name))
 
     def address(self, function: str) -> int:
-        """Where a function of EGL or of OpenGL is."""
+        """Return the address of an EGL or OpenGL function."""
         found: int | None = self._address(function.encode())
         if not found:
             raise _UnusableError(f"the driver has no {function}")
@@ -137,11 +137,11 @@ class _Egl:
 
     @contextlib.contextmanager
     def context(self) -> Iterator[None]:
-        """OpenGL for the calling thread."""
+        """Return an OpenGL context for the calling thread."""
         self._bind(self.OPENGL)  # a thread's own setting
         made = self._create(self._display, self._config, None, None)
         if not made or not self._make_current(self._display, None, None, made):
-            raise RenderError("EGL: the driver makes no further context")
+            raise RenderError("EGL: the driver cannot create another context")
         try:
             yield
         finally:
@@ -151,7 +151,7 @@ class _Egl:
 
 
 class _OSMesa:
-    """Mesa's software renderer without a platform around it."""
+    """Mesa's software renderer, which needs no platform."""
 
     RGBA, UNSIGNED_BYTE = 0x1908, 0x1401
     SIDE = 16
@@ -165,7 +165,7 @@ class _OSMesa:
         self._address = find("OSMesaGetProcAddress", _Handle, ctypes.c_char_p)
 
     def address(self, function: str) -> int:
-        """Where a function of OpenGL is."""
+        """Return the address of an OpenGL function."""
         found: int = self._address(function.encode())
         return found
 
@@ -176,11 +176,11 @@ class _OSMesa:
 
     @contextlib.contextmanager
     def context(self) -> Iterator[None]:
-        """OpenGL for the calling thread."""
+        """Return an OpenGL context for the calling thread."""
         window = (ctypes.c_ubyte * (4 * self.SIDE * self.SIDE))()
         made = self._create(self.RGBA, 24, 8, 0, None)
         if not made or not self._make_current(made, window, self.UNSIGNED_BYTE, self.SIDE, self.SIDE):
-            raise RenderError("OSMesa: the driver makes no context")
+            raise RenderError("OSMesa: the driver cannot create a context")
         try:
             yield
         finally:

@@ -69,13 +69,13 @@ class RenderThread(Stateful):
 
     @property
     def labels(self) -> Mapping[int, str]:
-        """Prim path of each number in a segmentation; a prim keeps its number."""
+        """Prim path of each number in a segmentation; the number of a prim never changes."""
         self._present()
         return self._labels
 
     @staticmethod
     def driver() -> str:
-        """Name and version of the OpenGL driver that draws; `not there` where there is none."""
+        """Return name and version of the OpenGL driver; `not there` if there is none."""
         try:
             return opengl.driver()
         except RenderError:
@@ -91,7 +91,7 @@ class RenderThread(Stateful):
         return self._present().capture(self._simulation.data, pose, lens, segmentation=segmentation, whole=whole)
 
     def boxes(self, pose: Pose) -> NDArray[np.void]:
-        """Bounding boxes of all labelled prims in the frame of a camera at a pose."""
+        """Return bounding boxes of all labelled prims in the frame of a camera at a pose."""
         self._present()
         if self._solids is None:
             self._solids = BoundingBoxes(self._simulation.model, self._prims_of_bodies(self._simulation.model))

@@ -27,7 +27,7 @@ SHADOW_MAP = 8192
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """What was drawn; row 0 is the upper edge."""
+    """A rendered image; row 0 is the upper edge."""
 
     rgb: NDArray[np.uint8]
     depth: NDArray[np.float32]
@@ -36,17 +36,17 @@ class Image:
 
 
 class Renderer:
-    """Draws shots of one model, in the thread whose OpenGL it was made with.
+    """Draws shots of one model, in the thread in which it was created.
 
     Args:
-        model: of the shots.
-        size: greatest width and height of a picture, pixels.
-        far: greatest distance that a lens sees, m; endless floors reach to it.
-        samples: of a pixel, to smooth edges; sensors have none, as they triple the time.
-        shadows: half the side (m) of the square in which lights cast shadows; without, and without reflections, at 0.
+        model: model of the shots.
+        size: maximum width and height of a picture, pixels.
+        far: maximum distance that a lens sees, m; infinite floors extend to it.
+        samples: samples per pixel for antialiasing; not for sensors, because they triple the time.
+        shadows: half the side of the square in which lights cast shadows, m; 0: no shadows and reflections.
 
     Raises:
-        RenderError: the driver or MuJoCo refuses.
+        RenderError: the driver or MuJoCo fails.
     """
 
     def __init__(
@@ -71,17 +71,17 @@ class Renderer:
         self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR.value
 
     def fits(self, shot: Shot) -> bool:
-        """Whether it can draw a shot."""
+        """Return whether this renderer can draw a shot."""
         width, height = shot.lens.size
         return (
             shot.model is self.model and width <= self.size[0] and height <= self.size[1] and shot.lens.far <= self.far
         )
 
     def draw(self, shot: Shot) -> Image:
-        """Colours and depths in one pass, segments in another where they are wanted.
+        """Draw colours and depths in one pass, and the segmentation in another one if requested.
 
         Raises:
-            RenderError: the driver or MuJoCo refuses.
+            RenderError: the driver or MuJoCo fails.
         """
         width, height = shot.lens.size
         rgb, buffer = np.empty((height, width, 3), np.uint8), np.empty((height, width), np.float32)
@@ -98,7 +98,7 @@ class Renderer:
         mujoco.mjr_readPixels(rgb, depth, whole, self._context)
 
     def _segmentation(self, shot: Shot) -> NDArray[np.int32]:
-        """Draw each part of the scene in the colour of its number, and look up what it belongs to."""
+        """Draw each part of the scene in the colour of its number, and look up its prim."""
         width, height = shot.lens.size
         colours, flags = np.empty((height, width, 3), np.uint8), shot.scene.flags
         flags[_SEGMENT] = flags[_ID_COLOUR] = True
@@ -110,15 +110,15 @@ class Renderer:
         return numbers
 
     def close(self) -> None:
-        """Free what it holds of OpenGL."""
+        """Release all OpenGL resources."""
         self._context.free()
 
 
 def distances(lens: Lens, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Distance along the optical axis, m, of values in the depth buffer.
+    """Return distances along the optical axis for values in the depth buffer, m.
 
-    OpenGL keeps its matrices in single precision, and an entry of MuJoCo's is a small difference of numbers near 1. It is off by
-    up to 6e-8, which is 2 mm at 20 m; calculated in the same precision it is off by as much here, and depths are right.
+    OpenGL keeps matrices in single precision, and one entry of MuJoCo's matrix is a small difference of numbers near 1. Its
+    error is up to 6e-8, which is 2 mm at 20 m; computing it here with the same precision cancels the error.
     """
     near, far = np.float32(lens.near), np.float32(lens.far)
     metres: NDArray[np.float32]

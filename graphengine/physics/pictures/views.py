@@ -1,4 +1,4 @@
-"""Views for people, with shadows and antialiasing: from above, of a robot at an angle, or by a camera of the world."""
+"""Views for users, with shadows and antialiasing: from above, of a robot in perspective, or from a camera of the world."""
 
 from __future__ import annotations
 
@@ -48,13 +48,13 @@ _SEEN = np.array(SEEN, np.uint8)
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A place to look from.
+    """A camera position for a view.
 
     Attributes:
-        pose: of a camera that looks along its -z axis, with +y up.
-        lens: of the camera.
-        centre: middle of what is shown, m.
-        reach: how far (m) around the middle shadows fall.
+        pose: pose of a camera that looks along its -z axis, with +y up.
+        lens: lens of the camera.
+        centre: centre of the visible part, m.
+        reach: radius around the centre in which shadows are cast, m.
     """
 
     pose: Pose
@@ -64,13 +64,13 @@ class View:
 
 
 def names(simulation: Simulation) -> list[str]:
-    """Views there are; a camera of the world that is called like one of ours takes its place."""
+    """Return the available views; a camera of the world overrides a built-in view of the same name."""
     cameras = (simulation.model.camera(index).name for index in range(simulation.model.ncam))
     return list(dict.fromkeys([*NAMES, *filter(None, cameras)]))
 
 
 def find_view(simulation: Simulation, name: str, size: Size) -> View:
-    """The view of a name from `names`, in the simulation's present state."""
+    """Return the view with a name from `names`, for the current state of the simulation."""
     camera = mujoco.mj_name2id(simulation.model, mujoco.mjtObj.mjOBJ_CAMERA, name)
     if camera >= 0:
         return _through(simulation, camera, size)
@@ -81,7 +81,7 @@ def draw(simulation: Simulation, view: View, *, segmentation: bool = False) -> I
     """Draw a view.
 
     Raises:
-        RenderError: there is no OpenGL, or it refused.
+        RenderError: OpenGL does not work here.
     """
     shot = simulation.studio.capture(view.pose, view.lens, segmentation=segmentation, whole=True)
     _light(shot, view)
@@ -91,10 +91,10 @@ def draw(simulation: Simulation, view: View, *, segmentation: bool = False) -> I
 
 
 def _light(shot: Shot, view: View) -> None:
-    """Have lights from afar cast shadows around the middle of the view, and on floors only what stands on them.
+    """Make distant lights cast shadows around the centre of the view, and on floors only for objects that stand on them.
 
-    Such a light casts shadows only around the line through its place, which otherwise does not matter. And towards the edges of
-    MuJoCo's shadow map large level surfaces would throw speckles of shadow on themselves.
+    Such a light casts shadows only around the line through its position, which otherwise does not matter. And towards the edges
+    of MuJoCo's shadow map, large level surfaces would show speckles of shadow.
     """
     for light in shot.scene.lights[: shot.scene.nlight]:
         if light.type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL.value and light.id >= 0:
@@ -120,7 +120,7 @@ def _through(simulation: Simulation, camera: int, size: Size) -> View:
 
 
 def _from_above(simulation: Simulation, size: Size) -> View:
-    """A plan with the x axis up, or to the right where the picture then shows it larger."""
+    """Return a plan with the x axis up, or to the right if the scene is larger then."""
     low, high = _bounds(simulation)
     robots = [_place(simulation, prim) for prim in simulation.stage.prims("robot")]
     if robots:
@@ -138,7 +138,7 @@ def _from_above(simulation: Simulation, size: Size) -> View:
 
 
 def _at_an_angle(simulation: Simulation, size: Size) -> View:
-    """The first robot, from where nothing hides it; without robots everything."""
+    """Return a view of the first robot from a direction in which nothing hides it; without robots, of everything."""
     low, high = _bounds(simulation)
     robot = next(simulation.stage.prims("robot"), None)
     if robot is None:
@@ -158,12 +158,12 @@ def _at_an_angle(simulation: Simulation, size: Size) -> View:
 
 
 def _bounds(simulation: Simulation) -> tuple[Floats, Floats]:
-    """Lowest and highest corner of all that is drawn, without floors, which may end nowhere."""
+    """Return lowest and highest corner of everything visible except floors, which may be infinite."""
     return _box(simulation, simulation.model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE, np.zeros(3))
 
 
 def _place(simulation: Simulation, robot: Prim) -> tuple[Floats, float]:
-    """Middle and radius of a robot."""
+    """Return centre and radius of a robot."""
     model = simulation.model
     own = np.isin(model.body_rootid[model.geom_bodyid], simulation.entities.roots(robot))
     low, high = _box(simulation, own, np.array(simulation.body(robot).pose()[0]))
@@ -171,7 +171,7 @@ def _place(simulation: Simulation, robot: Prim) -> tuple[Floats, float]:
 
 
 def _box(simulation: Simulation, chosen: Bools, otherwise: Floats) -> tuple[Floats, Floats]:
-    """Lowest and highest corner of those of the chosen geoms that are drawn; around a point where there are none."""
+    """Return lowest and highest corner of the visible ones of the given geoms; without any, around a point."""
     model, data = simulation.model, simulation.data
     geoms = np.flatnonzero(chosen & (_SEEN[model.geom_group] > 0))
     if not len(geoms):
@@ -188,7 +188,7 @@ def _direction(azimuth: float, elevation: float) -> Floats:
 
 
 def _sees(simulation: Simulation, eye: Floats, target: Floats, roots: Collection[int]) -> bool:
-    """Whether a ray from the eye to the target first meets what hangs on one of some topmost bodies."""
+    """Return whether a ray from the eye to the target first meets one of the given topmost bodies or their children."""
     model, geom = simulation.model, np.array([-1], np.int32)
     mujoco.mj_ray(model, simulation.data, eye, target - eye, _SEEN, True, -1, geom)
     met = int(geom[0])
@@ -196,7 +196,7 @@ def _sees(simulation: Simulation, eye: Floats, target: Floats, roots: Collection
 
 
 def _looking(eye: Floats, target: Floats) -> Pose:
-    """Pose of an upright camera at one point that looks at another."""
+    """Return the pose of an upright camera at one point that looks at another."""
     back = (eye - target) / np.linalg.norm(eye - target)
     right = np.cross((0.0, 0.0, 1.0), back)
     right /= np.linalg.norm(right)

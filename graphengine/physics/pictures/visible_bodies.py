@@ -29,7 +29,7 @@ _KINDS: Mapping[int, ShapeKind] = {
 
 
 def visible_bodies(model: mujoco.MjModel) -> Bodies:
-    """All bodies of a model, and the shapes that pictures show."""
+    """Return all bodies of a model with their shapes that pictures show."""
     shapes: list[VisibleShape] = []
     meshes: dict[str, int] = {}
     painted: dict[str, int] = {}

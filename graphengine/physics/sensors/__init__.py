@@ -1,1 +1,1 @@
-"""What robots sense with: handles that cast rays, take pictures and measure at their own rates."""
+"""The robots' sensors: handles that cast rays, take pictures and measure at their own rates."""

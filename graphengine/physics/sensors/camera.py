@@ -1,11 +1,11 @@
-"""A camera: what it captures in one tick it delivers some ticks later, whatever drawing took.
+"""A camera: a picture captured in one tick is delivered a fixed number of ticks later, however long rendering takes.
 
-A sample (`sampling`) is captured when somebody first asks for it in its tick; the `render_thread` draws it. The
-tick in which it is due waits for it. In real time nothing waits: a picture that is late is dropped and counted, and none is
-captured while the one before is being drawn, as on a slow machine each would else wait for others until it is late itself.
+A sample (`sampling`) is captured when it is first requested in its tick; the `render_thread` draws it. The tick in which it is
+due waits for it. In real time nothing waits: a late picture is dropped and counted, and no picture is captured while the
+previous one is being drawn; on a slow machine the queue would otherwise make each picture late.
 
-Whatever is nearer than the clip range hides what is behind it, as before a real lens, and has no depth. Surfaces are seen from
-their fronts only: a camera within a closed shape sees out of it, while rays meet the shape's inside.
+An object nearer than the clip range hides what is behind it, as before a real lens, and has no depth. Surfaces are visible only
+from their front: a camera inside a closed shape sees out of it, while rays meet the shape's inside.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ class CameraProfile(Profile):
     size: Annotated[tuple[PixelCount, PixelCount], Field(strict=False)] = Field(description="Width and height, pixels.")
     fov_deg: Pair = Field(description="Horizontal and vertical field of view; pictures take the horizontal one.")
     clip: Pair = Field(default=(0.01, 100.0), description="Nearest and farthest distance seen, m.")
-    rate: Rate = Field(default=30.0, description="Pictures a second.")
+    rate: Rate = Field(default=30.0, description="Pictures per second.")
     latency: NotNegative = Field(default=0.1, le=10.0, description="From capture to delivery, s; at least one tick.")
-    depth: bool = Field(default=False, description="Whether it is made to measure distance.")
+    depth: bool = Field(default=False, description="Whether it is a depth camera.")
     colour_noise: NotNegative = Field(default=0.0, le=255, description="Standard deviation of a colour, 0 to 255.")
     depth_noise: Deviation = Field(
         default=0.0, description="Standard deviation of a depth at 1 m, m; it grows with the square of the distance."
@@ -72,7 +72,7 @@ class CameraProfile(Profile):
 
 @dataclass(frozen=True, slots=True)
 class _Exposure:
-    """A picture on its way."""
+    """A picture that is not delivered yet."""
 
     captured: int
     """Tick."""
@@ -80,7 +80,7 @@ class _Exposure:
     picture: Future[Picture]
 
     def __deepcopy__(self, _: object) -> _Exposure:
-        """It does not change any more, once it is drawn."""
+        """Return the object itself, because it does not change after rendering."""
         wait([self.picture])
         return self
 
@@ -90,9 +90,10 @@ class PinholeCamera(Sampled):
     """The camera at a camera prim, whose facts are its profile.
 
     Args:
-        simulation: what it sees; its studio draws the pictures.
-        prim: where it is.
-        size: width and height of its pictures, pixels, its profile's if None; at any it sees the same from left to right.
+        simulation: simulation that the camera sees.
+        prim: camera prim.
+        size: width and height of the pictures, pixels; None: those of the profile. The horizontal field of view is the same for
+            all sizes.
     """
 
     kept = ("_delivery", "_pending", "_segmented", "_skipped")
@@ -115,12 +116,12 @@ class PinholeCamera(Sampled):
 
     @classmethod
     def key(cls, prim: Prim, **options: Any) -> str:
-        """One a prim and size."""
+        """Return a key for each prim and size."""
         width, height = options.get("size") or prim.facts["size"]
         return f"{prim.path}/{width}x{height}"
 
     def reset(self) -> None:
-        """Forget what is on its way."""
+        """Discard pictures that are not delivered yet."""
         for exposure in self._pending:
             exposure.picture.cancel()
         self._pending.clear()
@@ -131,11 +132,11 @@ class PinholeCamera(Sampled):
 
     @property
     def labels(self) -> Mapping[int, str]:
-        """Prim path of each number of a segmentation."""
+        """Prim path of each number in a segmentation."""
         return self._studio.labels
 
     def request(self, *, segmentation: bool = False) -> None:
-        """Capture this tick's sample if one is due; however many ask, it is rendered once."""
+        """Capture this tick's sample if one is due; it is rendered once for all callers."""
         tick = self._simulation.tick
         self._segmented |= segmentation
         newest = self._pending[-1] if self._pending else None
@@ -152,10 +153,10 @@ class PinholeCamera(Sampled):
         self._pending.append(_Exposure(tick, self._segmented, self._expose(self._segmented)))
 
     def delivered(self) -> Picture | None:
-        """The picture whose turn it is in this tick; the same for all who ask, None in most ticks.
+        """Return the picture that is due in this tick, the same for all callers; None in most ticks.
 
         Raises:
-            RenderError: it could not be drawn.
+            RenderError: it could not be rendered.
         """
         tick = self._simulation.tick
         if self._delivery[0] != tick:
@@ -168,15 +169,15 @@ class PinholeCamera(Sampled):
         return self._expose(False)
 
     def picture(self, *, segmentation: bool = False) -> Picture:
-        """What it sees at this instant, at once.
+        """Render and return a picture of the current state immediately.
 
         Raises:
-            RenderError: it could not be drawn.
+            RenderError: it could not be rendered.
         """
         return self._expose(segmentation).result()
 
     def _take(self, captured: int) -> Picture | None:
-        """The picture that was captured in a tick; those that nobody took in their turn are gone."""
+        """Return the picture captured in a tick; earlier ones that were not requested are discarded."""
         while self._pending and self._pending[0].captured < captured:
             self._pending.popleft().picture.cancel()
         if not self._pending or self._pending[0].captured > captured:
@@ -212,7 +213,7 @@ def _develop(
     generator: np.random.Generator | None,
     boxes: NDArray[np.void] | None,
 ) -> Picture:
-    """What a sensor makes of an image: noise, then depths only within its range."""
+    """Return what a sensor outputs for an image: with noise, and depths only within its range."""
     rgb, depth = image.rgb, image.depth
     visible = (depth >= clip[0]) & (depth <= clip[1])
     if generator is not None:
@@ -228,7 +229,7 @@ def _develop(
 def _with_noise(
     rgb: NDArray[np.uint8], depth: NDArray[np.float32], noise: tuple[float, float], generator: np.random.Generator
 ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-    """Normal noise: in colours of one size, in depths growing with the square of the distance, as with stereo cameras."""
+    """Add normal noise: of constant size to colours, growing with the square of the distance to depths, as for stereo cameras."""
     colour, at_one_metre = np.float32(noise[0]), np.float32(noise[1])
     if colour:
         noisy = rgb + colour * generator.standard_normal(rgb.shape, np.float32)

@@ -1,6 +1,6 @@
-"""A contact sensor, which feels the mean force of a tick, so that a touch between two ticks is not missed.
+"""A contact sensor, which measures the mean force of a tick, so that a touch between two ticks is not missed.
 
-It feels what touches the body that carries it, not what touches others that are fixed to that body.
+It measures contacts of the body that carries it, not of other bodies that are fixed to that body.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 class ContactProfile(Profile):
     """A contact sensor on the body that carries it."""
 
-    threshold: NotNegative = Field(default=0.0, description="Force below which nothing is felt, N.")
+    threshold: NotNegative = Field(default=0.0, description="Force below which no contact is reported, N.")
     limit: Positive = Field(default=100_000.0, description="Greatest force reported, N.")
     radius: NotNegative = Field(
-        default=0.0, description="Contacts farther from the sensor are not felt, m; 0: all count."
+        default=0.0, description="Radius around the sensor in which contacts count, m; 0: all contacts of the body."
     )
 
     @model_validator(mode="after")
@@ -57,18 +57,18 @@ class BodyContactSensor(CarriedPrim):
         self._own = self._simulation.model.geom_bodyid == self.body
 
     def reset(self) -> None:
-        """Feel nothing."""
+        """Clear the measured force."""
         self._of_step, self._of_tick = np.zeros(3), np.zeros(3)
 
     def see_forces(self) -> None:
-        """Add up what touches the body in a step."""
+        """Add the contact forces of a step."""
         if self._simulation.steps % self._simulation.substeps == 1 % self._simulation.substeps:
             self._of_tick = np.zeros(3)
         self._of_step = self._force()
         self._of_tick = self._of_tick + self._of_step
 
     def _force(self) -> Floats:
-        """The sum of all contact forces on the body near the sensor, N, in the world frame."""
+        """Return the sum of all contact forces on the body near the sensor, N, in the world frame."""
         total, wrench = np.zeros(3), np.empty(6)
         model, data = self._simulation.model, self._simulation.data
         if data.ncon == 0:
@@ -85,7 +85,7 @@ class BodyContactSensor(CarriedPrim):
         return total
 
     def reading(self) -> ContactReading:
-        """The mean of this tick; for graphs of physics steps, the force in this step."""
+        """Return the mean force of this tick; for graphs that run per physics step, the force of this step."""
         simulation = self._simulation
         seconds, ticks = simulation.tick_period
         if simulation.stepping:

@@ -1,4 +1,4 @@
-"""The registry of what implements devices in a simulation; a module of this package defines each with its profile."""
+"""The registry of device implementations in a simulation; each is defined with its profile in a module of this package."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ Offsets = Annotated[tuple[Offset, Offset, Offset], Field(strict=False)]
 
 
 def check_less(**bounds: float) -> None:
-    """Check that the first of two figures, given by name, is less than the second.
+    """Check that the first of two values, given by name, is less than the second.
 
     Raises:
-        ValueError: it is not.
+        ValueError: it is not less.
     """
     (low, least), (high, most) = bounds.items()
     if not least < most:
@@ -31,15 +31,15 @@ def check_less(**bounds: float) -> None:
 
 
 class Profile(Spec):
-    """The section of a sensor profile that has the figures of one kind of device."""
+    """A section of a sensor profile: the parameters of one kind of device."""
 
     def facts(self) -> dict[str, Any]:
-        """What a prim of the device keeps of its profile."""
+        """Return the facts that a prim of the device gets from its profile."""
         return self.model_dump()
 
 
 class Implementation(NamedTuple):
-    """One kind of device in a simulation."""
+    """The implementation of one kind of device in a simulation."""
 
     handle: Any
     """Makes a `Handle` that keeps the device's Protocol, from the simulation, its prim and the device's options."""
@@ -51,7 +51,7 @@ IMPLEMENTATIONS: Kinds[Implementation] = Kinds("graphengine.physics.sensors")
 
 
 def implements(interface: Callable[..., D], profile: type[Profile]) -> Callable[[Callable[..., D]], Any]:
-    """Register an implementation; decorates the subclass of `Handle` that keeps the device's Protocol."""
+    """Register an implementation; decorates the subclass of `Handle` that implements the device's Protocol."""
 
     def register(handle: Callable[..., D]) -> Callable[..., D]:
         entry = device_of(interface)

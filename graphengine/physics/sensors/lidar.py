@@ -1,10 +1,10 @@
 """Sensors that cast rays into the collision geometry, and the lidar.
 
-A sample (`sampling`) is cast when somebody first asks in its tick, and what is cast does not depend on who asks. What rays meet
-is the business of `rays`.
+A sample (`sampling`) is cast when it is first requested in its tick, and does not depend on who requests it. `rays` finds what
+the rays meet.
 
-Intensity is the relative luminance of the surface's colour, 0 to 255, whatever its distance and however slanted it is, as of a
-sensor that makes up for both. It knows the colour of a geom or of its material; textures, reflectance and shininess do not count.
+Intensity is the relative luminance of the surface's colour, 0 to 255, independent of distance and angle, as for a sensor that
+compensates for both. It uses the colour of the geom or its material; textures, reflectance and shininess are ignored.
 """
 
 from __future__ import annotations
@@ -43,35 +43,34 @@ class BeamsSpec(Spec):
     @model_validator(mode="after")
     def _once_around(self) -> BeamsSpec:
         if not 0.0 < self.last_deg - self.first_deg <= 360.0:
-            raise ValueError(
-                "beams go counter-clockwise and once around: last_deg is more than first_deg, by at most 360"
-            )
+            raise ValueError("beams go counter-clockwise: last_deg must be greater than first_deg, by at most 360")
         return self
 
 
 class RingsSpec(Spec):
-    """Rings of a 3D lidar, from the lowest up: evenly spaced, or one by one."""
+    """Rings of a 3D lidar, from the lowest up: evenly spaced, or listed."""
 
     first_deg: Elevation | None = None
     last_deg: Elevation | None = None
     count: int | None = Field(default=None, ge=2, le=1024)
     each_deg: Annotated[tuple[Elevation, ...], Field(strict=False, min_length=1, max_length=1024)] | None = Field(
-        default=None, description="Angle of each ring above the sensor's xy plane, in place of first, last and count."
+        default=None,
+        description="Angle of each ring above the sensor's xy plane; replaces first_deg, last_deg and count.",
     )
 
     @model_validator(mode="after")
     def _upwards(self) -> RingsSpec:
         spaced = (self.first_deg, self.last_deg, self.count)
         if (self.each_deg is None) == (spaced == (None, None, None)) or (self.each_deg is None and None in spaced):
-            raise ValueError("rings have first_deg, last_deg and count, or each_deg")
+            raise ValueError("give rings by first_deg, last_deg and count, or by each_deg")
         angles = self.each_deg or (self.first_deg, self.last_deg)
         if any(not low < high for low, high in itertools.pairwise(angles)):  # type: ignore[operator]
-            raise ValueError("rings go upwards: each is higher than the one before")
+            raise ValueError("rings must be in ascending order")
         return self
 
     @property
     def degrees(self) -> tuple[float, ...]:
-        """Angle of each ring."""
+        """Return the angle of each ring above the sensor's xy plane, degrees."""
         if self.first_deg is None or self.last_deg is None or self.count is None:
             return self.each_deg or ()
         step = (self.last_deg - self.first_deg) / (self.count - 1)
@@ -79,24 +78,24 @@ class RingsSpec(Spec):
 
 
 def check_distances(resolution: float, **bounds: float) -> None:
-    """Check the resolution (m), and the nearest and the farthest distance (m, given by name), of a sensor.
+    """Check the resolution of a sensor (m), and its nearest and farthest distance (m, given by name).
 
     Raises:
-        ValueError: the bounds are not in this order, or the resolution is too fine or too coarse.
+        ValueError: the limits are not in this order, or the resolution is too fine or too coarse.
     """
     check_less(**bounds)
     _, (farthest, far) = bounds.items()
     if resolution and not 1e-6 <= resolution < far:
-        raise ValueError(f"resolution is a micrometre at least and less than {farthest}, or 0")
+        raise ValueError(f"resolution must be at least one micrometre and less than {farthest}, or 0")
 
 
 class LidarProfile(Profile):
     """A ray-casting range sensor."""
 
-    rate: Rate = Field(description="Sweeps a second.")
+    rate: Rate = Field(description="Sweeps per second.")
     beams: BeamsSpec
     rings: RingsSpec | None = Field(
-        default=None, description="Rings of a 3D lidar; without, one in the sensor's xy plane."
+        default=None, description="Rings of a 3D lidar; without it, the lidar has one ring in its xy plane."
     )
     near: NotNegative = Field(description="Nearest distance reported, m.")
     far: Positive = Field(le=1_000_000, description="Farthest distance reported, m.")
@@ -117,23 +116,23 @@ class LidarProfile(Profile):
 
     @property
     def angles(self) -> tuple[float, float, float]:
-        """Azimuth of the first and last beam of a ring and between two beams, rad."""
+        """Return the azimuth of the first and last beam of a ring, and the angle between two beams, rad."""
         first, last = math.radians(self.beams.first_deg), math.radians(self.beams.last_deg)
         return first, last, (last - first) / (self.beams.count - 1)
 
     @property
     def elevations(self) -> tuple[float, ...]:
-        """Angle of each ring above the sensor's xy plane, rad."""
+        """Return the angle of each ring above the sensor's xy plane, rad."""
         return tuple(map(math.radians, self.rings.degrees)) if self.rings is not None else (0.0,)
 
     def facts(self) -> dict[str, Any]:
-        """Its figures, with angles in rad."""
+        """Return the parameters as facts, with angles in rad."""
         kept = self.model_dump(include={"rate", "noise_std", "resolution"})
         return kept | {"angles": self.angles, "elevations": self.elevations, "ranges": (self.near, self.far)}
 
 
 class RaySensor(TickSampled[S]):
-    """A sensor that casts rays; its prim's facts have `ranges`, and may have `noise_std` and `resolution`.
+    """A sensor that casts rays; the facts of its prim have `ranges`, and may have `noise_std` and `resolution`.
 
     A subclass sets `directions` before it calls `__init__`, and makes a sample in `_make_sample`.
     """
@@ -153,12 +152,12 @@ class RaySensor(TickSampled[S]):
         self._caster = self._simulation.rays.caster(self.directions, self.ranges[1], tree)
 
     def _meet(self) -> tuple[Floats, Integers]:
-        """What each ray meets first: the distance, and the number of the geom; see `rays.Caster`."""
+        """Return distance and geom id of what each ray meets first; see `rays.Caster`."""
         position, rotation = self.pose()
         return self._caster.cast(np.array(position), _matrix(rotation))
 
     def _measured(self, distances: Floats, index: int) -> Floats:
-        """Distances within range with the noise of a sample, rounded to the resolution."""
+        """Return distances within range with the noise of a sample, rounded to the resolution."""
         if self.noise_std:
             distances = distances + self._noise_of(index).normal(0.0, self.noise_std, len(distances))
         if self._resolution:
@@ -168,7 +167,7 @@ class RaySensor(TickSampled[S]):
 
 @implements(Lidar, LidarProfile)
 class RayLidar(RaySensor[Scan]):
-    """The ray-casting sensor at a lidar prim, whose facts are its profile."""
+    """The lidar at a lidar prim, whose facts are its profile."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self.angles: tuple[float, float, float] = prim.facts["angles"]
@@ -178,13 +177,13 @@ class RayLidar(RaySensor[Scan]):
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Find how bright all geoms are."""
+        """Find the brightness of all geoms."""
         super().bind()
         brightness = 255 * (geom_colours(self._simulation.model)[:, :3] @ _LUMINANCE)
         self._brightness = np.append(brightness, 0.0).astype(np.float32)  # a miss has the number -1
 
     def scan(self) -> Scan:
-        """The newest sample, shared by all who ask."""
+        """Return the newest sample, the same for all callers."""
         return self._sample()
 
     def _make_sample(self, index: int) -> Scan:
@@ -199,7 +198,7 @@ class RayLidar(RaySensor[Scan]):
 
 
 def _matrix(rotation: Quaternion) -> Floats:
-    """Rotation matrix of a unit quaternion (x, y, z, w)."""
+    """Return the rotation matrix of a unit quaternion (x, y, z, w)."""
     x, y, z, w = rotation
     return np.array(
         [

@@ -1,7 +1,7 @@
-"""Rays by `mj_multiRay`, which visits every geom for every ray.
+"""Ray casting with `mj_multiRay`, which tests every geom for every ray.
 
-`bodyexclude` takes out a single body and a robot has many: the sensor's own robot is put into a geom group of its own for the
-time of a cast. Where the plane of the rays meets only a part of the world, they are cast into that part (`slice`).
+`bodyexclude` excludes only a single body: so during a cast, the sensor's own robot is in a separate geom group. If the plane of
+the rays meets only a part of the world, they are cast into a small model of that part (`plane_culling`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from graphengine.physics.sensors.rays import GROUPS_SEEN, Integers, own_geoms, v
 
 
 class MultiRays:
-    """What rays meet in a model."""
+    """Casts rays into a model; see `rays.Rays`."""
 
     name = "mujoco"
 
@@ -23,12 +23,12 @@ class MultiRays:
         self._model, self._data = model, data
 
     def caster(self, directions: Floats, far: float, tree: int) -> MultiRayCaster:
-        """Cast the rays of a sensor; see `rays.Rays`."""
+        """Return a caster for the rays of a sensor; see `rays.Rays`."""
         return MultiRayCaster(self._model, self._data, directions, far, tree)
 
 
 class MultiRayCaster:
-    """The rays of one sensor."""
+    """Casts the rays of one sensor."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, directions: Floats, far: float, tree: int) -> None:
         self._model, self._data = model, data
@@ -42,7 +42,7 @@ class MultiRayCaster:
         self._geoms = np.empty(len(directions), np.int32)
 
     def cast(self, origin: Floats, rotation: Floats) -> tuple[Floats, Integers]:
-        """What each ray meets first; see `rays.Caster`."""
+        """Return what each ray meets first; see `rays.Caster`."""
         np.matmul(self._directions, rotation.T, out=self._rays)
         part = self._slice_at(origin, rotation[:, 2])
         if part is None:
@@ -54,7 +54,7 @@ class MultiRayCaster:
         return self._distances, self._geoms
 
     def _slice_at(self, origin: Floats, normal: Floats) -> PlaneSlice | None:
-        """The part of the world that holds all that the rays can meet; None where only the whole world does."""
+        """Return the part of the world that the rays can meet; None if only the whole world is sufficient."""
         if self._slice is None and self._sliceable:
             self._slice = PlaneSlice(self._model, self._data, self._visible, origin, normal)
         return self._slice if self._slice is not None and self._slice.covers(origin, normal) else None

@@ -1,8 +1,8 @@
-"""A range sensor that casts a cone of rays and measures the nearest distance.
+"""A range sensor that casts a cone of rays and measures the smallest distance.
 
-Rays meet what those of a lidar meet and pass through the sensor's own robot. They lie in rings about the sensor's x axis, the
-last of which is the edge of the cone: what fits between two of them is not seen. Whether a surface reflects towards the sensor
-does not count, as it would for ultrasound.
+Its rays meet the same objects as those of a lidar, and pass through the sensor's own robot. They are in rings about the
+sensor's x axis, the last of which is the edge of the cone; objects between two rings are not detected. Whether a surface
+reflects towards the sensor, as matters for ultrasound, is ignored.
 """
 
 from __future__ import annotations
@@ -28,11 +28,15 @@ class RangeProfile(Profile):
     """An ultrasonic or infrared range sensor."""
 
     radiation_type: Literal["ultrasound", "infrared"] = "ultrasound"
-    rate: Rate = Field(description="Measurements a second.")
+    rate: Rate = Field(description="Measurements per second.")
     field_of_view: float = Field(gt=0.0, le=math.pi, description="Angle from edge to edge of the cone, rad.")
-    rings: int = Field(default=4, ge=1, le=32, description="Rings of rays about the one on the axis: ring n has 6 n.")
+    rings: int = Field(
+        default=4, ge=1, le=32, description="Number of rings of rays around the axis; ring n has 6 n rays."
+    )
     min_range: NotNegative = Field(description="Nearest distance measured, m; what is closer is reported as -inf.")
-    max_range: Positive = Field(le=1_000_000, description="Farthest distance measured, m; without any it is inf.")
+    max_range: Positive = Field(
+        le=1_000_000, description="Farthest distance measured, m; without a hit, the reading is inf."
+    )
     noise_std: Deviation = Field(default=0.0, description="Standard deviation of a distance, m.")
     resolution: NotNegative = Field(
         default=0.0, description="Distances are multiples of it, m; 0: they are not rounded."
@@ -44,7 +48,7 @@ class RangeProfile(Profile):
         return self
 
     def facts(self) -> dict[str, Any]:
-        """Its figures, with both ranges as one."""
+        """Return the parameters as facts, with both ranges as one."""
         return self.model_dump(exclude={"min_range", "max_range"}) | {"ranges": (self.min_range, self.max_range)}
 
 
@@ -59,7 +63,7 @@ class RayCone(RaySensor[RangeReading]):
         super().__init__(simulation, prim)
 
     def reading(self) -> RangeReading:
-        """The newest sample, shared by all who ask."""
+        """Return the newest sample, the same for all callers."""
         return self._sample()
 
     def _make_sample(self, index: int) -> RangeReading:
@@ -73,7 +77,7 @@ class RayCone(RaySensor[RangeReading]):
 
 
 def cone_directions(field_of_view: float, rings: int) -> Floats:
-    """Unit vectors about the x axis: the axis, then rings at equal angles up to the edge of the cone, ring n of 6 n."""
+    """Return unit vectors about the x axis: the axis, then rings at equal angles up to the edge of the cone; ring n has 6 n."""
     ring = np.repeat(np.arange(rings + 1), np.maximum(6 * np.arange(rings + 1), 1))
     around = 2.0 * np.pi * np.concatenate([np.arange(max(6 * n, 1)) / max(6 * n, 1) for n in range(rings + 1)])
     away = field_of_view / 2.0 * ring / rings

@@ -1,8 +1,8 @@
-"""The seam between a sensor and the code that finds what its rays meet.
+"""The interface between a sensor and the code that finds what its rays meet.
 
-Rays meet what collides, and of a body without colliders what is drawn (`engine.sort_geoms`); they pass through what is wholly
-transparent and through the sensor's own robot. There are two casters: MuJoCo's own, which always works, and one of ours, compiled
-by numba, which takes a tenth of the time or less.
+Rays meet colliders, or the visuals of a body without colliders (`engine.sort_geoms`); they pass through fully transparent geoms
+and the sensor's own robot. There are two implementations: MuJoCo's, which always works, and one compiled by numba, which takes
+a tenth of the time or less.
 """
 
 from __future__ import annotations
@@ -23,41 +23,41 @@ GROUPS_SEEN = np.array([group in (RAYS_AND_PICTURES, RAYS) for group in range(6)
 
 
 class Caster(Protocol):
-    """The rays of one sensor."""
+    """Casts the rays of one sensor."""
 
     def cast(self, origin: Floats, rotation: Floats) -> tuple[Floats, Integers]:
-        """What each ray meets first: the distance (m) and the number of the geom; -1 for the distance where there is nothing.
+        """Return distance (m) and geom id of what each ray meets first; the distance is -1 without a hit.
 
-        What is farther than the sensor sees may come back or not. Both arrays are written again by the next cast.
+        Hits beyond the sensor's range may be returned or not. The next cast overwrites both arrays.
 
         Args:
-            origin: of all rays, world frame, m.
-            rotation: of the sensor in the world, a 3 x 3 matrix.
+            origin: origin of all rays in the world frame, m.
+            rotation: rotation of the sensor in the world, a 3 x 3 matrix.
         """
 
 
 class Rays(Protocol):
-    """What rays meet in a model, for all its sensors."""
+    """Casts rays into a model, for all its sensors."""
 
     @property
     def name(self) -> str:
         """`mujoco` or `fast`."""
 
     def caster(self, directions: Floats, far: float, tree: int) -> Caster:
-        """Cast the rays of a sensor.
+        """Return a caster for the rays of a sensor.
 
         Args:
-            directions: unit vectors in the sensor's frame, shape (n, 3); an array that is not written again.
-            far: how far the sensor sees, m.
+            directions: unit vectors in the sensor's frame, shape (n, 3); the array must not change afterwards.
+            far: range of the sensor, m.
             tree: root body of the sensor's own robot, which rays pass through; 0 for none.
         """
 
 
 def select_rays(choice: RaysChoice, model: mujoco.MjModel, data: mujoco.MjData) -> Rays:
-    """The faster rays, where numba works and they know every shape of the model, unless others are asked for.
+    """Return the requested method; `auto` is the fast one if numba works and supports all shapes of the model.
 
     Raises:
-        UsageError: `fast` was asked for and cannot be.
+        UsageError: `fast` was requested but cannot be used.
     """
     obstacle = "" if choice == "mujoco" else _obstacle(model)
     if obstacle and choice == "fast":
@@ -72,7 +72,7 @@ def select_rays(choice: RaysChoice, model: mujoco.MjModel, data: mujoco.MjData) 
 
 
 def _obstacle(model: mujoco.MjModel) -> str:
-    """What keeps the faster rays from serving a model, and what helps; empty if nothing does."""
+    """Return why the fast method cannot be used with a model, and a remedy; empty if it can."""
     try:
         from graphengine.physics.sensors.fast.rays import trouble, why_not  # numba takes 0.4 s to import
     except Exception as error:  # numba is not there, or one of its libraries does not fit
@@ -85,17 +85,17 @@ def _obstacle(model: mujoco.MjModel) -> str:
 
 
 def own_geoms(model: mujoco.MjModel, tree: int) -> Indices:
-    """Geoms of the bodies below a root body; none for the world's own."""
+    """Return the geoms of the bodies below a root body; none for the world's own."""
     return np.flatnonzero(model.body_rootid[model.geom_bodyid] == tree) if tree else np.empty(0, np.intp)
 
 
 def visible_geoms(model: mujoco.MjModel) -> Indices:
-    """Geoms that some ray may meet."""
+    """Return the geoms that rays can meet."""
     return np.flatnonzero((GROUPS_SEEN[model.geom_group] > 0) & (geom_colours(model)[:, 3] > 0))
 
 
 def geom_colours(model: mujoco.MjModel) -> NDArray[np.float32]:
-    """Red, green, blue and opacity of each geom, 0 to 1: its material's, else its own."""
+    """Return red, green, blue and opacity of each geom, 0 to 1: its material's, else its own."""
     of_materials = model.mat_rgba[model.geom_matid] if model.nmat else model.geom_rgba
     colours: NDArray[np.float32] = np.where((model.geom_matid < 0)[:, None], model.geom_rgba, of_materials)
     return colours

@@ -1,8 +1,8 @@
-"""When a sensor has a new sample, and the random numbers that belong to it.
+"""Determines when a sensor has a new sample, and its random numbers.
 
-Sample n belongs to the first tick at or after n / rate seconds, found in integers, so rates do not drift: 20 Hz at 60 ticks a
-second is every third tick, 7 Hz is every eighth or ninth. Noise comes from a counter-based generator keyed by seed, prim and
-sample, so it does not depend on who asked for which samples before.
+Sample n belongs to the first tick at or after n / rate seconds, computed with integers, so rates do not drift: 20 Hz at 60
+ticks per second is every third tick, 7 Hz is every eighth or ninth. Noise comes from a counter-based generator with seed, prim
+and sample as key, so it does not depend on which samples were requested before.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ S = TypeVar("S")
 
 
 class Sampling:
-    """The samples of one sensor.
+    """The schedule of a sensor's samples.
 
     Args:
-        rate: samples a second.
-        tick_period: seconds between two ticks, as numerator and denominator.
-        prim_path: of the sensor.
+        rate: samples per second.
+        tick_period: seconds per tick, as numerator and denominator.
+        prim_path: path of the sensor's prim.
     """
 
     def __init__(self, rate: float, tick_period: tuple[int, int], prim_path: str) -> None:
@@ -37,11 +37,11 @@ class Sampling:
         self._prim_path = prim_path
 
     def newest(self, tick: int) -> int:
-        """Number of the newest sample whose time has come at a tick."""
+        """Return the number of the newest sample at a tick."""
         return tick * self._samples // self._ticks
 
     def due(self, tick: int) -> bool:
-        """Whether a new sample falls into a tick; the first tick has one."""
+        """Return whether a new sample belongs to a tick; the first tick has one."""
         return tick == 1 or (tick > 1 and self.newest(tick) > self.newest(tick - 1))
 
     def random(self, seed: int, sample: int) -> np.random.Generator:
@@ -50,7 +50,7 @@ class Sampling:
 
 
 class Sampled(CarriedPrim):
-    """A sensor that has a new sample in some ticks; its prim's facts have the `rate`."""
+    """A sensor with samples in some ticks; the facts of its prim have the `rate`."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self.rate: float = prim.facts.get("rate", 30.0)
@@ -59,7 +59,7 @@ class Sampled(CarriedPrim):
 
     @property
     def due(self) -> bool:
-        """Whether a new sample falls into this tick; the first tick has one."""
+        """Whether a new sample belongs to this tick; the first tick has one."""
         return self._sampling.due(self._simulation.tick)
 
     @property
@@ -73,7 +73,7 @@ class Sampled(CarriedPrim):
 
 
 class TickSampled(Sampled, Generic[S]):
-    """A sensor that measures at most once a tick, and only if a node asks; a subclass makes a sample in `_make_sample`."""
+    """A sensor that measures at most once per tick, and only if a node requests it; a subclass measures in `_make_sample`."""
 
     kept = ("_newest",)
 
@@ -86,9 +86,9 @@ class TickSampled(Sampled, Generic[S]):
         self._newest = None
 
     def _sample(self) -> S:
-        """The newest sample, measured when first asked for in its tick and shared by all who ask.
+        """Return the newest sample, measured when it is first requested in its tick, the same for all callers.
 
-        If no node asked in that tick, the sample that is measured now has its number and this tick's time, and is not kept.
+        If no node requested it in that tick, it is measured now with its number and this tick's time, and is not kept.
         """
         index = self.index
         if self._newest is not None and self._newest[0] == index:

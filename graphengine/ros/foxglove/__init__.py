@@ -1,4 +1,4 @@
-"""Shows a run to Foxglove, whatever its transport: a WebSocket server of all its topics, by Foxglove's own SDK."""
+"""Serves all topics of a run to Foxglove over WebSocket, in addition to any transport; uses Foxglove's SDK."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Address = tuple[str, int]
 
 
 def open_server(address: Address, name: str, definitions: Definitions) -> FoxgloveServer:
-    """Start a server; `FoxgloveTransport` gives it the topics of a transport.
+    """Start a server; `FoxgloveTransport` connects it with a transport's topics.
 
     Args:
-        address: where it listens.
-        name: shown to clients.
+        address: host and port to listen on.
+        name: name of the run that clients show.
         definitions: message types.
 
     Raises:

@@ -1,4 +1,4 @@
-"""A layout for Foxglove made from the topics of a scene: a 3D view, pictures, speeds, and buttons to drive."""
+"""Makes a Foxglove layout from the topics of a scene: a 3D view, camera images, speeds, and buttons to drive."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ _DESCRIPTION = "/robot_description"
 
 
 def foxglove_layout(claims: Iterable[EndpointClaim]) -> dict[str, Any]:
-    """The content of a JSON file that Foxglove imports as a layout.
+    """Return the layout as the content of a JSON file that Foxglove imports.
 
     Args:
-        claims: topics and services of a scene; their order does not matter.
+        claims: topics and services of a scene, in any order.
     """
     ordered = sorted(claims, key=lambda claim: (claim.topic, claim.node))
     published = [claim for claim in ordered if claim.direction == "publish"]
@@ -57,7 +57,7 @@ def foxglove_layout(claims: Iterable[EndpointClaim]) -> dict[str, Any]:
 
 
 def _space(published: Sequence[EndpointClaim]) -> dict[str, Any]:
-    """The 3D panel, seen from the root of the frames, with a grid and the robots that are described."""
+    """Return the 3D panel: viewed from the root frame, with a grid and the robots whose description is published."""
     parents = _unique(parent for claim in published for parent, _ in claim.transforms)
     children = {child for claim in published for _, child in claim.transforms}
     roots = [parent for parent in parents if parent not in children]
@@ -72,7 +72,7 @@ def _space(published: Sequence[EndpointClaim]) -> dict[str, Any]:
 
 
 def _pictures(published: Sequence[EndpointClaim]) -> list[dict[str, Any]]:
-    """A panel for each camera, with the calibration that is published beside the picture."""
+    """Return a panel for each camera, with the calibration topic in the same namespace."""
     calibrations = {_folder(claim.topic): claim.topic for claim in published if claim.message_type == _CALIBRATION}
     topics = _unique(claim.topic for claim in published if claim.message_type in _PICTURES)
     modes = [{"imageTopic": topic, "calibrationTopic": calibrations.get(_folder(topic))} for topic in topics]
@@ -80,7 +80,7 @@ def _pictures(published: Sequence[EndpointClaim]) -> list[dict[str, Any]]:
 
 
 def _speeds(published: Sequence[EndpointClaim]) -> list[dict[str, Any]]:
-    """A plot of all robots' speeds over simulation time, where there are any."""
+    """Return a plot of all robots' speeds over simulation time, if there are any."""
     topics = _unique(claim.topic for claim in published if claim.message_type == _ODOMETRY)
     fields = [f"{topic}.twist.twist.{part}" for topic in topics for part in ("linear.x", "angular.z")]
     paths = [{"value": field, "enabled": True, "timestampMethod": "headerStamp"} for field in fields]
@@ -88,7 +88,7 @@ def _speeds(published: Sequence[EndpointClaim]) -> list[dict[str, Any]]:
 
 
 def _buttons(topic: str) -> dict[str, Any]:
-    """A panel to drive one robot."""
+    """Return a panel for driving one robot."""
     return {
         "topic": topic,
         "publishRate": RATE,
@@ -100,7 +100,7 @@ def _buttons(topic: str) -> dict[str, Any]:
 
 
 def _stack(panels: Sequence[str]) -> Any:
-    """Panels of equal height, one below the other."""
+    """Arrange panels with equal height, one below the other."""
     first, *others = panels
     return _split("column", first, _stack(others), 100.0 / len(panels)) if others else first
 

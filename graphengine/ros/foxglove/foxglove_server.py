@@ -1,7 +1,7 @@
-"""A WebSocket server by which Foxglove sees the topics of a run, and publishes to those that the run reads.
+"""A WebSocket server that shows the topics of a run to Foxglove, and receives messages for topics that the run reads.
 
-The SDK sends in threads of its own, and calls the methods `on_…` there. The SDK keeps nothing for late subscribers, so latched
-messages are kept here.
+The SDK sends in its own threads, in which it also calls the methods `on_…`. It keeps no messages for late subscribers, so this
+module keeps the latched ones.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ MAX_PUBLISHED = 1000
 
 
 class ServedEnd:
-    """A writer or reader of the run, whose messages clients see.
+    """A writer or reader of the run whose messages clients see.
 
     Args:
         topic: full name.
         message_type: as in `nav_msgs/msg/Odometry`.
-        qos: latched messages are kept as long as it says.
+        qos: profile of the endpoint, which determines how many latched messages are kept.
     """
 
     def __init__(self, topic: str, message_type: str, qos: QoS) -> None:
@@ -54,22 +54,22 @@ class ServedEnd:
 
     @property
     def wanted(self) -> bool:
-        """Whether a client subscribes."""
+        """Whether a client subscribes to the topic."""
         return self.served is not None and self.served.channel.has_sinks()
 
     def show(self, data: bytes) -> None:
-        """Send a message to all clients that subscribe; never blocks."""
+        """Send a message to all subscribed clients; never blocks."""
         if (served := self.served) is not None:
             served.show(self, data)
 
 
 class ServedReader(ServedEnd):
-    """A reader of the run, which takes what clients publish too.
+    """A reader of the run that also receives messages from clients.
 
     Args:
         topic: full name.
         message_type: as in `nav_msgs/msg/Odometry`.
-        qos: of the reader.
+        qos: profile of the reader.
         deliver: called with each message, by one thread at a time.
     """
 
@@ -81,7 +81,7 @@ class ServedReader(ServedEnd):
         self._delivering = threading.RLock()
 
     def hear(self, data: bytes) -> None:
-        """Deliver a message of the network or of a client, until the reader has left."""
+        """Deliver a message from the network or a client, unless the reader was closed."""
         with self._delivering:
             if self.served is not None:
                 self._deliver(data)
@@ -89,7 +89,7 @@ class ServedReader(ServedEnd):
 
 
 class ServedTopic:
-    """A topic of one type, which clients see as a channel as long as the run has ends of it."""
+    """A topic with one type, which clients see as a channel while the run has endpoints on it."""
 
     def __init__(self, context: Context, key: tuple[str, str], definitions: Definitions) -> None:
         topic, message_type = key
@@ -101,11 +101,11 @@ class ServedTopic:
         self._lock = threading.Lock()
 
     def alike(self, end: ServedEnd) -> list[Any]:
-        """The list of ends to which an end belongs."""
+        """Return the list that contains the endpoint: readers or writers."""
         return self.readers if isinstance(end, ServedReader) else self.writers
 
     def show(self, end: ServedEnd, data: bytes) -> None:
-        """Send a message that passes an end; each message passes one of those that are shown."""
+        """Send a message of an endpoint to clients, unless another endpoint of the topic shows the same message."""
         if not self._is_shown(end):
             return
         if end.kept.maxlen:
@@ -115,14 +115,14 @@ class ServedTopic:
             self.channel.log(data)
 
     def repeat(self) -> None:
-        """Send all latched messages; the SDK has no way to send them to the client alone that has just subscribed."""
+        """Send all latched messages to all clients, because the SDK cannot send them only to a new subscriber."""
         with self._lock:
             for end in (*self.writers, *self.readers):
                 for data in end.kept if self._is_shown(end) else ():
                     self.channel.log(data)
 
     def _is_shown(self, end: ServedEnd) -> bool:
-        """Whether it is a writer, or the first reader of a topic that only others write."""
+        """Return whether clients see an endpoint's messages: each writer, or the first reader of a topic without writers."""
         return not isinstance(end, ServedReader) or (not self.writers and self.readers[:1] == [end])
 
 
@@ -130,8 +130,8 @@ class FoxgloveServer(ServerListener):
     """A server that runs until it is closed.
 
     Args:
-        address: where it listens.
-        name: shown to clients.
+        address: host and port to listen on.
+        name: name of the run that clients show.
         definitions: message types.
 
     Raises:
@@ -169,10 +169,10 @@ class FoxgloveServer(ServerListener):
         self.url = f"ws://{_shown(host)}:{self._server.port}"
 
     def enter(self, end: ServedEnd) -> None:
-        """Show the messages of an end; the first end of a topic advertises it.
+        """Show the messages of an endpoint to clients; the first endpoint of a topic opens its channel.
 
         Raises:
-            MessageTypeError: there is no such type.
+            MessageTypeError: the type is unknown.
         """
         with self._lock:
             if end.key not in self._topics:
@@ -181,7 +181,7 @@ class FoxgloveServer(ServerListener):
             end.served.alike(end).append(end)
 
     def leave(self, end: ServedEnd) -> None:
-        """Forget an end; the last end of a topic withdraws it. Safe to call twice."""
+        """Remove an endpoint; the last endpoint of a topic closes its channel. Safe to call twice."""
         with self._lock:
             served, end.served = end.served, None
             if served is None:
@@ -192,18 +192,18 @@ class FoxgloveServer(ServerListener):
                 served.channel.close()
 
     def endpoints(self) -> list[Endpoint]:
-        """What clients publish on topics that the run reads, as the ROS graph has it; clients offer what readers ask for."""
+        """Return the clients' publishers on topics that the run reads, with the QoS that the readers request."""
         with self._lock:
             read = self._read()
             published = [end for end in self._published.values() if end.topic in read]
             return [replace(end, qos=read[end.topic]) for end in published]
 
     def _read(self) -> dict[str, QoS]:
-        """Topics that the run reads, and what readers ask for."""
+        """Return the topics that the run reads, with the QoS of the first reader."""
         return {topic: served.readers[0].qos for (topic, _), served in self._topics.items() if served.readers}
 
     def close(self) -> None:
-        """Stop; safe to call twice."""
+        """Stop the server; safe to call twice."""
         with self._lock:
             if self._closed:
                 return
@@ -215,20 +215,20 @@ class FoxgloveServer(ServerListener):
     # Called by the SDK
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:
-        """Send what is latched."""
+        """Send the latched messages of the channel."""
         with self._lock:
             for served in self._topics.values():
                 if served.channel.id() == channel.id:
                     served.repeat()
 
     def on_client_advertise(self, client: Client, channel: ClientChannel) -> None:
-        """Take messages of a topic that the run reads; a client is warned about others."""
+        """Accept a client's publisher; warn if no graph of the run reads the topic."""
         gid = b"foxglove" + client.id.to_bytes(4, "big") + channel.id.to_bytes(4, "big")
         message_type = full_type(channel.schema_name)
         published = Endpoint(gid, "publish", channel.topic, message_type, QoS(), node="foxglove", namespace="/")
         with self._lock:
             if channel.encoding != ENCODING:
-                self._warn(f"{published.topic}: messages in {channel.encoding} are not taken, only in {ENCODING}")
+                self._warn(f"{published.topic}: messages in {channel.encoding} are not accepted, only in {ENCODING}")
             elif len(self._published) >= MAX_PUBLISHED:
                 self._warn(f"{published.topic}: clients publish more than {MAX_PUBLISHED} topics")
             else:
@@ -237,12 +237,12 @@ class FoxgloveServer(ServerListener):
                     self._warn(f"{published.topic}: no graph of the run reads it")
 
     def on_client_unadvertise(self, client: Client, client_channel_id: int) -> None:
-        """Forget what a client publishes; also called for clients that disconnect."""
+        """Remove a client's publisher; also called for clients that disconnect."""
         with self._lock:
             self._published.pop((client.id, client_channel_id), None)
 
     def on_message_data(self, client: Client, client_channel_id: int, data: bytes) -> None:
-        """Deliver a message to the readers of its topic and type; one that cannot be decoded is dropped and counted."""
+        """Deliver a message to the readers of its topic and type; a message that cannot be decoded is dropped and counted."""
         with self._lock:
             published = self._published.get((client.id, client_channel_id))
             served = self._topics.get((published.topic, published.message_type)) if published else None
@@ -258,10 +258,10 @@ class FoxgloveServer(ServerListener):
                 reader.hear(data)
 
     def _warn(self, text: str) -> None:
-        """Show a warning in all clients: the SDK has no way to show it in one."""
+        """Show a warning in all clients, because the SDK cannot show it in a single one."""
         self._server.publish_status(text, StatusLevel.Warning)
 
 
 def _shown(host: str) -> str:
-    """A host as URLs have it."""
+    """Return a host as it is written in URLs."""
     return f"[{host}]" if ":" in host else host

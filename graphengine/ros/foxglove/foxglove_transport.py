@@ -1,4 +1,4 @@
-"""A transport beside which Foxglove sees the topics: clients count as further readers and writers, services are untouched."""
+"""A transport whose topics Foxglove also sees: its clients count as additional readers and writers; services are unchanged."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from graphengine.ros.transport import (
 
 
 class FoxgloveTransport:
-    """Another transport whose topics a Foxglove server shows, and whose readers hear what clients publish.
+    """A transport that also shows its topics to Foxglove, and delivers messages that Foxglove clients publish.
 
     Args:
-        inner: carries everything else, and is closed with this one.
-        server: may serve several transports; whoever opened it closes it.
+        inner: transport for everything else; closed together with this one.
+        server: server, which may serve several transports; its opener closes it.
     """
 
     def __init__(self, inner: Transport, server: FoxgloveServer) -> None:
@@ -35,13 +35,13 @@ class FoxgloveTransport:
         self._ends: set[ServedEnd] = set()
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
-        """A writer on a topic, which counts as matched while a client subscribes."""
+        """Open a writer on a topic; it counts as matched while a client subscribes."""
         writer = _Writer(self._inner.writer(topic, message_type, qos), self, ServedEnd(topic, message_type, qos))
         self._enter(writer.end)
         return writer
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> Reader:
-        """A reader of a topic, which also delivers what clients publish, in threads of the server."""
+        """Open a reader on a topic; it also delivers messages of clients, in threads of the server."""
         end = ServedReader(topic, message_type, qos, deliver)
         self._enter(end)
         try:
@@ -55,12 +55,12 @@ class FoxgloveTransport:
         self._ends.add(end)
 
     def leave(self, end: ServedEnd) -> None:
-        """Show no more messages of an end; safe to call twice."""
+        """Stop showing the messages of an endpoint; safe to call twice."""
         self._server.leave(end)
         self._ends.discard(end)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Who writes and reads which topic; what clients publish on topics that are read is a writer of a node `/foxglove`."""
+        """Return the graph; publishers of clients on topics that are read appear as writers of a node `/foxglove`."""
         found, published = self._inner.graph(asked), self._server.endpoints()
         if not published:
             return found
@@ -68,14 +68,14 @@ class FoxgloveTransport:
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """By topic or service, how many messages were dropped, those of clients among them."""
+        """Number of dropped malformed messages by topic or service, including those of clients."""
         counts = Counter(self._inner.malformed)
         for end in tuple(self._ends):
             counts[end.key[0]] += end.malformed if isinstance(end, ServedReader) else 0
         return +counts
 
     def close(self) -> None:
-        """Withdraw all topics, and leave the network; safe to call twice."""
+        """Close all topics and leave the network; safe to call twice."""
         for end in tuple(self._ends):
             self.leave(end)
         self._inner.close()
@@ -84,27 +84,27 @@ class FoxgloveTransport:
 
     @property
     def description(self) -> str:
-        """What carries the messages to others than clients of Foxglove."""
+        """Description of the inner transport."""
         return self._inner.description
 
     @property
     def spin_time(self) -> float:
-        """Seconds within which peers have turned up, as a rule."""
+        """Typical time for the discovery of peers, s."""
         return self._inner.spin_time
 
     @property
     def source(self) -> bytes:
-        """GID of the writer of the message that is being delivered; Foxglove does not give those of its clients."""
+        """GID of the writer of the message that is being delivered; not set for messages of Foxglove clients."""
         return self._inner.source
 
     @property
     def foreign_services(self) -> Mapping[str, str]:
-        """Services with a peer that cannot be talked to."""
+        """Warnings about incompatible peers, by service."""
         return self._inner.foreign_services
 
     @property
     def rival_services(self) -> Sequence[str]:
-        """Services that somebody else offers too."""
+        """Services that another program offers too."""
         return self._inner.rival_services
 
     @property
@@ -113,11 +113,11 @@ class FoxgloveTransport:
         return self._inner.node
 
     def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> TransportServer:
-        """A server of a service."""
+        """Open a server of a service."""
         return self._inner.server(service, service_type, qos, deliver)
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> TransportClient:
-        """A client of a service."""
+        """Open a client of a service."""
         return self._inner.client(service, service_type, qos, deliver)
 
     def log(self, severity: str, text: str) -> None:
@@ -125,16 +125,16 @@ class FoxgloveTransport:
         self._inner.log(severity, text)
 
     def save(self) -> Any:
-        """A copy of what the transport keeps."""
+        """Return a copy of the inner transport's state."""
         return self._inner.save()
 
     def restore(self, saved: Any) -> None:
-        """Go back to what `save` returned."""
+        """Restore the state that `save` returned."""
         self._inner.restore(saved)
 
 
 class _Writer:
-    """A writer whose messages clients see too."""
+    """A writer whose messages clients also see."""
 
     def __init__(self, inner: Writer, transport: FoxgloveTransport, end: ServedEnd) -> None:
         self._inner = inner
@@ -148,7 +148,7 @@ class _Writer:
 
     @property
     def dropped(self) -> int:
-        """Messages given up because a reader of the network did not keep up."""
+        """Number of messages dropped because a reader on the network was too slow."""
         return self._inner.dropped
 
     def write(self, data: bytes) -> None:
@@ -157,13 +157,13 @@ class _Writer:
         self.end.show(data)
 
     def close(self) -> None:
-        """Leave the topic; safe to call twice."""
+        """Close the writer; safe to call twice."""
         self._transport.leave(self.end)
         self._inner.close()
 
 
 class _Reader:
-    """A reader that hears clients too."""
+    """A reader that also receives messages of clients."""
 
     def __init__(self, inner: Reader, transport: FoxgloveTransport, end: ServedReader) -> None:
         self._inner = inner
@@ -171,6 +171,6 @@ class _Reader:
         self._end = end
 
     def close(self) -> None:
-        """Leave the topic; safe to call twice."""
+        """Close the reader; safe to call twice."""
         self._transport.leave(self._end)
         self._inner.close()

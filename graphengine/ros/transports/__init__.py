@@ -1,1 +1,1 @@
-"""The transports that carry messages, and which of them a session takes."""
+"""The transports that carry messages, and the choice between them."""

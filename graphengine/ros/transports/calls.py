@@ -1,4 +1,4 @@
-"""Calls of a service that wait for their answers, by number."""
+"""Numbers the calls of a service, and keeps the unanswered ones."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ MAX_OPEN = 10_000
 
 
 class Calls(Stateful):
-    """Numbers that each call is given, from 1 up, and of which each is answered once at most.
+    """The unanswered calls of a service; each gets a number from 1 and at most one response.
 
     Args:
-        give_up: called with what was kept of a call that is given up.
+        give_up: called with the data of each call that is discarded because too many are open.
     """
 
     kept = ("_last", "_open")
@@ -28,7 +28,7 @@ class Calls(Stateful):
         self._give_up = give_up
 
     def begin(self, kept: Any = True) -> int:
-        """Number of one more call, of which something is kept that its answer needs."""
+        """Return the number of a new call, and keep data that its response will need."""
         with self._lock:
             self._last += 1
             self._open[self._last] = kept
@@ -37,6 +37,6 @@ class Calls(Stateful):
             return self._last
 
     def end(self, number: int) -> Any:
-        """What was kept of a call, which no longer waits; None if it did not wait."""
+        """Remove a call and return its data; None if the call is not open."""
         with self._lock:
             return self._open.pop(number, None)

@@ -1,4 +1,4 @@
-"""What writers, readers, servers and clients of a ROS 2 node have in common."""
+"""Base class of the writers, readers, servers and clients of a ROS 2 node."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Remove = Callable[[Any], None]
 
 
 class RosEnd:
-    """A writer, reader, server or client, until it is closed.
+    """A writer, reader, server or client of a node.
 
     Args:
-        name: of its topic or service.
-        remove: called when it is closed.
+        name: name of the topic or service.
+        remove: called when the endpoint is closed.
     """
 
     peer = ""
@@ -35,29 +35,29 @@ class RosEnd:
         self._failed = False
 
     def close(self) -> None:
-        """Leave the topic or service; a second time does nothing."""
+        """Close the endpoint; safe to call twice."""
         self._remove(self)
 
     def end(self) -> None:
-        """Have no peers from here on: it has left the network, or its node has."""
+        """Forget all peers, because the endpoint or its node has left the network."""
 
     def warning(self) -> str:
-        """What to tell people about peers that cannot be talked to; empty where there are none."""
+        """Return a warning about incompatible peers; empty if there are none."""
         return ""
 
     def hand_over(self, take: Callable[..., None], *message: Any) -> None:
-        """Call `take` in the transport's thread, which outlives an error of it: the first is logged."""
+        """Call `take` with a message; the thread continues after an exception, of which the first is logged."""
         try:
             take(*message)
         except Exception:
             if not self._failed:
-                _log.exception("%s: a message could not be delivered; told once", self.name)
+                _log.exception("%s: a message could not be delivered; further errors are not reported", self.name)
             self._failed = True
 
     def closed(self) -> TransportError:
-        """The error of a call on it after it was closed."""
+        """Return the error for a call after `close`."""
         return TransportError(f"{self.name} is closed")
 
     def not_sent(self, data: bytes, why: object) -> TransportError:
-        """The error that bytes were not sent."""
+        """Return the error for a message that could not be sent."""
         return TransportError(f"{self.name}: {len(data)} bytes were not sent: {why}")

@@ -25,10 +25,10 @@ class RosNode(Stateful):
     """A ROS 2 node. A subclass joins the network in `_join`, and adds each `RosEnd` that it opens to its writers or readers.
 
     Args:
-        options: where to be, and as what.
+        options: domain and name of the node.
 
     Raises:
-        TopicError: ROS 2 would refuse the name or the namespace.
+        TopicError: the node's name or namespace is not legal in ROS 2.
         TransportError: the domain cannot be joined.
     """
 
@@ -52,7 +52,7 @@ class RosNode(Stateful):
         atexit.register(self.close)
 
     def _join(self) -> str:
-        """Join the network, open the writer of the log, and return what carries the messages."""
+        """Join the network and open the writer for /rosout; return the name of the implementation."""
         raise NotImplementedError
 
     def _leave(self) -> None:
@@ -62,12 +62,12 @@ class RosNode(Stateful):
         """Remove an endpoint from the network."""
 
     def _count_servers(self, services: Iterable[str]) -> Mapping[str, int]:
-        """How many servers of each service are known, those of this node among them."""
+        """Return the number of known servers of each service, including those of this node."""
         raise NotImplementedError
 
     @property
     def foreign_services(self) -> Mapping[str, str]:
-        """Services with a peer that cannot be talked to, and what to tell people about each."""
+        """Warnings about incompatible peers, by the name of the service."""
         told = {}
         for end in tuple(self._readers):
             with self._lock:  # not for all of them, as other threads wait for it
@@ -77,7 +77,7 @@ class RosNode(Stateful):
 
     @property
     def rival_services(self) -> Sequence[str]:
-        """Services of this transport that somebody else offers too, as far as it is known; a call reaches both."""
+        """Services of this transport that another program offers too, as far as known; both receive each call."""
         with self._lock:
             own = Counter(end.name for end in self._readers if end.peer == "client")
             known = {} if self._closed else self._count_servers(own)
@@ -85,7 +85,7 @@ class RosNode(Stateful):
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """By topic or service, how many messages were dropped that are none of its type."""
+        """Number of messages by topic or service that were dropped because they do not fit its type."""
         counts = Counter(self._mistyped)
         for end in tuple(self._readers):
             counts[end.name] += end.malformed
@@ -101,7 +101,7 @@ class RosNode(Stateful):
                 self._rosout.write(messages.encode(messages.Log(stamp, level, logger, text, "", "", 0)))
 
     def close(self) -> None:
-        """Withdraw the node, end the thread, and leave the network; safe to call twice."""
+        """Remove the node, end the thread and leave the network; safe to call twice."""
         with self._lock:
             if self._closed:
                 return
@@ -112,12 +112,12 @@ class RosNode(Stateful):
         atexit.unregister(self.close)
 
     def _admit(self, name: str = "") -> None:
-        """Refuse what a closed transport cannot do, for a topic or a service where one is named."""
+        """Raise an error if the transport is closed; the error names the given topic or service."""
         if self._closed:
             raise TransportError(f"{name}: the transport is closed" if name else "the transport is closed")
 
     def _remove(self, end: Any) -> None:
-        """Delete an endpoint that is closed."""
+        """Delete a closed endpoint."""
         with self._lock:
             ends = self._writers if end in self._writers else self._readers
             if self._closed or end not in ends:

@@ -1,4 +1,4 @@
-"""Transports by name: those of the folders beside this file, and those of installed packages by their entry points."""
+"""Finds transports by name: those in the folders beside this file, and those of installed packages by entry points."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ AUTO = "auto"
 
 
 def transport_helps(*, reaching_others: bool = False) -> dict[str, str]:
-    """What `--transport` takes: `auto`, and the name of each transport or of those that reach others; a line of help each."""
+    """Return a line of help for `auto` and for each transport, optionally only for those that reach other processes."""
     kinds, broken = _load_all()
     ranked = ", ".join(kind.name for kind in kinds if kind.auto is not None)
     shown = {kind.name: kind.help for kind in kinds if kind.reaches_others or not reaching_others}
@@ -25,10 +25,10 @@ def transport_helps(*, reaching_others: bool = False) -> dict[str, str]:
 
 
 def find_transport(name: str) -> TransportKind:
-    """The transport with a name, which can be used here or not.
+    """Return the transport with a name, which may be unusable on this machine.
 
     Raises:
-        TransportError: there is none, or its package cannot be imported, or two packages bring one.
+        TransportError: there is no such transport, its package cannot be imported, or several packages provide one.
     """
     known = _entries()
     if name not in known:
@@ -38,7 +38,7 @@ def find_transport(name: str) -> TransportKind:
     package = entry.dist.name if entry.dist else entry.value
     if others:
         values = ", ".join(sorted(entry.value for entry in known[name]))
-        raise TransportError(f"several packages bring a transport {name!r}: {values}\nuninstall all but one")
+        raise TransportError(f"several packages provide a transport {name!r}: {values}\nuninstall all but one")
     try:
         kind = entry.load()
     except (Exception, SystemExit) as error:  # a package may fail in any way
@@ -46,20 +46,20 @@ def find_transport(name: str) -> TransportKind:
         remedy = f"install what {package} needs, or uninstall it, or take another --transport"
         raise TransportError(f"transport {name!r} of {package} cannot be imported: {why}\n{remedy}") from error
     if not isinstance(kind, TransportKind) or kind.name != name:
-        raise TransportError(f"{entry.value} of {package} is no TransportKind with the name {name!r}")
+        raise TransportError(f"{entry.value} of {package} is not a TransportKind with the name {name!r}")
     return kind
 
 
 def open_transport(name: str, options: JoinOptions) -> Transport:
-    """Join a domain as one ROS 2 node; the transport's description says what was chosen, and why.
+    """Join a domain as a ROS 2 node; the transport's description says which transport was chosen and why.
 
     Args:
-        name: of the transport; `auto` takes the first that can be used, which is rclpy where ROS 2 is sourced, else dds.
-        options: where to be, and as what.
+        name: name of the transport; `auto` chooses the first usable one: rclpy if ROS 2 is sourced, else dds.
+        options: domain and name of the node.
 
     Raises:
-        TopicError: ROS 2 would refuse the node's name or namespace.
-        TransportError: the domain cannot be joined, or `find_transport` says why.
+        TopicError: the node's name or namespace is not legal in ROS 2.
+        TransportError: the domain cannot be joined, or as for `find_transport`.
     """
     kind, because = _chosen() if name == AUTO else (find_transport(name), "")
     if name != AUTO and (missing := _missing(kind)) is not None:
@@ -74,7 +74,7 @@ def open_transport(name: str, options: JoinOptions) -> Transport:
 
 
 def _chosen() -> tuple[TransportKind, str]:
-    """The transport that `auto` stands for, and why."""
+    """Return the transport that `auto` chooses, and why."""
     kinds, broken = _load_all()
     reasons, remedies = list(broken.values()), list[str]()
     for kind in kinds:
@@ -89,7 +89,7 @@ def _chosen() -> tuple[TransportKind, str]:
 
 
 def _missing(kind: TransportKind) -> str | None:
-    """Why a transport cannot be used, an error of its own check among the reasons; None if it can."""
+    """Return why a transport cannot be used, including errors of its own check; None if it can."""
     try:
         return kind.missing()
     except Exception as error:  # a package may fail in any way
@@ -97,12 +97,12 @@ def _missing(kind: TransportKind) -> str | None:
 
 
 def _line(error: BaseException) -> str:
-    """Type and first line of an error."""
+    """Return type and first line of an error."""
     return f"{type(error).__name__}: {error}".splitlines()[0]
 
 
 def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
-    """All transports in the order in which `auto` tries them, and why others cannot be imported, by name."""
+    """Return all transports in the order of `auto`, and the import errors of the others by name."""
     kinds, broken = [], {}
     for name in _entries():
         try:
@@ -113,7 +113,7 @@ def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
 
 
 def _entries() -> dict[str, list[EntryPoint]]:
-    """Entry points by the names of their transports; ours are found where no metadata of them is installed too."""
+    """Return entry points by transport name; built-in ones are found even if the package is not installed."""
     modules = pkgutil.iter_modules(transports.__path__, "graphengine.ros.transports.")
     folders = [module.name for module in modules if module.ispkg]
     own = [EntryPoint(importlib.import_module(name).TRANSPORT.name, f"{name}:TRANSPORT", GROUP) for name in folders]

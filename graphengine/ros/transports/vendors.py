@@ -1,4 +1,4 @@
-"""RMWs of ROS 2 by the implementations of DDS that they are on: services do not work from one to another."""
+"""The DDS implementations of ROS 2's RMWs: services do not work between different ones."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ _RMWS = {b"\x01\x01": "rmw_connextdds", FAST_DDS: "rmw_fastrtps_cpp", CYCLONE: C
 
 
 def warning(service: str, peer: str, gids: Iterable[bytes], own: str) -> str:
-    """What to tell people about peers that cannot be talked to; empty where there are none.
+    """Return a warning about incompatible peers of a service; empty if there are none.
 
     Args:
-        service: that they offer or call.
+        service: service that the peers offer or call.
         peer: whether they are a server or a client.
-        gids: of endpoints of theirs; their first two bytes will do.
-        own: RMW of those who can be talked to. Of one that is not on DDS, nothing is known.
+        gids: GIDs of their endpoints, of which the first two bytes are sufficient.
+        own: RMW of this process; if it is not based on DDS, nothing is reported.
     """
     own = own.replace("_dynamic", "")  # Fast DDS has two RMWs, which understand each other
     others = {_RMWS.get(gid[:2], "another RMW") for gid in gids} - {own}
     if not others or own not in _RMWS.values():
         return ""
     return (
-        f"{service}: a {peer} on {' and '.join(sorted(others))} cannot be talked to: ROS 2's RMWs do not interoperate on"
-        f" services\n  run it with RMW_IMPLEMENTATION={own}, or graphrun with --transport rclpy on its RMW; `graphrun ctl`"
+        f"{service}: a {peer} on {' and '.join(sorted(others))} is unreachable: services do not work between different"
+        f" RMWs of ROS 2\n  run it with RMW_IMPLEMENTATION={own}, or graphrun with --transport rclpy on its RMW; `graphrun ctl`"
         " controls the simulation in any case"
     )

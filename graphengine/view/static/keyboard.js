@@ -47,14 +47,19 @@ function press(event) {
   drive();
 }
 
-// Listens in a window: the focused window gets the keys, and a click into the 3D part focuses its frame.
+function lift(event) {
+  if (held.delete(event.code)) drive();
+}
+
+// Listens in a window: the focused window gets the keys, and a click into the 3D part focuses its frame. A repeated call changes nothing.
 function listen(other) {
   other.addEventListener("keydown", press, true);
-  other.addEventListener("keyup", (event) => { if (held.delete(event.code)) drive(); }, true);
+  other.addEventListener("keyup", lift, true);
   other.addEventListener("blur", release);
 }
 
 listen(window);
+listen($("world").contentWindow); // the 3D part may have loaded before this module
 $("world").addEventListener("load", () => listen($("world").contentWindow));
 $("wheel").onclick = () => {
   const pressed = $("wheel").getAttribute("aria-pressed") !== "true";

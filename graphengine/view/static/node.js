@@ -1,4 +1,4 @@
-// The ports of the selected node and the variables of the selected graph, with live values; unwired inputs are edited.
+// The ports of the selected node and the variables of the selected graph, with live values; unwired inputs of a run are edited.
 import { command, on } from "./connection.js";
 import { $, brief, element, note, place, put, showDetail } from "./elements.js";
 import { details, graphFacts, problemOf } from "./graphs.js";
@@ -80,12 +80,13 @@ function portRow(name, one) {
   if (one.unit) about.append(element("span", ` ${one.unit}`, "unit"));
   if (one.doc) about.append(element("div", one.doc, "doc"));
   line.append(about, element("td", "", "value"));
-  if (one.side === "inputs" && !one.wired && !document.body.classList.contains("replayed")) edit(line, name, one);
+  if (one.side === "inputs" && !one.wired) edit(line, name, one);
   return line;
 }
 
 function plotButton(line, name) {
-  const cell = element("td"), choose = element("button", name, "plain", { type: "button", title: `plot ${name}` });
+  const cell = element("td"), choose = element("button", "", "plain", { type: "button", title: `plot ${name}` });
+  for (const word of name.split(/(?=[A-Z])/)) choose.append(word, element("wbr")); // a long name may break there
   choose.onclick = () => choosePort(line);
   cell.append(choose);
   return cell;
@@ -93,6 +94,8 @@ function plotButton(line, name) {
 
 function edit(line, name, one) {
   const field = element("input", "", "", { size: 14, "aria-label": one.name });
+  if (document.body.classList.contains("replayed"))
+    Object.assign(field, { disabled: true, title: "a recording cannot be changed" });
   field.onkeydown = (event) => {
     if (event.key === "Escape") field.blur();
     if (event.key !== "Enter") return;

@@ -4,6 +4,8 @@ import { $, element } from "./elements.js";
 
 const SIGNS = { command: "◆", reset: "↺", contact: "●", error: "✕" }; // of several events at one position, the last is shown
 const PLACES = 80, LINES = 10;
+const REASONS = { "topics-tab": "topics are measured in a run only; the messages are in the recording's MCAP file",
+  "findings-tab": "the files of a recording are not checked" };
 let shown = null, marks = [], asking = null;
 
 const play = (what) => ask({ ask: "playback", ...what });
@@ -13,9 +15,8 @@ const percent = (tick) => `${(100 * tick) / Math.max(shown.length, 1)}%`;
 on("frame", ({ facts: { recording } }) => {
   if (!recording) return;
   const resized = shown?.length !== recording.length;
+  if (!shown) begin();
   shown = recording;
-  document.body.classList.add("replayed");
-  $("recording").hidden = false;
   $("playback").textContent = shown.playing ? "Pause" : "Play";
   $("place").textContent = `${seconds(shown.position)} / ${seconds(shown.length)} s`;
   $("slider").max = shown.length;
@@ -28,6 +29,13 @@ on("frame", ({ facts: { recording } }) => {
   $("verdict").classList.toggle("different", shown.different);
   if (resized) placeMarks();
 });
+
+// Shows the controls of a recording, and why those of a run are not available.
+function begin() {
+  document.body.classList.add("replayed");
+  $("recording").hidden = false;
+  for (const id in REASONS) Object.assign($(id), { disabled: true, title: REASONS[id] });
+}
 
 on("marks", ({ all }) => {
   marks = all;

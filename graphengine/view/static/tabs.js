@@ -30,7 +30,8 @@ $("tabs").onkeydown = (event) => {
   if (!step) return;
   event.preventDefault();
   event.stopPropagation();
-  const next = tabs[(tabs.indexOf(document.activeElement) + step + tabs.length) % tabs.length];
+  const usable = tabs.filter((tab) => !tab.disabled);
+  const next = usable[(usable.indexOf(document.activeElement) + step + usable.length) % usable.length];
   next.focus();
   next.click();
 };

@@ -182,7 +182,7 @@ A_EXEC = "outer/box/a.inputs:execIn"
     ("wires", "drives", "lost"),
     [
         ("('tick.outputs:tick', 'outer.inputs:execIn')", ["tick.tick -> outer_box_b.execIn"], []),
-        ("[]", [], [f"{A_EXEC} -> outer/box/b.inputs:execIn: nothing drives {A_EXEC}"]),
+        ("[]", [], [f"{A_EXEC} -> outer/box/b.inputs:execIn: nothing fires {A_EXEC}"]),
     ],
 )
 def test_an_input_of_a_compound_drives_what_it_is_wired_to(

@@ -108,8 +108,8 @@ def test_a_script_that_fails_lists_what_can_be_called_and_a_call_goes_on_behind_
     assert "  build(place, world), line 7" in done.err
     done = imports(BROKEN, "--call", "build(Place('/World/' + 'g'), world)")
     assert done.code == 0
-    assert "note: world in the call: taken to be what only Omniverse knows" in done.out
-    assert "3:24: warning W302: NameError: name 'arguments' is not defined; what follows is built without" in done.err
+    assert "note: world in the call: assumed to be objects of Omniverse" in done.out
+    assert "3:24: warning W302: NameError: name 'arguments' is not defined; the script continues without" in done.err
     assert (tmp_path / "g.yaml").is_file()
 
 

@@ -78,7 +78,7 @@ AGAIN = "og.Controller.edit({'graph_path': '/A'}, TICK)"
 def test_a_refused_call_names_all_that_is_lost(text: str, line: int, lost: str, tmp_path: Path) -> None:
     _, (warning,), _ = told(tmp_path, text)
     assert warning.startswith(f"{line}: there is a ")
-    assert warning.endswith(f" already; the script goes on without {lost}")
+    assert warning.endswith(f" already; the script continues without {lost}")
 
 
 ERROR = "the error at line {}: KeyError: 'b'"
@@ -154,7 +154,7 @@ def test_an_og_of_a_module_that_is_not_there_is_omnigraph(text: str, from_where:
     more = "\nog.Controller.edit({'graph_path': '/B'}, {og.Controller.Keys.CREATE_NODES: [('T', 'x.T')]})"
     graphs, warnings, findings = told(tmp_path, text + more)
     assert ([graph.path for graph in graphs], warnings) == (["/A", "/B"], [])
-    assert f"{from_where} is taken to be omni.graph.core" in [finding.message for finding in findings.items]
+    assert f"{from_where} is assumed to be omni.graph.core" in [finding.message for finding in findings.items]
 
 
 @pytest.mark.parametrize("call", ["Controller.edit", "graphs[0].edit", "Controller().create_node", "build_ros_graphs"])
@@ -218,7 +218,7 @@ def test_what_decides_between_values_and_is_unknown_is_told_and_may_be_assumed(t
     for assume, value in (((), 1), (("isaacsim.sensors.camera.Camera.get_mass > 3",), 2)):
         (graph,), warnings, findings = told(tmp_path, text, assume=assume)
         assert (graph.nodes["Tick"].values["inputs:x"].data, warnings) == (value, [])
-        notes = [finding.message for finding in findings.items if "taken to be false" in finding.message]
+        notes = [finding.message for finding in findings.items if "assumed to be false" in finding.message]
         asked = f"isaacsim.sensors.camera.Camera.get_mass > 3 (line {LINES + 2} of script.py)"
         assert [note.partition(": ")[2] for note in notes] == [asked] * (value == 1)
 
@@ -227,7 +227,7 @@ def test_an_output_that_a_script_reads_itself_is_noted(tmp_path: Path) -> None:
     _, warnings, findings = told(tmp_path, "print(og.Controller.attribute('/A/Tick.outputs:time').get())")
     assert warnings == []
     said = [finding.message for finding in findings.items]
-    assert "what the script does with /A/Tick.outputs:time belongs to no graph and is left out" in said
+    assert "what the script does with /A/Tick.outputs:time does not belong to a graph and is left out" in said
 
 
 def test_a_loop_that_waits_for_something_to_be_over_ends_where_the_stage_holds_all(tmp_path: Path) -> None:
@@ -235,4 +235,4 @@ def test_a_loop_that_waits_for_something_to_be_over_ends_where_the_stage_holds_a
     text += "while Camera().is_loading(): omni.kit.app.get_app().update()\n{}['b']\nbuild()"
     graphs, warnings, _ = told(tmp_path, text)
     assert [graph.path for graph in graphs] == ["/A", "/B"]
-    assert warnings == ["4: KeyError: 'b'; what follows is built without that"]
+    assert warnings == ["4: KeyError: 'b'; the script continues without that"]

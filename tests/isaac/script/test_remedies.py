@@ -77,7 +77,7 @@ def test_a_script_goes_on_behind_what_fails_in_a_function_but_for_what_it_tries_
     built, findings = paths(tmp_path / "fails.py", text)
     assert (built, findings.errors) == (["/A", "/C"], [])
     said = [(warning.span.line, warning.message) for warning in findings.warnings if warning.span]
-    assert said[0] == (7, "KeyError: 'robot'; what follows is built without that")
+    assert said[0] == (7, "KeyError: 'robot'; the script continues without that")
     assert said[1] == (11, "build() is never reached, because of the error at line 10: KeyError: 'tried'")
 
 

@@ -58,14 +58,14 @@ BUILDS: dict[str, dict[str, tuple[int, int]]] = {
 }
 """Nodes and wires of the graphs that a script builds, of which a check finds nothing wrong."""
 LACKS: dict[str, str] = {
-    "change_stage": "warning W302: /World/asked: left out is that it is evaluated only when a script asks for it",
+    "change_stage": "warning W302: /World/asked: not converted: its evaluation on demand by a script",
     "extension": "",
     "from_an_asset": "W302: no graph holds the node '/World/Carter/front_camera/render_product'",
     "mixed_bag": "the value of Counter.inputs:logicalLoad cannot be told: it comes from omni.isaac.core.World().get_physics_dt",
     "rtx_lidar": "the value of Lidar.inputs:renderProductPath cannot be told: it comes from omni.replicator.core.create.render",
     "unknown_places": "W302: the place <unknown: isaacsim.core.api.robots.Robot().prim_path>/joints of a graph cannot be told",
-    "unknown_types": "warning W301: Mine: there is no node type 'my_company.nodes.Blinker' here",
-    "with_arguments": "error G401: the script ends itself: exit(2)",
+    "unknown_types": "warning W301: Mine: the node type 'my_company.nodes.Blinker' is not available",
+    "with_arguments": "error G401: the script ended with exit(2)",
 }
 """What is told of scripts that cannot be carried over whole."""
 
@@ -178,7 +178,7 @@ def test_modules_above_a_script_are_told_by_their_own_names(tmp_path: Path) -> N
     _, findings = imported(SCRIPTS / "robot_package" / "build.py", tmp_path)
     assert [finding.message for finding in findings.items] == [
         "module 'common' is not imported",
-        "common.logs.info() belongs to no graph and is left out",
+        "common.logs.info() does not belong to a graph and is left out",
     ]
 
 
@@ -208,7 +208,7 @@ def test_names_that_a_file_cannot_hold_are_changed_and_told(tmp_path: Path) -> N
     assert graph.by_id("_1st").value("topic_name") == "$(cmd)/vel"
     assert graph.flat.loaded.document.path.name == "cmd_vel_graph.yaml"
     told = "\n".join(texts(findings))
-    assert "node 'On Tick' is called 'On_Tick' in the file" in told
+    assert "node 'On Tick' is named 'On_Tick' in the file" in told
 
 
 def test_old_names_of_types_are_told_and_old_ports_are_left_out(tmp_path: Path) -> None:

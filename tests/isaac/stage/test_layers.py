@@ -82,12 +82,12 @@ def test_an_allowed_folder_is_read(home: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "why"),
     [
-        ("omniverse://server/robot.usd", "it is not on this machine"),
-        ("https://example.org/robot.usd", "it is not on this machine"),
+        ("omniverse://server/robot.usd", "it is not a local file"),
+        ("https://example.org/robot.usd", "it is not a local file"),
         ("gone.usd", "there is no such file"),
         ("./gone.usd", "there is no such file"),
         ("folder.usd", "there is no such file"),
-        ("notes.txt", "it is no .usd, .usda or .usdc file"),
+        ("notes.txt", "it is not a .usd, .usda or .usdc file"),
         ("pack.usdz[a.usda]", "there is no such file"),
         ('`"${WHERE}.usda"`', "the name of its file is computed"),
         ("inner.usda:SDF_FORMAT_ARGS:a=b", "the name of its file is computed"),

@@ -92,7 +92,7 @@ def test_the_worlds_timestep_and_integrator_are_overruled_and_told(project: Proj
     assert loaded.simulation.model.opt.timestep == 0.01
     lint, note = findings.items
     assert lint.code == "W204"
-    assert "timestep 0.002 s is overruled by the scene's 0.01 s: 50 ticks a second of 2 substeps" in lint.message
+    assert "timestep 0.002 s is overridden by the scene's 0.01 s: 50 ticks a second of 2 substeps" in lint.message
     assert lint.span is not None
     assert (lint.span.line, lint.span.column) == (2, 21)
     assert note.code == "N103"

@@ -78,7 +78,7 @@ def test_a_push_goes_on_when_others_come_and_go_and_ends_with_its_entity(project
         ("ball", (1, 0, 0), 0.0, None, "lasts longer than 0 s"),
         ("ball", (1, 0, 0), math.inf, None, "no duration is inf"),
         ("ball", (1, 0, 0), 1.0, (0, 0, math.nan), "no point is nan"),
-        ("shelf", (1, 0, 0), 1.0, None, "bolted to the world"),
+        ("shelf", (1, 0, 0), 1.0, None, "fixed to the world"),
     ],
 )
 def test_a_push_that_cannot_be_is_refused(

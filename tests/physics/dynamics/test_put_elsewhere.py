@@ -187,14 +187,14 @@ def test_reset_puts_everything_back_bit_by_bit(project: Project) -> None:
 @pytest.mark.parametrize(
     ("name", "arguments", "words"),
     [
-        ("ball", {"position": (math.nan, 0, 0)}, "no position is nan"),
-        ("ball", {"position": (0, math.inf, 0)}, "no position is inf"),
-        ("ball", {"position": (0, 0, 1e7)}, "no position is 1e.07; legal is up to 1e.06"),
+        ("ball", {"position": (math.nan, 0, 0)}, "invalid position nan"),
+        ("ball", {"position": (0, math.inf, 0)}, "invalid position inf"),
+        ("ball", {"position": (0, 0, 1e7)}, "invalid position 1e.07; legal: at most 1e.06"),
         ("ball", {"orientation": (0, 0, 0, 0)}, "is none"),
         ("ball", {"orientation": (0, 0, 0, math.nan)}, "no orientation is nan"),
         ("ball", {"linear": (0, 0, math.inf)}, "no velocity is inf"),
-        ("shelf", {"linear": (1, 0, 0)}, "bolted to the world"),
-        ("door", {"position": (0, 0, 0)}, "hangs on joint 'hinge'"),
+        ("shelf", {"linear": (1, 0, 0)}, "fixed to the world"),
+        ("door", {"position": (0, 0, 0)}, "joint 'hinge' of the world carries it"),
     ],
 )
 def test_what_cannot_be_placed_so_stays_where_it_is(

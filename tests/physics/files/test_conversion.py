@@ -14,6 +14,7 @@ from graphengine.sandbox.confinement import ProcessError, ask
 from tests.physics.files.test_meshes import TWO, collada, exported, gltf, instance
 
 GOOD = collada(f"<node>{instance()}</node>")
+WITHOUT_ITS_MATERIAL = collada(f"<node>{instance('red')}</node>")
 
 
 def glb(count: int) -> bytes:
@@ -128,5 +129,5 @@ def test_each_format_is_read_where_no_file_can_be(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(conversion, "_MODULE", "confined")
     names = {".glb": "glb", ".ply": "ply", ".off": "off", ".stl": "stl_ascii"}
     files = [Foreign(exported(name), suffix, visual=True) for suffix, name in names.items()]
-    found = convert_all([*files, Foreign(GOOD, ".dae", visual=True)])
+    found = convert_all([*files, *(Foreign(data, ".dae", visual=True) for data in (GOOD, WITHOUT_ITS_MATERIAL))])
     assert [answer for answer in found if not isinstance(answer, list)] == []

@@ -26,7 +26,7 @@ def camera(**changed: str) -> str:
 RIG = "realsense_d455"
 
 
-@pytest.mark.parametrize(
+BAD = pytest.mark.parametrize(
     ("kind", "profile", "error"),
     [
         ("camera", camera(size="[0, 48]"), "G109: size[0]: expected a value ≥ 1, got 0"),
@@ -49,6 +49,13 @@ RIG = "realsense_d455"
         ("imu", "imu: {angular_velocity_noise: -1}", "G109: angular_velocity_noise: expected a value ≥ 0, got -1"),
         ("imu", "imu: {acceleration_bias: [1, 2]}", "G108: acceleration_bias: expected 3 values, got 2"),
         ("imu", "imu: {angular_velocity_bias: [0, -1e9, 0]}", f"G109: angular_velocity_bias[1]: {TOO_LOW}"),
+        ("imu", "imu: {gyroscope: {noise_density_dps: -1}}", "G109: noise_density_dps: expected a value ≥ 0, got -1"),
+        ("imu", "imu: {gyroscope: {noise_density_ug: 1}}", "G106: unknown key 'noise_density_ug'"),
+        (
+            "imu",
+            "imu: {accelerometer: {scale_error_percent: [1, 2]}}",
+            "G108: scale_error_percent: expected 3 values, got 2",
+        ),
         ("contact", "contact: {threshold: 5, limit: 5}", f"G109: contact: {THRESHOLD}"),
         ("contact", "contact: {limit: 0}", "G109: limit: expected a value > 0, got 0"),
         ("contact", "contact: {radius: -1}", "G109: radius: expected a value ≥ 0, got -1"),
@@ -57,12 +64,37 @@ RIG = "realsense_d455"
         (RIG, "rig: {housing: it, parts: {eye ball: {imu: {}}}}", f"G109: 'eye ball' is not a name: {NAME}"),
     ],
 )
+
+
+@BAD
 def test_a_bad_profile_is_an_error_at_its_place(project: Project, kind: str, profile: str, error: str) -> None:
     project.write("sensors/mine.yaml", f"format: 1\nsensor: mine\n{profile}\n")
     project.robot(f"sensors: {{it: {{type: {kind}, profile: mine, parent: arm}}}}")
     place, _, message = project.error().partition(": error ")
     assert place.startswith("sensors/mine.yaml:3:")
     assert message.partition("\n")[0] == error
+
+
+@BAD
+def test_bad_figures_in_a_robot_file_are_errors_at_their_place(
+    project: Project, kind: str, profile: str, error: str
+) -> None:
+    figures = profile.partition(": ")[2]
+    project.robot(f"sensors: {{it: {{type: {kind}, parent: arm,\n profile: {figures}}}}}")
+    place, _, message = project.error().partition(": error ")
+    assert place.startswith("bot.yaml:4:")
+    assert message.partition("\n")[0] == error
+
+
+def test_figures_in_a_robot_file_are_a_profile(project: Project) -> None:
+    project.robot("sensors: {it: {type: imu, profile: {rate: 50.0, acceleration_noise: 0.1}, parent: arm}}")
+    facts = project.load().stage.find("/bot/arm/it").facts
+    assert (facts["rate"], facts["acceleration_noise"], facts["angular_velocity_noise"]) == (50.0, 0.1, 0.0)
+
+
+def test_a_profile_is_a_name_or_figures(project: Project) -> None:
+    project.robot("sensors: {it: {type: imu, profile: 7, parent: arm}}")
+    assert "profile: expected the name of a profile, or the figures of one, got 7" in project.error()
 
 
 def test_a_profile_is_of_one_sensor(project: Project) -> None:

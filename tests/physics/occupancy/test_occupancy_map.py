@@ -160,7 +160,7 @@ def test_the_map_of_the_warehouse_is_what_mujoco_says_of_its_cells(ship: Ship) -
 def test_an_occupied_seed_comes_with_the_nearest_free_point(project: Project) -> None:
     text = refused(project, seeds=[(0.62, 0.5)])
     assert text.splitlines() == [
-        "the point (0.62, 0.5), which is to be free, is occupied",
+        "the free point (0.62, 0.5) is occupied",
         "  the nearest free point is (0.75, 0.55)",
     ]
     mapped(project, seeds=[(0.75, 0.55)])
@@ -180,7 +180,7 @@ def test_an_occupied_seed_comes_with_the_nearest_free_point(project: Project) ->
         ({"bounds": ((0.0, 2.0), (1.0, 1.0))}, "bounds: the least y, 2, is not below the greatest, 1"),
         (
             {"cell": 1e-4},
-            "24000 x 24000 cells are more than the 25000000 that a map may have\n  make cells of 0.00048 m",
+            "24000 x 24000 cells are more than the 25000000 that a map may have\n  use cells of at least 0.00048 m",
         ),
         ({"origin": (1e7, 0.0)}, "a map ends 1e+06 m from the world's origin"),
         ({"select": ["/World/nothing"]}, "/World/nothing has no geometry that an obstacle could have"),

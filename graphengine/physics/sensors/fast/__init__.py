@@ -1,1 +1,1 @@
-"""Rays through a tree of boxes, compiled by numba: what the optional extra `fast` brings."""
+"""Ray casting through a tree of boxes, compiled by numba: the optional extra `fast`."""

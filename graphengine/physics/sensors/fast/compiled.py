@@ -1,7 +1,7 @@
-"""How the kernels of this package are compiled: on their first call, outside the interpreter's lock, kept for the next process.
+"""Compiles the kernels of this package: at their first call, to run without the interpreter's lock, cached for later processes.
 
-Division by zero gives infinity, as a test of slabs wants it. Operations are neither rearranged nor fused, so that the same comes
-out on every machine.
+Division by zero gives infinity, as the box test needs. Operations are not reordered or fused, so that results are the same on
+every machine.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ _njit = partial(numba.njit, nogil=True, error_model="numpy")
 
 
 def kernel(function: F) -> F:
-    """The function as machine code, for Python to call.
+    """Return a function as machine code that Python can call.
 
-    numba keeps it beside the source file, else in the user's own cache folder; where neither can be written, nowhere.
+    numba caches it beside the source file, else in the user's cache folder, or not at all if neither can be written.
     """
     try:
         return cast(F, _njit(cache=True)(function))
@@ -29,10 +29,10 @@ def kernel(function: F) -> F:
 
 
 def kept_in(function: F) -> str:
-    """Folder in which numba keeps a kernel."""
+    """Return the folder in which numba caches a kernel."""
     return str(cast(Any, function).stats.cache_path)
 
 
 def part(function: F) -> F:
-    """The function as machine code, for kernels in its own file to call: numba does not see what changes in another."""
+    """Return a function as machine code for kernels in the same file, because numba does not detect changes in other files."""
     return cast(F, _njit()(function))

@@ -1,13 +1,13 @@
-"""Rays of one origin against trees of geoms: the nearest surface that each ray meets.
+"""Casts rays with a common origin against trees of geoms: finds the nearest surface for each ray.
 
-Neighbouring rays of a lidar meet nearly the same geoms. So rays go in packets: a packet walks a tree once, with what bounds the
-directions of all its rays, and where it comes to a geom each ray is tried on it. What the ray before the packet met is tried
-first, since nothing behind it matters then.
+Neighbouring rays of a lidar meet nearly the same geoms. So rays are grouped in packets: a packet walks a tree once, with the
+bounds of its rays' directions, and each ray is tested against the geoms that the packet reaches. The geom that the previous ray
+met is tested first, because nothing behind it matters then.
 
-The answer is the least distance over all geoms, and of those at that distance the first geom: trees and packets do not change it.
-Surfaces are those of `mj_ray`. Closed ones are met from outside and from inside, planes only from their front.
+The result is the smallest distance over all geoms, and the first geom at that distance, independent of trees and packets.
+Surfaces are those of `mj_ray`. Closed ones are met from outside and inside, planes only from their front.
 
-Tables are arrays of records, as numba counts references to each array that a function is given.
+Tables are arrays of records, because numba counts references to each array argument.
 """
 
 from __future__ import annotations
@@ -68,21 +68,21 @@ def cast(
     triangles: Tree,
     corners: Floats,
 ) -> None:
-    """Fill in what each ray meets.
+    """Write what each ray meets to `distances` and `numbers`.
 
     Args:
-        distances: to fill, m; -1 for nothing.
-        numbers: to fill with those of the geoms; -1 for nothing.
-        directions: of the rays in the sensor's frame, shape (n, 3).
-        origin: of all of them, world frame, m.
-        rotation: of the sensor in the world, a 3 x 3 matrix.
-        far: greatest distance, m.
+        distances: output, m; -1 for no hit.
+        numbers: output, ids of the geoms; -1 for no hit.
+        directions: directions of the rays in the sensor's frame, shape (n, 3).
+        origin: common origin in the world frame, m.
+        rotation: rotation of the sensor in the world, a 3 x 3 matrix.
+        far: maximum distance, m.
         own: robot whose geoms the rays pass through; -1 for none.
-        geoms: all geoms of the model, in its order.
-        still: the geoms that do not move.
-        moving: those that do.
+        geoms: all geoms of the model, in order.
+        still: tree of the static geoms.
+        moving: tree of the moving geoms.
         triangles: trees of all meshes, one after the other.
-        corners: of the triangles in the frame of their mesh, shape (triangles, 9).
+        corners: corners of the triangles in the frame of their mesh, shape (triangles, 9).
     """
     start = (origin[0], origin[1], origin[2])
     beyond = np.nextafter(far, math.inf)
@@ -104,7 +104,7 @@ def cast(
 
 @part
 def _aim(packet: Records, count: int, directions: Floats, first: int, rotation: Floats, beyond: float) -> None:
-    """Turn the next rays into the world, where they met nothing so far."""
+    """Rotate the next rays to the world frame, and reset their results."""
     for index in range(count):
         beam = packet[index]
         x, y, z = directions[first + index, 0], directions[first + index, 1], directions[first + index, 2]
@@ -127,7 +127,7 @@ def _walk(
     triangles: Tree,
     corners: Floats,
 ) -> None:
-    """Try a packet on every geom of a tree that it may reach, but for one that was tried."""
+    """Test a packet against all geoms of a tree that it may reach, except for one that was tested already."""
     farthest = _farthest(packet, count)
     index = 0
     while index < len(tree):
@@ -143,7 +143,7 @@ def _walk(
 
 @part
 def _farthest(packet: Records, count: int) -> float:
-    """How far a packet still looks."""
+    """Return the maximum distance at which a packet still needs hits."""
     farthest = 0.0
     for index in range(count):
         farthest = max(farthest, packet[index].distance)
@@ -152,7 +152,7 @@ def _farthest(packet: Records, count: int) -> float:
 
 @part
 def _spread(packet: Records, count: int, local: bool) -> Spread:
-    """What bounds the directions of a packet, in the world or in the frame of a mesh."""
+    """Return the bounds of the directions of a packet, in the world or in the frame of a mesh."""
     x, y, z = -math.inf, -math.inf, -math.inf
     u, v, w = math.inf, math.inf, math.inf
     for index in range(count):
@@ -164,16 +164,16 @@ def _spread(packet: Records, count: int, local: bool) -> Spread:
 
 @part
 def _over(bound: float, outwards: float) -> float:
-    """1 / bound. A bound of zero is moved outwards by next to nothing, which makes the spread wider and saves a case."""
+    """Return 1 / bound. A bound of zero is moved outwards slightly, which enlarges the range and avoids a special case."""
     return 1.0 / bound if bound != 0.0 else outwards * 1e300
 
 
 @part
 def _reaches(spread: Spread, origin: Vector, low: Floats, high: Floats, farthest: float) -> bool:
-    """Whether any ray of a spread may meet a box within a distance.
+    """Return whether any ray of a range of directions may meet a box within a distance.
 
-    At distance t the rays span least * t to most * t along each axis. They reach the box where most * t >= low and
-    least * t <= high. Each of the two bounds t from below or from above, by the sign of what t is multiplied with.
+    At distance t the rays span least * t to most * t along each axis. They reach the box where most * t >= low and least * t <=
+    high. Each of the two limits t from below or from above, depending on the sign of the factor of t.
     """
     nearest = 0.0
     for axis in range(3):
@@ -194,7 +194,7 @@ def _reaches(spread: Spread, origin: Vector, low: Floats, high: Floats, farthest
 def _meet(
     number: int, geoms: Records, packet: Records, count: int, start: Vector, triangles: Tree, corners: Floats
 ) -> None:
-    """Try a packet on one geom, in its own frame."""
+    """Test a packet against one geom, in the geom's frame."""
     geom = geoms[number]
     turn, place = geom.rotation, geom.position
     right, up, out = (turn[0], turn[3], turn[6]), (turn[1], turn[4], turn[7]), (turn[2], turn[5], turn[8])
@@ -220,7 +220,7 @@ def _meet(
 def _meet_mesh(
     number: int, root: int, packet: Records, count: int, start: Vector, triangles: Tree, corners: Floats
 ) -> None:
-    """Try a packet, in the frame of a mesh, on its triangles."""
+    """Test a packet against the triangles of a mesh, in the frame of the mesh."""
     spread = _spread(packet, count, True)
     farthest = _farthest(packet, count)
     index = root
@@ -241,7 +241,7 @@ def _meet_mesh(
 
 @part
 def _distance(kind: int, size: Vector, start: Vector, way: Vector) -> float:
-    """How far along a ray the surface of a geom is, in the geom's frame; infinite where it is not met."""
+    """Return the distance along a ray to the surface of a geom, in the geom's frame; infinite without a hit."""
     if kind == BOX:
         return _box(size, start, way)
     if kind == CYLINDER:
@@ -266,7 +266,7 @@ def _dot(a: Vector, b: Vector) -> float:
 
 @part
 def _roots(a: float, b: float, c: float) -> tuple[float, float]:
-    """Where a t^2 + 2 b t + c is zero, the lower one first; infinite where there is none."""
+    """Return the roots of a t^2 + 2 b t + c, the smaller one first; infinite if there are none."""
     discriminant = b * b - a * c
     if discriminant < 0.0 or a < TINY:
         return math.inf, math.inf
@@ -276,7 +276,7 @@ def _roots(a: float, b: float, c: float) -> tuple[float, float]:
 
 @part
 def _first(near: float, far: float) -> float:
-    """The one that is ahead: where a ray enters, or leaves what it began in."""
+    """Return the root ahead: where a ray enters, or leaves a shape in which it begins."""
     if near >= 0.0:
         return near
     return far if far >= 0.0 else math.inf
@@ -298,7 +298,7 @@ def _box(size: Vector, start: Vector, way: Vector) -> float:
 
 @part
 def _plane(size: Vector, start: Vector, way: Vector) -> float:
-    """In front of it, and within the rectangle that is drawn; a size of 0 has no bound."""
+    """Return the distance to a plane from its front, within its drawn rectangle; a size of 0 has no limit."""
     if way[2] > -TINY or start[2] < 0.0:
         return math.inf
     distance = -start[2] / way[2]
@@ -310,7 +310,7 @@ def _plane(size: Vector, start: Vector, way: Vector) -> float:
 
 @part
 def _side(size: Vector, start: Vector, way: Vector) -> float:
-    """The round side of a cylinder: radius, half height."""
+    """Return the distance to the round side of a cylinder; `size` is radius and half height."""
     across = way[0] * way[0] + way[1] * way[1]
     towards = way[0] * start[0] + way[1] * start[1]
     outside = start[0] * start[0] + start[1] * start[1] - size[0] * size[0]
@@ -343,7 +343,7 @@ def _capsule(size: Vector, start: Vector, way: Vector) -> float:
 
 @part
 def _triangle(corners: Floats, row: int, start: Vector, way: Vector) -> float:
-    """After Moller and Trumbore, from both sides."""
+    """Return the distance to a triangle from either side, after Moller and Trumbore."""
     x, y, z = corners[row, 0], corners[row, 1], corners[row, 2]
     one = (corners[row, 3] - x, corners[row, 4] - y, corners[row, 5] - z)
     other = (corners[row, 6] - x, corners[row, 7] - y, corners[row, 8] - z)

@@ -1,6 +1,6 @@
-"""What rays meet in a model, by trees of its geoms: one of those that stand still, one of those that move.
+"""Ray casting with two trees of a model's geoms: one for static and one for moving geoms.
 
-The second is built anew when anything moved since the last cast, once for all sensors: that takes 0.3 us a geom.
+The second is rebuilt if anything has moved since the last cast, once for all sensors; this takes 0.3 us per geom.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _log = logging.getLogger(__name__)
 
 @functools.cache
 def trouble() -> str:
-    """Why these rays cannot be cast in this process; empty if they can, and then all kernels are ready."""
+    """Return why these rays cannot be used in this process; empty if they can, and then all kernels are compiled."""
     if numba.config.DISABLE_JIT:
         return "NUMBA_DISABLE_JIT keeps numba from compiling them"
     if not has_address_space(ADDRESS_SPACE):  # LLVM aborts the process where it finds no memory
@@ -52,7 +52,7 @@ def trouble() -> str:
         rays.caster(np.zeros((1, 3)), 1.0, 0).cast(np.zeros(3), np.eye(3))
     except Exception as error:  # of numba, or of reading what it kept, which a crash may have left incomplete
         found = f"{type(error).__name__}: {error}; if it is damaged, delete what numba keeps in {kept_in(cast)}"
-        _log.warning("numba is installed and fails, so lidars take MuJoCo's slower rays: %s", found)
+        _log.warning("numba is installed but fails, so lidars use MuJoCo's slower rays: %s", found)
         return found
     finally:
         notice.cancel()
@@ -60,7 +60,7 @@ def trouble() -> str:
 
 
 def why_not(model: mujoco.MjModel) -> str:
-    """What in a model these rays cannot meet; empty if they can meet everything."""
+    """Return what these rays cannot meet in a model; empty if they can meet everything."""
     visible = visible_geoms(model)
     for geom in visible[model.geom_type[visible] > MESH]:
         return f"geoms of type {mujoco.mjtGeom(model.geom_type[geom]).name.removeprefix('mjGEOM_').lower()}"
@@ -70,7 +70,7 @@ def why_not(model: mujoco.MjModel) -> str:
 
 
 class FastRays:
-    """What rays meet in a model."""
+    """Casts rays into a model; see `rays.Rays`."""
 
     name = "fast"
 
@@ -100,17 +100,17 @@ class FastRays:
         return tree
 
     def refresh(self) -> None:
-        """Take over where everything is that moves."""
+        """Update the poses of all moving geoms."""
         if follow(self.table, self._moving, self._positions, self._rotations):
             self.moving = self._tree(self._moving)
 
     def caster(self, directions: Floats, far: float, tree: int) -> FastCaster:
-        """Cast the rays of a sensor; see `rays.Rays`."""
+        """Return a caster for the rays of a sensor; see `rays.Rays`."""
         return FastCaster(self, directions, far, tree)
 
 
 class FastCaster:
-    """The rays of one sensor."""
+    """Casts the rays of one sensor."""
 
     def __init__(self, rays: FastRays, directions: Floats, far: float, tree: int) -> None:
         self._rays = rays
@@ -120,7 +120,7 @@ class FastCaster:
         self._distances, self._geoms = np.empty(len(directions)), np.empty(len(directions), np.int64)
 
     def cast(self, origin: Floats, rotation: Floats) -> tuple[Floats, Integers]:
-        """What each ray meets first; see `rays.Caster`."""
+        """Return what each ray meets first; see `rays.Caster`."""
         rays = self._rays
         rays.refresh()
         cast(

@@ -1,4 +1,4 @@
-"""The geoms of a model as a table: their shapes, where they are, and the boxes around them."""
+"""The geoms of a model as a table: shapes, poses and bounding boxes."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ MARGIN = 1e-6
 
 @kernel
 def follow(table: Records, numbers: Indices, positions: Floats, rotations: Floats) -> bool:
-    """Take over the poses of some geoms; whether any has changed.
+    """Update the poses of some geoms; return whether any has changed.
 
     Args:
-        table: of GEOM.
-        numbers: of the geoms.
-        positions: of all geoms of the model, shape (geoms, 3).
-        rotations: shape (geoms, 9).
+        table: table of geoms.
+        numbers: ids of the geoms.
+        positions: positions of all geoms of the model, shape (geoms, 3).
+        rotations: rotations of all geoms, shape (geoms, 9).
     """
     changed = False
     for number in numbers:
@@ -56,7 +56,7 @@ def follow(table: Records, numbers: Indices, positions: Floats, rotations: Float
 
 @kernel
 def enclose(table: Records, numbers: Indices, low: Floats, high: Floats) -> None:
-    """Write the lower and upper corners, shape (n, 3), of the boxes around some geoms, along the axes of the world."""
+    """Write lower and upper corners, shape (n, 3), of the boxes around some geoms, along the world's axes."""
     for row, number in enumerate(numbers):
         geom = table[number]
         for axis in range(3):

@@ -1,7 +1,7 @@
-"""Trees of boxes: what lies in a box that a ray misses need not be looked at.
+"""Trees of bounding boxes: a ray that misses a box also misses everything in it.
 
-A tree is an array of its nodes in which every node comes before its descendants, and these before what follows. To walk it takes
-an index and no memory: on to the next node where a box is hit, past the node's descendants where it is missed.
+A tree is an array of nodes in depth-first order. Walking it needs only an index: to the next node if the box is hit, past the
+node's descendants if it is missed.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ NODE = np.dtype(
 
 @kernel
 def build(tree: Tree, low: Floats, high: Floats, items: Indices) -> None:
-    """Build the tree of some boxes, one in each leaf. Nodes are split in the middle of their widest axis.
+    """Build the tree of some boxes, one in each leaf. Nodes are split in the middle of their longest axis.
 
     Args:
-        tree: 2 n - 1 nodes to write.
+        tree: output, 2 n - 1 nodes.
         low: lower corners of the n boxes, shape (n, 3).
         high: upper corners.
-        items: what they hold.
+        items: contents of the boxes.
     """
     order = np.arange(len(items))
     # The larger part waits while the smaller one is built, so there are never more than log2(n).
@@ -73,7 +73,7 @@ def _enclose(lowest: Floats, highest: Floats, low: Floats, high: Floats, boxes: 
 
 @part
 def _split(low: Floats, high: Floats, boxes: Indices) -> int:
-    """Reorder boxes so that those on one side of a plane come first; how many these are."""
+    """Reorder boxes so that those on one side of a plane come first; return their number."""
     widest, axis, plane = -1.0, 0, 0.0
     for candidate in range(3):
         least, most = math.inf, -math.inf

@@ -1,4 +1,4 @@
-"""Triangles of meshes and height fields, and a tree of them for each."""
+"""Triangles of meshes and height fields, with a tree for each."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from graphengine.physics.sensors.fast.tree import NODE, Tree, build
 
 
 def count_triangles(model: mujoco.MjModel, geoms: Indices) -> int:
-    """How many triangles some geoms consist of, but for the few around a height field."""
+    """Return the number of triangles of some geoms, without the few around a height field."""
     meshes, fields = (set(model.geom_dataid[geoms[model.geom_type[geoms] == kind]].tolist()) for kind in (MESH, HFIELD))
     cells = sum(int(model.hfield_nrow[field]) * int(model.hfield_ncol[field]) for field in fields)
     return sum(int(model.mesh_facenum[mesh]) for mesh in meshes) + 2 * cells
 
 
 def triangle_trees(model: mujoco.MjModel, geoms: Indices) -> tuple[Tree, Floats, Indices]:
-    """Trees of all triangles that some geoms consist of.
+    """Build the trees of all triangles of some geoms.
 
     Returns:
-        The trees, one after the other; the corners of all triangles, in the frame of their geom, shape (triangles, 9);
-        and for each geom of the model the root of its tree.
+        The trees, one after the other; the corners of all triangles in the frame of their geom, shape (triangles, 9); and the
+        index of the root for each geom of the model.
     """
     trees: list[Tree] = [np.empty(0, NODE)]
     corners: list[Floats] = [np.empty((0, 9))]
@@ -47,7 +47,7 @@ def triangle_trees(model: mujoco.MjModel, geoms: Indices) -> tuple[Tree, Floats,
 
 
 def _tree(triangles: Floats, root: int, row: int) -> Tree:
-    """The tree of some triangles, to stand at a root, whose first triangle is in a row."""
+    """Return the tree of some triangles; `root` is its index among all nodes, `row` that of its first triangle."""
     tree = np.zeros(2 * len(triangles) - 1, NODE)
     low, high = triangles.min(axis=1) - MARGIN, triangles.max(axis=1) + MARGIN
     build(tree, low, high, np.arange(row, row + len(triangles)))
@@ -56,9 +56,9 @@ def _tree(triangles: Floats, root: int, row: int) -> Tree:
 
 
 def _triangles_of_height_field(model: mujoco.MjModel, field: int) -> Floats:
-    """Corners of the triangles around a height field, as `mj_rayHfield` sees it, shape (triangles, 3, 3).
+    """Return corners of the triangles around a height field, as `mj_rayHfield` sees it, shape (triangles, 3, 3).
 
-    That is the terrain, walls from height zero up to its four edges, and the box below height zero.
+    They are the terrain, walls from height zero up to its four edges, and the box below height zero.
     """
     ground = height_field_points(model, field)
     rows, columns, _ = ground.shape
@@ -71,7 +71,7 @@ def _triangles_of_height_field(model: mujoco.MjModel, field: int) -> Floats:
 
 
 def _triangles_of_sheet(points: Floats) -> Floats:
-    """Two triangles for each cell of a grid of points, parted from its first corner to the opposite one."""
+    """Return two triangles for each cell of a grid of points, divided from its first corner to the opposite one."""
     here, right = points[:-1, :-1], points[:-1, 1:]
     above, opposite = points[1:, :-1], points[1:, 1:]
     pairs = [np.stack([here, right, opposite], axis=-2), np.stack([here, opposite, above], axis=-2)]

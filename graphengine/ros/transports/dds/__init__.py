@@ -1,4 +1,4 @@
-"""The transport over DDS without ROS."""
+"""The DDS transport, which does not need an installed ROS 2."""
 
 import importlib
 from dataclasses import replace

@@ -1,6 +1,6 @@
-"""Eclipse Cyclone DDS, wrapped: joining a domain as ROS 2 does, quality of service, and bytes in and out.
+"""Wraps Eclipse Cyclone DDS: joins a domain as ROS 2 does, converts QoS, and sends and takes encoded messages.
 
-Two functions of the package's C layer are not public: they alone move encoded bytes, and pin its version.
+Two functions of the package's C layer are not public, but only they move encoded bytes; so its version is pinned.
 """
 
 from __future__ import annotations
@@ -51,15 +51,15 @@ _MAX_PARTICIPANTS = 32
 
 
 def write(entity: Any, data: bytes) -> int:
-    """Send one CDR message; negative for one of Cyclone's error codes."""
+    """Send a CDR message; return a negative Cyclone error code on failure."""
     code: int = _clayer.ddspy_write(entity._ref, data)
     return code
 
 
 def take(entity: Any) -> list[tuple[bytes, int]]:
-    """Some of the messages that a reader holds, oldest first, each with the handle of its writer; then they are gone from it.
+    """Remove and return some of the messages that a reader holds, oldest first, each with the handle of its writer.
 
-    None when the reader holds none.
+    The list is empty if the reader holds no messages.
     """
     while isinstance(samples := _clayer.ddspy_take(entity._ref, _ANY_STATE, _BATCH), list) and samples:
         if messages := [(data, info.publication_handle) for data, info in samples if info.valid_data]:
@@ -68,11 +68,11 @@ def take(entity: Any) -> list[tuple[bytes, int]]:
 
 
 class Peer(NamedTuple):
-    """A peer that a reader or writer of this process is matched with.
+    """A matched peer of a reader or writer.
 
     Args:
-        gid: the 16 bytes by which ROS 2 knows it.
-        user_data: bytes that it announces besides its policies.
+        gid: 16 bytes that identify the endpoint in ROS 2.
+        user_data: user data that it announces.
     """
 
     gid: bytes
@@ -80,22 +80,22 @@ class Peer(NamedTuple):
 
     @property
     def type_hash(self) -> str:
-        """The hash of its message type; empty where it does not announce one."""
+        """Hash of the message type; empty if the peer does not announce one."""
         return type_hash(self.user_data)
 
 
 def writer_of(reader: Any, handle: int) -> Peer:
-    """A writer that a reader is matched with; one without a GID when it is gone."""
+    """Return a matched writer of a reader by its handle; its GID is empty if it is gone."""
     return _peers([handle], reader.get_matched_publication_data).get(unsigned(handle), Peer(b"", b""))
 
 
 def writers_of(reader: Any) -> dict[int, Peer]:
-    """Writers that a reader is matched with, by their handles."""
+    """Return the matched writers of a reader, by handle."""
     return _peers(reader.get_matched_publications(), reader.get_matched_publication_data)
 
 
 def readers_of(writer: Any) -> dict[int, Peer]:
-    """Readers that a writer is matched with, by their handles."""
+    """Return the matched readers of a writer, by handle."""
     return _peers(writer.get_matched_subscriptions(), writer.get_matched_subscription_data)
 
 
@@ -106,35 +106,35 @@ def _peers(handles: Iterable[int], ask: Callable[[int], Any]) -> dict[int, Peer]
 
 
 def unsigned(handle: int) -> int:
-    """A handle as messages come with it; other functions of the package give it as a signed number."""
+    """Return a handle as the unsigned number that messages have; other functions of the package return it signed."""
     return handle & 0xFFFF_FFFF_FFFF_FFFF
 
 
 def user_data(policies: Qos) -> bytes:
-    """What an endpoint or participant tells besides its policies."""
+    """Return the user data in the policies of an endpoint or participant."""
     policy = policies[Policy.Userdata]
     return bytes(policy.data) if policy else b""
 
 
 def type_hash(data: bytes) -> str:
-    """The hash of a message type in the user data of an endpoint; empty without one."""
+    """Return the hash of a message type in the user data of an endpoint; empty if there is none."""
     found = _TYPE_HASH.search(data)
     return found[1].decode() if found else ""
 
 
 def delete(entity: Any) -> None:
-    """Remove an entity, and all that was made from it, from the network; a second time does nothing."""
+    """Delete an entity and all its children from the network; safe to call twice."""
     # What Python's collector would do, but now: references to the wrapper may linger, as in the traceback of an error.
     Entity.__del__(entity)
 
 
 def reason(code: int) -> str:
-    """One of Cyclone's error codes in words."""
+    """Return the description of a Cyclone error code."""
     return str(DDSException(code)).strip()
 
 
 def endpoint_qos(qos: QoS, user_data: str) -> Qos:
-    """Policies of a writer or reader such that they match ROS 2 endpoints that were given the same profile."""
+    """Return DDS policies of a writer or reader that match ROS 2 endpoints with the same profile."""
     qos = settled(qos)
     history = Policy.History.KeepAll if qos.history == "keepAll" else Policy.History.KeepLast(qos.depth)
     reliable = Policy.Reliability.Reliable(duration(milliseconds=MAX_BLOCKING_MS))
@@ -162,7 +162,7 @@ def endpoint_qos(qos: QoS, user_data: str) -> Qos:
 
 
 def read_qos(policies: Qos) -> QoS:
-    """The profile of an endpoint with these policies; kinds that no ROS 2 endpoint has are `systemDefault`."""
+    """Return the profile of an endpoint with the given policies; kinds that ROS 2 does not have become `systemDefault`."""
     history, reliability = policies[Policy.History], policies[Policy.Reliability]
     deadline, lifespan = policies[Policy.Deadline], policies[Policy.Lifespan]
     liveliness = policies[Policy.Liveliness]
@@ -192,7 +192,7 @@ def _seconds(nanoseconds: int) -> float:
 
 @dataclass(slots=True)
 class _Joined:
-    """A DDS domain that this process is in, for all participants in it; Cyclone allows one configuration each."""
+    """A DDS domain that this process has joined, with all participants in it; Cyclone allows one configuration per domain."""
 
     domain: Domain
     entity: Any
@@ -204,10 +204,10 @@ _lock = threading.Lock()
 
 
 def join(domain: Domain, user_data: str) -> Any:
-    """A participant in a domain, with the configuration that its discovery range needs.
+    """Return a new participant in a domain, configured for its discovery range.
 
     Raises:
-        TransportError: there is no network, or this process is in that domain with another configuration.
+        TransportError: there is no network, or this process is in the domain with another configuration.
     """
     with _lock:
         _require_resources(domain)
@@ -215,7 +215,7 @@ def join(domain: Domain, user_data: str) -> Any:
         if joined is None:
             joined = _Joined(domain, _open(domain))
         elif joined.domain != domain:
-            raise TransportError(f"this process is already in {joined.domain}: it cannot join {domain} besides")
+            raise TransportError(f"this process has already joined {joined.domain}; it cannot also join {domain}")
         try:
             participant = DomainParticipant(domain.id, Qos(Policy.Userdata(user_data.encode())))
         except DDSException as error:
@@ -228,17 +228,17 @@ def join(domain: Domain, user_data: str) -> Any:
 
 
 def _require_resources(domain: Domain) -> None:
-    """Refuse what Cyclone would end the process over: it checks neither its sockets nor its memory."""
+    """Check for resources whose lack Cyclone does not handle: it would end the process."""
     if not has_descriptors(DESCRIPTORS):
         remedy = "raise the limit of `ulimit -n`"
-        raise TransportError(f"cannot join {domain}: it takes {DESCRIPTORS} more open files\n{remedy}")
+        raise TransportError(f"cannot join {domain}: it needs {DESCRIPTORS} more open files\n{remedy}")
     if not has_address_space(ADDRESS_SPACE):
         remedy = "raise the limit of `ulimit -v`"
-        raise TransportError(f"cannot join {domain}: it takes {ADDRESS_SPACE // 10**6} MB more of memory\n{remedy}")
+        raise TransportError(f"cannot join {domain}: it needs {ADDRESS_SPACE // 10**6} MB more memory\n{remedy}")
 
 
 def leave(domain: Domain, participant: Any) -> None:
-    """Remove a participant; with the last one of a domain, Cyclone's threads and sockets for it go too."""
+    """Delete a participant; the last one of a domain also ends Cyclone's threads and sockets for it."""
     with _lock:
         delete(participant)
         joined = _joined[domain.id]
@@ -261,10 +261,10 @@ def _open(domain: Domain) -> Any:
 
 
 def configurations(domain: Domain) -> list[str]:
-    """Configurations of Cyclone DDS for a domain, to be tried in order.
+    """Return Cyclone DDS configurations for a domain, in the order to try them.
 
-    ROS 2's loopback traffic comes with loopback addresses, which Cyclone ignores unless `lo` is among its interfaces; where
-    `lo` is the only one that is up, it cannot be named besides the one that Cyclone finds by itself.
+    ROS 2's loopback traffic has loopback addresses, which Cyclone ignores unless `lo` is one of its interfaces. If `lo` is the
+    only active interface, it cannot be given in addition to the one that Cyclone finds.
     """
     if domain.cyclone_uri:
         return [f"{_fragment(domain, '')},{domain.cyclone_uri}"]
@@ -280,7 +280,7 @@ def configurations(domain: Domain) -> list[str]:
 
 
 def _fragment(domain: Domain, interfaces: str) -> str:
-    """What rmw_cyclonedds_cpp configures for the same discovery range, larger datagrams, and the interfaces."""
+    """Return the configuration that rmw_cyclonedds_cpp uses for the discovery range, with larger datagrams and the interfaces."""
     if domain.discovery_range == "SYSTEM_DEFAULT":
         return ""
     multicast = "true" if domain.discovery_range == "SUBNET" else "false"
@@ -301,8 +301,8 @@ def _fragment(domain: Domain, interfaces: str) -> str:
 
 
 def _address(peer: str) -> str:
-    """The address of a host; Cyclone itself aborts the process over a name that cannot be resolved."""
+    """Return the address of a host, because Cyclone aborts the process if a name cannot be resolved."""
     try:
         return socket.gethostbyname(peer)
     except OSError as error:
-        raise TransportError(f"ROS_STATIC_PEERS names {peer!r}, which is no known host: {error}") from error
+        raise TransportError(f"ROS_STATIC_PEERS has an unknown host {peer!r}: {error}") from error

@@ -1,7 +1,7 @@
-"""What Cyclone DDS complains of, kept off the terminal: it drops malformed messages itself, and prints a line for each.
+"""Captures the log of Cyclone DDS, which prints a line for each malformed message that it drops.
 
-It writes to a file in memory that is read now and then. A function that it calls would be one more way to lock up: it would
-wait for the interpreter's lock while Cyclone holds locks that a write needs.
+Cyclone writes to a file in memory, which is read from time to time. A log callback could deadlock: it would wait for the
+interpreter's lock while Cyclone holds locks that a write needs.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ PERIOD = 60.0
 
 
 class CycloneLog:
-    """Complaints of all domains of this process; where the C library is not that of GNU, they go to the terminal."""
+    """The log of all domains of this process; with a C library other than glibc, it is printed to the terminal."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -50,9 +50,9 @@ class CycloneLog:
 
     @contextmanager
     def capture(self) -> Iterator[None]:
-        """Within it, domains are made that complain here.
+        """Return a context in which new domains log to this object.
 
-        A domain complains to what `stderr` of the C library is when it is made, and nothing configures another place.
+        A domain keeps the C library's `stderr` from the time when it was created, and has no other setting for its log.
         """
         if platform.libc_ver()[0] != "glibc":
             yield
@@ -71,24 +71,24 @@ class CycloneLog:
                 stderr.value = before
 
     def reason(self) -> str:
-        """The last complaint, which tells why a domain was not made; empty where there is none."""
+        """Return the last log line, which says why a domain could not be created; empty if there is none."""
         with self._lock:
             lines = self._lines()
         return _text(lines[-1]) if lines else ""
 
     def malformed(self, domain_id: int) -> Mapping[str, int]:
-        """How many messages of each topic or service were dropped; whatever else there is to say is logged, each kind once."""
+        """Return the number of dropped messages by topic or service; other lines are logged, once for each kind."""
         with self._lock:
             for line in self._lines():
                 self._note(line)
             if self._unlogged and time.monotonic() >= self._due:
                 self._due = time.monotonic() + PERIOD
-                _log.warning("Cyclone DDS: %d complaints of other kinds", self._unlogged)
+                _log.warning("Cyclone DDS: %d further messages are not shown", self._unlogged)
                 self._unlogged = 0
             return dict(self._malformed.get(domain_id, {}))
 
     def forget(self, domain_id: int) -> None:
-        """Begin anew: no participant of this process is in that domain any more."""
+        """Reset the counts of a domain, because this process has no participant in it any more."""
         self.malformed(domain_id)
         with self._lock:
             self._malformed.pop(domain_id, None)
@@ -121,7 +121,7 @@ class CycloneLog:
 
 
 def _text(line: str) -> str:
-    """A line without its time, domain and thread."""
+    """Return a line without time, domain and thread."""
     parts = _LINE.match(line)
     return parts["text"] if parts else line
 

@@ -1,8 +1,8 @@
-"""A transport over DDS without ROS: the process looks to every ROS 2 program like an ordinary node.
+"""A transport over DDS without ROS: other ROS 2 programs see this process as an ordinary node.
 
-Python code of it runs in its callers' threads and in one thread of its own, which waits for messages and for readers that come
-or go. It uses no listeners, which Cyclone DDS calls from its threads: these would wait for the interpreter's lock while they
-hold locks that a write needs, and a write holds the interpreter's lock.
+Its Python code runs in the callers' threads and in one own thread, which waits for messages and for changes of peers. Listeners
+are not used: Cyclone DDS calls them in its threads, where they would wait for the interpreter's lock while holding locks that a
+write needs, and a write holds the interpreter's lock.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _End = TypeVar("_End", bound=DdsEnd)
 
 @dataclass(slots=True)
 class _DdsTopic:
-    """A DDS topic, for all endpoints that are open on it."""
+    """A DDS topic, shared by all open endpoints on it."""
 
     message_type: str
     entity: Any
@@ -82,11 +82,11 @@ class DdsTransport(RosNode):
         return "dds (Eclipse Cyclone DDS)"
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> DdsWriter:
-        """A writer on a topic.
+        """Open a writer on a topic.
 
         Raises:
-            MessageTypeError: there is no such type.
-            TransportError: the topic has another type here, or the transport is closed.
+            MessageTypeError: the type is unknown.
+            TransportError: this process uses the topic with another type, or the transport is closed.
         """
         with self._lock:
             policies = _lossless(qos) if self._patient else qos
@@ -94,7 +94,7 @@ class DdsTransport(RosNode):
             return self._open(DdsWriter(topic, self._remove, entity))
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> DdsReader:
-        """A reader on a topic; `deliver` runs in the transport's thread, and should do little.
+        """Open a reader on a topic; `deliver` runs in the transport's thread and should be fast.
 
         Raises:
             TransportError: as for `writer`.
@@ -105,7 +105,7 @@ class DdsTransport(RosNode):
             return self._open(DdsReader(topic, self._remove, entity, agrees, deliver))
 
     def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> DdsServer:
-        """A server of a service; `deliver` runs in the transport's thread, and should do little.
+        """Open a server of a service; `deliver` runs in the transport's thread and should be fast.
 
         Raises:
             TransportError: as for `writer`.
@@ -115,7 +115,7 @@ class DdsTransport(RosNode):
             return self._open(DdsServer(service, self._remove, pair, deliver))
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> DdsClient:
-        """A client of a service; `deliver` runs in the transport's thread, and should do little.
+        """Open a client of a service; `deliver` runs in the transport's thread and should be fast.
 
         Raises:
             TransportError: as for `writer`.
@@ -126,16 +126,16 @@ class DdsTransport(RosNode):
 
     @property
     def source(self) -> bytes:
-        """GID of the writer of the message that is being delivered; empty when it is gone already."""
+        """GID of the writer of the message that is being delivered; empty if the writer is gone."""
         return self._delivering.source if isinstance(self._delivering, DdsReader) else b""
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """By topic or service, how many messages were dropped; participants of this process in one domain share the count."""
+        """Number of dropped messages by topic or service; participants of this process in the same domain share the count."""
         return Counter(LOG.malformed(self._domain.id)) + Counter(super().malformed)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Who writes and reads which topic, as far as it is known.
+        """Return all known endpoints.
 
         Raises:
             TransportError: the transport is closed.
@@ -159,13 +159,13 @@ class DdsTransport(RosNode):
         return self._discovery.servers if self._discovery is not None else {}
 
     def _endpoint(self, make: Callable[..., Any], topic: str, message_type: str, qos: QoS, identity: str = "") -> Any:
-        """A writer or reader of a DDS topic; those of services have an identity."""
+        """Create a writer or reader of a DDS topic; `identity` is set for services."""
         shown = names.ros_name(topic)
         self._admit(shown)
         known = self._topics.get(topic)
         if known and known.message_type != message_type:
             what = f"{shown} has the type {known.message_type} here"
-            raise TransportError(f"{what}, it cannot have {message_type} besides")
+            raise TransportError(f"{what} and cannot also have {message_type}")
         policies = cyclone.endpoint_qos(qos, f"{identity}typehash={self._definitions.type_hash(message_type)};")
         try:
             described = idl_type(message_type, self._definitions, is_call=bool(identity))
@@ -177,7 +177,7 @@ class DdsTransport(RosNode):
         return made
 
     def _pair(self, role: str, service: str, service_type: str, qos: QoS) -> Pair:
-        """A reader and a writer, whose user data says that they belong together."""
+        """Create the reader and writer of a service, whose user data identifies them as a pair."""
         asked, answered = zip(names.service_topics(service), self._definitions.service_parts(service_type), strict=True)
         heard, told = (asked, answered) if role == "service" else (answered, asked)
         identity = f"{role}id={dds_services.identity(self._gid, next(self._service_numbers))};"
@@ -191,7 +191,7 @@ class DdsTransport(RosNode):
         return Pair(reader, writer, service_type, *agrees)
 
     def _open(self, end: _End) -> _End:
-        """Let the thread wait for what comes to an endpoint, and peers know whose it is."""
+        """Register an endpoint with the thread, and announce it to peers."""
         (self._writers if isinstance(end, DdsWriter) else self._readers).append(end)
         for entity, status in zip(end.entities, end.statuses, strict=True):
             entity.set_status_mask(status)
@@ -207,7 +207,7 @@ class DdsTransport(RosNode):
         self._announce(self._node())
 
     def _discard(self, entity: Any) -> None:
-        """Delete an entity, and its topic with the last one there."""
+        """Delete an entity, and its topic with the last entity."""
         topic = entity.topic.name
         cyclone.delete(entity)
         self._topics[topic].endpoints -= 1
@@ -239,16 +239,16 @@ class DdsTransport(RosNode):
 
 
 def _lossless(qos: QoS) -> QoS:
-    """What to write with where readers are waited for; what is latched keeps its depth, which late joiners get."""
+    """Return the profile for writers that wait for readers; latched topics keep their depth, which late joiners get."""
     qos = settled(qos)
     return replace(qos, history="keepAll") if (qos.reliability, qos.durability) == ("reliable", "volatile") else qos
 
 
 def _deep(qos: QoS) -> QoS:
-    """What to read with: Cyclone DDS does not tell what it overwrites, and whoever keeps only so many here does.
+    """Return the profile for readers, with a large queue, because Cyclone DDS does not count the messages that it overwrites.
 
-    A reader announces what it keeps, so that `ros2 topic info -v` on Cyclone DDS shows this depth. That of latched topics stays,
-    as it says how much of the past is wanted.
+    A reader announces its depth, so `ros2 topic info -v` on Cyclone DDS shows the larger one. Latched topics keep their depth,
+    because it determines how many old messages are sent.
     """
     qos = settled(qos)
     return replace(qos, depth=max(qos.depth, _BACKLOG)) if qos.durability == "volatile" else qos

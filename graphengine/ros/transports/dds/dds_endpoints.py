@@ -14,17 +14,17 @@ from graphengine.ros.transports.ends import Remove, RosEnd
 
 
 def gid_of(entity: Any) -> bytes:
-    """How ROS 2 knows an entity: the 16 bytes of its RTPS GUID."""
+    """Return the 16 bytes of an entity's RTPS GUID, which identify it in ROS 2."""
     return bytes(entity.guid.bytes)
 
 
 class DdsEnd(RosEnd):
-    """An endpoint with the entities of Cyclone DDS that it consists of.
+    """An endpoint with its Cyclone DDS entities.
 
     Args:
-        name: of its topic or service.
-        remove: called when it is closed.
-        entities: a writer, a reader, or the reader and writer of a service.
+        name: name of the topic or service.
+        remove: called when the endpoint is closed.
+        entities: writer, reader, or the reader and writer of a service.
     """
 
     statuses: ClassVar[tuple[int, ...]]
@@ -36,17 +36,17 @@ class DdsEnd(RosEnd):
         self.gids = tuple(map(gid_of, entities))
 
     def refresh(self) -> None:
-        """Look which peers are there."""
+        """Update the matched peers."""
 
     def drain(self) -> bool:
-        """Deliver some of what has arrived; false when there was nothing."""
+        """Deliver some of the arrived messages; return False if there were none."""
         return False
 
     def _send(self, writer: Any, data: bytes) -> None:
-        """Send one message; one that a reader blocks for longer than 100 ms is dropped and counted.
+        """Send a message; it is dropped and counted if a reader blocks it for longer than 100 ms.
 
         Raises:
-            TransportError: it is no message of the type, or the endpoint is closed.
+            TransportError: the bytes are not a message of the type, or the endpoint is closed.
         """
         code = cyclone.write(writer, data)
         if code == cyclone.TIMEOUT:
@@ -56,7 +56,7 @@ class DdsEnd(RosEnd):
 
 
 class DdsWriter(DdsEnd):
-    """A DDS writer."""
+    """A DDS writer on a topic."""
 
     statuses = (DDSStatus.PublicationMatched,)
 
@@ -67,10 +67,10 @@ class DdsWriter(DdsEnd):
         self._lock = threading.Lock()
 
     def write(self, data: bytes) -> None:
-        """Send one message; one that a reader blocks for longer than 100 ms is dropped and counted.
+        """Send a message; it is dropped and counted if a reader blocks it for longer than 100 ms.
 
         Raises:
-            TransportError: it is no message of the topic's type, or the writer is closed.
+            TransportError: the bytes are not a message of the topic's type, or the writer is closed.
         """
         self._send(self.entity, data + bytes(-len(data) & 3) if len(data) & 3 else data)
 
@@ -84,19 +84,19 @@ class DdsWriter(DdsEnd):
                 self.matched = 0
 
     def end(self) -> None:
-        """Have no readers."""
+        """Set the number of readers to 0."""
         with self._lock:
             self.matched = 0
 
 
 class DdsReader(DdsEnd):
-    """A DDS reader.
+    """A DDS reader on a topic.
 
     Args:
-        name: of its topic.
-        remove: called when it is closed.
-        entity: of Cyclone DDS.
-        agrees: whether the type hash of a writer is that of the type here.
+        name: name of the topic.
+        remove: called when the reader is closed.
+        entity: Cyclone DDS reader.
+        agrees: returns whether a writer's type hash equals that of the type here.
         deliver: called with each message.
     """
 
@@ -113,7 +113,7 @@ class DdsReader(DdsEnd):
         """GID of each writer by its handle, and whether its messages can be read."""
 
     def drain(self) -> bool:
-        """Deliver some of what has arrived; false when there was nothing."""
+        """Deliver some of the arrived messages; return False if there were none."""
         arrived = cyclone.take(self.entity)
         for data, handle in arrived:
             if handle not in self._writers:

@@ -1,8 +1,8 @@
-"""Services over DDS, done as rmw_cyclonedds_cpp does them: a topic for requests, one for answers, and a header in both.
+"""Services over DDS as in rmw_cyclonedds_cpp: one topic for requests, one for responses, and a header in both.
 
-The header tells whose call it is, as every client of a service reads every answer. What belongs together, such as a client's
-writer of requests and its reader of answers, has the same identity in its user data: a request may be here before the reader is
-that its answer is for.
+The header identifies the call, because each client of a service reads all responses. A client's writer of requests and its reader
+of responses have the same identity in their user data, so that a server can find the reader for a response: a request may be
+discovered before that reader.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ _IDENTITY = re.compile(rb"(?:clientid|serviceid)=([^;]*)")
 
 
 def identity(participant: bytes, number: int) -> str:
-    """What rmw_cyclonedds_cpp calls the n-th client or server of a participant."""
+    """Return the identity that rmw_cyclonedds_cpp gives to the n-th client or server of a participant."""
     first, *rest = participant[:12] + number.to_bytes(4, "big")
     return ".".join([f"{first:2x}", *(f"{byte:x}" for byte in rest)])
 
 
 def with_header(data: bytes, client: int, number: int) -> bytes:
-    """A CDR message as it goes over the wire, padded to a multiple of 4 bytes; what is none stays as it is, and is refused."""
+    """Return a CDR message with a call's header, padded to a multiple of 4 bytes; other bytes are returned unchanged."""
     order = _HEADER.get(data[1]) if len(data) > _ENCAPSULATION else None
     if order is None:
         return data
@@ -51,7 +51,7 @@ def with_header(data: bytes, client: int, number: int) -> bytes:
 
 
 def without_header(data: bytes) -> tuple[int, int, bytes] | None:
-    """Client and number of a call, and the CDR message; None where there is no message behind a header."""
+    """Return client and number of a call, and the CDR message; None if the bytes have no message after a header."""
     order = _HEADER.get(data[1]) if len(data) > _ENCAPSULATION + 16 else None
     if order is None:
         return None
@@ -60,14 +60,14 @@ def without_header(data: bytes) -> tuple[int, int, bytes] | None:
 
 
 class Pair(NamedTuple):
-    """The endpoints of a server or client.
+    """The reader and writer of a server or client.
 
     Args:
-        reader: of requests or answers.
-        writer: of the others.
+        reader: reader of requests (server) or responses (client).
+        writer: writer of responses (server) or requests (client).
         service_type: as in `std_srvs/srv/Trigger`.
-        reads: whether the type hash of a peer's writer is that of the reader's type.
-        writes: whether the type hash of a peer's reader is that of the writer's type.
+        reads: returns whether the type hash of a peer's writer fits the reader.
+        writes: returns whether the type hash of a peer's reader fits the writer.
     """
 
     reader: Any
@@ -78,7 +78,7 @@ class Pair(NamedTuple):
 
 
 class _DdsService(DdsEnd):
-    """A server or client: a reader, a writer, and peers that come and go."""
+    """A server or client with its matched peers."""
 
     statuses = (DDSStatus.DataAvailable | DDSStatus.SubscriptionMatched, DDSStatus.PublicationMatched)
 
@@ -95,19 +95,19 @@ class _DdsService(DdsEnd):
         """Whether a peer had another definition of the service's type."""
 
     def close(self) -> None:
-        """Leave the service; a second time does nothing."""
+        """Close the endpoint; safe to call twice."""
         self.end()
         super().close()
 
     def end(self) -> None:
-        """Send nothing from here on."""
+        """Stop sending, and forget the peers."""
         with self._lock:
             self._ended = True
             self._writers, self._readers = {}, {}
             self._follow()
 
     def drain(self) -> bool:
-        """Deliver some of what has arrived; false when there was nothing."""
+        """Deliver some of the arrived messages; return False if there were none."""
         arrived = cyclone.take(self._pair.reader)
         for data, handle in arrived:
             call = without_header(data)
@@ -118,7 +118,7 @@ class _DdsService(DdsEnd):
         return bool(arrived)
 
     def refresh(self) -> None:
-        """Look which peers are there."""
+        """Update the matched peers."""
         # Two threads that look must not note down what they saw in the wrong order.
         with self._lock:
             if self._ended:
@@ -141,14 +141,14 @@ class _DdsService(DdsEnd):
             self._follow()
 
     def warning(self) -> str:
-        """What to tell people about peers that cannot be talked to; empty where there were none."""
+        """Return a warning about incompatible peers; empty if there are none."""
         with self._lock:
             foreign = vendors.warning(self.name, self.peer, self._vendors, vendors.CYCLONE_RMW)
             another = another_definition(self.name, f"a {self.peer}", self._pair.service_type, "this run")
             return foreign or ("\n  ".join(another) if self._mistyped else "")
 
     def _is_foreign(self, handle: int) -> bool:
-        """Whether a writer sends what cannot be read: another header, or none, or another definition."""
+        """Return whether a writer is incompatible: on another DDS implementation, or with another definition."""
         if handle not in self._writers:
             self.refresh()
         peer = self._writers.get(handle)
@@ -159,16 +159,16 @@ class _DdsService(DdsEnd):
             raise self.closed()
 
     def _receive(self, handle: int, client: int, number: int, data: bytes) -> None:
-        """Take a message from one of the writers."""
+        """Process a received message."""
         raise NotImplementedError
 
     def _follow(self) -> None:
-        """Draw conclusions from the peers that are there."""
+        """React to a change of the matched peers."""
         raise NotImplementedError
 
 
 class DdsServer(_DdsService):
-    """A service that is offered over DDS."""
+    """A service server over DDS."""
 
     peer = "client"
 
@@ -179,10 +179,10 @@ class DdsServer(_DdsService):
         """Answers that wait for the reader that they are for, each with the handle of the client's writer."""
 
     def answer(self, request_id: bytes, response: bytes) -> None:
-        """Send an answer; where the client's reader is not there yet, as soon as it comes.
+        """Send a response; if the client's reader is not matched yet, send it when it is.
 
         Raises:
-            TransportError: the server is closed, or it is no message of the service's type.
+            TransportError: the server is closed, or the bytes are not a message of the service's type.
         """
         self._admit()
         if len(request_id) != _REQUEST_ID.size:
@@ -198,7 +198,7 @@ class DdsServer(_DdsService):
                 self._held.append((handle, data))
 
     def _hears(self, handle: int) -> bool:
-        """Whether the reader is there that belongs to a client's writer."""
+        """Return whether the reader of the client with a given writer is matched."""
         if handle not in self._writers:
             return False
         client = _identity(self._writers[handle])
@@ -217,7 +217,7 @@ class DdsServer(_DdsService):
 
 
 class DdsClient(_DdsService):
-    """A service that is called over DDS."""
+    """A service client over DDS."""
 
     peer = "server"
 
@@ -229,10 +229,10 @@ class DdsClient(_DdsService):
         self._calls = Calls()
 
     def call(self, request: bytes) -> int:
-        """Send a request, and return its number.
+        """Send a request; return the number of the call.
 
         Raises:
-            TransportError: the client is closed, or it is no message of the service's type.
+            TransportError: the client is closed, or the bytes are not a message of the service's type.
         """
         self._admit()
         number = self._calls.begin()
@@ -252,11 +252,11 @@ class DdsClient(_DdsService):
 
 
 def _talks(peer: cyclone.Peer, agrees: Callable[[str], bool]) -> bool:
-    """Whether messages cross to or from a peer: it is on the same DDS, and has the same definition of them."""
+    """Return whether a peer is compatible: on the same DDS implementation, with the same definition."""
     return peer.gid.startswith(vendors.CYCLONE) and agrees(peer.type_hash)
 
 
 def _identity(peer: cyclone.Peer) -> bytes:
-    """What a peer's reader and writer have in common; empty for those of early versions, which do not tell."""
+    """Return the identity that a peer's reader and writer share; empty for early versions of ROS 2, which do not announce it."""
     found = _IDENTITY.search(peer.user_data)
     return found[1] if found else b""

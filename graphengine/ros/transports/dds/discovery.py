@@ -1,4 +1,4 @@
-"""What a DDS participant learns of others: DDS tells of endpoints, ROS 2 processes tell which of them belongs to which node."""
+"""Discovery of peers: DDS announces endpoints, and ROS 2 processes announce to which node each endpoint belongs."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ class DiscoveredNode:
 
 
 def announcement(participant: bytes, nodes: Sequence[DiscoveredNode]) -> bytes:
-    """A message of `TYPE`: who a process is. It is sent again for each endpoint that comes or goes.
+    """Return a message of type `TYPE` with the nodes of a process; it is sent again after each change of the endpoints.
 
-    A codec that knows every type takes a microsecond for each GID, which is seconds where a thousand topics are opened.
+    It is encoded by hand, because a general codec takes a microsecond per GID, which adds up to seconds for a thousand topics.
     """
     parts = [b"\0\1\0\0", participant, _count(nodes)]
     for node in nodes:
@@ -66,11 +66,11 @@ def _count(items: Sized) -> bytes:
 
 
 class Discovery:
-    """The peers of one participant and itself.
+    """Tracks the endpoints of a participant and of its peers.
 
     Args:
-        participant: what to ask.
-        nodes: a reader of `TOPIC`.
+        participant: Cyclone DDS participant.
+        nodes: reader of `TOPIC`.
     """
 
     def __init__(self, participant: Any, nodes: Any) -> None:
@@ -90,7 +90,7 @@ class Discovery:
         """What was known at the last look; None once more was heard."""
 
     def graph(self) -> NetworkGraph:
-        """What is known by now."""
+        """Return all endpoints known by now."""
         self._hear_nodes()  # first: a participant that is gone takes with it what it told before
         self._hear_participants()
         self._hear_endpoints(self._publications, "publish")
@@ -101,7 +101,7 @@ class Discovery:
 
     @property
     def servers(self) -> Counter[str]:
-        """How many servers each service has, as of the last look."""
+        """Number of servers of each service, as of the last `graph`."""
         return Counter(name for name, _, direction in self._services.values() if direction == "subscribe")
 
     def _drawn(self) -> NetworkGraph:
@@ -162,7 +162,7 @@ def _samples(reader: Any) -> Iterator[Any]:
 
 
 def _is_there(sample: Any) -> bool:
-    """Whether a sample tells of what is there; one of what came and went since has its data all the same."""
+    """Return whether a sample describes an existing entity; samples of deleted entities have data too."""
     return bool(sample.sample_info.instance_state == InstanceState.Alive)
 
 
@@ -179,13 +179,13 @@ def _endpoint(gid: bytes, direction: Direction, sample: Any) -> Endpoint | None:
 
 
 def _service(sample: Any) -> tuple[str, str] | None:
-    """Name and type of the service that an endpoint sends or takes requests of."""
+    """Return name and type of the service whose requests an endpoint sends or receives; None for other topics."""
     name = names.ros_name(sample.topic_name)
     asks = sample.topic_name == names.service_topics(name)[0]
     return (name, ros_type(sample.type_name).removesuffix("_Request")) if asks else None
 
 
 def ros_type(name: str) -> str:
-    """`nav_msgs/msg/Odometry` for `nav_msgs::msg::dds_::Odometry_`; another name stays as it is."""
+    """Return the ROS name of a DDS type: `nav_msgs/msg/Odometry` for `nav_msgs::msg::dds_::Odometry_`; others are unchanged."""
     namespace, separator, last = name.rpartition("dds_::")
     return f"{namespace}{last.removesuffix('_')}".replace("::", "/") if separator else name

@@ -1,4 +1,4 @@
-"""DDS types of ROS messages: the names and the type information that Cyclone DDS announces and checks payloads with."""
+"""DDS types of ROS messages: names and type information that Cyclone DDS announces and uses to check payloads."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ _SCALARS |= {"bool": bool, "byte": idl.uint8, "char": idl.uint8, "string": str}
 
 
 def dds_name(message_type: str) -> str:
-    """The name of a message type on the wire: `nav_msgs::msg::dds_::Odometry_` for `nav_msgs/msg/Odometry`."""
+    """Return the DDS name of a message type: `nav_msgs::msg::dds_::Odometry_` for `nav_msgs/msg/Odometry`."""
     package, kind, name = message_type.split("/")
     return f"{package}::{kind}::dds_::{name}_"
 
 
 def idl_type(message_type: str, definitions: Definitions = DEFINITIONS, *, is_call: bool = False) -> type[Any]:
-    """A class that describes the message to Cyclone DDS; it is never instantiated.
+    """Return a class that describes a message to Cyclone DDS; it is never instantiated.
 
     Args:
-        message_type: ROS name.
-        definitions: where it is known.
-        is_call: whether it goes to or from a service: then a header is before it, as `cdds_request_header` of
+        message_type: ROS name of the type.
+        definitions: message types.
+        is_call: whether the message belongs to a service and begins with a header, as `cdds_request_header` of
             rmw_cyclonedds_cpp.
 
     Raises:
-        MessageTypeError: there is no such type.
+        MessageTypeError: the type is unknown.
     """
     made = _made.setdefault(definitions, {})
     if (message_type, is_call) not in made:

@@ -1,4 +1,4 @@
-"""A transport that never leaves the process."""
+"""The memory transport, whose messages stay in the process."""
 
 from graphengine.ros.transport import JoinOptions, Transport, TransportKind
 

@@ -1,4 +1,4 @@
-"""A transport that never leaves the process, for tests and headless runs; what was written can be read back."""
+"""A transport within the process, for tests and headless runs; written messages can be read back."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from graphengine.ros.transports.memory.memory_services import MemoryClient, Memo
 
 @dataclass(eq=False)
 class _MemoryEnd:
-    """One end of a topic of a `MemoryTransport`; its QoS is settled."""
+    """A writer or reader of a `MemoryTransport`; its QoS has no system defaults."""
 
     direction: ClassVar[Direction]
 
@@ -33,13 +33,13 @@ class _MemoryEnd:
     gid: bytes
 
     def close(self) -> None:
-        """Leave the topic; a second time does nothing."""
+        """Close the endpoint; safe to call twice."""
         self.transport.remove(self)
 
 
 @dataclass(eq=False)
 class MemoryWriter(_MemoryEnd):
-    """A writer."""
+    """A writer on a topic of a `MemoryTransport`."""
 
     direction = "publish"
     dropped = 0
@@ -60,7 +60,7 @@ class MemoryWriter(_MemoryEnd):
         return max(len(self.readers), int(self.transport.wants_all)) if self.is_open else 0
 
     def write(self, data: bytes) -> None:
-        """Hand one message to every reader that matches, at once.
+        """Deliver a message to all matching readers immediately.
 
         Raises:
             TransportError: the writer is closed.
@@ -70,21 +70,21 @@ class MemoryWriter(_MemoryEnd):
 
 @dataclass(eq=False)
 class MemoryReader(_MemoryEnd):
-    """A reader."""
+    """A reader on a topic of a `MemoryTransport`."""
 
     direction = "subscribe"
 
     deliver: Deliver
 
     def matches(self, writer: MemoryWriter) -> bool:
-        """Whether topic, type and quality of service fit."""
+        """Return whether topic, type and quality of service are compatible with a writer's."""
         same = (self.topic, self.message_type) == (writer.topic, writer.message_type)
         return same and not mismatch(writer.qos, self.qos)
 
 
 @dataclass(slots=True)
 class _MemoryTopic:
-    """Who writes and reads a topic, and what was written to it."""
+    """Writers and readers of a topic, and the messages written to it."""
 
     writers: list[MemoryWriter] = field(default_factory=list)
     readers: list[MemoryReader] = field(default_factory=list)
@@ -92,11 +92,11 @@ class _MemoryTopic:
 
 
 class MemoryTransport:
-    """Topics and services within one process, with the rules of DDS on who matches whom and what late joiners get.
+    """Topics and services within one process, with DDS's rules for matching endpoints and for late joiners.
 
     Args:
-        wants_all: every writer counts as matched, so that everything is built.
-        keeps: what was written can be read back; memory then grows with it.
+        wants_all: count each writer as matched, so that nodes build all messages.
+        keeps: keep all written messages for reading back; memory grows with them.
         definitions: message types.
     """
 
@@ -120,10 +120,10 @@ class MemoryTransport:
         """All servers and clients that are open."""
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> MemoryWriter:
-        """A writer on a topic.
+        """Open a writer on a topic.
 
         Raises:
-            MessageTypeError: there is no such type.
+            MessageTypeError: the type is unknown.
             TransportError: the transport is closed.
         """
         self._admit(topic, message_type)
@@ -133,7 +133,7 @@ class MemoryTransport:
         return writer
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> MemoryReader:
-        """A reader on a topic; `deliver` runs in the thread that writes.
+        """Open a reader on a topic; `deliver` runs in the thread that writes.
 
         Raises:
             TransportError: as for `writer`.
@@ -151,7 +151,7 @@ class MemoryTransport:
         return reader
 
     def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> MemoryServer:
-        """A server of a service; `deliver` runs in the thread that calls.
+        """Open a server of a service; `deliver` runs in the thread that calls.
 
         Raises:
             TransportError: as for `writer`.
@@ -162,7 +162,7 @@ class MemoryTransport:
         return server
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> MemoryClient:
-        """A client of a service; `deliver` runs in the thread that answers.
+        """Open a client of a service; `deliver` runs in the thread that answers.
 
         Raises:
             TransportError: as for `writer`.
@@ -173,23 +173,23 @@ class MemoryTransport:
         return client
 
     def raw(self, topic: str) -> list[bytes]:
-        """Every message that was written to a topic, encoded, oldest first."""
+        """Return all messages that were written to a topic, encoded, oldest first."""
         return [data for _, data in self._topics[topic].sent]
 
     def messages(self, topic: str) -> list[Any]:
-        """Every message that was written to a topic, oldest first."""
+        """Return all messages that were written to a topic, oldest first."""
         return [messages.decode(data, kind, self._definitions) for kind, data in self._topics[topic].sent]
 
     def inject(self, topic: str, message: Any) -> None:
-        """Deliver a message, or bytes, to the readers of a topic as a peer that matches them all would.
+        """Deliver a message or bytes to all readers of a topic, as from a peer that matches them all.
 
         Raises:
-            TransportError: nobody reads that topic, or not with the message's type.
+            TransportError: the topic has no readers, or a reader has another type.
         """
         readers = list(self._topics[topic].readers)
         if not readers:
             read = sorted(name for name, other in self._topics.items() if other.readers)
-            raise TransportError(f"nobody reads {topic}\n{listing(read, 'topics that are read')}")
+            raise TransportError(f"{topic} has no readers\n{listing(read, 'topics with readers')}")
         if not isinstance(message, bytes):
             found = messages.message_type(message)
             for reader in readers:
@@ -201,15 +201,15 @@ class MemoryTransport:
             reader.deliver(message)
 
     def log(self, severity: str, text: str) -> None:
-        """Nothing: there is no node."""
+        """Do nothing, because there is no node."""
 
     def save(self) -> Any:
-        """A copy of what late readers are to get, and of open calls."""
+        """Return a copy of the latched messages and open calls."""
         kept = {name: [list(writer.kept) for writer in topic.writers] for name, topic in self._topics.items()}
         return kept, [client.calls.save() for client in self._clients]
 
     def restore(self, saved: Any) -> None:
-        """Go back to what `save` returned; what can be read back stays."""
+        """Restore the state that `save` returned; messages for reading back stay."""
         topics, calls = saved
         for name, topic in self._topics.items():
             for writer, kept in zip(topic.writers, topics.get(name, ()), strict=False):
@@ -219,7 +219,7 @@ class MemoryTransport:
             client.calls.restore(state)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Who writes and reads which topic; there are no nodes.
+        """Return all endpoints, without node names.
 
         Raises:
             TransportError: the transport is closed.
@@ -234,11 +234,11 @@ class MemoryTransport:
         return NetworkGraph(map(self._described, ends), services=services)
 
     def new_gid(self) -> bytes:
-        """A GID that no other endpoint has."""
+        """Return a unique GID."""
         return next(self._numbers).to_bytes(16, "big")
 
     def close(self) -> None:
-        """End all deliveries; what was written can still be read back."""
+        """Close all endpoints; written messages can still be read back."""
         self._closed = True
         for topic in self._topics.values():
             for writer in topic.writers:
@@ -248,7 +248,7 @@ class MemoryTransport:
         self._services.clear()
 
     def send(self, writer: MemoryWriter, data: bytes) -> None:
-        """Keep and deliver one message of a writer.
+        """Keep a writer's message and deliver it.
 
         Raises:
             TransportError: the writer is closed.
@@ -263,7 +263,7 @@ class MemoryTransport:
             reader.deliver(data)
 
     def remove(self, endpoint: _MemoryEnd) -> None:
-        """Forget an endpoint."""
+        """Remove a closed endpoint."""
         topic = self._topics[endpoint.topic]
         if isinstance(endpoint, MemoryWriter):
             endpoint.is_open = False

@@ -1,4 +1,4 @@
-"""Services within one process, with the rules of DDS on who matches whom."""
+"""Services within one process, with DDS's rules for matching."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ GID = 16
 
 @dataclass(eq=False)
 class _MemoryService:
-    """A server or client; its QoS is settled."""
+    """A server or client; its QoS has no system defaults."""
 
     services: list[Any]
     """All servers and clients that are open."""
@@ -27,17 +27,17 @@ class _MemoryService:
     deliver: Callable[[Any, bytes], None]
 
     def matches(self, other: _MemoryService) -> bool:
-        """Whether service, type and quality of service fit, for requests and answers."""
+        """Return whether service, type and quality of service are compatible, for requests and responses."""
         same = (self.service, self.service_type) == (other.service, other.service_type)
         return same and not mismatch(self.qos, other.qos) and not mismatch(other.qos, self.qos)
 
     def close(self) -> None:
-        """Leave the service; a second time does nothing."""
+        """Close the endpoint; safe to call twice."""
         if self in self.services:
             self.services.remove(self)
 
     def _peers(self, kind: type[Any]) -> list[Any]:
-        """Those of a kind that match, while this end is open."""
+        """Return the matching peers of a kind; none after `close`."""
         open_ends = self.services if self in self.services else ()
         return [end for end in open_ends if isinstance(end, kind) and self.matches(end)]
 
@@ -47,10 +47,10 @@ class _MemoryService:
 
 
 class MemoryServer(_MemoryService):
-    """One service that is offered."""
+    """A service server of a `MemoryTransport`."""
 
     def answer(self, request_id: bytes, response: bytes) -> None:
-        """Hand an answer to the client that asked, at once.
+        """Deliver a response to the client of a request immediately.
 
         Raises:
             TransportError: the server is closed.
@@ -63,18 +63,18 @@ class MemoryServer(_MemoryService):
 
 @dataclass(eq=False)
 class MemoryClient(_MemoryService):
-    """One service that is called."""
+    """A service client of a `MemoryTransport`."""
 
     gid: bytes
     calls: Calls = field(default_factory=Calls)
 
     @property
     def ready(self) -> bool:
-        """Whether a server is there that matches."""
+        """Whether a matching server exists."""
         return bool(self._peers(MemoryServer))
 
     def call(self, request: bytes) -> int:
-        """Hand a request to every server that matches, at once.
+        """Deliver a request to all matching servers immediately; return the number of the call.
 
         Raises:
             TransportError: the client is closed.
@@ -86,6 +86,6 @@ class MemoryClient(_MemoryService):
         return number
 
     def receive(self, number: int, response: bytes) -> None:
-        """Deliver the first answer to a call."""
+        """Deliver the first response to a call."""
         if self.calls.end(number):
             self.deliver(number, response)

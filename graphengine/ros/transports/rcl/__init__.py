@@ -6,7 +6,7 @@ from graphengine.ros.transport import JoinOptions, Transport, TransportKind
 
 
 def import_error() -> str | None:
-    """Why rclpy cannot be used, or None; an installation for another Python counts as none."""
+    """Return why rclpy cannot be used, or None; an installation for another Python version cannot be used."""
     try:
         for module in ("rclpy.executors", "rclpy.node", "rosidl_runtime_py.utilities"):
             importlib.import_module(module)

@@ -30,7 +30,7 @@ _PATIENCE = 0.1
 
 
 class RclTransport(RosNode):
-    """A node of rclpy in a context of its own."""
+    """An rclpy node in its own rclpy context."""
 
     source = b""
     """GID of a message's writer, which rclpy does not tell."""
@@ -61,10 +61,10 @@ class RclTransport(RosNode):
         return f"rclpy ({rclpy.get_rmw_implementation_identifier()})"
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> RclWriter:
-        """A writer on a topic.
+        """Open a writer on a topic.
 
         Raises:
-            MessageTypeError: that type is not installed.
+            MessageTypeError: the type is not installed.
             TransportError: rclpy refuses the topic, or the transport is closed.
         """
         from rclpy.event_handler import PublisherEventCallbacks
@@ -74,7 +74,7 @@ class RclTransport(RosNode):
         return self._open(writer, message_type, qos, event_callbacks=events)
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> RclReader:
-        """A reader on a topic; `deliver` runs in the transport's thread.
+        """Open a reader on a topic; `deliver` runs in the transport's thread.
 
         Raises:
             TransportError: as for `writer`.
@@ -86,7 +86,7 @@ class RclTransport(RosNode):
         return self._open(reader, message_type, qos, callback=reader.receive, event_callbacks=events, raw=True)
 
     def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> RclServer:
-        """A server of a service; `deliver` runs in the transport's thread.
+        """Open a server of a service; `deliver` runs in the transport's thread.
 
         Raises:
             TransportError: as for `writer`.
@@ -98,7 +98,7 @@ class RclTransport(RosNode):
         return server
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> RclClient:
-        """A client of a service; `deliver` runs in the transport's thread.
+        """Open a client of a service; `deliver` runs in the transport's thread.
 
         Raises:
             TransportError: as for `writer`.
@@ -106,7 +106,7 @@ class RclTransport(RosNode):
         return self._open(RclClient(service, self._remove, deliver, self._node), service_type, qos)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Who writes and reads which topic, as far as it is known; it is the faster the less is asked for.
+        """Return all known endpoints; faster if `asked` limits the topics.
 
         Raises:
             TransportError: the transport is closed.
@@ -142,7 +142,7 @@ class RclTransport(RosNode):
         return {service: self._node.count_services(service) for service in services}
 
     def _fits(self, message_type: str, reader: RclReader) -> bool:
-        """Whether all publishers of a reader's topic have the definition here, as far as they announce theirs."""
+        """Return whether all publishers of a reader's topic that announce a type hash have the definition here."""
         number = self._node.count_publishers(reader.name)
         if number != reader.publishers:
             found = self._node.get_publishers_info_by_topic(reader.name)
@@ -152,7 +152,7 @@ class RclTransport(RosNode):
         return reader.agrees
 
     def _open(self, end: _End, kind: str, qos: QoS, **more: Any) -> _End:
-        """Let rclpy make an endpoint of a type, whose class rosidl_runtime_py finds."""
+        """Create an rclpy endpoint; rosidl_runtime_py finds the class of its type."""
         from rosidl_runtime_py import utilities
 
         find = utilities.get_service if end.peer else utilities.get_message
@@ -181,7 +181,7 @@ class RclTransport(RosNode):
             self._wait_for_executor()
 
     def _wait_for_executor(self) -> None:
-        """What was destroyed is gone when the executor has come round; until then its name can have no other type."""
+        """Wait until the executor has released destroyed endpoints; until then, their name cannot have another type."""
         gone = threading.Event()
         self._executor.create_task(gone.set)
         gone.wait(_PATIENCE)
@@ -203,7 +203,7 @@ class RclTransport(RosNode):
 
 @contextlib.contextmanager
 def discovery(domain: Domain) -> Iterator[None]:
-    """The environment that a context reads its discovery range from when it is made; there is no other way to tell it."""
+    """Return a context with the environment variables from which a new rclpy context reads its discovery range."""
     wanted = {
         "ROS_AUTOMATIC_DISCOVERY_RANGE": domain.discovery_range,
         "ROS_STATIC_PEERS": ";".join(domain.static_peers),

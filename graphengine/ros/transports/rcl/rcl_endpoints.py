@@ -10,7 +10,7 @@ from graphengine.ros.transports.ends import Remove, RosEnd
 
 
 class RclEnd(RosEnd):
-    """An endpoint that rclpy made."""
+    """An endpoint with its rclpy object."""
 
     kind: str
     """What rclpy calls it, as in `create_publisher`."""
@@ -21,14 +21,14 @@ class RclEnd(RosEnd):
         """rclpy's object; None once it is closed."""
 
     def end(self) -> None:
-        """Refuse what rclpy's object cannot do any more."""
+        """Refuse further calls, because the rclpy object is destroyed."""
         self.entity = None
 
     def opened(self) -> Any:
-        """The object of rclpy.
+        """Return the rclpy object.
 
         Raises:
-            TransportError: it is closed.
+            TransportError: the endpoint is closed.
         """
         entity = self.entity
         if entity is None:
@@ -37,22 +37,22 @@ class RclEnd(RosEnd):
 
 
 class RclWriter(RclEnd):
-    """A publisher of rclpy; it does not count messages that readers lose."""
+    """An rclpy publisher; it does not count messages that readers lose."""
 
     kind = "publisher"
     matched = 0
 
     def count(self, event: Any) -> None:
-        """Take rclpy's event that readers came or went."""
+        """Update the number of readers from an rclpy event."""
         self.matched = event.current_count
 
     def write(self, data: bytes) -> None:
-        """Send one message.
+        """Send a message.
 
-        With rmw_cyclonedds_cpp and a history of keepAll this lasts until a reader that hangs is given up, which takes 10 s.
+        With rmw_cyclonedds_cpp and the history keepAll, this blocks until an unresponsive reader is dropped, after 10 s.
 
         Raises:
-            TransportError: rclpy refuses it, or the writer is closed.
+            TransportError: rclpy refuses the message, or the writer is closed.
         """
         entity = self.opened()
         try:
@@ -61,20 +61,21 @@ class RclWriter(RclEnd):
             raise self.not_sent(data, error) from error
 
     def end(self) -> None:
-        """Have no readers."""
+        """Set the number of readers to 0."""
         super().end()
         self.matched = 0
 
 
 class RclReader(RclEnd):
-    """A subscription of rclpy.
+    """An rclpy subscription.
 
-    rclpy does not say which publisher sent a message: all of a topic are dropped while one has another definition.
+    rclpy does not report the publisher of a message, so all messages of a topic are dropped while one publisher has another
+    definition.
 
     Args:
-        name: of its topic.
-        remove: called when it is closed.
-        fits: whether the publishers of the topic have the definition here.
+        name: name of the topic.
+        remove: called when the reader is closed.
+        fits: returns whether the topic's publishers have the definition here.
         deliver: called with each message.
     """
 
@@ -89,7 +90,7 @@ class RclReader(RclEnd):
         self._deliver = deliver
 
     def receive(self, data: bytes) -> None:
-        """Deliver one message."""
+        """Deliver a message."""
         if self._fits(self):
             self.hand_over(self._deliver, data)
         else:

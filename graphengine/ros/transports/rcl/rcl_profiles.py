@@ -1,4 +1,4 @@
-"""Quality of service, endpoints and parts of actions, as rclpy has them and as we do."""
+"""Converts quality of service, endpoints and parts of actions between rclpy and graphengine."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
 
 
 def to_profile(qos: QoS) -> Any:
-    """A profile as rclpy takes it."""
+    """Return the rclpy profile for a QoS."""
     from rclpy.duration import Duration
     from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 
@@ -32,7 +32,7 @@ def to_profile(qos: QoS) -> Any:
 
 
 def to_endpoint(topic: str, info: Any) -> Endpoint:
-    """What rclpy tells of an endpoint of a topic."""
+    """Return the endpoint for rclpy's information on an endpoint of a topic."""
     owned = info.node_name != _UNKNOWN_NODE
     return Endpoint(
         gid=bytes(info.endpoint_gid),
@@ -77,7 +77,7 @@ _WORDS: Mapping[str, Any] = {name: word for word, name in _NAMES.items()}
 
 
 def _seconds(time: Any) -> float:
-    """A duration of rclpy; 0 for an infinite one."""
+    """Return an rclpy duration in seconds; 0 if it is infinite."""
     from rclpy.duration import Infinite
 
     return 0.0 if time == Infinite else time.nanoseconds / 1e9
@@ -92,7 +92,7 @@ _PARTS_OF_ACTIONS = {
 
 
 def part_of_action(message_type: str) -> Any | None:
-    """The class of a service or message that an action consists of; None for other types."""
+    """Return the class of a service or message that belongs to an action; None for other types."""
     from rosidl_runtime_py import utilities
 
     action, _, part = message_type.rpartition("_")

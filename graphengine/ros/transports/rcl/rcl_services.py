@@ -1,7 +1,7 @@
-"""Services over rclpy, where requests are answered at any time, and messages are encoded at both ends.
+"""Services over rclpy whose requests can be answered at any time, and whose messages are already encoded.
 
-rclpy answers with what a service's callback returns, when it returns. Here that is the request itself, and instead of sending
-it, `send_response`, which rclpy gives a request's header, delivers it.
+rclpy sends the return value of a service's callback when it returns. Here the callback returns the request itself, and a replaced
+`send_response`, which gets the header of the request from rclpy, delivers it instead of sending it.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ class _RclService(RclEnd):
     """A server or client of rclpy.
 
     Args:
-        name: of the service.
-        remove: called when it is closed.
+        name: name of the service.
+        remove: called when the endpoint is closed.
         deliver: called with the identity of a call and a message.
-        node: of rclpy.
+        node: rclpy node.
     """
 
     def __init__(self, name: str, remove: Remove, deliver: Callable[[Any, bytes], None], node: Any) -> None:
@@ -36,7 +36,7 @@ class _RclService(RclEnd):
         self._node = node
 
     def warning(self) -> str:
-        """What to tell people about peers that cannot be talked to; empty where there are none."""
+        """Return a warning about incompatible peers; empty if there are none."""
         import rclpy
 
         found = "publishers" if self.peer == "client" else "subscriptions"
@@ -49,7 +49,7 @@ class _RclService(RclEnd):
 
         try:
             if len(data) <= 4:
-                raise ValueError("there is nothing behind the encapsulation header")
+                raise ValueError("the message is empty after the encapsulation header")
             return deserialize_message(data, message)
         except Exception as error:
             raise self.not_sent(data, error) from error
@@ -61,7 +61,7 @@ class _RclService(RclEnd):
 
 
 class RclServer(_RclService):
-    """A service of rclpy."""
+    """An rclpy service server."""
 
     kind = "service"
     peer = "client"
@@ -73,20 +73,20 @@ class RclServer(_RclService):
         """Headers of requests that wait for their answers."""
 
     def begin(self) -> None:
-        """Deliver requests: the service of rclpy is there."""
+        """Start to deliver requests, after rclpy has created the service."""
         self.entity.send_response = self._receive
         self._begun.set()
 
     def returned(self, request: Any, response: Any) -> Any:
-        """What rclpy is to answer: the request, which goes to `send_response` as soon as that is replaced."""
+        """Return the request as rclpy's response; the replaced `send_response` receives it."""
         self._begun.wait()
         return request
 
     def answer(self, request_id: bytes, response: bytes) -> None:
-        """Send an answer.
+        """Send a response.
 
         Raises:
-            TransportError: the server is closed, or it is no message of the service's type.
+            TransportError: the server is closed, or the bytes are not a message of the service's type.
         """
         from rclpy.service import Service
 
@@ -108,7 +108,7 @@ class RclServer(_RclService):
 
 
 class RclClient(_RclService):
-    """A client of rclpy."""
+    """An rclpy service client."""
 
     kind = "client"
     peer = "server"
@@ -120,15 +120,15 @@ class RclClient(_RclService):
 
     @property
     def ready(self) -> bool:
-        """Whether a server is there that matches."""
+        """Whether a matching server exists."""
         entity = self.entity
         return entity is not None and bool(entity.service_is_ready())
 
     def call(self, request: bytes) -> int:
-        """Send a request, and return its number.
+        """Send a request; return the number of the call.
 
         Raises:
-            TransportError: the client is closed, or it is no message of the service's type.
+            TransportError: the client is closed, or the bytes are not a message of the service's type.
         """
         entity = self.opened()
         message = self._decoded(request, entity.srv_type.Request)

@@ -1,0 +1,366 @@
+"""Drives a robot alone on a flat floor and measures how it follows its commands."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from graphengine.api.calibration import diagnosis, imu_noise
+from graphengine.api.calibration.drive_recorder import STILL, DriveRecorder, Trace
+from graphengine.api.calibration.figures import Calibration, ImuNoise, Kind, Kinematics, Motion, Square, Twist
+from graphengine.api.calibration.flat_scene import on_flat_floor
+from graphengine.api.calibration.measuring import (
+    at_offset,
+    displacement,
+    ideal_path,
+    in_first_frame,
+    increments,
+    is_steady,
+    mean_velocity,
+    one_turn,
+    settle_time,
+)
+from graphengine.api.calibration.odometry_errors import OdometryMeter
+from graphengine.api.calibration.robot_interface import (
+    ACKERMANN,
+    IMU,
+    ODOMETRY,
+    CommandTopic,
+    find_command,
+    known_wheel_base,
+    limit_of,
+    published,
+)
+from graphengine.api.calibration.wheel_geometry import WheelMeter
+from graphengine.api.run_options import Log, RunOptions, log_to_logging
+from graphengine.api.runner import Runner
+from graphengine.api.session import Checkpoint, Session
+from graphengine.format.errors import UsageError
+from graphengine.format.wording import listing, unknown
+from graphengine.physics.model.robot import RobotInstance
+from graphengine.scene.loaded_scene import LoadedScene
+
+SPEED, TURN_SPEED = 0.3, 0.6
+"""Default commands, m/s and rad/s."""
+REST, LONGEST_RAMP, LONGEST_TURN = 3.0, 15.0, 60.0
+"""Times, s: standing at the start, waiting for a steady velocity, and turning once."""
+STRAIGHT = 4.0
+"""Time for which a steady straight motion is measured, s."""
+ARC = 1.0
+"""Angle of an arc, rad."""
+SIDE = 1.0
+"""Side of the square, m."""
+LEAST = 0.05
+"""Share of a command below which a robot does not follow it at all."""
+
+Progress = Callable[[float], None]
+
+
+def no_progress(_: float) -> None:
+    """Ignore the progress."""
+
+
+def calibrate(
+    scene: LoadedScene,
+    robot: str | None = None,
+    command_topic: str | None = None,
+    speed: float = SPEED,
+    turn_speed: float = TURN_SPEED,
+    *,
+    seed: int = 0,
+    modules: Sequence[str] = (),
+    log: Log = log_to_logging,
+    progress: Progress = no_progress,
+) -> Calibration:
+    """Calibrate a robot of a scene.
+
+    Args:
+        scene: scene with the robot.
+        robot: name of the robot, as in `Scene.calibrate`, which describes the next arguments too.
+        command_topic: topic to drive the robot with; None if it has only one.
+        speed: speed to command, m/s.
+        turn_speed: turn rate to command, rad/s.
+        seed: seed of all random generators.
+        modules: Python modules with node types.
+        log: receives severity, prim path and text of what nodes log.
+        progress: receives the completed share of the work, 0 to 1.
+
+    Raises:
+        CheckError: the robot or one of its graphs has errors.
+        UsageError: the robot or the topic is not clear, or a speed is not above 0.
+    """
+    for name, value in (("speed", speed), ("turn_speed", turn_speed)):
+        if not 0.0 < value < math.inf:
+            raise UsageError(f"{name}: expected a number above 0, got {value!r}")
+    chosen = choose_robot(scene, robot)
+    with on_flat_floor(scene, chosen) as flat:
+        command = find_command(flat.claims, command_topic)
+        if command is None:
+            return Calibration(
+                chosen.name, "", "", speed, turn_speed, False, notes=(diagnosis.no_command(scene, flat),)
+            )
+        speed = min(speed, limit_of(flat, "maxLinearSpeed"))
+        turn_speed = min(turn_speed, limit_of(flat, "maxAngularSpeed"))
+        options = RunOptions(seed=seed, domain=0, log=log)
+        with Session(Runner(flat, options, modules)) as sim:
+            return _Calibrator(sim, flat, chosen.name, command, speed, turn_speed, progress).run()
+
+
+def choose_robot(scene: LoadedScene, name: str | None) -> RobotInstance:
+    """Return the robot with a name; without a name the only robot, or the first if all are made from one file.
+
+    Raises:
+        UsageError: no robot has the name, or the scene has none, or several different ones.
+    """
+    robots = scene.world.robots if scene.world is not None else {}
+    if not robots:
+        raise UsageError(f"{scene.path}: there is no robot to calibrate; give a scene with a robot")
+    if name is not None:
+        if name not in robots:
+            raise UsageError(unknown("robot", name, robots))
+        return robots[name]
+    if len({robot.placement.use.use for robot in robots.values()}) > 1:
+        raise UsageError(f"the scene has several robots; choose one with --robot\n  {listing(robots, 'robots')}")
+    return next(iter(robots.values()))
+
+
+class _Calibrator:
+    """One calibration: a session, its recorder, and what was measured so far."""
+
+    def __init__(
+        self,
+        sim: Session,
+        scene: LoadedScene,
+        robot: str,
+        command: CommandTopic,
+        speed: float,
+        turn_speed: float,
+        progress: Progress,
+    ) -> None:
+        assert scene.world is not None
+        self._sim = sim
+        self._progress = progress
+        self._imus = published(scene.claims, IMU)
+        instance = scene.world.robots[robot]
+        self._wheel_base = known_wheel_base(scene) or WheelMeter.described_wheel_base(instance)
+        self._arc_radius = _arc_radius(self._wheel_base, limit_of(scene, "maxWheelRotation"))
+        odometry = published(scene.claims, ODOMETRY)
+        self._drives = DriveRecorder(sim, robot, command, odometry, self._wheel_base)
+        self._wheels = WheelMeter(instance, self._drives.articulation.joint_names)
+        self._meters = {topic: OdometryMeter(topic) for topic in odometry}
+        self._result = Calibration(robot, command.topic, command.type, speed, turn_speed, moves=True)
+        self._motions: list[Motion] = []
+        self._notes = [
+            f"{what}: the robot's graphs publish no {message_type.replace('/msg/', '/')}"
+            for what, message_type, topics in (("odometry", ODOMETRY, odometry), ("IMU", IMU, self._imus))
+            if not topics
+        ]
+        self._arc_rate = 0.0
+        self._at_rest = STILL
+        self._mark: Checkpoint
+
+    def run(self) -> Calibration:
+        """Drive all motions; stop after the first if the robot does not move."""
+        imus = imu_noise.measure(self._sim, self._imus, self._drives, REST)
+        self._at_rest = mean_velocity(self._drives.trace(round(1.0 / self._drives.dt)))
+        self._notes += diagnosis.rolls_away(self._at_rest)
+        self._mark = self._sim.checkpoint()
+        load = diagnosis.floor_load(self._sim, self._result.robot)
+        speed, turn = self._result.speed, Twist(yaw=self._result.turn_speed)
+        forward = self._measure("forward", "straight", Twist(x=speed))
+        if not self._follows(forward.commanded, forward.reached):
+            reasons = diagnosis.stands_still(self._drives, self._wheels, load)
+            if not self._responds(turn, by_wheels=False):
+                self._notes[:0] = reasons
+                return self._finished(imus, moves=False)
+        self._measure("backward", "straight", Twist(x=-speed))
+        self._progress(0.2)
+        on_the_spot = self._result.command_type != ACKERMANN and self._responds(turn)
+        if on_the_spot:
+            self._measure("turn_left", "turn", turn)
+            self._measure("turn_right", "turn", Twist(yaw=-self._result.turn_speed))
+        steered = not on_the_spot and self._measure_arcs()
+        self._progress(0.5)
+        sideways = on_the_spot and self._responds(Twist(y=speed))
+        if sideways:
+            self._measure("sideways_left", "sideways", Twist(y=speed))
+            self._measure("sideways_right", "sideways", Twist(y=-speed))
+        self._progress(0.6)
+        squares: list[Square] = []
+        for sign in (1.0, -1.0) if on_the_spot or steered else ():
+            squares.append(self._square(sign, steered=steered))
+            self._progress(0.8)
+        kinematics: Kinematics = (
+            "mecanum" if sideways else "differential" if on_the_spot else "ackermann" if steered else ""
+        )
+        return replace(self._finished(imus, kinematics), squares=tuple(squares))
+
+    def _finished(self, imus: tuple[ImuNoise, ...], kinematics: Kinematics = "", *, moves: bool = True) -> Calibration:
+        """The result, with the figures of all drives so far."""
+        omni, wheels = kinematics == "mecanum", self._wheels
+        notes = self._notes + (wheels.notes() if moves else []) + diagnosis.clamped(self._sim)
+        odometry = []
+        for topic, meter in self._meters.items():
+            odometry.append(meter.figures(self._drives.child_frames.get(topic, ""), omni=omni))
+            notes += meter.notes if moves else []
+        return replace(
+            self._result,
+            moves=moves,
+            kinematics=kinematics,
+            motions=tuple(replace(one, slip=wheels.slip(one, omni=omni)) for one in self._motions),
+            wheels=wheels.wheels,
+            wheel_radius=wheels.radius,
+            track=wheels.track,
+            wheel_base=wheels.wheel_base,
+            turning_centre=_turning_centre(self._motions),
+            odometry=tuple(odometry),
+            imus=imus,
+            notes=tuple(notes),
+        )
+
+    # Motions
+
+    def _responds(self, twist: Twist, *, by_wheels: bool = True) -> bool:
+        """Whether a command, given for a short time, moves the robot as commanded, or also whether it turns the wheels."""
+        self._begin()
+        self._drives.drive(twist, 2.0)
+        trace = self._drives.trace()
+        part = trace.part(len(trace.base) // 2)
+        return self._follows(twist, mean_velocity(part)) or (by_wheels and self._wheels.roll(part))
+
+    def _follows(self, twist: Twist, reached: Twist) -> bool:
+        """Whether a command changes the velocity by `LEAST` of it; a robot may move by itself."""
+        return abs(_share(twist, reached) - _share(twist, self._at_rest)) >= LEAST
+
+    def _begin(self) -> None:
+        self._sim.restore(self._mark)
+        self._drives.begin()
+
+    def _measure_arcs(self) -> bool:
+        """Measure arcs to both sides; True if the robot turns in them."""
+        self._arc_rate = min(self._result.turn_speed, self._result.speed / self._arc_radius)
+        for name, sign in (("arc_left", 1.0), ("arc_right", -1.0)):
+            self._measure(name, "turn", Twist(x=self._result.speed, yaw=sign * self._arc_rate))
+        turned = any(abs(motion.share) >= LEAST for motion in self._motions[-2:])
+        if not turned:
+            self._notes.append("turn: the robot turns neither on the spot nor in an arc")
+        return turned
+
+    def _measure(self, name: str, kind: Kind, twist: Twist) -> Motion:
+        """Drive with a constant command, wait for a steady velocity, and measure."""
+        component = {"straight": 0, "sideways": 1, "turn": 2}[kind]
+        command = (twist.x, twist.y, twist.yaw)[component]
+        self._begin()
+        steady = self._drives.drive_until(twist, lambda trace: is_steady(trace, component, command), LONGEST_RAMP)
+        begin = self._drives.rows - 1
+        if kind == "turn":
+            self._drive_a_turn(twist, begin)
+        else:
+            self._drives.drive(twist, STRAIGHT)
+        trace = self._drives.trace()
+        window = trace.part(begin)
+        reached = mean_velocity(window)
+        motion = Motion(name, kind, twist, reached, _share(twist, reached))
+        if steady and abs(motion.share) >= LEAST:
+            motion = replace(
+                motion, settle_time=settle_time(trace, component, (reached.x, reached.y, reached.yaw)[component])
+            )
+        motion = _with_drift(motion, window)
+        self._motions.append(motion)
+        self._wheels.take(motion, window)
+        for meter in self._meters.values():
+            meter.take(motion, window)
+        if not steady:
+            self._notes.append(f"{name}: the velocity is not steady after {LONGEST_RAMP:g} s")
+        return motion
+
+    def _drive_a_turn(self, twist: Twist, begin: int) -> None:
+        """Drive on until a full turn on the spot, or an arc of `ARC`, is complete; stop early if the robot hardly turns."""
+        self._drives.drive(twist, 2.0)
+        rate = abs(mean_velocity(self._drives.trace().part(begin)).yaw)
+        needed = (ARC if twist.x else 1.02 * math.tau) / rate - 2.0 if rate > 0.0 else math.inf
+        if 0.0 < needed <= LONGEST_TURN:
+            self._drives.drive(twist, needed)
+
+    def _square(self, sign: float, *, steered: bool) -> Square:
+        """Drive a square by time: counter-clockwise for sign 1, clockwise for -1."""
+        straight, corner = self._segments(sign, steered=steered)
+        self._begin()
+        for _ in range(4):
+            for twist, seconds in (straight, corner):
+                self._drives.drive(twist, seconds)
+                if not steered:
+                    self._stop()
+        self._stop()
+        trace, centre = self._drives.trace(), _turning_centre(self._motions) or (0.0, 0.0)
+        truth = in_first_frame(at_offset(trace.base, centre))
+        commanded = ideal_path([straight, corner] * 4, self._drives.dt)
+        for meter in self._meters.values():
+            meter.take_square(trace)
+        return Square(
+            "counterclockwise" if sign > 0 else "clockwise",
+            SIDE,
+            math.dist(truth[-1, :2], commanded[-1, :2]),
+            float(truth[-1, 2] - commanded[-1, 2]),
+            commanded,
+            truth,
+            {topic: in_first_frame(at_offset(path, centre)) for topic, path in trace.odometry.items()},
+        )
+
+    def _segments(self, sign: float, *, steered: bool) -> list[tuple[Twist, float]]:
+        """The commands of one side and one corner, with their times, which are whole numbers of ticks."""
+        dt = self._drives.dt
+        side = math.ceil(SIDE / self._result.speed / dt) * dt
+        rate = self._arc_rate if steered else self._result.turn_speed
+        corner = math.ceil(math.pi / 2.0 / rate / dt) * dt
+        speed = SIDE / side
+        return [
+            (Twist(x=speed), side),
+            (Twist(x=speed if steered else 0.0, yaw=sign * math.pi / 2.0 / corner), corner),
+        ]
+
+    def _stop(self) -> None:
+        """Command zero until the robot stands."""
+        self._drives.drive_until(STILL, _stands, 3.0, block=0.25)
+
+
+def _arc_radius(wheel_base: float | None, steering_limit: float) -> float:
+    """Radius of arcs, m: 2 to 5 wheel bases, at 0.8 of the steering limit, rad; 3 wheel bases if that is not known."""
+    if wheel_base is None:
+        return 1.5
+    return wheel_base * (min(max(1.0 / math.tan(0.8 * steering_limit), 2.0), 5.0) if steering_limit < 1.2 else 3.0)
+
+
+def _share(twist: Twist, reached: Twist) -> float:
+    """Reached / commanded of the component that counts: the turn rate if one is commanded."""
+    if twist.yaw:
+        return reached.yaw / twist.yaw
+    return reached.x / twist.x if twist.x else reached.y / twist.y
+
+
+def _with_drift(motion: Motion, window: Trace) -> Motion:
+    """The motion with its drift; None where the robot does not move far enough to measure it."""
+    if motion.kind == "turn":
+        moved = one_turn(window.base) if not motion.commanded.x else None
+        return replace(motion, position_drift=math.hypot(*moved) if moved is not None else None)
+    forward, left, turn = increments(window.base).sum(axis=0).tolist()
+    along, across = (forward, left) if motion.kind == "straight" else (left, -forward)
+    if abs(along) < 0.01:
+        return motion
+    return replace(motion, lateral_drift=across / abs(along), heading_drift=turn / abs(along))
+
+
+def _turning_centre(motions: Sequence[Motion]) -> tuple[float, float] | None:
+    """The point of the base link's frame that stands still in turns on the spot, the mean of both directions."""
+    turns = [one for one in motions if one.kind == "turn" and not one.commanded.x and abs(one.share) >= LEAST]
+    if not turns:
+        return None
+    x = sum(-one.reached.y / one.reached.yaw for one in turns) / len(turns)
+    return x, sum(one.reached.x / one.reached.yaw for one in turns) / len(turns)
+
+
+def _stands(trace: Trace) -> bool:
+    """Whether the robot has not moved in the last tenth of a second."""
+    x, y, turn = displacement(trace.base[-max(2, round(0.1 / trace.dt)) :])
+    return math.hypot(x, y) < 1e-5 and abs(turn) < 1e-5

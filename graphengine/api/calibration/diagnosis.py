@@ -1,0 +1,82 @@
+"""Reasons why a robot does not follow its commands, from what can be seen in its graphs and in the physics."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+
+import numpy as np
+
+from graphengine.api.calibration.drive_recorder import DriveRecorder
+from graphengine.api.calibration.figures import Twist
+from graphengine.api.calibration.robot_interface import COMMAND_TYPES
+from graphengine.api.calibration.wheel_geometry import WheelMeter
+from graphengine.api.session import Session
+from graphengine.scene.loaded_scene import LoadedScene
+
+SLOWEST = 1e-3
+"""Speed of a robot that moves, m/s or rad/s."""
+
+
+def no_command(scene: LoadedScene, alone: LoadedScene) -> str:
+    """Explain why a robot has no command topic.
+
+    Args:
+        scene: scene that the user gave.
+        alone: the robot with the graphs of its robot file.
+    """
+    names = ", ".join(COMMAND_TYPES).replace("/msg/", "/")
+    text = f"no command topic: no graph of the robot file subscribes to {names}"
+    if any(claim.direction == "subscribe" and claim.message_type in COMMAND_TYPES for claim in scene.claims):
+        return f"{text}; graphs of the scene are not run: list the graph below `graphs:` of the robot file"
+    if not alone.planned:
+        return f"{text}; the robot file has no graphs"
+    return text
+
+
+def floor_load(sim: Session, robot: str) -> dict[str, float]:
+    """Return the vertical force on each link of a robot that touches another body, N."""
+    world = sim._runner.session.services.world
+    contacts, names = world.contacts(), world.bodies().names
+    loads: dict[str, float] = defaultdict(float)
+    for (first, second), force in zip(contacts.bodies.tolist(), contacts.forces[:, 2].tolist(), strict=True):
+        for body, sign in ((first, -1.0), (second, 1.0)):
+            owner, _, link = names[body].partition("/")
+            if owner == robot and not names[second if body == first else first].startswith(f"{robot}/"):
+                loads[link] += sign * force
+    return dict(loads)
+
+
+def rolls_away(velocity: Twist) -> list[str]:
+    """Report a robot that moves without a command."""
+    speed = math.hypot(velocity.x, velocity.y)
+    if speed < SLOWEST and abs(velocity.yaw) < SLOWEST:
+        return []
+    return [f"the robot moves without a command: {speed:.4f} m/s, {velocity.yaw:.4f} rad/s"]
+
+
+def stands_still(drives: DriveRecorder, wheels: WheelMeter, load: dict[str, float]) -> list[str]:
+    """Explain why a robot does not move although it is commanded; the last drive of `drives` was such a command."""
+    trace = drives.trace(drives.rows // 2)
+    rates = {name: rate for name, rate in wheels.rates(trace).items() if abs(rate) > 0.05}
+    if rates:
+        turning = ", ".join(f"{name} ({rate:.2f} rad/s)" for name, rate in list(rates.items())[:8])
+        text = f"the wheels turn, but the robot does not move: {turning}"
+        if not load:
+            return [f"{text}; nothing of the robot touches the floor"]
+        total = sum(load.values())
+        shares = ", ".join(f"{link} {force:.1f} N" for link, force in sorted(load.items(), key=lambda one: -one[1])[:8])
+        return [f"{text}; of {total:.1f} N on the floor: {shares}"]
+    if not wheels.driven:
+        return ["no joint of the robot has a drive: give the wheels one below `joints:` of the robot file"]
+    targets = drives.set_points()
+    if not np.any(np.abs(np.nan_to_num(targets)) > 0.0):
+        remedy = "check the wires from the subscriber of the command topic to the node that commands joints, and its jointNames"
+        return [f"no joint gets a velocity command: {remedy}"]
+    return ["joints are commanded but do not turn: check damping and max_force of their drives"]
+
+
+def clamped(sim: Session) -> list[str]:
+    """Return which commands of the test drives exceeded limits of joints."""
+    counts = sim._runner.session.services.world.clamped_commands
+    return [f"{count} commands were clamped: {text}" for text, count in counts.items()]

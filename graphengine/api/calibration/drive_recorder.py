@@ -1,0 +1,174 @@
+"""Test drives: commands sent over the robot's topic, and the motion that follows, recorded tick by tick."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from graphengine.api.calibration.figures import Floats, Twist
+from graphengine.api.calibration.robot_interface import CommandTopic
+from graphengine.api.robots import find_robot
+from graphengine.api.session import Session
+from graphengine.api.topics import Publication, Subscription
+from graphengine.devices.motion import Frame
+from graphengine.devices.rotation import Pose
+from graphengine.devices.stage import Prim
+
+PERIOD = 0.05
+"""Time between two commands, s."""
+REST = 0.25
+"""Time for which a robot stands before a trace begins, s."""
+STILL = Twist()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """A recorded motion, one row per tick.
+
+    Attributes:
+        dt: time between two rows, s.
+        base: x (m), y (m) and continuous yaw (rad) of the base link.
+        joints: joint positions, rad or m, in the order of the articulation.
+        odometry: by topic, x, y and yaw as published; NaN before the first message.
+        frames: by topic, the true pose of the odometry's child frame.
+    """
+
+    dt: float
+    base: Floats
+    joints: Floats
+    odometry: Mapping[str, Floats]
+    frames: Mapping[str, Floats]
+
+    def part(self, begin: int, end: int | None = None) -> Trace:
+        """Return the rows from `begin` to `end`."""
+        odometry = {topic: rows[begin:end] for topic, rows in self.odometry.items()}
+        frames = {topic: rows[begin:end] for topic, rows in self.frames.items()}
+        return Trace(self.dt, self.base[begin:end], self.joints[begin:end], odometry, frames)
+
+
+class DriveRecorder:
+    """Drives one robot of a session and records its motion."""
+
+    def __init__(
+        self, sim: Session, robot: str, command: CommandTopic, odometry: Sequence[str], wheel_base: float | None
+    ) -> None:
+        self._sim = sim
+        self._command = command
+        self._wheel_base = wheel_base
+        runner = sim._runner
+        self._runner = runner
+        self._prim = find_robot(runner, robot)
+        self._world = runner.session.services.world
+        self.articulation = self._world.articulation(self._prim)
+        self.dt = runner.session.clock.delta
+        self._base = self._world.frame(runner.session.services.stage.find(self._prim.facts["base_link"]))
+        self._odometry: dict[str, Subscription[Any]] = {topic: sim.subscribe(topic, keep=1) for topic in odometry}
+        self._newest: dict[str, bytes | None] = dict.fromkeys(odometry)
+        self._poses: dict[str, tuple[float, float, float]] = {}
+        """Newest pose of each odometry topic since `begin`."""
+        self.child_frames: dict[str, str] = {}
+        """Child frame of each odometry topic, as published."""
+        self._frames: dict[str, Frame] = {}
+        self._rows: list[tuple[Any, ...]] = []
+        self._since_command = math.inf
+
+    @property
+    def rows(self) -> int:
+        """Number of rows since `begin`."""
+        return len(self._rows)
+
+    def begin(self) -> None:
+        """Let the robot stand until odometry is published, and start a new trace with the present as its first row."""
+        self._poses.clear()
+        self.drive(STILL, REST)
+        del self._rows[:-1]
+
+    def drive(self, twist: Twist, seconds: float) -> None:
+        """Command a velocity for a time, s; rounded to whole ticks."""
+        self._since_command = math.inf
+        for _ in range(max(1, round(seconds / self.dt))):
+            if self._since_command >= PERIOD - 1e-9:
+                message = self._command.message(twist, self._sim.time, self._wheel_base)
+                Publication(self._runner, self._command.topic, message, None, self._command.type)
+                self._since_command = 0.0
+            self._sim.step()
+            self._since_command += self.dt
+            self._record()
+
+    def drive_until(self, twist: Twist, done: Callable[[Trace], bool], longest: float, block: float = 0.5) -> bool:
+        """Command a velocity in blocks of time until a condition holds; False if it did not in `longest` s.
+
+        Args:
+            twist: velocity to command.
+            done: condition on the motion in the last two blocks.
+            longest: time after which to give up, s.
+            block: time between two tests of the condition, s.
+        """
+        rows = 2 * round(block / self.dt) + 1
+        for _ in range(max(2, round(longest / block))):
+            self.drive(twist, block)
+            if len(self._rows) >= rows and done(self.trace(rows)):
+                return True
+        return False
+
+    def trace(self, last: int = 0) -> Trace:
+        """Return the motion since `begin`, or the last rows of it."""
+        bases, joints, odometry, frames = zip(*self._rows[-last:], strict=True)
+        paths = {topic: _path([row.get(topic, _NONE) for row in odometry]) for topic in self._odometry}
+        truths = {
+            topic: _path([row.get(topic, base) for row, base in zip(frames, bases, strict=True)]) for topic in paths
+        }
+        return Trace(self.dt, _path(bases), np.array(joints).reshape(len(bases), -1), paths, truths)
+
+    def set_points(self) -> Floats:
+        """Return the target velocity of each joint's drive, rad/s or m/s; NaN without one."""
+        return self.articulation.set_points()[1]
+
+    def _record(self) -> None:
+        for topic, subscription in self._odometry.items():
+            data = subscription.latest_data
+            if data is not self._newest[topic]:
+                self._newest[topic] = data
+                self._take(topic, subscription.latest)
+        frames = {topic: _planar(frame.pose()) for topic, frame in self._frames.items()}
+        self._rows.append((_planar(self._base.pose()), self.articulation.positions(), dict(self._poses), frames))
+
+    def _take(self, topic: str, message: Any) -> None:
+        self._poses[topic] = _planar_message(message.pose.pose)
+        if topic not in self._frames:
+            self.child_frames[topic] = message.child_frame_id
+            self._frames[topic] = self._frame(message.child_frame_id)
+
+    def _frame(self, name: str) -> Frame:
+        """The frame of the robot with a name in TF; the base link if there is none."""
+        named = [prim for prim in self._prim.descendants() if _can_be_frame(prim) and prim.frame_name == name]
+        return self._world.frame(named[0]) if named else self._base
+
+
+_NONE = (math.nan, math.nan, math.nan)
+
+
+def _can_be_frame(prim: Prim) -> bool:
+    return prim.kind in ("link", "frame")
+
+
+def _path(rows: Sequence[tuple[float, float, float]]) -> Floats:
+    """Rows of x, y and yaw as an array, with continuous yaw."""
+    path: Floats = np.array(rows, dtype=float)
+    known = np.isfinite(path[:, 2])
+    path[known, 2] = np.unwrap(path[known, 2])
+    return path
+
+
+def _planar(pose: Pose) -> tuple[float, float, float]:
+    (x, y, _), (qx, qy, qz, qw) = pose
+    return x, y, math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+
+
+def _planar_message(pose: Any) -> tuple[float, float, float]:
+    position, q = pose.position, pose.orientation
+    return _planar(((position.x, position.y, position.z), (q.x, q.y, q.z, q.w)))

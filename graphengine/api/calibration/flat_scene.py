@@ -1,0 +1,58 @@
+"""A scene with one robot of another scene alone on a flat floor."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+from graphengine.format.yaml_text import flow
+from graphengine.physics.description.description_reader import is_text
+from graphengine.physics.model.robot import RobotInstance
+from graphengine.scene import build
+from graphengine.scene.loaded_scene import LoadedScene
+
+WORLD = "worlds/flat_grid.xml"
+_PLACES = ("position", "orientation", "count", "spacing", "per_row", "places", "namespace")
+"""Keys of a robot's use that say where it stands and what its fleet is called; the others are kept."""
+
+
+@contextmanager
+def on_flat_floor(scene: LoadedScene, robot: RobotInstance) -> Iterator[LoadedScene]:
+    """Load the robot alone, with the graphs of its robot file, at the origin of a flat floor.
+
+    Graphs of the scene are left out: they may command the robot.
+
+    Raises:
+        CheckError: the robot or one of its graphs has errors.
+    """
+    assert scene.world is not None
+    document = scene.world.scenery.scene.document
+    use = document.find("robots", robot.placement.key)
+    assert use is not None
+    kept = {key: value for key, value in use.to_data().items() if key not in _PLACES}
+    if not is_text(kept["use"]):
+        kept["use"] = str(scene.files.find(kept["use"], document.path.parent).absolute())
+    kept["position"] = [0.0, 0.0, robot.placement.pose[0][2]]
+    if robot.placement.namespace is not None:
+        kept["namespace"] = robot.placement.namespace
+    data = {
+        "format": 1,
+        "scene": "calibration",
+        "world": WORLD,
+        "settle": True,
+        "physics": document.data.get("physics", {}),
+        "robots": {robot.name: kept},
+    }
+    allowed = [*scene.options.allowed, document.path.absolute().parent]
+    options = replace(
+        scene.options, allowed=allowed, scene=None, rays="mujoco"
+    )  # no ray is cast unless a graph needs it
+    with tempfile.TemporaryDirectory(prefix="graphengine-") as folder:
+        path = Path(folder, f"{scene.path.stem}.yaml")
+        path.write_text("".join(f"{key}: {flow(value)}\n" for key, value in data.items()), encoding="utf-8")
+        loaded = build.load(path, options)
+        loaded.findings.raise_errors()
+        yield loaded

@@ -1,0 +1,52 @@
+"""Noise of IMUs while a robot stands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from graphengine.api.calibration.drive_recorder import REST, STILL, DriveRecorder
+from graphengine.api.calibration.figures import Floats, ImuNoise
+from graphengine.api.session import Session
+from graphengine.api.topics import Subscription
+
+LARGEST_RATE = 10_000
+"""Messages per second that are kept."""
+
+
+def measure(sim: Session, topics: Sequence[str], drives: DriveRecorder, seconds: float) -> tuple[ImuNoise, ...]:
+    """Let the robot stand for a time (s) and return the noise of its IMUs; one without two messages is left out."""
+    subscriptions = [sim.subscribe(topic, keep=round(seconds * LARGEST_RATE)) for topic in topics]
+    drives.begin()
+    drives.drive(STILL, seconds)
+    found = [_noise(subscription, seconds + REST) for subscription in subscriptions]
+    for subscription in subscriptions:
+        subscription.close()
+    return tuple(imu for imu in found if imu is not None)
+
+
+def _noise(subscription: Subscription[object], seconds: float) -> ImuNoise | None:
+    messages = subscription.messages
+    if len(messages) < 2:
+        return None
+    gyro, acceleration = (
+        np.array([_components(getattr(message, name)) for message in messages])
+        for name in ("angular_velocity", "linear_acceleration")
+    )
+    return ImuNoise(
+        subscription.topic,
+        len(messages) / seconds,
+        _largest_deviation(gyro),
+        float(np.linalg.norm(gyro.mean(axis=0))),
+        _largest_deviation(acceleration),
+        float(np.linalg.norm(acceleration.mean(axis=0))),
+    )
+
+
+def _components(vector: object) -> tuple[float, ...]:
+    return tuple(float(getattr(vector, axis)) for axis in "xyz")
+
+
+def _largest_deviation(samples: Floats) -> float:
+    return float(samples.std(axis=0, ddof=1).max())

@@ -1,0 +1,130 @@
+"""Figures of recorded motions: speeds, drifts, wheel geometry, odometry errors and noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from graphengine.api.calibration.drive_recorder import Trace
+from graphengine.api.calibration.figures import Floats, Twist
+
+SETTLED = 0.05
+"""Relative deviation of a velocity that has settled."""
+SMOOTHING = 0.1
+"""Time over which velocities are averaged to find the settle time, s."""
+
+
+def increments(path: Floats) -> Floats:
+    """Return the motion from row to row, in the frame of the moving body: forward, left (m) and turn (rad)."""
+    steps = np.diff(path, axis=0)
+    yaw = path[:-1, 2] + steps[:, 2] / 2.0
+    cosine, sine = np.cos(yaw), np.sin(yaw)
+    return np.column_stack(
+        (cosine * steps[:, 0] + sine * steps[:, 1], cosine * steps[:, 1] - sine * steps[:, 0], steps[:, 2])
+    )
+
+
+def displacement(path: Floats) -> Floats:
+    """Return the last pose of a path in the frame of its first: x, y (m) and turn (rad)."""
+    x, y, turn = path[-1] - path[0]
+    cosine, sine = math.cos(path[0, 2]), math.sin(path[0, 2])
+    return np.array((cosine * x + sine * y, cosine * y - sine * x, turn))
+
+
+def mean_velocity(trace: Trace) -> Twist:
+    """Return the mean velocity of the base link in its own frame."""
+    x, y, yaw = (increments(trace.base).sum(axis=0) / ((len(trace.base) - 1) * trace.dt)).tolist()
+    return Twist(x, y, yaw)
+
+
+def is_steady(trace: Trace, component: int, command: float) -> bool:
+    """Return whether the mean velocities of both halves of a motion differ by at most 0.2 % of the command."""
+    first, second = np.array_split(increments(trace.base)[:, component] / trace.dt, 2)
+    return bool(abs(second.mean() - first.mean()) <= 0.002 * abs(command))
+
+
+def settle_time(trace: Trace, component: int, reached: float) -> float | None:
+    """Return the time after which the velocity stays within `SETTLED` of the reached one, s; None if it does not."""
+    count = max(1, round(SMOOTHING / trace.dt))
+    velocity = np.convolve(increments(trace.base)[:, component], np.full(count, 1.0 / count), "full") / trace.dt
+    velocity = velocity[: len(trace.base) - 1]
+    outside = np.flatnonzero(np.abs(velocity - reached) > SETTLED * abs(reached))
+    last = int(outside[-1]) + 1 if len(outside) else 0
+    return last * trace.dt if last < len(velocity) - count else None
+
+
+def one_turn(path: Floats) -> Floats | None:
+    """Return the displacement (x, y, in m) by the first full turn of a path; None if it does not turn so far."""
+    turned = np.abs(path[:, 2] - path[0, 2])
+    if turned[-1] < math.tau:
+        return None
+    after = int(np.argmax(turned >= math.tau))
+    share = (math.tau - turned[after - 1]) / (turned[after] - turned[after - 1])
+    position = path[after - 1, :2] + share * (path[after, :2] - path[after - 1, :2])
+    return np.asarray(position - path[0, :2])
+
+
+def pieces(truth: Floats, odometry: Floats, distance: float, angle: float) -> Iterator[tuple[Floats, Floats]]:
+    """Yield true motion and error of the odometry, each x, y (m) and turn (rad), for steps of a distance or an angle."""
+    begin = 0
+    for row in range(1, len(truth)):
+        moved = math.dist(truth[row, :2], truth[begin, :2])
+        if moved >= distance or abs(truth[row, 2] - truth[begin, 2]) >= angle:
+            true = displacement(truth[begin : row + 1])
+            yield true, displacement(odometry[begin : row + 1]) - true
+            begin = row
+
+
+def mean_square(values: Sequence[float]) -> float | None:
+    """Return the mean of the squares; None without values."""
+    return float(np.mean(np.square(values))) if values else None
+
+
+def mean(values: Sequence[float]) -> float | None:
+    """Return the mean; None without values."""
+    return float(np.mean(values)) if values else None
+
+
+def largest(values: Sequence[float]) -> float | None:
+    """Return the largest absolute value; None without values."""
+    return float(np.max(np.abs(values))) if values else None
+
+
+def ideal_path(segments: Sequence[tuple[Twist, float]], dt: float) -> Floats:
+    """Return the path (x, y, yaw) of a robot that follows commanded velocities exactly; each segment is a velocity and a time."""
+    rows = [(0.0, 0.0, 0.0)]
+    for twist, seconds in segments:
+        count = max(1, round(seconds / dt))
+        step = seconds / count
+        for _ in range(count):
+            x, y, yaw = rows[-1]
+            middle = yaw + twist.yaw * step / 2.0
+            rows.append(
+                (
+                    x + step * (twist.x * math.cos(middle) - twist.y * math.sin(middle)),
+                    y + step * (twist.x * math.sin(middle) + twist.y * math.cos(middle)),
+                    yaw + twist.yaw * step,
+                )
+            )
+    return np.array(rows)
+
+
+def at_offset(path: Floats, offset: tuple[float, float]) -> Floats:
+    """Return the path of a point that is fixed to the moving body at an offset in its frame, m."""
+    cosine, sine = np.cos(path[:, 2]), np.sin(path[:, 2])
+    x, y = offset
+    return np.column_stack((path[:, 0] + cosine * x - sine * y, path[:, 1] + sine * x + cosine * y, path[:, 2]))
+
+
+def in_first_frame(path: Floats) -> Floats:
+    """Return a path as seen from its first pose; rows that are not known are left out."""
+    known = path[np.isfinite(path).all(axis=1)]
+    if not len(known):
+        return np.zeros((0, 3))
+    cosine, sine = math.cos(known[0, 2]), math.sin(known[0, 2])
+    moved = known - known[0]
+    return np.column_stack(
+        (cosine * moved[:, 0] + sine * moved[:, 1], cosine * moved[:, 1] - sine * moved[:, 0], moved[:, 2])
+    )

@@ -1,0 +1,113 @@
+"""Errors of an odometry topic against the true pose, and the parameters that describe them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from graphengine.api.calibration.drive_recorder import Trace
+from graphengine.api.calibration.figures import Alphas, Covariances, Floats, Motion, Odometry
+from graphengine.api.calibration.measuring import displacement, in_first_frame, largest, mean, mean_square, pieces
+
+STEP, ANGLE = 0.25, 0.2
+"""Motion between two updates of AMCL by default (update_min_d, update_min_a), m and rad."""
+FARTHEST = 1e6
+
+
+class OdometryMeter:
+    """Collects the errors of one odometry topic over several motions."""
+
+    def __init__(self, topic: str) -> None:
+        self.topic = topic
+        self.notes: list[str] = []
+        self._errors: dict[str, list[float]] = {
+            name: []
+            for name in ("distance", "lateral", "heading", "turn", "turn_position", "sideways", "square", "end")
+        }
+        self._straight: list[tuple[float, float, float, float]] = []
+        self._sideways: list[tuple[float, float, float, float]] = []
+        self._turns: list[tuple[float, float, float]] = []
+
+    def take(self, motion: Motion, window: Trace) -> None:
+        """Add a steady motion; one without messages, or hardly any motion, is ignored."""
+        truth, odometry = window.frames[self.topic], window.odometry[self.topic]
+        if not np.isfinite(odometry).all():
+            self.notes = [f"{self.topic}: not published during the test drives"]
+            return
+        true = displacement(truth)
+        error = displacement(odometry) - true
+        if motion.kind == "turn":
+            self._take_turn(motion, true, error)
+            self._turns += [
+                (abs(t[2]), e[2], math.hypot(e[0], e[1])) for t, e in pieces(truth, odometry, FARTHEST, ANGLE)
+            ]
+            return
+        along, across = (0, 1) if motion.kind == "straight" else (1, 0)
+        distance = abs(true[along])
+        if distance < STEP:
+            return
+        steps = [(abs(t[along]), e[along], e[across], e[2]) for t, e in pieces(truth, odometry, STEP, FARTHEST)]
+        relative = math.copysign(1.0, true[along]) * error[along] / distance
+        if motion.kind == "straight":
+            self._straight += steps
+            self._errors["distance"].append(relative)
+            self._errors["lateral"].append(error[across] / distance)
+            self._errors["heading"].append(error[2] / distance)
+        else:
+            self._sideways += steps
+            self._errors["sideways"].append(relative)
+
+    def _take_turn(self, motion: Motion, true: Floats, error: Floats) -> None:
+        angle = abs(true[2])
+        if angle < ANGLE:
+            return
+        self._errors["turn"].append(math.copysign(math.tau, true[2]) * error[2] / angle)
+        if not motion.commanded.x:
+            self._errors["turn_position"].append(math.hypot(error[0], error[1]) * math.tau / angle)
+
+    def take_square(self, trace: Trace) -> None:
+        """Add the error at the end of a square."""
+        known = np.isfinite(trace.odometry[self.topic]).all(axis=1)
+        if known.any():
+            truth, odometry = (in_first_frame(paths[self.topic][known]) for paths in (trace.frames, trace.odometry))
+            self._errors["square"].append(math.dist(odometry[-1, :2], truth[-1, :2]))
+            self._errors["end"].append(odometry[-1, 2] - truth[-1, 2])
+
+    def figures(self, frame: str, *, omni: bool) -> Odometry:
+        """Return what was measured; `omni` is for a base that goes sideways."""
+        errors = self._errors
+        return Odometry(
+            self.topic,
+            frame,
+            distance_error=mean(errors["distance"]),
+            lateral_error=largest(errors["lateral"]),
+            heading_error=largest(errors["heading"]),
+            turn_error=mean(errors["turn"]),
+            turn_position_error=mean(errors["turn_position"]),
+            sideways_error=mean(errors["sideways"]),
+            square_position_error=largest(errors["square"]),
+            square_heading_error=largest(errors["end"]),
+            alphas=self._alphas(omni=omni),
+            covariances=self._covariances(),
+        )
+
+    def _alphas(self, *, omni: bool) -> Alphas:
+        moved = self._straight + self._sideways
+        return Alphas(
+            mean_square([turn / angle for angle, turn, _ in self._turns]),
+            mean_square([turn / distance for distance, _, _, turn in moved]),
+            mean_square([along / distance for distance, along, _, _ in moved]),
+            mean_square([position / angle for angle, _, position in self._turns])
+            if self._errors["turn_position"]
+            else None,
+            mean_square([across / distance for distance, _, across, _ in moved]) if omni else None,
+        )
+
+    def _covariances(self) -> Covariances:
+        moved = self._straight + self._sideways
+        return Covariances(
+            mean([along**2 / distance for distance, along, _, _ in moved]),
+            mean([turn**2 / distance for distance, _, _, turn in moved]),
+            mean([turn**2 / angle for angle, turn, _ in self._turns]),
+        )

@@ -1,0 +1,115 @@
+"""What a calibration uses of a robot: its topics, and the inputs and joints that hold its geometry."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from graphengine.api.calibration.figures import Twist
+from graphengine.compiler.graph import Graph, Instance
+from graphengine.format.errors import UsageError
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.messages.endpoints import EndpointClaim
+from graphengine.node.port import Port
+from graphengine.scene.loaded_scene import LoadedScene
+
+TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+ACKERMANN = "ackermann_msgs/msg/AckermannDriveStamped"
+COMMAND_TYPES = (TWIST, TWIST_STAMPED, ACKERMANN)
+ODOMETRY, IMU = "nav_msgs/msg/Odometry", "sensor_msgs/msg/Imu"
+
+
+@dataclass(frozen=True, slots=True)
+class CommandTopic:
+    """The topic through which a robot is driven."""
+
+    topic: str
+    type: str
+
+    def message(self, twist: Twist, time: float, wheel_base: float | None) -> dict[str, Any]:
+        """Return the fields of a command.
+
+        Args:
+            twist: velocity to command; a message for steered wheels has no velocity to the left.
+            time: stamp, s of simulation.
+            wheel_base: distance between the axles, m, by which a turn rate becomes a steering angle.
+        """
+        seconds, fraction = divmod(time, 1.0)
+        header = {"stamp": {"sec": int(seconds), "nanosec": int(fraction * 1e9)}}
+        if self.type == ACKERMANN:
+            slope = wheel_base * twist.yaw / twist.x if wheel_base and twist.x else 0.0
+            return {"header": header, "drive": {"speed": twist.x, "steering_angle": math.atan(slope)}}
+        velocity = {"linear": {"x": twist.x, "y": twist.y}, "angular": {"z": twist.yaw}}
+        return velocity if self.type == TWIST else {"header": header, "twist": velocity}
+
+
+def find_command(claims: Sequence[EndpointClaim], wanted: str | None) -> CommandTopic | None:
+    """Return the topic that commands the robot; None if no graph subscribes to one.
+
+    Args:
+        claims: topics of the robot's graphs.
+        wanted: full name of the topic, or the end of it; None if there is only one.
+
+    Raises:
+        UsageError: several topics command the robot and `wanted` is None, or no topic has the wanted name.
+    """
+    found = {
+        claim.topic: claim.message_type
+        for claim in claims
+        if claim.direction == "subscribe" and claim.message_type in COMMAND_TYPES
+    }
+    if wanted is not None:
+        meant = [topic for topic in found if topic == wanted] or [
+            topic for topic in found if topic.endswith(f"/{wanted.lstrip('/')}")
+        ]
+        if len(meant) != 1:
+            near = did_you_mean(wanted, found) or listing(meant or found, "command topics")
+            raise UsageError(f"--command-topic {wanted}: no single command topic has this name\n  {near}")
+        return CommandTopic(meant[0], found[meant[0]])
+    if len(found) > 1:
+        raise UsageError(
+            f"several topics command the robot; choose one with --command-topic\n  {listing(found, 'command topics')}"
+        )
+    return next((CommandTopic(*one) for one in found.items()), None)
+
+
+def published(claims: Sequence[EndpointClaim], message_type: str) -> list[str]:
+    """Return the topics of a type that the robot's graphs publish, sorted by name."""
+    return sorted({c.topic for c in claims if c.direction == "publish" and c.message_type == message_type})
+
+
+def inputs_named(scene: LoadedScene, *names: str) -> Iterator[tuple[Graph, Instance, Port, Any]]:
+    """Yield the inputs of a scene's graphs that have one of these names, with their values; wired ones are left out.
+
+    A value is a number or an array of numbers.
+    """
+    for graph in scene.planned:
+        wired = graph.wired_ports
+        for instance in graph.instances:
+            for port in instance.cls.fields.values():
+                if port.side != "inputs" or port.name not in names or (instance.id, port.name) in wired:
+                    continue
+                value = instance.value(port.field)
+                is_number = isinstance(value, int | float) and not isinstance(value, bool)
+                if is_number or (isinstance(value, np.ndarray) and value.ndim == 1):
+                    yield graph, instance, port, value
+
+
+def limit_of(scene: LoadedScene, name: str) -> float:
+    """Return the lowest limit that an input of this name sets; infinity without one. A limit of 0 is no limit."""
+    return min(_numbers(scene, name), default=math.inf)
+
+
+def known_wheel_base(scene: LoadedScene) -> float | None:
+    """Return the distance between the axles (m) that the graphs state; None if they state none."""
+    return next(_numbers(scene, "wheelBase"), None)
+
+
+def _numbers(scene: LoadedScene, name: str) -> Iterator[float]:
+    """Values other than 0 of the inputs with a name, without sign."""
+    values = (value for *_, value in inputs_named(scene, name) if not isinstance(value, np.ndarray))
+    return (abs(float(value)) for value in values if value)

@@ -1,0 +1,208 @@
+"""Rolling radius, track and wheel base of a robot, from the angles of its wheels and its true motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from graphengine.api.calibration.drive_recorder import Trace
+from graphengine.api.calibration.figures import DrivenWheel, Floats, Motion
+from graphengine.api.calibration.measuring import increments, mean
+from graphengine.physics.description.urdf import track
+from graphengine.physics.model.robot import RobotInstance
+
+SLOWEST = 0.05
+"""Speed of a joint that turns, rad/s."""
+SHARE = 0.2
+"""Share of the fastest joint's speed from which on a driven joint counts as a wheel."""
+STEERED = 0.02
+"""Least angle by which a steering joint turns in an arc, rad."""
+
+
+class WheelMeter:
+    """Collects the rotations of driven wheels over several motions.
+
+    A wheel whose angle changes by a while the base moves forward by d has the radius d / a. In a turn by w it has the distance
+    y = (d - r a) / w from the turning centre, positive on the left side.
+    """
+
+    def __init__(self, robot: RobotInstance, joints: Sequence[str]) -> None:
+        self._robot = robot
+        self._names = list(joints)
+        self._driven = [self._names.index(name) for name in robot.drives if name in self._names]
+        self._wheels: list[int] = []
+        self._radii: dict[int, list[float]] = {}
+        self._offsets: dict[int, list[float]] = {}
+        self._bases: list[float] = []
+        self._moved: dict[str, tuple[float, Floats]] = {}
+        """Of each motion the distance (m) or turn (rad) of the base, and the angles by which joints turned."""
+        self._straight_angles: Floats = np.zeros(len(self._names))
+
+    @staticmethod
+    def described_wheel_base(robot: RobotInstance) -> float | None:
+        """Return the distance along x between the foremost and the rearmost wheels of the description, m."""
+        places = [_place(robot, joint)[0] for joint in robot.wheel_radii]
+        distance = max(places) - min(places) if places else 0.0
+        return distance if distance > 1e-3 else None
+
+    @property
+    def driven(self) -> list[str]:
+        """Names of the joints with a drive."""
+        return [self._names[index] for index in self._driven]
+
+    def rates(self, trace: Trace) -> dict[str, float]:
+        """Return the mean speed of each driven joint, rad/s or m/s."""
+        moved = (trace.joints[-1] - trace.joints[0]) / ((len(trace.joints) - 1) * trace.dt)
+        return {self._names[index]: float(moved[index]) for index in self._driven}
+
+    def roll(self, trace: Trace) -> bool:
+        """Return whether any wheel turns; before wheels are known, any driven joint."""
+        rates = self.rates(trace)
+        names = [self._names[index] for index in self._wheels or self._driven]
+        return any(abs(rates[name]) > SLOWEST for name in names)
+
+    def take(self, motion: Motion, window: Trace) -> None:
+        """Add a steady motion."""
+        forward, _, turn = increments(window.base).sum(axis=0).tolist()
+        moved = window.joints[-1] - window.joints[0]
+        self._moved[motion.name] = (turn if motion.kind == "turn" else forward, moved)
+        if motion.kind == "straight":
+            self._take_straight(window, forward, moved)
+        elif motion.kind == "turn" and abs(turn) > 0.1 and self._wheels:
+            for index in self._wheels:
+                if index in self._radii and not self._is_steered(index):
+                    self._offsets.setdefault(index, []).append((forward - self._radius(index) * moved[index]) / turn)
+            if motion.commanded.x:
+                self._take_arc(window, forward, turn)
+
+    def _take_straight(self, window: Trace, forward: float, moved: Floats) -> None:
+        speeds = np.abs(moved[self._driven]) if self._driven else np.zeros(0)
+        fastest = float(speeds.max(initial=0.0))
+        if fastest / ((len(window.joints) - 1) * window.dt) <= SLOWEST:
+            return
+        if not self._wheels:
+            self._wheels = [index for index, one in zip(self._driven, speeds, strict=True) if one > SHARE * fastest]
+        self._straight_angles = window.joints.mean(axis=0)
+        for index in self._wheels:
+            if moved[index] and abs(forward) > 0.01:
+                self._radii.setdefault(index, []).append(forward / moved[index])
+
+    def _take_arc(self, window: Trace, forward: float, turn: float) -> None:
+        """Add the wheel base that follows from the steering angles: with the angle s of a bicycle, tan(s) d / w."""
+        angles = window.joints.mean(axis=0) - self._straight_angles
+        steering = [
+            i for i in self._driven if i not in self._wheels and abs(angles[i]) > STEERED and not self._wheel_on(i)
+        ]
+        steering = [i for i in steering if self._robot.urdf.joints[self._names[i]].type != "prismatic"]
+        if steering:
+            cotangent = float(np.mean([1.0 / math.tan(abs(angles[i])) for i in steering]))
+            self._bases.append(abs(forward / turn) / cotangent)
+
+    def _wheel_on(self, index: int) -> bool:
+        return self._names[index] in self._robot.wheel_radii
+
+    def _is_steered(self, index: int) -> bool:
+        """Whether a joint between the wheel and the root link moves, and so may steer the wheel."""
+        joints = self._robot.urdf.joints
+        carriers = {joint.child: joint for joint in joints.values()}
+        link = joints[self._names[index]].parent
+        while link in carriers:
+            if carriers[link].name in self._names:
+                return True
+            link = carriers[link].parent
+        return False
+
+    def _radius(self, index: int) -> float:
+        """Signed rolling radius: negative for a wheel whose axis points to the right."""
+        return float(np.mean(self._radii[index]))
+
+    def _offset(self, index: int) -> float:
+        """Distance from the turning centre to the left, m."""
+        return float(np.mean(self._offsets[index]))
+
+    # Figures
+
+    @property
+    def wheels(self) -> tuple[DrivenWheel, ...]:
+        """The wheels in the order of the articulation."""
+        return tuple(self._figures())
+
+    def _figures(self) -> Iterator[DrivenWheel]:
+        for index in sorted(self._radii):
+            wheel = DrivenWheel(self._names[index], abs(self._radius(index)))
+            yield (
+                replace(wheel, side="left" if self._offset(index) > 0.0 else "right")
+                if index in self._offsets
+                else wheel
+            )
+
+    @property
+    def radius(self) -> float | None:
+        """Mean rolling radius, m."""
+        return mean([wheel.radius for wheel in self.wheels])
+
+    @property
+    def track(self) -> float | None:
+        """Distance of left and right wheels by which they turn the base, m; None without wheels on both sides."""
+        offsets = [self._offset(index) for index in self._offsets]
+        left, right = [y for y in offsets if y > 0.0], [y for y in offsets if y <= 0.0]
+        return float(np.mean(left) - np.mean(right)) if left and right else None
+
+    @property
+    def wheel_base(self) -> float | None:
+        """Distance of the axles that explains the turns in arcs, m."""
+        return mean(self._bases)
+
+    def slip(self, motion: Motion, *, omni: bool) -> float | None:
+        """Return the share of the wheels' motion in a motion that the base does not follow; None if it is not known.
+
+        The wheels' motion follows from the radii and places in the description; `omni` is for a base that goes sideways.
+        """
+        if motion.name not in self._moved or motion.kind == "sideways":
+            return None
+        actual, angles = self._moved[motion.name]
+        paths = {
+            wheel: math.copysign(self._described_radius(wheel), self._radius(wheel)) * float(angles[wheel])
+            for wheel in self._radii
+        }
+        if not paths or any(map(math.isnan, paths.values())):
+            return None
+        if motion.kind == "straight":
+            return 1.0 - actual / rolled if (rolled := float(np.mean(list(paths.values())))) else None
+        left, right = ([paths[i] for i in self._offsets if (self._offset(i) > 0.0) is side] for side in (True, False))
+        distance = self._described_track(omni=omni)
+        if not (left and right and distance):
+            return None
+        rolled = float(np.mean(right) - np.mean(left)) / distance
+        return 1.0 - actual / rolled if rolled else None
+
+    def _described_radius(self, index: int) -> float:
+        """Radius by the description, m; not a number if it does not say it."""
+        return self._robot.wheel_radii.get(self._names[index], math.nan)
+
+    def _described_track(self, *, omni: bool) -> float | None:
+        joints = [self._robot.urdf.joints[self._names[index]] for index in self._offsets]
+        distance = track(self._robot.urdf.wheels(joints))
+        if distance is None or not omni:
+            return distance
+        places = [_place(self._robot, joint.name)[0] for joint in joints]
+        return distance + max(places) - min(places)
+
+    def notes(self) -> list[str]:
+        """Return why figures are missing."""
+        if not self._radii:
+            return ["wheel radius: no driven joint turns while the robot drives straight"]
+        missing = []
+        if any(math.isnan(self._described_radius(index)) for index in self._radii):
+            missing.append("slip: the description does not say the radius of every driven wheel")
+        if self.track is None:
+            missing.append("track: no unsteered driven wheels on both sides of the turning centre")
+        return missing
+
+
+def _place(robot: RobotInstance, joint: str) -> tuple[float, float, float]:
+    """Position of a wheel's link in the root link, m."""
+    return robot.urdf.pose_in_root(robot.urdf.joints[joint].child)[0]

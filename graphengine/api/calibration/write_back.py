@@ -1,0 +1,211 @@
+"""Writes measured figures into the graph and robot files of a robot, as changes of their text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from graphengine.api.calibration.figures import Calibration, Covariances
+from graphengine.api.calibration.robot_interface import inputs_named
+from graphengine.compiler.graph import Graph, Instance
+from graphengine.format.atomic_write import write_together
+from graphengine.format.document import Document, Location
+from graphengine.format.errors import UsageError
+from graphengine.format.files import near
+from graphengine.format.yaml_patch import PatchError, set_value
+from graphengine.physics.description.robot_file import RobotFile
+from graphengine.scene.loaded_scene import LoadedScene
+
+SAME = 5e-4
+"""Relative difference up to which a value in a file is left as it is."""
+LEAST = 1e-12
+"""A smaller figure is noise of the arithmetic, and is not written."""
+_PARAMETER = re.compile(r"\$\(([^$()]*)\)")
+_COVARIANCES = {
+    "distanceVariance": "distance_variance",
+    "headingVarianceByDistance": "heading_variance_by_distance",
+    "headingVarianceByTurn": "heading_variance_by_turn",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A value to write.
+
+    Attributes:
+        path: file.
+        location: keys and indices of the value in the file.
+        node: node and input that use the value, such as `cmd_vel/DiffController.wheelRadius`.
+        old: value before.
+        new: measured value, rounded to 5 digits.
+    """
+
+    path: Path
+    location: Location
+    node: str
+    old: float
+    new: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """A value in a file: a number, or a parameter of the graph around it."""
+
+    document: Document
+    location: Location
+
+
+def write_figures(scene: LoadedScene, calibration: Calibration) -> tuple[list[Change], list[str]]:
+    """Write wheel radius, track, wheel base and covariances to the inputs of the robot's graphs that hold them.
+
+    Returns:
+        What was changed, and notes on inputs that could not be written.
+
+    Raises:
+        OSError: a file cannot be read or written; no file has changed.
+        UsageError: a value is in a file that ships with the package; no file has changed.
+    """
+    changes, notes = find_changes(scene, calibration)
+    _refuse_shipped(scene, changes)
+    texts: dict[Path, str] = {}
+    comment = f"graphrun calibrate: measured at {calibration.speed:.4g} m/s and {calibration.turn_speed:.4g} rad/s"
+    written = []
+    for change in changes:
+        text = texts[change.path] if change.path in texts else change.path.read_bytes().decode("utf-8-sig")
+        try:
+            texts[change.path] = set_value(text, change.location, change.new, comment)
+            written.append(change)
+        except PatchError as error:
+            notes.append(f"{change.node}: not written to {near(str(change.path))}: {error}")
+    write_together({path: text.encode() for path, text in texts.items()})
+    return written, notes
+
+
+def find_changes(scene: LoadedScene, calibration: Calibration) -> tuple[list[Change], list[str]]:
+    """Return the values that differ from the measured ones, and notes on inputs that cannot be written."""
+    assert scene.world is not None
+    file = scene.world.robots[calibration.robot].file
+    changes: dict[tuple[Path, Location], Change] = {}
+    notes = []
+    for graph, instance, name, index, old, new in _wanted(scene, calibration):
+        label = f"{graph.name.partition('/')[2]}/{instance.id}.{name}"
+        if new < LEAST:
+            continue
+        place = _find_place(graph, instance, name, index, file)
+        if place is not None and (value := place.document.find(*place.location)) is not None:
+            old = float(value.data)  # an override of `--set` is not in the file
+        if abs(new - abs(old)) <= SAME * new:
+            continue
+        if place is None and old == 0.0 and name not in _COVARIANCES:
+            continue  # not set; another input of the node replaces it
+        if place is None:
+            notes.append(f"{label}: not written, as the file does not set it to one number; measured {new:.5g}")
+            continue
+        path = Path(place.document.source.path)
+        change = Change(path, place.location, label, old, float(f"{new:.5g}"))
+        first = changes.setdefault((path, place.location), change)
+        if first.new != change.new:
+            notes.append(f"{label}: not written, as it shares its value with {first.node}; measured {new:.5g}")
+    return list(changes.values()), notes
+
+
+def _wanted(scene: LoadedScene, result: Calibration) -> Iterator[tuple[Graph, Instance, str, int | None, float, float]]:
+    """Inputs of the robot's graphs with the value in the file and the measured one; an index for elements of an array."""
+    figures = {
+        **dict.fromkeys(("wheelRadius", "frontWheelRadius", "backWheelRadius"), result.wheel_radius),
+        **dict.fromkeys(("wheelDistance", "trackWidth"), result.track),
+        "wheelBase": result.wheel_base,
+        **dict.fromkeys(_COVARIANCES),
+    }
+    for graph, instance, port, old in inputs_named(scene, *figures):
+        if graph.name.partition("/")[0] != result.robot:
+            continue
+        new = figures[port.name]
+        if port.name in _COVARIANCES:
+            new = getattr(_covariances(scene, result, graph), _COVARIANCES[port.name])
+        elif port.name == "wheelDistance" and new is not None:
+            siblings = {other.name: instance.value(other.field) for other in instance.cls.fields.values()}
+            new = _without_factors(new, siblings, result)
+        if new is None:
+            continue
+        if isinstance(old, np.ndarray):
+            for index, value in enumerate(old.tolist()):
+                yield graph, instance, port.name, index, float(value), new
+        else:
+            yield graph, instance, port.name, None, float(old), new
+
+
+def _without_factors(track: float, inputs: Mapping[str, Any], result: Calibration) -> float:
+    """The value of `wheelDistance` that gives a track, by the other inputs of its node."""
+    if result.kinematics == "mecanum":
+        track -= abs(float(inputs.get("wheelBase", 0.0)))
+    return track / (float(inputs.get("wheelDistanceMultiplier", 1.0)) or 1.0)
+
+
+def _covariances(scene: LoadedScene, result: Calibration, graph: Graph) -> Covariances:
+    """Covariances of the odometry that a graph publishes; without one of its own, of the only odometry."""
+    topics = {claim.topic for claim in scene.claims if claim.direction == "publish" and claim.graph == graph.name}
+    own = [one for one in result.odometry if one.topic in topics] or list(result.odometry)
+    known = [one.covariances for one in own if one.covariances.distance_variance is not None]
+    return max(known, key=lambda one: one.distance_variance or 0.0, default=Covariances())
+
+
+def _find_place(graph: Graph, instance: Instance, name: str, index: int | None, file: RobotFile) -> _Place | None:
+    """The number in a file from which an input has its value; None if there is none."""
+    entry = instance.entry
+    if name in entry.given or f"inputs:{name}" in entry.given:
+        return None
+    key = next((key for key in (name, f"inputs:{name}") if key in entry.spec.inputs), None)
+    if key is None and (name not in _COVARIANCES or entry.via):
+        return None
+    location: Location = (*entry.location, "inputs", key or name)
+    if key is None:
+        return _Place(entry.document, location)
+    levels = instance.id.split("/")
+    return _lead_out(entry.document, location, index, graph, levels[:-1], file)
+
+
+def _lead_out(
+    document: Document, location: Location, index: int | None, graph: Graph, around: list[str], file: RobotFile
+) -> _Place | None:
+    """The place of a number, led through parameters to the file that gives them: `around` are the subgraphs around it."""
+    value = document.find(*location)
+    data = value.data if value is not None else None
+    if isinstance(data, list) and index is not None and index < len(data):
+        return _lead_out(document, (*location, index), None, graph, around, file)
+    if isinstance(data, int | float) and not isinstance(data, bool):
+        return _Place(document, location)
+    parameter = _PARAMETER.fullmatch(data) if isinstance(data, str) else None
+    if parameter is None or len(around) > 1:
+        return None
+    if around:  # the parameter of a subgraph, which a node of the outermost file gives
+        outer = graph.flat.loaded.document
+        given: Location = ("nodes", around[0], "parameters", parameter[1])
+        return _lead_out(outer, given, index, graph, [], file) if outer.find(*given) is not None else None
+    use = ("graphs", graph.name.partition("/")[2])
+    given = (*use, "parameters", parameter[1])
+    holder = file.document(*given) if file.span(*given) and file.document(*given).find(*given) else None
+    if holder is None:
+        return _Place(file.document(*use, "use"), given) if index in (None, 0) else None
+    value = holder.find(*given)
+    if value is not None and isinstance(value.data, list):
+        return _Place(holder, (*given, index)) if index is not None else None
+    return _Place(holder, given)
+
+
+def _refuse_shipped(scene: LoadedScene, changes: list[Change]) -> None:
+    """Raise UsageError if a change is to a file that ships with the package."""
+    base = scene.files.base.resolve()
+    for change in changes:
+        path = change.path.resolve()
+        if any(path.is_relative_to(base / folder) for folder in ("graphs", "scenes")):
+            what = "graph below `graphs:` of a robot file" if "graphs" in path.parts else "robot file in a scene"
+            raise UsageError(
+                f"--write: {near(str(change.path))} ships with graphengine and is not changed; {change.node} would be "
+                f"{change.new:g}\n  copy it into your project, use the copy as the {what} of your own, and calibrate that scene"
+            )

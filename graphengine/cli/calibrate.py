@@ -1,0 +1,265 @@
+"""`graphrun calibrate`: drive a robot on a flat floor and measure how it follows its commands."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from graphengine.cli.common import (
+    add_allow_argument,
+    add_import_argument,
+    add_permission_arguments,
+    add_repeatable,
+    clean,
+    open_scene,
+    table,
+)
+from graphengine.cli.progress import progress
+from graphengine.cli.quantities import number, whole
+from graphengine.format.errors import UsageError
+from graphengine.format.files import near
+
+if TYPE_CHECKING:
+    from graphengine.api.calibration.figures import Calibration, ImuNoise, Motion, Odometry
+    from graphengine.api.scene import Scene
+
+BOUND = 0.02
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    what = "a scene file, or the name of an included one, such as dd100_flat"
+    parser.add_argument("file", metavar="SCENE", help=what)
+    drive = parser.add_argument_group("test drives")
+    drive.add_argument("--robot", metavar="NAME", help="robot to calibrate (default: the only one)")
+    topic = "Twist, TwistStamped or AckermannDriveStamped topic (default: the only one)"
+    drive.add_argument("--command-topic", metavar="TOPIC", help=topic)
+    limit = "at most what the controllers allow"
+    drive.add_argument("--speed", metavar="V", type=number, default=0.3, help=f"m/s (default 0.3); {limit}")
+    drive.add_argument("--turn-speed", metavar="W", type=number, default=0.6, help=f"rad/s (default 0.6); {limit}")
+    result = parser.add_argument_group("result")
+    check = "exit with 1 if a reached speed is off by a larger share (default 0.02; turns and sideways: 1.5 times that)"
+    result.add_argument("--check", metavar="BOUND", type=number, nargs="?", const=BOUND, help=check)
+    write = "write wheel radius, track, wheel base and covariances to the robot's graph and robot files"
+    result.add_argument("--write", action="store_true", help=write)
+    picture = "SVG file to write: a square, as commanded, as driven and by odometry"
+    result.add_argument("--picture", metavar="FILE", type=Path, help=picture)
+    form = "json: SI units, null for what was not measured"
+    result.add_argument("--format", choices=("text", "json"), default="text", help=form)
+    files = parser.add_argument_group("files")
+    inputs = "set an input to a value; [ROBOT/][GRAPH/]NODE.PORT, globs allowed"
+    add_repeatable(files, "--set", "NODE.PORT=VALUE", inputs)
+    files.add_argument("--seed", type=whole, default=0, help="seed of all random generators (default 0)")
+    add_allow_argument(parser)
+    add_import_argument(parser)
+    add_permission_arguments(parser)
+    parser.set_defaults(scene=None, robot_state=False, rays="auto")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print the figures; return 1 if the scene has errors, the robot does not move, or `--check` fails."""
+    picture: Path | None = arguments.picture
+    if picture is not None and (picture.suffix.lower() != ".svg" or picture.is_dir()):
+        raise UsageError(f"--picture {picture}: write the name of an SVG file, such as square.svg")
+    if arguments.check is not None and not arguments.check > 0.0:
+        raise UsageError(f"--check {arguments.check:g}: write a number above 0, such as {BOUND}")
+    scene = open_scene(arguments)
+    if scene is None:
+        return 1
+    result = _calibrate(scene, arguments)
+    print(json.dumps(result.to_data(), indent=2) if arguments.format == "json" else clean(_report(result)))
+    if not result.moves:
+        return 1
+    if picture is not None:
+        _draw(result, picture)
+    if arguments.write:
+        _write(scene, result)
+    return _check(result, arguments.check) if arguments.check is not None else 0
+
+
+def _calibrate(scene: Scene, arguments: argparse.Namespace) -> Calibration:
+    from graphengine.api.calibration.calibrator import calibrate
+    from graphengine.api.scene import loaded_of
+
+    share = 0.0
+
+    def advance(completed: float) -> None:
+        nonlocal share
+        share = completed
+
+    with progress("calibrating", lambda: share, 1.0):
+        return calibrate(
+            loaded_of(scene),
+            arguments.robot,
+            arguments.command_topic,
+            arguments.speed,
+            arguments.turn_speed,
+            seed=arguments.seed,
+            modules=arguments.modules,
+            log=_log,
+            progress=advance,
+        )
+
+
+def _log(severity: str, node: str, message: str) -> None:
+    if severity != "info":
+        print(clean(f"{severity}: {node + ': ' if node else ''}{message}"), file=sys.stderr)
+
+
+def _draw(result: Calibration, path: Path) -> None:
+    from graphengine.api.calibration.square_picture import draw
+    from graphengine.format.atomic_write import write_together
+
+    if not result.squares:
+        print("--picture: the robot drove no square", file=sys.stderr)
+        return
+    write_together({path: draw(result).encode()})
+    print(clean(f"{near(str(path))}: the square in both directions"), file=sys.stderr)
+
+
+def _write(scene: Scene, result: Calibration) -> None:
+    from graphengine.api.calibration.write_back import write_figures
+    from graphengine.api.scene import loaded_of
+
+    changes, notes = write_figures(loaded_of(scene), result)
+    for change in changes:
+        print(clean(f"{near(str(change.path))}: {change.node}: {change.old:g} -> {change.new:g}"), file=sys.stderr)
+    for note in notes:
+        print(clean(note), file=sys.stderr)
+    if not changes and not notes:
+        print("--write: the files already have the measured values", file=sys.stderr)
+
+
+def _check(result: Calibration, bound: float) -> int:
+    """Report the motions that are out of bounds; return the exit code."""
+    from graphengine.api.calibration.figures import TURN_MARGIN
+
+    outside = result.outside(bound)
+    for motion in outside:
+        limit = bound if motion.kind == "straight" else TURN_MARGIN * bound
+        print(f"{motion.name}: {_percent(motion.share)} of the command; at most {_percent(limit)} off", file=sys.stderr)
+    return 1 if outside else 0
+
+
+# Text
+
+
+def _report(result: Calibration) -> str:
+    """The figures as tables."""
+    if not result.moves:
+        return "\n".join([f"{result.robot} does not move", *(f"  {note}" for note in result.notes)])
+    kind = f", {result.kinematics}" if result.kinematics else ""
+    parts = [f"{result.robot}: {result.command_topic} ({result.command_type}){kind}"]
+    parts.append(table([_MOTION_HEAD, *map(_motion_row, result.motions)]))
+    parts.append(table(list(_geometry(result))))
+    if result.squares:
+        parts.append(table([_SQUARE_HEAD, *_squares(result)]))
+    parts += [table(list(_odometry(one))) for one in result.odometry]
+    parts += [table(list(_imu(one))) for one in result.imus]
+    if result.notes:
+        parts.append("\n".join(["not measured, or to look at:", *(f"  {note}" for note in result.notes)]))
+    return "\n\n".join(parts)
+
+
+_MOTION_HEAD = ("MOTION", "COMMANDED", "REACHED", "", "SETTLED", "DRIFT", "SLIP")
+_SQUARE_HEAD = ("SQUARE", "END OF THE TRUE PATH")
+
+
+def _motion_row(motion: Motion) -> Sequence[str]:
+    pick = {"straight": "x", "sideways": "y", "turn": "yaw"}[motion.kind]
+    unit = "rad/s" if motion.kind == "turn" else "m/s"
+    drift = "-"
+    if motion.lateral_drift is not None and motion.heading_drift is not None:
+        drift = f"{_millimetres(motion.lateral_drift)}/m aside, {_degrees(motion.heading_drift)}/m"
+    elif motion.position_drift is not None:
+        drift = f"{_millimetres(motion.position_drift)}/turn"
+    return (
+        motion.name.replace("_", " "),
+        f"{getattr(motion.commanded, pick):.4g} {unit}",
+        f"{_rounded(getattr(motion.reached, pick), 4)} {unit}",
+        _percent(motion.share),
+        "-" if motion.settle_time is None else f"{motion.settle_time:.2f} s",
+        drift,
+        "-" if motion.slip is None else _percent(motion.slip),
+    )
+
+
+def _geometry(result: Calibration) -> Iterator[Sequence[str]]:
+    yield "GEOMETRY", "with which odometry by the wheels is true"
+    radii = [wheel.radius for wheel in result.wheels]
+    spread = f" ({min(radii):.5f} to {max(radii):.5f})" if radii and max(radii) - min(radii) > 1e-5 else ""
+    if result.wheel_radius is not None:
+        yield "wheel radius", f"{result.wheel_radius:.5f} m{spread}, {len(radii)} wheels"
+    if result.track is not None:
+        name = "track + wheel base" if result.kinematics == "mecanum" else "track"
+        yield name, f"{result.track:.5f} m"
+    if result.wheel_base is not None:
+        yield "wheel base", f"{result.wheel_base:.5f} m"
+    if result.turning_centre is not None:
+        x, y = (_rounded(value, 4) for value in result.turning_centre)
+        yield "turning centre", f"x {x} m, y {y} m from the base link"
+
+
+def _squares(result: Calibration) -> Iterator[Sequence[str]]:
+    for square in result.squares:
+        end = f"{_millimetres(square.position_error)}, {_degrees(square.heading_error)} from the commanded one"
+        yield square.direction, end
+
+
+def _odometry(one: Odometry) -> Iterator[Sequence[str]]:
+    yield "ODOMETRY", f"{one.topic} ({one.frame})"
+    if one.distance_error is not None:
+        yield "distance", f"{_percent(one.distance_error)}"
+    if one.lateral_error is not None and one.heading_error is not None:
+        yield "straight", f"{_millimetres(one.lateral_error)}/m aside, {_degrees(one.heading_error)}/m"
+    if one.turn_error is not None:
+        where = "" if one.turn_position_error is None else f", {_millimetres(one.turn_position_error)}/turn"
+        yield "turn", f"{_degrees(one.turn_error)}/turn{where}"
+    if one.sideways_error is not None:
+        yield "sideways", f"{_percent(one.sideways_error)}"
+    if one.square_position_error is not None and one.square_heading_error is not None:
+        yield "square", f"{_millimetres(one.square_position_error)}, {_degrees(one.square_heading_error)} at the end"
+    alphas = {f"alpha{n}": getattr(one.alphas, f"alpha{n}") for n in range(1, 6)}
+    if any(value is not None for value in alphas.values()):
+        yield (
+            "AMCL",
+            ", ".join(f"{name} {'-' if value is None else _scientific(value)}" for name, value in alphas.items()),
+        )
+    variances = one.covariances
+    if variances.distance_variance is not None:
+        distance, heading = variances.distance_variance, variances.heading_variance_by_distance or 0.0
+        straight = f"distance {_scientific(distance)} m2/m, heading {_scientific(heading)} rad2/m"
+        turn = variances.heading_variance_by_turn
+        yield "covariance", straight + ("" if turn is None else f" and {_scientific(turn)} rad2/rad")
+
+
+def _imu(one: ImuNoise) -> Iterator[Sequence[str]]:
+    yield "IMU", f"{one.topic}, {one.rate:.4g} Hz, at rest"
+    yield "gyroscope", f"noise {one.gyro_noise:.3g} rad/s, bias {one.gyro_bias:.3g} rad/s"
+    yield "accelerometer", f"noise {one.accelerometer_noise:.3g} m/s2, gravity {one.gravity:.4f} m/s2"
+
+
+def _rounded(value: float, digits: int) -> str:
+    return f"{round(value, digits) + 0.0:.{digits}f}"
+
+
+def _scientific(value: float) -> str:
+    """A number with two digits; one below 1e-9, which is noise of the arithmetic, is 0."""
+    return f"{value:.2g}" if abs(value) >= 1e-9 else "0"
+
+
+def _percent(share: float) -> str:
+    return f"{_rounded(100.0 * share, 2)} %"
+
+
+def _millimetres(metres: float) -> str:
+    return f"{_rounded(1000.0 * metres, 1)} mm"
+
+
+def _degrees(radians: float) -> str:
+    return f"{_rounded(math.degrees(radians), 2)} deg"

@@ -1,0 +1,76 @@
+"""`graphrun new`: begin a project: a robot, its graphs, a scene and a test in a folder of their own."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from pathlib import Path
+
+from graphengine.cli import import_urdf
+from graphengine.cli.common import print_findings
+from graphengine.cli.progress import progress
+from graphengine.cli.project import WORLDS, Project
+from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import UsageError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    parser.add_argument("folder", metavar="DIR", type=Path, help="folder of the project; it must be empty or not exist")
+    parser.add_argument(
+        "--from", metavar="URDF|XACRO", dest="file", help="robot description file (default: begin with the Dingo-D)"
+    )
+    parser.add_argument(
+        "--world", choices=WORLDS, default="flat", help="the world that the scene begins with (default flat)"
+    )
+    import_urdf.add_source_arguments(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Write the project; return 0 on success, 1 if the description has errors (which are reported)."""
+    project = Project(arguments.folder, _name(arguments.folder), arguments.world)
+    if arguments.folder.exists() and (not arguments.folder.is_dir() or any(arguments.folder.iterdir())):
+        raise UsageError(f"{arguments.folder}: is not an empty folder; give another one")
+    if not (arguments.file or arguments.topic or arguments.node):
+        if arguments.arguments:
+            raise UsageError(f"{arguments.arguments[0]}: arguments are those of a description; give one by --from FILE")
+        project.add_dingo()
+        project.write()
+        print(project.told())
+        return 0
+    return _from_description(arguments, project)
+
+
+def _from_description(arguments: argparse.Namespace, project: Project) -> int:
+    from dataclasses import replace
+
+    from graphengine.physics.importing.import_robot import import_robot
+
+    import_urdf.check_source(arguments)
+    findings = Findings()
+    origin = import_urdf.find_origin(arguments, project.robot_file, findings)
+    with progress("importing"):
+        bundled = replace(origin, path=None, bundled=True) if origin is not None else None
+        imported = import_robot(bundled, findings) if bundled is not None else None
+    print_findings(findings, notes=False)
+    if imported is None:
+        print(f"{project.folder} is not written", file=sys.stderr)
+        return 1
+    project.add_robot(imported)
+    project.write()
+    import_urdf.print_report(imported, findings)
+    print(project.told())
+    return 0
+
+
+def _name(folder: Path) -> str:
+    """The robot's name: that of the folder, with `_` for what a name cannot have.
+
+    Raises:
+        UsageError: nothing is left.
+    """
+    name = re.sub(r"[^A-Za-z0-9_]+", "_", folder.absolute().name).strip("_")
+    if not re.match(r"[A-Za-z]", name):
+        raise UsageError(f"{folder}: the robot gets the name of the folder, which must begin with a letter")
+    return name

@@ -1,0 +1,138 @@
+"""The files of a new project."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from graphengine.cli.common import clean
+from graphengine.format.atomic_write import write_together
+from graphengine.format.files import near, shipped
+from graphengine.format.version import __version__
+
+if TYPE_CHECKING:
+    from graphengine.physics.importing.import_robot import Imported
+
+WORLDS = {
+    "flat": ("worlds/flat_grid.xml", (0.0, 0.0)),
+    "warehouse": ("worlds/warehouse_features.xml", (-3.0, 6.0)),
+}
+"""File of each world, and a free place (m) to begin at."""
+DINGO = Path("scenes/robots/dd100.yaml")
+DINGO_GRAPH = Path("graphs/dd100/cmd_vel.yaml")
+DINGO_LIFT = 0.025
+"""Height (m) of the Dingo-D's base link above the floor, from which it settles."""
+
+SCENE = """\
+# What `graphrun run scene.yaml` runs.
+format: 1
+scene: {name}
+world: {world}    # one that comes with graphengine; an MJCF file of yours in this folder does as well
+physics: {{tick_rate: 60, substeps: 4}}
+settle: true    # the robot comes to rest before t = 0
+robots:
+  {name}:
+    use: robots/{name}.yaml
+    position: [{x:g}, {y:g}, {z:g}]    # m
+    orientation: {{rpy_deg: [0, 0, 0]}}
+    robot_state: true    # publishes what robot_state_publisher does: /robot_description, /tf and /tf_static
+    # namespace: {name}    # puts its topics below /{name}
+graphs:
+  clock: {{use: graphs/clock.yaml, at: /World/clock}}
+"""
+
+DINGO_ROBOT = """\
+# The Clearpath Dingo-D that comes with graphengine. Keys that you write here replace or add to those of the extended file.
+format: 1
+robot: {name}
+extends: robots/dd100.yaml
+graphs:
+  cmd_vel: {{use: ../graphs/cmd_vel.yaml}}    # your copy: change a number and run again
+"""
+
+TEST = '''\
+"""The robot moves as it is told, on a flat floor."""
+
+from pathlib import Path
+
+from graphengine.cli import main
+
+SCENE = Path(__file__).with_name("scene.yaml")
+
+
+def test_the_files_have_no_mistakes() -> None:
+    assert main(["check", str(SCENE)]) == 0
+
+
+def test_the_robot_moves_as_told_within_two_percent() -> None:
+    assert main(["calibrate", str(SCENE), "--check", "0.02"]) == 0
+'''
+
+README = """\
+# {name}
+
+{source}, run by graphengine {version}: `pip install -r requirements.txt`, then in this folder
+
+    graphrun run scene.yaml --view      # in a browser: the robot, and the graphs that drive it; --watch takes over what you save
+    graphrun teleop                     # in another terminal: drive it from the keyboard
+    graphrun topics scene.yaml          # what it publishes and listens to
+    graphrun calibrate scene.yaml       # what it was told against what it did, and how true its odometry is
+    graphrun check scene.yaml && pytest # before you commit
+
+`scene.yaml` is the world and where the robot stands, `robots/{name}.yaml` the robot, `graphs/` what it does.
+"""
+
+
+class Project:
+    """The files of a project, by path; nothing is written before `write`.
+
+    Args:
+        folder: where they go.
+        name: of the robot and the scene.
+        world: a key of `WORLDS`.
+    """
+
+    def __init__(self, folder: Path, name: str, world: str) -> None:
+        self.folder = folder
+        self.name = name
+        self.world = world
+        self.robot_file = folder / "robots" / f"{name}.yaml"
+        self._contents: dict[Path, bytes] = {}
+
+    def add_dingo(self) -> None:
+        """Add the Dingo-D with a copy of the graph that drives it."""
+        self._add(self.robot_file, DINGO_ROBOT.format(name=self.name))
+        self._contents[self.folder / "graphs" / DINGO_GRAPH.name] = (shipped() / DINGO_GRAPH).read_bytes()
+        self._add_rest("A Clearpath Dingo-D", DINGO_LIFT)
+
+    def add_robot(self, imported: Imported) -> None:
+        """Add an imported robot with its description, meshes and graphs."""
+        for path, text in imported.files.items():
+            self._add(path, text)
+        for path, source in imported.copies.items():
+            self._contents[path] = source.read_bytes()
+        lift = math.ceil(-(imported.lowest or 0.0) * 1000) / 1000 if imported.free else 0.0
+        self._add_rest(f"The robot of {imported.draft.source}", lift)
+
+    def write(self) -> None:
+        """Write all files or none."""
+        write_together(self._contents)
+
+    def told(self) -> str:
+        """What was written and what to do next."""
+        folder = near(str(self.folder))
+        return clean(
+            f"{folder}: a project of {len(self._contents)} files\nnext: cd {folder} && graphrun run scene.yaml"
+        )
+
+    def _add(self, path: Path, text: str) -> None:
+        self._contents[path] = text.encode()
+
+    def _add_rest(self, source: str, lift: float) -> None:
+        """Add the scene, with the robot at a height (m), and what does not depend on the robot."""
+        world, (x, y) = WORLDS[self.world]
+        self._add(self.folder / "scene.yaml", SCENE.format(name=self.name, world=world, x=x, y=y, z=lift))
+        self._add(self.folder / "test_drive.py", TEST)
+        self._add(self.folder / "requirements.txt", f"graphengine[view]=={__version__}\npytest\n")
+        self._add(self.folder / "README.md", README.format(name=self.name, source=source, version=__version__))

@@ -1,0 +1,148 @@
+"""Changes single values in the text of a YAML file and keeps everything else, comments included."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from graphengine.format import document
+from graphengine.format.diagnostics import Findings
+from graphengine.format.document import Location, Value
+from graphengine.format.yaml_text import comment as comment_line
+from graphengine.format.yaml_text import flow
+
+
+class PatchError(ValueError):
+    """A value that cannot be changed in the text without changing others."""
+
+
+def set_value(text: str, location: Location, value: Any, comment: str = "") -> str:
+    """Return the text with a value set; missing mappings on the way to it are added.
+
+    The result is read again: it differs from the original in this value only.
+
+    Args:
+        text: text of a YAML file that `document` reads.
+        location: keys and indices that lead to the value, such as `("nodes", "Drive", "inputs", "wheelRadius")`.
+        value: plain data; replaces a scalar, or is added to a mapping.
+        comment: put on a line of its own above the value. A comment there with the same first two words is replaced.
+
+    Raises:
+        PatchError: the value is repeated by an alias, spans lines, or its parent is not a mapping.
+    """
+    found = _read(text)
+    expected = _with_value(found.data, location, value)
+    old = found.find(*location)
+    if old is not None:
+        if not isinstance(value, str | int | float | bool) or isinstance(old.data, dict | list):
+            raise PatchError(f"{_name(location)} is not a single value")
+        lines = _split(text)
+        line = old.span.line - 1
+        start = old.span.column - 1
+        lines[line] = lines[line][:start] + flow(value) + lines[line][start + old.span.length :]
+    else:
+        lines, line = _with_new_key(text, found, location, value)
+    if comment:
+        _put_comment(lines, line, comment_line(comment))
+    result = "".join(lines)
+    findings = Findings()
+    read = document.parse(result, "", findings)
+    if read is None or findings.errors or read.data != expected:
+        raise PatchError(f"{_name(location)} cannot be changed without changing other values")
+    return result
+
+
+def _read(text: str) -> document.Document:
+    findings = Findings()
+    found = document.parse(text, "", findings)
+    if found is None or findings.errors:
+        raise PatchError("the text is not a YAML file without errors")
+    return found
+
+
+def _split(text: str) -> list[str]:
+    """Lines with their ends, counted as `document` counts them."""
+    parts = re.split(f"({_END})", text)
+    return [line + end for line, end in zip(parts[::2], [*parts[1::2], ""], strict=True)]
+
+
+_END = "\r\n|[\n\r\x85\u2028\u2029]"
+
+
+def _name(location: Location) -> str:
+    return ".".join(map(str, location))
+
+
+def _with_value(data: Any, location: Location, value: Any) -> Any:
+    """A copy of plain data with a value set."""
+    if not location:
+        return value
+    key, *rest = location
+    if isinstance(data, list) and isinstance(key, int) and 0 <= key < len(data):
+        return [_with_value(one, tuple(rest), value) if i == key else one for i, one in enumerate(data)]
+    if isinstance(data, dict) and isinstance(key, str):
+        return data | {key: _with_value(data.get(key, {}), tuple(rest), value)}
+    raise PatchError(f"{key!r} of {_name(location)} has no place in the file")
+
+
+def _with_new_key(text: str, found: document.Document, location: Location, value: Any) -> tuple[list[str], int]:
+    """The lines with a key that was missing, and the line that it is on."""
+    depth = next(end for end in range(len(location) - 1, -1, -1) if found.find(*location[:end]) is not None)
+    for key in reversed(location[depth + 1 :]):
+        value = {key: value}
+    parent = found.find(*location[:depth])
+    assert parent is not None
+    lines, entry = _split(text), f"{flow(str(location[depth]))}: {flow(value)}"
+    line, column = parent.span.line - 1, parent.span.column - 1
+    if lines[line][column : column + 1] != "{":
+        return _with_new_line(lines, parent, entry)
+    end, more = _flow_end(lines[line], parent), ", " if parent.data else ""
+    cut = column + 1 if end is None else end - 1
+    head, tail = lines[line][:cut], lines[line][cut:]
+    # A mapping that goes on in other lines takes the entry at its beginning.
+    lines[line] = f"{head}{entry}{more}{tail}" if end is None else head.rstrip(" ,") + f"{more}{entry}{tail}"
+    return lines, line
+
+
+def _flow_end(text: str, value: Value) -> int | None:
+    """The column behind a value of a flow collection; None if it does not end on its line, or an alias is in it."""
+    begin = value.span.column - 1
+    if not isinstance(value.data, dict | list):
+        return begin + value.span.length
+    inner = list(value.data.values()) if isinstance(value.data, dict) else value.data
+    end: int | None = begin + 1
+    if inner:
+        end = _flow_end(text, inner[-1]) if inner[-1].span.line == value.span.line else None
+    closed = re.compile(r"[ ,]*[]}]").match(text, end) if end is not None else None
+    return closed.end() if closed else None
+
+
+def _with_new_line(lines: list[str], parent: Value, entry: str) -> tuple[list[str], int]:
+    """The lines with an entry behind the last one of a block mapping."""
+    last = max(parent.keys.values(), key=lambda span: span.line)
+    indent = " " * (last.column - 1)
+    behind = row = last.line
+    while row < len(lines):
+        text = lines[row].strip()
+        if text and not text.startswith("#"):
+            inner = lines[row].startswith((f"{indent} ", f"{indent}- "))
+            if not inner and text != "-":
+                break
+            behind = row + 1
+        row += 1
+    end = next((one[len(one.rstrip("\r\n")) :] for one in lines if one.endswith(("\n", "\r"))), "\n")
+    if not lines[behind - 1].endswith(("\n", "\r")):
+        lines[behind - 1] += end
+    lines.insert(behind, f"{indent}{entry}{end}")
+    return lines, behind
+
+
+def _put_comment(lines: list[str], line: int, text: str) -> None:
+    """Put a comment above a line, in place of an earlier one with the same first two words."""
+    indent = lines[line][: len(lines[line]) - len(lines[line].lstrip(" "))]
+    words = text.split()[:3]
+    end = next((one[len(one.rstrip("\r\n")) :] for one in lines if one.endswith(("\n", "\r"))), "\n")
+    if line and lines[line - 1].split()[:3] == words:
+        lines[line - 1] = f"{indent}{text}{end}"
+    else:
+        lines.insert(line, f"{indent}{text}{end}")

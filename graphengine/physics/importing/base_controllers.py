@@ -1,0 +1,163 @@
+"""Bases as controllers of ros2_control drive them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from graphengine.format.wording import did_you_mean, printable
+from graphengine.physics.importing.base import Base, given
+from graphengine.physics.importing.controllers_file import Controller
+from graphengine.physics.importing.draft import Draft, Remark
+
+_WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
+
+
+def base_of_controllers(draft: Draft, controllers: Iterable[Controller]) -> Base | None:
+    """Return the base that the first of some controllers drives; None if none of them drives a base."""
+    chosen: Base | None = None
+    for controller in controllers:
+        reader = _READERS.get(controller.type.rpartition("/")[2])
+        if reader is None:
+            continue
+        base = reader(controller)
+        if chosen is not None:
+            draft.lost.append(Remark(f"{base.source}: {chosen.source} drives the base", base.span))
+        elif _has_joints(draft, base):
+            chosen = base
+    return chosen
+
+
+def _has_joints(draft: Draft, base: Base) -> bool:
+    """Whether a base has joints, all of the description; what it lacks becomes a remark."""
+    joints = draft.urdf.joints
+    for name in (*base.driven, *base.steering):
+        if name not in joints:
+            near = did_you_mean(name, joints)
+            text = f"{base.source}: the description has no joint {printable(name)!r}"
+            draft.lost.append(Remark(f"{text}; {near}" if near else text, base.span))
+            return False
+    if not base.driven:
+        draft.lost.append(Remark(f"{base.source}: it names no wheels", base.span))
+    return bool(base.driven)
+
+
+def _differential(controller: Controller) -> Base:
+    left = controller.texts("left_wheel_names") or controller.texts("left_wheel")
+    right = controller.texts("right_wheel_names") or controller.texts("right_wheel")
+    return Base(
+        "differential",
+        _source(controller),
+        controller.span,
+        (*left, *right),
+        radius=_product(controller.positive("wheel_radius"), controller.positive("left_wheel_radius_multiplier")),
+        track=controller.positive("wheel_separation"),
+        multiplier=controller.positive("wheel_separation_multiplier") or 1.0,
+        parameters=_topics(controller)
+        | given(
+            speed=_limit(controller, "linear.x", "velocity"),
+            turn=_limit(controller, "angular.z", "velocity"),
+            acceleration=_limit(controller, "linear.x", "acceleration"),
+            deceleration=_limit(controller, "linear.x", "deceleration")
+            or _limit(controller, "linear.x", "acceleration"),
+            turn_acceleration=_limit(controller, "angular.z", "acceleration"),
+        ),
+    )
+
+
+def _mecanum(controller: Controller) -> Base:
+    names = [f"{wheel}_wheel_{kind}" for kind in ("command_joint_name", "name", "joint") for wheel in _WHEELS]
+    return Base(
+        "mecanum",
+        _source(controller),
+        controller.span,
+        tuple(dict.fromkeys(controller.texts(*names) or controller.texts("command_joint_names", "wheel_names"))),
+        radius=_product(
+            controller.positive("kinematics.wheels_radius", "wheel_radius", "wheels_radius"),
+            controller.positive("wheel_radius_multiplier"),
+        ),
+        parameters=_topics(controller)
+        | given(
+            speed=_limit(controller, "linear.x", "velocity"),
+            turn=_limit(controller, "angular.z", "velocity"),
+            acceleration=_limit(controller, "linear.x", "acceleration"),
+        ),
+    )
+
+
+def _omni(controller: Controller) -> Base:
+    names = controller.texts("wheel_names")
+    radius = controller.positive("wheel_radius")
+    return Base("omni", _source(controller), controller.span, names, radius=radius, parameters=_topics(controller))
+
+
+def _steering(controller: Controller) -> Base:
+    front = controller.texts("front_wheels_names")
+    rear = controller.texts("rear_wheels_names")
+    if not controller.flag("front_steering", default=True):
+        front, rear = rear, front
+    return Base(
+        "ackermann",
+        _source(controller),
+        controller.span,
+        controller.texts("traction_joints_names") or rear,
+        controller.texts("steering_joints_names") or front,
+        radius=controller.positive("traction_wheels_radius", "rear_wheels_radius"),
+        track=controller.positive("traction_track_width", "rear_wheel_track", "wheel_track"),
+        wheelbase=controller.positive("wheelbase"),
+        parameters=_topics(controller) | given(timeout=controller.positive("reference_timeout")),
+    )
+
+
+def _tricycle(controller: Controller) -> Base:
+    timeout = controller.positive("cmd_vel_timeout")
+    return Base(
+        "ackermann",
+        _source(controller),
+        controller.span,
+        controller.texts("traction_joint_name"),
+        controller.texts("steering_joint_name"),
+        radius=controller.positive("wheel_radius"),
+        wheelbase=controller.positive("wheelbase"),
+        parameters=_topics(controller)
+        | given(
+            timeout=timeout / 1000.0 if timeout is not None else None,  # this controller has it in ms
+            steering_limit=controller.positive("steering.max_position"),
+            steering_speed=controller.positive("steering.max_velocity"),
+            wheel_speed=controller.positive("traction.max_velocity"),
+        ),
+    )
+
+
+_READERS: dict[str, Callable[[Controller], Base]] = {
+    "DiffDriveController": _differential,
+    "MecanumDriveController": _mecanum,
+    "OmniWheelDriveController": _omni,
+    "AckermannSteeringController": _steering,
+    "BicycleSteeringController": _steering,
+    "TricycleSteeringController": _steering,
+    "TricycleController": _tricycle,
+}
+"""By the last part of a controller's type."""
+
+
+def _source(controller: Controller) -> str:
+    return printable(f"{controller.type.rpartition('/')[2]} {controller.name}")
+
+
+def _topics(controller: Controller) -> dict[str, float | str]:
+    """Frame and timeout, which most controllers name alike."""
+    frames = controller.texts("odom_frame_id")
+    return given(odom_frame=frames[0] if frames else None, timeout=controller.positive("cmd_vel_timeout"))
+
+
+def _limit(controller: Controller, axis: str, what: str) -> float | None:
+    """A limit of velocity or acceleration; None if there is none or if it is switched off."""
+    switch = "acceleration" if what == "deceleration" else what
+    if not controller.flag(f"{axis}.has_{switch}_limits", default=True):
+        return None
+    number = controller.number(f"{axis}.max_{what}")
+    return abs(number) or None if number is not None else None
+
+
+def _product(value: float | None, factor: float | None) -> float | None:
+    return value * (factor or 1.0) if value is not None else None

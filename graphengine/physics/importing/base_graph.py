@@ -1,0 +1,93 @@
+"""The graph of a robot's base in its file, and the friction of the base's wheels."""
+
+from __future__ import annotations
+
+from graphengine.devices.rotation import Vector3
+from graphengine.physics.importing.base import Drivetrain
+from graphengine.physics.importing.draft import Draft, Entry, Remark
+
+GRAPH = "base"
+"""Name of the graph in the robot file."""
+_DEFAULTS = {
+    "base": "base_link",
+    "cmd_vel": "cmd_vel",
+    "odom": "odom",
+    "odom_frame": "odom",
+    "joint_states": "joint_states",
+    "rear_steering": False,
+    "center": [0.0, 0.0],
+    "left_multiplier": 1.0,
+    "right_multiplier": 1.0,
+    "steering_multiplier": 1.0,
+    "wheels_per_side": 1,
+    "steered_wheels": 2,
+    "first_wheel": 2,
+    "end_wheel": 4,
+    "axles": [[1.0, 0, 0, 0.0]] * 4,
+    "rollers": [45.0, -45.0, -45.0, 45.0],
+}
+"""Parameters of the graphs that a robot file leaves out."""
+_SKID_ALONG = 0.8
+"""Friction of a skid-steered wheel along its rolling direction."""
+_ROLLER_ALONG = 1.0
+"""Friction of a roller along its axis."""
+
+
+def fill(draft: Draft, drivetrain: Drivetrain) -> None:
+    """Add the graph that drives the base, and materials for wheels that grip in one direction."""
+    base = drivetrain.base
+    use = f"graphs/base/{base.kinematics}.yaml"
+    root = draft.urdf.root
+    parameters = {"base": root} | drivetrain.parameters
+    parameters = {name: value for name, value in parameters.items() if _DEFAULTS.get(name) != value}
+    comment = f"{base.kinematics}, from {base.source}"
+    draft.sections["graphs"][GRAPH] = Entry({"use": use, "parameters": parameters}, [comment])
+    remark = Remark(f"base: {_summary(drivetrain)}, from {base.source}", base.span)
+    (draft.guessed if base.guessed else draft.carried).append(remark)
+    _grip(draft, drivetrain)
+
+
+def _summary(drivetrain: Drivetrain) -> str:
+    """The kinematics and measures of a base in few words."""
+    known = drivetrain.parameters
+    names = ("radius", "track", "wheelbase")
+    measures = [f"{name} {known[name]:g} m" for name in names if isinstance(known.get(name), float)]
+    kind = drivetrain.base.kinematics
+    told = "skid-steered" if kind == "differential" and drivetrain.grip else kind
+    return ", ".join([f"{told} with {len(drivetrain.wheels)} driven wheels", *measures])
+
+
+def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
+    """Give wheels that slide across one direction their friction, instead of what another part gave them."""
+    groups: dict[Vector3, list[str]] = {}
+    for wheel, direction in zip(drivetrain.wheels, drivetrain.grip, strict=False):
+        groups.setdefault(direction, []).append(wheel.link)
+    links = {link for group in groups.values() for link in group}
+    materials = draft.sections["materials"]
+    for name, entry in [*materials.items()]:
+        if "direction" not in entry.value and links & set(entry.value.get("bind", ())):
+            entry.value["bind"] = [link for link in entry.value["bind"] if link not in links]
+            if not entry.value["bind"]:
+                del materials[name]
+    bound = {link for entry in materials.values() for link in entry.value.get("bind", ())}
+    skids = drivetrain.base.kinematics == "differential"
+    for number, (direction, group) in enumerate(groups.items()):
+        if not bound.isdisjoint(group):
+            continue
+        name = "wheels" if skids else f"rollers_{number + 1}"
+        about = (
+            "slide sideways in a turn, as skid-steered wheels do" if skids else "grip along the axes of their rollers"
+        )
+        value = {
+            "dynamic_friction": _SKID_ALONG if skids else _ROLLER_ALONG,
+            "across": drivetrain.across,
+            "direction": [_tidy(part) for part in direction],
+            "expressed_in": draft.urdf.root,
+            "combine": "min",
+            "bind": group,
+        }
+        materials[name] = Entry(value, [f"they {about}"])
+
+
+def _tidy(number: float) -> float:
+    return float(f"{number:.6g}") + 0.0

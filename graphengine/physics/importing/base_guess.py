@@ -1,0 +1,83 @@
+"""Bases as their wheels on the floor suggest them, where neither a controller nor a plugin says more."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+
+from graphengine.devices.rotation import Vector3, rotate
+from graphengine.physics.description.urdf import Urdf
+from graphengine.physics.files.xml import Element, numbers
+from graphengine.physics.importing.base import Base
+from graphengine.physics.importing.base_wheels import BaseWheel
+from graphengine.physics.importing.draft import Draft, Remark
+
+_DIAGONAL = 0.3
+"""Least ratio of the components of a direction that lies between ahead and sideways."""
+
+
+def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collection[str]) -> Base | None:
+    """Return the base that wheels suggest; None, with a remark on the reason, if they suggest none.
+
+    Args:
+        draft: takes the remark.
+        wheels: on the floor.
+        commanded: joints that take commands; empty if the description does not say.
+    """
+    rolling = [wheel for wheel in wheels if not wheel.caster]
+    fixed = [wheel for wheel in rolling if not wheel.swivel]
+    steered = [wheel for wheel in rolling if wheel.swivel]
+    driven = [wheel for wheel in rolling if wheel.joint in commanded] or fixed
+    if not rolling or not driven:
+        return None
+    span = draft.urdf.joints[driven[0].joint].element.span
+    names = tuple(wheel.joint for wheel in driven)
+    if steered:
+        pivots = tuple(dict.fromkeys(wheel.swivel for wheel in steered))
+        if fixed and len(pivots) <= 2:
+            return Base("ackermann", "the wheels, of which some are steered", span, names, pivots, guessed=True)
+        draft.lost.append(Remark(f"a base whose {len(steered)} wheels are all steered: no graph drives it", span))
+        return None
+    if all(wheel.sideways for wheel in driven):
+        if any(wheel.centre[1] > 0 for wheel in driven) and any(wheel.centre[1] < 0 for wheel in driven):
+            if len(driven) >= 4 and is_mecanum(draft.urdf, driven):
+                return Base("mecanum", "the wheels, which are mecanum wheels", span, names, guessed=True)
+            return Base("differential", "the wheels, which are parallel", span, names, guessed=True)
+        draft.lost.append(Remark("wheels on one side only: no graph drives them", span))
+        return None
+    if len(driven) >= 3:
+        return Base("omni", "the wheels, whose axles have several directions", span, names, guessed=True)
+    draft.lost.append(Remark("wheels that do not roll along the x axis of the root link: no graph drives them", span))
+    return None
+
+
+def is_mecanum(urdf: Urdf, wheels: Sequence[BaseWheel]) -> bool:
+    """Whether the friction of some wheels has a diagonal direction, or the name of a link, joint, mesh or robot says so."""
+    if any(friction_direction(urdf, wheel) is not None for wheel in wheels):
+        return True
+    return any("mecanum" in name.lower() for name in _names(urdf, wheels))
+
+
+def friction_direction(urdf: Urdf, wheel: BaseWheel) -> Vector3 | None:
+    """Return the diagonal direction in the root link in which Gazebo's `fdir1` lets a wheel grip; None if it gives none."""
+    for gazebo in urdf.element.all("gazebo"):
+        if gazebo.get("reference") != wheel.link:
+            continue
+        for element in (each for each in gazebo.walk() if each.tag == "fdir1"):
+            frame = next((value for key, value in element.attributes.items() if key.endswith("expressed_in")), "")
+            direction = numbers(element.text or element.get("value"), 3)
+            if direction is None or frame not in urdf.links:
+                continue
+            x, y, z = rotate(urdf.pose_in_root(frame)[1], (direction[0], direction[1], direction[2]))
+            if min(abs(x), abs(y)) > _DIAGONAL * max(abs(x), abs(y)):
+                return x, y, z
+    return None
+
+
+def _names(urdf: Urdf, wheels: Sequence[BaseWheel]) -> Iterator[str]:
+    yield urdf.element.get("name")
+    for wheel in wheels:
+        yield from (wheel.joint, wheel.link, *map(_mesh, urdf.links[wheel.link].element.walk()))
+
+
+def _mesh(element: Element) -> str:
+    return element.get("filename") if element.tag == "mesh" else ""

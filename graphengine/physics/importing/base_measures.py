@@ -1,0 +1,247 @@
+"""A base measured on its description: the parameters of the graph that drives it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from graphengine.devices.rotation import Vector3
+from graphengine.physics.description.urdf import UrdfJoint
+from graphengine.physics.importing.base import Base, Drivetrain
+from graphengine.physics.importing.base_guess import friction_direction
+from graphengine.physics.importing.base_wheels import BaseWheel, axis_in_root
+from graphengine.physics.importing.draft import Draft, Remark
+
+_SAME = 0.005
+"""Largest relative difference of two measures that count as the same."""
+_SKID_ACROSS = 0.05
+"""Friction of a skid-steered wheel across its rolling direction, with which the base turns as told with the plain track."""
+_LEAST_STEERING = 0.1
+"""Least limit of a steering joint, rad, that counts as one."""
+
+
+def measured(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Drivetrain | None:
+    """Return the drivetrain of a base; None, with a remark on the reason, if a measure is missing.
+
+    Args:
+        draft: takes remarks.
+        base: as its source describes it.
+        wheels: on the floor.
+    """
+    found = {wheel.joint: wheel for wheel in wheels}
+    if base.kinematics == "ackermann":
+        base = _without_virtual_wheels(draft, base, wheels)
+    driven = [found.get(joint) or _declared(draft, base, joint) for joint in base.driven]
+    if any(wheel.radius <= 0 for wheel in driven):
+        text = f"{base.source}: no collider tells the radius of the wheels, so that no graph drives them"
+        draft.lost.append(Remark(text, base.span))
+        return None
+    driven.sort(key=lambda wheel: (-round(wheel.centre[0], 3), -wheel.centre[1]))
+    radius = sum(wheel.radius for wheel in driven) / len(driven)
+    _compare(draft, base, "radius of the wheels", base.radius, radius)
+    if base.kinematics == "ackermann":
+        return _ackermann(draft, base, driven, wheels)
+    if base.kinematics == "differential":
+        return _differential(draft, base, driven, radius)
+    return _mecanum(draft, base, driven) if base.kinematics == "mecanum" else _omni(draft, base, driven)
+
+
+def _declared(draft: Draft, base: Base, joint: str) -> BaseWheel:
+    """A wheel whose collider tells nothing: its radius is what the source says, its centre the joint's origin."""
+    urdf = draft.urdf
+    about = urdf.joints[joint]
+    centre, axle = urdf.pose_in_root(about.child)[0], axis_in_root(urdf, about)
+    return BaseWheel(joint, about.child, base.radius or 0.0, centre, axle, "", False)
+
+
+def _compare(draft: Draft, base: Base, what: str, said: float | None, true: float) -> None:
+    """Add a remark if a source says another measure than the description has."""
+    if said is not None and abs(said - true) > _SAME * true:
+        text = f"the {what} is {true:.4g} m as in the description; {base.source} has {said:.4g} m"
+        draft.guessed.append(Remark(text, base.span))
+
+
+def _differential(draft: Draft, base: Base, driven: Sequence[BaseWheel], radius: float) -> Drivetrain | None:
+    left, right = _by_side(driven)
+    if not (left and right) or not all(wheel.sideways for wheel in driven):
+        text = f"{base.source}: its wheels do not stand left and right of the root link's x axis: no graph drives them"
+        draft.lost.append(Remark(text, base.span))
+        return None
+    if len(left) != len(right) or not _alike(left) or not _alike(right):
+        text = (
+            f"{base.source}: its wheels on one side differ in number or direction from each other: no graph drives them"
+        )
+        draft.lost.append(Remark(text, base.span))
+        return None
+    track = _mean(wheel.centre[1] for wheel in left) - _mean(wheel.centre[1] for wheel in right)
+    _compare(draft, base, "track", base.track, track)
+    skids = len(driven) > 2
+    if base.multiplier != 1.0:
+        why = "wheels slide sideways here, and the plain track" if skids else "the plain track"
+        text = f"{base.source}: the multiplier {base.multiplier:g} of the track is not used: {why} makes turns come out as told"
+        draft.guessed.append(Remark(text, base.span))
+    parameters = _sides(left, right) | {
+        "wheels_per_side": len(left),
+        "radius": _rounded(radius),
+        "track": _rounded(track),
+        "center": _centre(driven),
+    }
+    grip = tuple((1.0, 0.0, 0.0) for _ in driven) if skids else ()
+    return Drivetrain(base, (*left, *right), (), parameters | base.parameters, grip, _SKID_ACROSS)
+
+
+def _by_side(wheels: Sequence[BaseWheel]) -> tuple[list[BaseWheel], list[BaseWheel]]:
+    """The wheels on the left and on the right, those in front first."""
+    return [wheel for wheel in wheels if wheel.centre[1] > 0], [wheel for wheel in wheels if wheel.centre[1] < 0]
+
+
+def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain | None:
+    left, right = _by_side(driven)
+    if (len(left), len(right)) != (2, 2) or not (_alike(left) and _alike(right)):
+        text = f"{base.source}: it has not two wheels of one direction on each side: no graph drives them"
+        draft.lost.append(Remark(text, base.span))
+        return None
+    found = _holonomic(draft, base, driven)
+    ends = [wheel.centre[0] for wheel in driven]
+    more = {"track": _rounded(_spread(driven)), "wheelbase": _rounded(max(ends) - min(ends)), "center": _centre(driven)}
+    return replace(found, parameters=found.parameters | more | _sides(left, right))
+
+
+def _holonomic(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain:
+    """A base whose wheels grip along the axes of their rollers only."""
+    grips = [_grip(draft, wheel, base) for wheel in driven]
+    axles = [math.atan2(-wheel.axle[0], wheel.axle[1]) for wheel in driven]  # from the y axis, about z
+    rollers = [math.degrees(math.atan2(-g[0], g[1]) - axle) for g, axle in zip(grips, axles, strict=True)]
+    parameters = {
+        "wheels": [wheel.joint for wheel in driven],
+        "positions": [[_rounded(value) for value in (*wheel.centre[:2], 0.0)] for wheel in driven],
+        "axles": [[_rounded(math.cos(axle / 2)), 0, 0, _rounded(math.sin(axle / 2))] for axle in axles],
+        "rollers": [_rounded((angle + 90.0 - 1e-9) % 180.0 - 90.0, 6) for angle in rollers],  # a line has no sign
+        "radius": _rounded(_mean(wheel.radius for wheel in driven)),
+    }
+    known = {
+        key: value for key, value in base.parameters.items() if "acceleration" not in key and key != "deceleration"
+    }
+    return Drivetrain(base, tuple(driven), (), parameters | known, tuple(grips), 0.0)
+
+
+def _omni(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain | None:
+    if len(driven) >= 3 and not all(wheel.sideways for wheel in driven):
+        return _holonomic(draft, base, driven)
+    text = f"{base.source}: its axles have not three directions or more: no graph drives them"
+    draft.lost.append(Remark(text, base.span))
+    return None
+
+
+def _grip(draft: Draft, wheel: BaseWheel, base: Base) -> Vector3:
+    """The direction of the roller's axis at the floor, in the root link.
+
+    Those of mecanum wheels form a rhombus; that of an omnidirectional wheel is the direction in which the wheel rolls.
+    """
+    told = friction_direction(draft.urdf, wheel)
+    if told is not None:
+        return told
+    if base.kinematics == "omni":
+        return wheel.axle[1], -wheel.axle[0], 0.0
+    return 1.0, -math.copysign(1.0, wheel.centre[0] * wheel.centre[1]), 0.0
+
+
+def _without_virtual_wheels(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Base:
+    """The base with the wheels on the floor in place of joints that stand for a wheel in the middle of an axle."""
+    rolling = [wheel for wheel in wheels if not wheel.caster]
+    swivels = dict.fromkeys(wheel.swivel for wheel in rolling if wheel.swivel)
+    fixed = [wheel.joint for wheel in rolling if not wheel.swivel]
+    joints = {wheel.joint for wheel in rolling}
+    if not swivels or not fixed or (set(base.driven) <= joints and set(base.steering) <= swivels.keys()):
+        return base
+    driven = [joint for joint in base.driven if joint in joints] or fixed
+    steering = [joint for joint in base.steering if joint in swivels] or [*swivels]
+    names = ", ".join((*driven, *steering))
+    draft.guessed.append(
+        Remark(f"{base.source} commands joints without wheels: {names} are commanded instead", base.span)
+    )
+    return replace(base, driven=tuple(driven), steering=tuple(steering))
+
+
+def _ackermann(draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Sequence[BaseWheel]) -> Drivetrain | None:
+    urdf = draft.urdf
+    rolling = {wheel.joint: wheel for wheel in (*wheels, *driven) if not wheel.caster}.values()
+    steered = [wheel for wheel in rolling if wheel.swivel and wheel.swivel in base.steering]
+    fixed = [wheel for wheel in rolling if not wheel.swivel]
+    pivots = [urdf.joints[joint] for joint in base.steering if urdf.joints[joint].moves]
+    pivots.sort(key=lambda joint: -urdf.pose_in_root(joint.child)[0][1])
+    if not pivots or not steered or not fixed or not all(wheel.sideways for wheel in driven):
+        text = f"{base.source}: no wheels are found on the steering joints, or none beside them: no graph drives them"
+        draft.lost.append(Remark(text, base.span))
+        return None
+    ahead = _mean(wheel.centre[0] for wheel in steered) - _mean(wheel.centre[0] for wheel in fixed)
+    track = _spread(fixed) if len(pivots) > 1 else 0.0
+    _compare(draft, base, "wheelbase", base.wheelbase, abs(ahead))
+    if track:
+        _compare(draft, base, "track", base.track, track)
+    front, back = (steered, fixed) if ahead > 0 else (fixed, steered)
+    turned = [wheel.swivel != "" for wheel in driven]
+    left, right = _by_side(fixed)
+    in_front = [flag == (ahead > 0) for flag in turned]
+    first = 0 if any(in_front) else 2
+    parameters = {
+        "wheels": [wheel.joint for wheel in driven],
+        "wheel_signs": [wheel.sign for wheel in driven],
+        "first_wheel": first,
+        "end_wheel": first + len(driven),
+        "steering": [joint.name for joint in pivots],
+        "steering_multiplier": math.copysign(1.0, axis_in_root(urdf, pivots[0])[2]),
+        "steered_wheels": len(pivots),
+        "rear_steering": ahead < 0,
+        "wheelbase": _rounded(abs(ahead)),
+        "track": _rounded(track),
+        "front_radius": _rounded(_mean(wheel.radius for wheel in front)),
+        "back_radius": _rounded(_mean(wheel.radius for wheel in back)),
+        "steering_limit": _rounded(_steering_limit(pivots)),
+        "center": _centre(fixed),
+        **_sides(left or fixed, right or fixed),
+    }
+    return Drivetrain(base, tuple(driven), tuple(pivots), parameters | base.parameters)
+
+
+def _steering_limit(pivots: Sequence[UrdfJoint]) -> float:
+    """The largest angle that all steering joints reach to both sides, rad; 0 if no joint has limits."""
+    ends = [min(-joint.limits[0], joint.limits[1]) for joint in pivots if joint.limits is not None]
+    return max(min(ends), _LEAST_STEERING) if ends else 0.0
+
+
+def _sides(left: Sequence[BaseWheel], right: Sequence[BaseWheel]) -> dict[str, Any]:
+    """The joints of both sides, and the signs of their speeds."""
+    return {
+        "left": [wheel.joint for wheel in left],
+        "right": [wheel.joint for wheel in right],
+        "left_multiplier": left[0].sign,
+        "right_multiplier": right[0].sign,
+    }
+
+
+def _alike(wheels: Sequence[BaseWheel]) -> bool:
+    """Whether the joints of some wheels turn in one direction to roll forward."""
+    return len({wheel.sign for wheel in wheels}) == 1
+
+
+def _centre(wheels: Sequence[BaseWheel]) -> list[float]:
+    """The middle of some wheels in the root link, m."""
+    return [round((min(ends) + max(ends)) / 2, 6) + 0.0 for ends in zip(*(w.centre[:2] for w in wheels), strict=True)]
+
+
+def _mean(values: Iterable[float]) -> float:
+    numbers = list(values)
+    return sum(numbers) / len(numbers)
+
+
+def _spread(wheels: Sequence[BaseWheel]) -> float:
+    sides = [wheel.centre[1] for wheel in wheels]
+    return max(sides) - min(sides)
+
+
+def _rounded(number: float, digits: int = 7) -> float:
+    """A number without the noise of its last digits."""
+    return float(f"{number:.{digits}g}") + 0.0

@@ -1,0 +1,178 @@
+"""Bases as plugins of Gazebo drive them, those of Gazebo Sim and those of Gazebo classic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from graphengine.format.wording import printable
+from graphengine.physics.files.xml import Element, numbers
+from graphengine.physics.importing.base import Base, given, topic
+from graphengine.physics.importing.draft import Draft, Remark
+
+
+def base_of_plugins(draft: Draft) -> Base | None:
+    """Return the base that the first plugin for a base drives, with the topics that other plugins name; None without one."""
+    base: Base | None = None
+    topics: dict[str, float | str] = {}
+    for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
+        told = _told(plugin)
+        if "planar_move" in told:
+            text = "plugin planar_move: it pushes the base without turning its wheels; wheels drive it here"
+            draft.use(plugin)
+            draft.lost.append(Remark(text, plugin.span))
+        elif "joint_state_publisher" in told or "jointstatepublisher" in told:
+            draft.use(plugin)
+            topics |= given(joint_states=_topic(plugin, "topic") or _remapped(plugin, "joint_states"))
+        elif "odometry_publisher" in told or "odometrypublisher" in told:
+            draft.use(plugin)
+            topics |= given(odom=_topic(plugin, "odom_topic"), odom_frame=_first(plugin, "odom_frame") or None)
+        else:
+            reader = next((reader for part, reader in _READERS.items() if part in told), None)
+            if reader is None or base is not None:
+                continue
+            read = reader(plugin)
+            missing = [name for name in (*read.driven, *read.steering) if name not in draft.urdf.joints]
+            draft.use(plugin)
+            if missing or not read.driven:
+                lacks = f"the description has no joint {printable(missing[0])!r}" if missing else "it names no wheels"
+                draft.lost.append(Remark(f"{read.source}: {lacks}", plugin.span))
+            else:
+                base = read
+    return base.with_parameters(topics) if base is not None else None
+
+
+def topics_of_plugins(draft: Draft) -> dict[str, float | str]:
+    """Return the topics that the remappings of Gazebo's plugin for ros2_control give, as parameters of a base's graph."""
+    found: dict[str, float | str] = {}
+    for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
+        if "ros2_control" in _told(plugin) or "ros2control" in _told(plugin):
+            command = [_remapped(plugin, f"~/{name}") for name in ("cmd_vel_unstamped", "cmd_vel", "reference")]
+            odometry = [_remapped(plugin, f"~/{name}") for name in ("odom", "odometry")]
+            found |= given(
+                cmd_vel=next(filter(None, command), None),
+                odom=next(filter(None, odometry), None),
+                joint_states=_remapped(plugin, "joint_states"),
+            )
+    return found
+
+
+def _differential(plugin: Element) -> Base:
+    left = (*_texts(plugin, "left_joint"), *_texts(plugin, "leftJoint"))
+    right = (*_texts(plugin, "right_joint"), *_texts(plugin, "rightJoint"))
+    sides = [f"{side}{end}Joint" for end in ("Front", "Rear") for side in ("left", "right")]  # skid_steer_drive
+    driven = (*left, *right) or tuple(name for side in sides for name in _texts(plugin, side))
+    return Base(
+        "differential",
+        _source(plugin),
+        plugin.span,
+        driven,
+        radius=_radius(plugin),
+        track=_number(plugin, "wheel_separation", "wheelSeparation"),
+        parameters=_topics(plugin)
+        | given(
+            speed=_number(plugin, "max_linear_velocity", "max_velocity"),
+            turn=_number(plugin, "max_angular_velocity"),
+            acceleration=_number(plugin, "max_linear_acceleration", "max_acceleration"),
+            deceleration=_number(plugin, "max_linear_acceleration", "max_acceleration"),
+            turn_acceleration=_number(plugin, "max_angular_acceleration"),
+        ),
+    )
+
+
+def _mecanum(plugin: Element) -> Base:
+    wheels = [f"{end}_{side}_joint" for end in ("front", "back") for side in ("left", "right")]
+    return Base(
+        "mecanum",
+        _source(plugin),
+        plugin.span,
+        tuple(name for wheel in wheels for name in _texts(plugin, wheel)),
+        radius=_radius(plugin),
+        parameters=_topics(plugin)
+        | given(speed=_number(plugin, "max_velocity"), acceleration=_number(plugin, "max_acceleration")),
+    )
+
+
+def _ackermann(plugin: Element) -> Base:
+    classic = [f"{end}_{side}_joint" for end in ("rear",) for side in ("left", "right")]
+    driven = (*_texts(plugin, "left_joint"), *_texts(plugin, "right_joint"))
+    return Base(
+        "ackermann",
+        _source(plugin),
+        plugin.span,
+        driven or tuple(name for wheel in classic for name in _texts(plugin, wheel)),
+        (*_texts(plugin, "left_steering_joint"), *_texts(plugin, "right_steering_joint")),
+        radius=_radius(plugin),
+        track=_number(plugin, "wheel_separation"),
+        wheelbase=_number(plugin, "wheel_base"),
+        parameters=_topics(plugin)
+        | given(
+            steering_limit=_number(plugin, "steering_limit", "max_steer"),
+            acceleration=_number(plugin, "max_acceleration"),
+        ),
+    )
+
+
+_READERS: dict[str, Callable[[Element], Base]] = {
+    "diff_drive": _differential,
+    "diff-drive": _differential,
+    "diffdrive": _differential,
+    "skid_steer_drive": _differential,
+    "mecanum-drive": _mecanum,
+    "mecanumdrive": _mecanum,
+    "ackermann": _ackermann,
+}
+"""By a part of a plugin's file name or name, in lower case."""
+
+
+def _told(plugin: Element) -> str:
+    return f"{plugin.get('filename')} {plugin.get('name')}".lower().replace("-publisher", "_publisher")
+
+
+def _source(plugin: Element) -> str:
+    name = plugin.get("name").rpartition("::")[2] or plugin.get("filename")
+    return printable(f"Gazebo's plugin {name}")
+
+
+def _texts(plugin: Element, tag: str) -> tuple[str, ...]:
+    return tuple(child.text for child in plugin.all(tag) if child.text)
+
+
+def _first(plugin: Element, *tags: str) -> str:
+    return next((text for tag in tags for text in _texts(plugin, tag)), "")
+
+
+def _number(plugin: Element, *tags: str) -> float | None:
+    """The first of some numbers, without its sign; None if it is 0 or no number."""
+    values = (numbers(text, 1) for tag in tags for text in _texts(plugin, tag))
+    return next((abs(value[0]) for value in values if value and value[0]), None)
+
+
+def _radius(plugin: Element) -> float | None:
+    diameter = _number(plugin, "wheel_diameter", "wheelDiameter")
+    return _number(plugin, "wheel_radius", "wheelRadius") or (diameter / 2.0 if diameter is not None else None)
+
+
+def _topics(plugin: Element) -> dict[str, float | str]:
+    return given(
+        cmd_vel=_topic(plugin, "topic", "command_topic", "commandTopic") or _remapped(plugin, "cmd_vel"),
+        odom=_topic(plugin, "odom_topic", "odometry_topic", "odometryTopic") or _remapped(plugin, "odom"),
+        odom_frame=_first(plugin, "frame_id", "odometry_frame", "odometryFrame").rpartition("/")[2] or None,
+    )
+
+
+def _topic(plugin: Element, *tags: str) -> str | None:
+    return topic(_first(plugin, *tags))
+
+
+def _remapped(plugin: Element, name: str) -> str | None:
+    """The topic that a `<remapping>` of a plugin gives for another."""
+    for remapping in _remappings(plugin):
+        old, _, new = remapping.partition(":=")
+        if old.strip() == name:
+            return topic(new)
+    return None
+
+
+def _remappings(plugin: Element) -> Iterator[str]:
+    for ros in plugin.all("ros"):
+        yield from (each.text for tag in ("remapping", "argument") for each in ros.all(tag))

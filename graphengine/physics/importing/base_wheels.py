@@ -1,0 +1,78 @@
+"""The wheels that a description's robot stands on: where they are, what steers them, and which of them are casters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from graphengine.devices.rotation import Vector3, rotate
+from graphengine.physics.description.urdf import Urdf, UrdfJoint
+from graphengine.physics.importing.draft import Draft, WheelShape
+
+_ALIGNED = 0.99
+"""Least cosine of the angle between two axes that count as parallel."""
+_TRAIL = 0.1
+"""Least distance, in radii, of a caster's wheel behind the axis of its swivel."""
+
+
+@dataclass(frozen=True, slots=True)
+class BaseWheel:
+    """A wheel on the floor.
+
+    Attributes:
+        joint: that it turns on.
+        link: that it is.
+        radius: m.
+        centre: in the root link, all joints at zero, m.
+        axle: the joint's axis in the root link; a positive speed rolls forward if it points to the left.
+        swivel: joint with an upright axis that turns the wheel about itself, empty if there is none.
+        caster: whether the wheel trails behind its swivel.
+    """
+
+    joint: str
+    link: str
+    radius: float
+    centre: Vector3
+    axle: Vector3
+    swivel: str
+    caster: bool
+
+    @property
+    def sideways(self) -> bool:
+        """Whether the axle lies along the y axis of the root link, so that the wheel rolls forward."""
+        return abs(self.axle[1]) > _ALIGNED
+
+    @property
+    def sign(self) -> float:
+        """1 if a positive speed of the joint rolls forward, else -1."""
+        return 1.0 if self.axle[1] > 0 else -1.0
+
+
+def wheels_on_floor(draft: Draft) -> list[BaseWheel]:
+    """Return the wheels that a robot stands on, in order of its joints."""
+    return [_wheel(draft.urdf, shape) for shape in draft.wheels.values() if shape.on_floor]
+
+
+def axis_in_root(urdf: Urdf, joint: UrdfJoint) -> Vector3:
+    """Return a joint's axis in the root link, all joints at zero."""
+    return rotate(urdf.pose_in_root(joint.child)[1], joint.axis)
+
+
+def _wheel(urdf: Urdf, shape: WheelShape) -> BaseWheel:
+    swivel = _swivel(urdf, urdf.joints[shape.joint])
+    caster = False
+    if swivel is not None:
+        (x, y, _), (pivot_x, pivot_y, _) = shape.centre, urdf.pose_in_root(swivel.child)[0]
+        trail = abs((x - pivot_x) * shape.axis[1] - (y - pivot_y) * shape.axis[0])  # across the axle
+        caster = trail > _TRAIL * shape.radius
+    pivot = swivel.name if swivel is not None else ""
+    return BaseWheel(shape.joint, shape.link, shape.radius, shape.centre, shape.axis, pivot, caster)
+
+
+def _swivel(urdf: Urdf, joint: UrdfJoint) -> UrdfJoint | None:
+    """The nearest joint above a wheel that turns about an upright axis."""
+    carrier = urdf.links[joint.parent].carrier
+    while carrier is not None:
+        if carrier.type in ("revolute", "continuous") and abs(axis_in_root(urdf, carrier)[2]) > _ALIGNED:
+            return carrier
+        carrier = urdf.links[carrier.parent].carrier
+    return None

@@ -1,0 +1,159 @@
+"""Controllers of a ros2_control parameter file, such as `ros2_controllers.yaml`.
+
+A parameter may be nested or have a dotted name, and a node's section may lie below `/**` or a namespace. Files of ROS 1, where
+sections have no `ros__parameters`, are read too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.document import Document, Value, load
+from graphengine.format.wording import printable
+from graphengine.physics.importing.draft import Draft, Remark
+
+_PARAMETERS = "ros__parameters"
+_CONTROL_PLUGINS = ("ros2_control", "ROS2Control")
+"""Parts of the file names and names of Gazebo's plugins that run a controller manager."""
+_FIND = "$(find "
+_MOST = 1e6
+"""Largest number that a controller may have: m, m/s, rad/s, s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Controller:
+    """A controller with its parameters, by dotted name.
+
+    Attributes:
+        name: of its node.
+        type: such as `diff_drive_controller/DiffDriveController`.
+        span: its place in the file.
+        values: its parameters.
+    """
+
+    name: str
+    type: str
+    span: Span
+    values: dict[str, Value]
+
+    def number(self, *names: str) -> float | None:
+        """Return the first of some parameters that is a number; None if there is none."""
+        for name in names:
+            value = self.values.get(name)
+            if value is not None and type(value.data) in (int, float) and abs(value.data) <= _MOST:
+                return float(value.data)
+        return None
+
+    def positive(self, *names: str) -> float | None:
+        """Return the first of some parameters that is a number; None if it is not above 0."""
+        number = self.number(*names)
+        return number if number is not None and number > 0 else None
+
+    def texts(self, *names: str) -> tuple[str, ...]:
+        """Return the texts of some parameters, each a text or a list of texts, in this order."""
+        found: list[str] = []
+        for value in (self.values[name] for name in names if name in self.values):
+            items = value.data if isinstance(value.data, list) else [value]
+            found += [item.data for item in items if isinstance(item.data, str)]
+        return tuple(found)
+
+    def flag(self, name: str, default: bool) -> bool:
+        """Return a parameter that is true or false."""
+        value = self.values.get(name)
+        return value.data if value is not None and isinstance(value.data, bool) else default
+
+
+def controllers(draft: Draft) -> list[Controller]:
+    """Return the controllers of the file that the user gave, else of the file that Gazebo's plugin for ros2_control names."""
+    documents = [draft.controllers] if draft.controllers is not None else list(_named(draft))
+    return [controller for document in documents for controller in read(document)]
+
+
+def read(document: Document) -> list[Controller]:
+    """Return the controllers of a parameter file, in order of the file."""
+    sections = list(_sections(document.root, ""))
+    general: dict[str, Value] = {}
+    for name, section in sections:
+        if not name:  # /**: for every node
+            general |= _flat(section)
+    types = {
+        key.removesuffix(".type"): value
+        for _, section in sections
+        for key, value in _flat(section).items()
+        if key.endswith(".type") and isinstance(value.data, str)
+    }
+    found: list[Controller] = []
+    for name, section in sections:
+        values = general | _flat(section)
+        told = values.get("type") or types.get(name)
+        if name and told is not None and isinstance(told.data, str):
+            found.append(Controller(name, told.data, section.span, values))
+    return found
+
+
+def _sections(value: Value, name: str) -> Iterator[tuple[str, Value]]:
+    """Names of nodes, empty for all nodes, with their parameters."""
+    if not isinstance(value.data, dict):
+        return
+    for key, item in value.data.items():
+        if key == _PARAMETERS:
+            yield name, item
+        elif isinstance(item.data, dict):
+            last = str(key).rstrip("/").rpartition("/")[2].strip("*")
+            if isinstance((item.data.get("type") or item).data, str) and _PARAMETERS not in item.data:
+                yield last, item  # as in ROS 1
+            yield from _sections(item, last)
+
+
+def _flat(value: Value) -> dict[str, Value]:
+    """Scalars and lists by dotted name."""
+    found: dict[str, Value] = {}
+    pending = [("", value)]
+    while pending:
+        prefix, item = pending.pop()
+        if not isinstance(item.data, dict):
+            found[prefix] = item
+            continue
+        pending += [(f"{prefix}.{key}" if prefix else str(key), part) for key, part in reversed(item.data.items())]
+    return found
+
+
+def _named(draft: Draft) -> Iterator[Document]:
+    """The files that Gazebo's plugins name, each once."""
+    seen: set[str] = set()
+    for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
+        name = plugin.get("filename") + plugin.get("name")
+        if not any(part in name for part in _CONTROL_PLUGINS):
+            continue
+        draft.use(plugin)
+        for parameters in plugin.all("parameters"):
+            if parameters.text and parameters.text not in seen:
+                seen.add(parameters.text)
+                document = _open(draft, parameters.text, parameters.span)
+                if document is not None:
+                    yield document
+
+
+def _open(draft: Draft, reference: str, span: Span) -> Document | None:
+    """A file that the description names; a remark says why it is not read."""
+    packages = draft.urdf.packages
+    told = f"the controllers of {printable(reference)}"
+    path = packages.folder / reference
+    if reference.startswith(_FIND):
+        package, _, rest = reference.removeprefix(_FIND).partition(")")
+        folder = packages.find(package.strip())
+        if folder is None:
+            draft.lost.append(Remark(f"{told}: {packages.lacks(package.strip())[0]}", span))
+            return None
+        path = folder / rest.lstrip("/")
+    if not packages.files.may_read(path):
+        draft.lost.append(Remark(f"{told}: give the file with --controllers FILE", span))
+        return None
+    findings = Findings()
+    packages.files.note(path)
+    document = load(path, findings, str(packages.files.shown(path)))
+    for finding in findings.items:
+        draft.lost.append(Remark(f"{told}: {finding.message}", finding.span or span))
+    return document if not findings.errors else None

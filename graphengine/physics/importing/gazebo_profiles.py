@@ -1,0 +1,335 @@
+"""The figures of Gazebo's sensors as sections of sensor profiles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from graphengine.format.wording import printable
+from graphengine.physics.files.xml import numbers
+from graphengine.physics.importing.gazebo_values import Subject, UnusableError, Values
+
+_AXES = ("x", "y", "z")
+
+
+class _Triad(NamedTuple):
+    """Three accelerometers or gyroscopes: names in SDF and in a profile, and the profile's units in one of SI."""
+
+    section: str
+    classic: str
+    name: str
+    device: str
+    instability: str
+    units: float
+
+
+_TRIADS = (
+    _Triad("linear_acceleration", "accel", "acceleration", "accelerometer", "bias_instability_ug", 1e6 / 9.80665),
+    _Triad(
+        "angular_velocity", "rate", "angular_velocity", "gyroscope", "bias_instability_dph", math.degrees(1.0) * 3600.0
+    ),
+)
+_COARSEST = 0.1
+"""Resolution (m) of a distance beyond which it is taken for a placeholder, as the 1 m that many descriptions have."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """A sensor of a robot file.
+
+    Attributes:
+        type: kind of device.
+        graph: name of the graph in `graphs/sensors` that publishes it.
+        profile: its figures.
+        told: the same in a few words, for people.
+    """
+
+    type: str
+    graph: str
+    profile: dict[str, Any]
+    told: str
+
+
+def ray(values: Values, sensor: Subject) -> Figures:
+    """A lidar; a range sensor if it has a single ray or a plugin that publishes sensor_msgs/Range."""
+    wide, tall = _Arc.of(values, sensor, "horizontal", 640), _Arc.of(values, sensor, "vertical", 1)
+    near = values.number("lidar|ray", "range", "min", default=0.08)
+    far = values.number("lidar|ray", "range", "max", default=10.0)
+    profile: dict[str, Any] = {"rate": _rate(values, 10.0, sensor)}
+    extra = _given(
+        noise_std=_noise(values, sensor, ("lidar|ray", "noise"), ("noise",)),
+        resolution=_resolution(values, far, sensor),
+    )
+    single = wide.count == 1 and tall.count == 1
+    output = values.text("plugin", "output_type").rpartition("/")[2]
+    if single or output == "Range" or "range" in (plugin := _plugin(values)) or "sonar" in plugin:
+        if single and output != "Range":
+            sensor.guessed("one ray: a range sensor, published as sensor_msgs/Range")
+        radiation = values.text("plugin", "radiation_type|radiation").lower()
+        width = max(wide.width, tall.width) or math.radians(1.0)
+        profile |= {
+            "radiation_type": radiation if radiation in ("ultrasound", "infrared") else "infrared",
+            "field_of_view": round(min(width, math.pi), 6),
+            "min_range": near,
+            "max_range": far,
+        }
+        return Figures("range", "range", profile | extra, f"range sensor to {far:g} m")
+    if wide.count == 1:
+        raise UnusableError("a lidar has two beams in a ring at least", sensor.span)
+    first, last = sorted((wide.first, wide.last))
+    if last - first > 360.0:
+        if last - first > 360.1:
+            sensor.lost(f"its beams go {last - first:g} degrees around; the profile has 360")
+        last = first + 360.0
+    profile["beams"] = {"first_deg": first, "last_deg": last, "count": wide.count}
+    told = f"lidar of {wide.count} beams"
+    if tall.count > 1 and tall.width:
+        low, high = sorted((tall.first, tall.last))
+        profile["rings"] = {"first_deg": low, "last_deg": high, "count": tall.count}
+        told = f"lidar of {tall.count} rings with {wide.count} beams each"
+    elif tall.first:
+        profile["rings"] = {"each_deg": [tall.first]}
+    several = (tall.count > 1 and tall.width > 0.0) or output.startswith("PointCloud") or "velodyne" in _plugin(values)
+    return Figures("lidar", "points" if several else "scan", profile | {"near": near, "far": far} | extra, told)
+
+
+def sonar(values: Values, sensor: Subject) -> Figures:
+    """A range sensor; the cone has a radius at its farthest distance."""
+    near, far = values.number("sonar", "min"), values.number("sonar", "max", default=5.0)
+    radius = values.number("sonar", "radius", default=0.5)
+    values.skip("sonar", "geometry")
+    if far <= 0.0:
+        raise UnusableError("its farthest distance is not more than 0 m", sensor.span)
+    profile = {
+        "radiation_type": "ultrasound",
+        "rate": _rate(values, 10.0, sensor),
+        "field_of_view": round(2.0 * math.atan(abs(radius) / far), 6),
+        "min_range": near,
+        "max_range": far,
+    }
+    return Figures("range", "range", profile, f"range sensor to {far:g} m")
+
+
+def imu(values: Values, sensor: Subject) -> Figures:
+    """An inertial unit. Gazebo's noise and bias are of each axis."""
+    profile: dict[str, Any] = {"rate": _rate(values, 100.0, sensor)}
+    for triad in _TRIADS:
+        quantities = {
+            name: [_of_axis(values, triad, axis, name) for axis in _AXES]
+            for name in ("stddev", "mean", "bias_mean", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
+        }
+        for name in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time"):
+            if len(set(quantities[name])) > 1:
+                sensor.guessed(f"{name} of {triad.section}: the profile has one for all axes, the greatest")
+        noise, drift, time = (
+            max(quantities[name]) for name in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
+        )
+        noise = noise or _of_plugin(values, triad)
+        bias = [mean + offset for mean, offset in zip(quantities["mean"], quantities["bias_mean"], strict=True)]
+        profile |= _given(**{f"{triad.name}_noise": noise})
+        profile |= {f"{triad.name}_bias": bias} if any(bias) else {}
+        if drift and time > 0.0:
+            # Gazebo drives the bias with this deviation per root of a second; the profile has that which results.
+            instability = drift * math.sqrt(time / 2.0) * triad.units
+            profile[triad.device] = {triad.instability: float(f"{instability:.6g}"), "bias_correlation_time": time}
+    values.text("imu", "noise", "type")
+    return Figures("imu", "imu", profile, "imu")
+
+
+def camera(values: Values, sensor: Subject) -> Figures:
+    """A colour camera."""
+    profile = _pinhole(values, sensor)
+    if noise := _noise(values, sensor, ("camera", "noise"), ("noise",)):
+        profile["colour_noise"] = round(min(noise, 1.0) * 255.0, 6)  # Gazebo's colours go from 0 to 1
+    return Figures("camera", "camera", profile, _resolution_told(profile))
+
+
+def depth_camera(values: Values, sensor: Subject) -> Figures:
+    """A camera that measures distances."""
+    profile = _with_depth(values, sensor)
+    return Figures("camera", "depth_camera", profile, f"depth {_resolution_told(profile)}")
+
+
+def rgbd_camera(values: Values, sensor: Subject) -> Figures:
+    """A camera that sees colours and measures distances."""
+    profile = _with_depth(values, sensor)
+    return Figures("camera", "rgbd_camera", profile, f"colour and depth {_resolution_told(profile)}")
+
+
+def contact(values: Values, sensor: Subject) -> Figures:
+    """A contact sensor, which here feels all colliders of its link."""
+    values.skip("contact", "collision")
+    values.skip("update_rate")
+    text = "published each tick as std_msgs/Bool, without the places of contacts"
+    sensor.guessed(text)
+    return Figures("contact", "contact", {}, "contact sensor")
+
+
+READERS: dict[str, Callable[[Values, Subject], Figures]] = {
+    "ray": ray,
+    "gpu_ray": ray,
+    "lidar": ray,
+    "gpu_lidar": ray,
+    "sonar": sonar,
+    "imu": imu,
+    "camera": camera,
+    "depth": rgbd_camera,  # classic Gazebo's, whose plugins publish colours too
+    "depth_camera": depth_camera,
+    "rgbd_camera": rgbd_camera,
+    "rgbd": rgbd_camera,
+    "contact": contact,
+}
+"""By type of sensor in SDF."""
+NO_LIKE = {
+    "gps": "satellite navigation",
+    "navsat": "satellite navigation",
+    "magnetometer": "a magnetometer",
+    "altimeter": "an altimeter",
+    "air_pressure": "a barometer",
+    "air_speed": "an air speed sensor",
+    "force_torque": "a force-torque sensor",
+    "logical_camera": "a logical camera",
+    "thermal_camera": "a thermal camera",
+    "thermal": "a thermal camera",
+    "multicamera": "a sensor of several cameras; write a sensor for each",
+    "wideanglecamera": "a camera that is no pinhole",
+    "wide_angle_camera": "a camera that is no pinhole",
+    "segmentation": "a segmentation camera; a camera's graph publishes segmentation by ROS2CameraHelper",
+    "segmentation_camera": "a segmentation camera; a camera's graph publishes segmentation by ROS2CameraHelper",
+    "boundingbox_camera": "a bounding box camera; a camera's graph publishes boxes by ROS2CameraHelper",
+}
+"""Types of sensor that nothing here is like, in words."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Arc:
+    """Rays of a scan in one plane: angles of the first and last (degrees) and their number."""
+
+    first: float
+    last: float
+    count: int
+
+    @property
+    def width(self) -> float:
+        """Angle (rad) from the first to the last."""
+        return math.radians(abs(self.last - self.first))
+
+    @classmethod
+    def of(cls, values: Values, sensor: Subject, plane: str, samples: int) -> _Arc:
+        """Read the horizontal or vertical plane of a scan."""
+        path = ("lidar|ray", "scan", plane)
+        found = values.find(*path)
+        if found is None and plane == "horizontal":
+            raise UnusableError("it has no <scan><horizontal>", sensor.span)
+        count = values.number(*path, "samples", default=samples) * values.number(*path, "resolution", default=1.0)
+        if found is not None and not 0.5 <= count <= 1e9:
+            raise UnusableError(f"{count:g} samples are no number of rays", found.span)
+        first, last = (round(math.degrees(values.number(*path, end)), 6) for end in ("min_angle", "max_angle"))
+        return cls(first, last, max(1, round(count)))
+
+
+def _given(**figures: float) -> dict[str, float]:
+    """The figures that are not zero, which is what a profile without them has."""
+    return {name: value for name, value in figures.items() if value}
+
+
+def _plugin(values: Values) -> str:
+    """Name of the library of a sensor's plugin; empty without."""
+    found = values.find("plugin")
+    return found.get("filename").lower() if found is not None else ""
+
+
+def _rate(values: Values, default: float, sensor: Subject) -> float:
+    rate = values.number("update_rate") or values.number("plugin", "updateRate|update_rate")
+    if rate > 0.0:
+        return rate
+    sensor.guessed(f"no update_rate: {default:g} Hz")
+    return default
+
+
+def _resolution(values: Values, far: float, sensor: Subject) -> float:
+    resolution = values.number("lidar|ray", "range", "resolution")
+    if resolution and not 1e-6 <= resolution <= min(_COARSEST, far / 2.0):
+        sensor.lost(f"range resolution {resolution:g} m: distances are not rounded, as in Gazebo")
+        return 0.0
+    return resolution
+
+
+def _noise(values: Values, sensor: Subject, *paths: tuple[str, ...]) -> float:
+    """Standard deviation of the first noise at one of some paths."""
+    for path in paths:
+        if (found := values.find(*path)) is None:
+            continue
+        kind = found.get("type") or values.text(*path, "type") or "none"
+        mean, deviation = values.number(*path, "mean"), values.number(*path, "stddev")
+        if kind == "none" or not (mean or deviation):
+            return 0.0
+        if not kind.startswith("gaussian"):
+            sensor.lost(f"noise of type {printable(kind[:40])!r}", found.span)
+            return 0.0
+        if mean:
+            sensor.lost(f"mean {mean:g} of its noise; the profile has the standard deviation alone", found.span)
+        return deviation
+    return values.number("plugin", "gaussianNoise")
+
+
+def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:
+    """A number of an axis's noise, or else of classic Gazebo's noise of all axes."""
+    path = ("imu", triad.section, axis, "noise")
+    found = values.find(*path)
+    if found is None:
+        return values.number("imu", "noise", triad.classic, quantity)
+    kind = found.get("type") or values.text(*path, "type")
+    return 0.0 if kind == "none" else values.number(*path, quantity)
+
+
+def _of_plugin(values: Values, triad: _Triad) -> float:
+    """The noise that a plugin of ROS 1 makes: the greatest of three axes."""
+    texts = (values.text("plugin", f"{triad.classic}GaussianNoise"), values.text("plugin", "gaussianNoise"))
+    given = [numbers(text, len(text.split())) or (0.0,) for text in texts if text]
+    return max(given[0]) if given else 0.0
+
+
+def _pinhole(values: Values, sensor: Subject) -> dict[str, Any]:
+    camera: tuple[str, ...] = ("camera",)
+    if values.find("camera") is None and values.find("horizontal_fov") is not None:
+        camera = ()
+        sensor.guessed("its figures are not in <camera>, where Gazebo looks for them")
+    size = [values.number(*camera, "image", side, default=d) for side, d in (("width", 320.0), ("height", 240.0))]
+    for side, length in zip(("width", "height"), size, strict=True):
+        if not 1.0 <= length <= 1e6:
+            raise UnusableError(f"image {side} {length:g} is no number of pixels", sensor.span)
+    wide = values.number(*camera, "horizontal_fov", default=1.047)
+    if not 0.0 < wide < math.pi:
+        raise UnusableError(f"horizontal_fov {wide:g} rad is not that of a pinhole camera", sensor.span)
+    width, height = (int(length) for length in size)
+    tall = 2.0 * math.atan(math.tan(wide / 2.0) * height / width)
+    pixels = values.text(*camera, "image", "format")
+    if pixels.upper().startswith(("L8", "L16", "L_", "BAYER")):
+        sensor.lost(f"image format {printable(pixels[:40])!r}; images are rgb8")
+    return {
+        "size": [width, height],
+        "fov_deg": [round(math.degrees(angle), 6) for angle in (wide, tall)],
+        "clip": [values.number(*camera, "clip", end, default=d) for end, d in (("near", 0.1), ("far", 100.0))],
+        "rate": _rate(values, 30.0, sensor),
+    }
+
+
+def _with_depth(values: Values, sensor: Subject) -> dict[str, Any]:
+    profile = _pinhole(values, sensor) | {"depth": True}
+    values.skip("camera", "depth_camera", "output")
+    clip = [values.number("camera", "depth_camera", "clip", end) for end in ("near", "far")]
+    if all(clip):
+        profile["clip"] = clip
+    if noise := _noise(values, sensor, ("camera", "noise"), ("noise",)):
+        profile["depth_noise"] = noise
+        text = f"noise of {noise:g} m: taken for that at 1 m, as here it grows with the square of the distance"
+        sensor.guessed(text)
+    return profile
+
+
+def _resolution_told(profile: dict[str, Any]) -> str:
+    width, height = profile["size"]
+    return f"camera of {width} x {height} pixels"

@@ -1,0 +1,118 @@
+"""Reads values out of the elements that a description holds for Gazebo, and keeps record of what was read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from graphengine.format.diagnostics import Span
+from graphengine.format.wording import printable
+from graphengine.physics.files.xml import Element, numbers
+from graphengine.physics.importing.draft import Draft, Remark
+
+TRUE = ("true", "1", "yes", "on")
+
+
+class UnusableError(Exception):
+    """Part of a description that an import cannot use.
+
+    Attributes:
+        reason: for people.
+        span: where the description says it.
+    """
+
+    def __init__(self, reason: str, span: Span) -> None:
+        super().__init__(reason)
+        self.reason = reason
+        self.span = span
+
+
+@dataclass(frozen=True, slots=True)
+class Values:
+    """Values of an element and of those in it. Paths are tags from the element down; `a|b` is the first of several tags."""
+
+    element: Element
+    _read: set[int] = field(default_factory=set)
+
+    def find(self, *path: str) -> Element | None:
+        """Return the first element at a path, or None."""
+        found: Element | None = self.element
+        for tags in path:
+            children = [child for tag in tags.split("|") for child in (found.all(tag) if found is not None else ())]
+            found = children[0] if children else None
+        if found is not None and found is not self.element:
+            self._read.add(id(found))
+        return found
+
+    def text(self, *path: str) -> str:
+        """Return the text at a path, or its attribute `value`, in which older descriptions write it; empty without."""
+        found = self.find(*path)
+        return (found.text or found.get("value")).strip() if found is not None else ""
+
+    def number(self, *path: str, default: float = 0.0) -> float:
+        """Return the number at a path.
+
+        Raises:
+            UnusableError: there is something else.
+        """
+        text, found = self.text(*path), self.find(*path)
+        if found is None or not text:
+            return default
+        values = numbers(text, 1)
+        if values is None:
+            raise UnusableError(f"{found.tag} is no number: {printable(text[:40])!r}", found.span)
+        return values[0]
+
+    def flag(self, *path: str) -> bool | None:
+        """Return the boolean at a path; None without."""
+        text = self.text(*path).lower()
+        return text in TRUE if text else None
+
+    def skip(self, *path: str) -> None:
+        """Mark what is at a path as read."""
+        if (found := self.find(*path)) is not None:
+            self._read.update(id(part) for part in found.walk())
+
+    def unread(self) -> list[Element]:
+        """Return the elements with a value other than zero that nobody has read, in order of the file."""
+        leaves = (part for part in self.element.walk() if part is not self.element and not part.children)
+        return [leaf for leaf in leaves if id(leaf) not in self._read and numbers(leaf.text, 1) != (0.0,)]
+
+
+@dataclass(slots=True)
+class Notes:
+    """Remarks on parts of a description; what is said about several of them becomes one remark."""
+
+    _said: dict[tuple[str, str], list[tuple[str, Span]]] = field(default_factory=dict)
+
+    def add(self, kind: Literal["carried", "guessed", "lost"], subject: str, text: str, span: Span) -> None:
+        """Add a remark on a subject, such as the name of a sensor."""
+        self._said.setdefault((kind, text), []).append((subject, span))
+
+    def tell(self, draft: Draft, noun: str) -> None:
+        """Add the remarks to a draft, with a noun such as `sensor` before the names of the subjects."""
+        for (kind, text), subjects in self._said.items():
+            names = ", ".join(dict.fromkeys(printable(subject[:60]) for subject, _ in subjects))
+            several = "s" if len(subjects) > 1 else ""
+            getattr(draft, kind).append(Remark(f"{noun}{several} {names}: {text}", subjects[0][1]))
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """Adds remarks on one part of a description."""
+
+    notes: Notes
+    name: str
+    span: Span
+
+    def carried(self, text: str) -> None:
+        """Remark on what the robot file repeats."""
+        self.notes.add("carried", self.name, text, self.span)
+
+    def guessed(self, text: str) -> None:
+        """Remark on what the description does not say."""
+        self.notes.add("guessed", self.name, text, self.span)
+
+    def lost(self, text: str, span: Span | None = None) -> None:
+        """Remark on what the robot file cannot hold; at the place of the part unless another is given."""
+        self.notes.add("lost", self.name, text, span or self.span)

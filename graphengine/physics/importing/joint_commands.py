@@ -1,0 +1,126 @@
+"""How joints are commanded: by controllers of single joints, by `<ros2_control>`, else by `<transmission>`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from graphengine.format.diagnostics import Span
+from graphengine.format.wording import printable
+from graphengine.physics.files.xml import Element, numbers
+from graphengine.physics.importing.controllers_file import Controller
+from graphengine.physics.importing.draft import Draft, Remark
+
+KINDS = ("position", "velocity", "effort")
+_CONTROLLERS = {
+    "PositionController": "position",
+    "TrajectoryController": "position",
+    "VelocityController": "velocity",
+    "EffortController": "effort",
+}
+"""Parts of a controller's type, and the command that it gives."""
+_HARDWARE = {"Position": "position", "Velocity": "velocity", "Effort": "effort"}
+"""Beginnings of the hardware interfaces of a transmission, as in `hardware_interface/VelocityJointInterface`."""
+
+
+@dataclass(slots=True)
+class JointCommands:
+    """The commands that a joint takes.
+
+    Attributes:
+        source: the element that says so, for people.
+        span: its place.
+        ranges: for each kind of command its lowest and highest value, None where none is given; rad, m, rad/s, m/s, N m or N.
+        start: position of the joint at the start, rad or m.
+    """
+
+    source: str
+    span: Span
+    ranges: dict[str, tuple[float | None, float | None]] = field(default_factory=dict)
+    start: float | None = None
+
+
+def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str, JointCommands]:
+    """Return the commands of each joint that controllers or the description list; what was read is marked as used."""
+    found: dict[str, JointCommands] = {}
+    for controller in controllers:
+        _controller(draft, controller, found)
+    for element in draft.urdf.element.all("ros2_control"):
+        _ros2_control(draft, element, found)
+    for element in draft.urdf.element.all("transmission"):
+        _transmission(draft, element, found)
+    return found
+
+
+def _controller(draft: Draft, controller: Controller, found: dict[str, JointCommands]) -> None:
+    """The joints of a controller that commands each of them alone, such as a JointGroupVelocityController."""
+    kinds = controller.texts("command_interfaces", "interface_name")
+    word = controller.type.rpartition("/")[2]
+    kinds = kinds or tuple(kind for part, kind in _CONTROLLERS.items() if part in word)
+    for name in controller.texts("joint", "joints"):
+        if name not in draft.urdf.joints or not draft.urdf.joints[name].moves:
+            continue
+        commands = found.setdefault(name, JointCommands(f"controller {printable(controller.name)}", controller.span))
+        for kind in (kind for kind in kinds if kind in KINDS):
+            commands.ranges.setdefault(kind, (None, None))
+
+
+def _ros2_control(draft: Draft, element: Element, found: dict[str, JointCommands]) -> None:
+    source = f"ros2_control {printable(element.get('name'))}"
+    joints = element.all("joint")
+    if joints:
+        draft.use(element)
+    for joint in joints:
+        name = joint.get("name")
+        if _unknown(draft, name, source, joint.span):
+            continue
+        commanded = name in found
+        commands = found.setdefault(name, JointCommands(source, joint.span))
+        for interface in joint.all("command_interface"):
+            kind = interface.get("name")
+            if kind in KINDS:
+                if not commanded or kind in commands.ranges:  # a controller uses one of several interfaces
+                    commands.ranges[kind] = _parameter(interface, "min"), _parameter(interface, "max")
+            else:
+                draft.lost.append(Remark(f"{source}: a drive takes no {kind!r} command", interface.span))
+        states = [state for state in joint.all("state_interface") if state.get("name") == "position"]
+        starts = [_parameter(state, "initial_value") for state in states] + [_parameter(joint, "initial_position")]
+        commands.start = next((start for start in starts if start is not None), commands.start)
+        if draft.urdf.joints[name].mimic is None and (leader := _text(joint, "mimic")):
+            text = f"{source}: {name} follows {leader}: write <mimic> into the joint of the description"
+            draft.lost.append(Remark(printable(text), joint.span))
+
+
+def _transmission(draft: Draft, element: Element, found: dict[str, JointCommands]) -> None:
+    source = f"transmission {printable(element.get('name'))}"
+    for joint in element.all("joint"):
+        name = joint.get("name")
+        if _unknown(draft, name, source, joint.span):
+            continue
+        draft.use(element)
+        commands = found.setdefault(name, JointCommands(source, joint.span))
+        if commands.source != source:  # <ros2_control> says it more exactly
+            continue
+        interfaces = [each for holder in (joint, *element.all("actuator")) for each in holder.all("hardwareInterface")]
+        for interface in interfaces:
+            word = interface.text.rpartition("/")[2]
+            for beginning, kind in _HARDWARE.items():
+                if word.startswith(beginning):
+                    commands.ranges.setdefault(kind, (None, None))
+
+
+def _unknown(draft: Draft, name: str, source: str, span: Span) -> bool:
+    """Whether the description has no such joint that moves, which becomes a remark."""
+    joint = draft.urdf.joints.get(name)
+    if joint is None:
+        draft.lost.append(Remark(f"{source}: the description has no joint {printable(name)!r}", span))
+    return joint is None or not joint.moves
+
+
+def _text(element: Element, name: str) -> str:
+    return next((parameter.text for parameter in element.all("param") if parameter.get("name") == name), "")
+
+
+def _parameter(element: Element, name: str) -> float | None:
+    value = numbers(_text(element, name), 1)
+    return value[0] if value else None

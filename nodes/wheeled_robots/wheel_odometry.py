@@ -1,0 +1,278 @@
+"""Odometry of wheeled bases from their wheel encoders."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graphengine.compiler.lint_registry import lint
+from graphengine.format.errors import PrimError
+from graphengine.node import BadValueError, Bound, Clock, Context, ContextError, ExecOut, In, Out, State
+from graphengine.node.types import Double2, Doubles, Int, Quaterniond, Token, Tokens, Vector3d, read_only
+from graphengine.nodes.checked import check_finite, check_outcome
+from graphengine.nodes.core.articulation import RobotNode
+from graphengine.nodes.wheeled_robots import wheel_motion
+from graphengine.nodes.wheeled_robots.dead_reckoning import Floats, Planar, in_space, moved, to_origin, uncertainty
+from graphengine.nodes.wheeled_robots.geometry_check import Effects, compare_geometry
+
+if TYPE_CHECKING:
+    from graphengine.compiler.lint_registry import LintContext
+
+_JOINTS = {
+    "differential": "leftJoints and rightJoints, one joint or more in each",
+    "mecanum": "leftJoints and rightJoints, [front, back] in each",
+    "ackermann": "leftJoints and rightJoints, one joint or more in each, and steeringJoints: [left, right] or [middle]",
+}
+"""Joints that each kind of kinematics needs, by its token."""
+_UNKNOWN = read_only(np.zeros(36))
+
+
+class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWheelOdometry"):
+    """Computes odometry from wheel encoders, as the controllers of real robots do; IsaacComputeOdometry outputs the ground truth.
+
+    The base moves in a plane. Its pose is relative to that at the first execution after play, and drifts as wheels slip.
+    `kinematics` is one of:
+
+    - `differential`: left and right wheels that do not steer, any number on each side. For a skid-steered base with track T and
+      distance B between its axles, 1 + (B / T)^2 is a good first `wheelDistanceMultiplier`.
+    - `mecanum`: two wheels on each side, [front, back], whose roller axes form an X seen from above.
+    - `ackermann`: the wheels of the unsteered axle, and one or two steered wheels on the other axle.
+
+    Kinematics and integration are those of diff_drive_controller, mecanum_drive_controller and ackermann_steering_controller in
+    ros2_controllers; motions between two executions are straight lines or arcs. `wheelDistance` is their `wheel_separation` or
+    track width, `velocityWindow` their `velocity_rolling_window_size`.
+
+    The covariances follow Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, 5.2.4: variances grow in proportion
+    to distance and turn, and errors of the heading become errors of the position.
+    """
+
+    kinematics: Token = In(default="differential", setup=True, tokens=tuple(_JOINTS), doc="how wheels move the base")
+    left_joints: Tokens = In(required=True, setup=True, doc="joints of the left wheels")
+    right_joints: Tokens = In(required=True, setup=True, doc="joints of the right wheels")
+    steering_joints: Tokens = In(
+        setup=True, doc="for `ackermann`: joints that steer, [left, right] or one in the middle"
+    )
+    wheel_radius: float = In(default=0.0, required=True, unit="m", doc="radius of the wheels")
+    left_wheel_radius_multiplier: float = In(
+        default=1.0, doc="factor for the radius of left wheels; negative if forward is a negative joint speed"
+    )
+    right_wheel_radius_multiplier: float = In(
+        default=1.0, doc="factor for the radius of right wheels; negative if forward is a negative joint speed"
+    )
+    wheel_distance: float = In(default=0.0, required=True, unit="m", doc="distance between left and right wheels")
+    wheel_distance_multiplier: float = In(default=1.0, unit="m/m", doc="factor for `wheelDistance`, to calibrate turns")
+    wheel_base: float = In(
+        default=0.0,
+        unit="m",
+        doc="for `mecanum` and `ackermann`: distance between the axles; negative if the steered axle is behind",
+    )
+    steering_distance: float = In(
+        default=0.0,
+        unit="m",
+        doc="for `ackermann`: distance between the axes that wheels steer about; 0: `wheelDistance`",
+    )
+    steering_multiplier: float = In(
+        default=1.0, doc="factor from joint positions to steering angles; -1 if the joints' axes point down"
+    )
+    center_position: Double2 = In(
+        default=(0.0, 0.0),
+        unit="m",
+        doc="middle of the wheels (`ackermann`: of the unsteered axle) in the frame whose odometry is computed",
+    )
+    ticks_per_revolution: float = In(
+        default=0.0, ge=0.0, setup=True, doc="encoder resolution, ticks per turn of a wheel; 0: angles are exact"
+    )
+    slip: float = In(
+        default=0.0,
+        ge=0.0,
+        unit="m/sqrt(m)",
+        doc="random error of each wheel's travel: its standard deviation after 1 m, growing with the square root of the travel",
+    )
+    velocity_window: Int = In(default=10, ge=1, doc="number of motions whose mean velocity is output")
+    distance_variance: float = In(default=0.0, ge=0.0, unit="m2/m", doc="variance of the distance, per metre driven")
+    heading_variance_by_distance: float = In(
+        default=0.0, ge=0.0, unit="rad2/m", doc="variance of the heading, per metre driven"
+    )
+    heading_variance_by_turn: float = In(
+        default=0.0, ge=0.0, unit="rad2/rad", doc="variance of the heading, per radian turned"
+    )
+    exec_out = ExecOut()
+    position: Vector3d = Out(unit="m", doc="position relative to the start; z is 0")
+    orientation: Quaterniond = Out(
+        default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) relative to the start; a rotation about z"
+    )
+    linear_velocity: Vector3d = Out(unit="m/s", doc="velocity in the base's frame")
+    angular_velocity: Vector3d = Out(unit="rad/s", doc="angular velocity in the base's frame")
+    pose_covariance: Doubles = Out(
+        default=_UNKNOWN,
+        doc="6 x 6, row by row, of x, y, z, roll, pitch, yaw; 0 (unknown) if the three variance inputs are 0",
+    )
+    twist_covariance: Doubles = Out(
+        default=_UNKNOWN, doc="like `poseCovariance`, of the velocities; includes the encoders' quantization"
+    )
+
+    clock: Clock = Bound()
+    wheels: list[int] = Bound()
+    steering: list[int] = Bound()
+    random: np.random.Generator = Bound()
+    last: tuple[float, Floats] | None = State(default=None)
+    pose: Planar = State(default=(0.0, 0.0, 0.0))
+    covariance: Floats = State(factory=lambda: np.zeros((3, 3)))
+    window: tuple[Floats, ...] = State(default=())
+
+    def setup(self, context: Context) -> None:
+        """Bind the joints; encoders count from the next execution."""
+        left, right, steering = len(self.left_joints), len(self.right_joints), len(self.steering_joints)
+        complete = left == right == 2 if self.kinematics == "mecanum" else left and right
+        if not complete or (self.kinematics == "ackermann" and steering not in (1, 2)):
+            raise ContextError(f"{self.kinematics} kinematics lack joints", self.kinematics, _JOINTS[self.kinematics])
+        self.articulation, self.clock, self.random = context.articulation(self.prim()), context.clock, context.random()
+        self.wheels = self.joints(self.left_joints + self.right_joints)
+        self.steering = self.joints(self.steering_joints) if steering else []
+        self.last = None
+
+    def joints(self, names: Tokens) -> list[int]:
+        """Return the numbers of joints in the articulation's order."""
+        return [self.articulation.joint_names.index(name) for name in self.articulation.select(names).names]
+
+    def compute(self) -> None:
+        """Add the motion since the previous execution.
+
+        Raises:
+            BadValueError: the inputs do not describe a base with these kinematics, or a number is not legal.
+        """
+        self.check_numbers()
+        positions, now = self.articulation.positions(), self.clock.time
+        with np.errstate(all="ignore"):
+            travel_per_count = self.travel_per_count()
+            forward = self.forward_kinematics(positions[self.steering] * self.steering_multiplier)
+            counts = self.counted(positions[self.wheels])
+            if self.last is None:
+                self.last = (now, counts)
+            elif now > (before := self.last[0]):
+                travel = self.with_slip(travel_per_count * (counts - self.last[1]))
+                self.advance(forward @ travel, now - before, forward * travel_per_count)
+                self.last = (now, counts)
+
+    def check_numbers(self) -> None:
+        """Check inputs that wires may set to any number.
+
+        Raises:
+            BadValueError: a number is not finite or too small.
+        """
+        check_finite(self, *_NUMBERS)
+        for field, least in _LEAST.items():
+            if getattr(self, field) < least:
+                raise BadValueError(type(self).fields[field].name, getattr(self, field), f"{least} or more")
+
+    def counted(self, angles: Floats) -> Floats:
+        """Return what encoders count at these angles of the wheels (rad): ticks, or rad without a resolution."""
+        return np.floor(angles * (self.ticks_per_revolution / math.tau)) if self.ticks_per_revolution else angles
+
+    def travel_per_count(self) -> Floats:
+        """Return the distance (m) that each wheel rolls per count of its encoder."""
+        if not self.wheel_radius:
+            raise BadValueError("wheelRadius", self.wheel_radius, "other than 0")
+        sides = self.left_wheel_radius_multiplier, self.right_wheel_radius_multiplier
+        angle = math.tau / self.ticks_per_revolution if self.ticks_per_revolution else 1.0
+        return angle * self.wheel_radius * np.repeat(sides, (len(self.left_joints), len(self.right_joints)))
+
+    def forward_kinematics(self, steering: Floats) -> Floats:
+        """Return the matrix (3, wheels) from the travel of the wheels to the motion of the base, at these angles (rad)."""
+        left, right, base = len(self.left_joints), len(self.right_joints), self.wheel_base
+        distance = self.wheel_distance * self.wheel_distance_multiplier
+        try:
+            if self.kinematics == "differential":
+                matrix = wheel_motion.differential(left, right, distance)
+            elif self.kinematics == "mecanum":
+                matrix = wheel_motion.mecanum(distance, base)
+            else:
+                bend = wheel_motion.curvature(steering.tolist(), base, self.steering_distance or self.wheel_distance)
+                matrix = wheel_motion.ackermann(left, right, distance, bend)
+        except ZeroDivisionError:
+            ports = "wheelDistance, wheelDistanceMultiplier, wheelBase"
+            given = (self.wheel_distance, self.wheel_distance_multiplier, base)
+            raise BadValueError(ports, given, f"those of a base with {self.kinematics} kinematics") from None
+        return to_origin(self.center_position) @ matrix
+
+    def with_slip(self, travel: Floats) -> Floats:
+        """Return the travel of the wheels (m) with random errors, drawn only if `slip` is set."""
+        if not self.slip:
+            return travel
+        spread = self.slip * np.sqrt(np.abs(travel))
+        check_outcome(self, *spread.tolist())
+        return travel + spread * self.random.standard_normal(len(travel))
+
+    def advance(self, motion: Floats, elapsed: float, motion_per_count: Floats) -> None:
+        """Add a motion to the pose, and set the outputs.
+
+        Args:
+            motion: the motion.
+            elapsed: its duration, s.
+            motion_per_count: matrix (3, wheels) from counts of the encoders to motions.
+        """
+        window = (*self.window, np.append(motion, elapsed))[-self.velocity_window :]
+        *recent, duration = np.sum(window, axis=0).tolist()
+        pose, step = self.pose, tuple(motion.tolist())
+        x, y, yaw = after = moved(pose, step)
+        v_x, v_y, turn_rate = velocity = [part / duration for part in recent]
+        check_outcome(self, *after, *velocity)
+        covariance, of_pose, of_twist = self.covariance, _UNKNOWN, _UNKNOWN
+        if self.distance_variance or self.heading_variance_by_distance or self.heading_variance_by_turn:
+            covariance = uncertainty(covariance, pose, step, self.noise(step))
+            of_twist = (self.noise(recent) + self.quantization(motion_per_count)) / duration**2
+            check_outcome(self, *covariance.ravel().tolist(), *of_twist.ravel().tolist())
+            of_pose, of_twist = in_space(covariance), in_space(of_twist)
+        self.window, self.pose, self.covariance = window, after, covariance
+        self.position, self.orientation = (x, y, 0.0), (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+        self.linear_velocity, self.angular_velocity = (v_x, v_y, 0.0), (0.0, 0.0, turn_rate)
+        self.pose_covariance, self.twist_covariance = of_pose, of_twist
+
+    def noise(self, motion: Sequence[float]) -> Floats:
+        """Return the covariance (3, 3) of a motion by the model of the variance inputs."""
+        ahead, left, turn = map(abs, motion)
+        heading = self.heading_variance_by_distance * math.hypot(ahead, left) + self.heading_variance_by_turn * turn
+        return np.diag([self.distance_variance * ahead, self.distance_variance * left, heading])
+
+    def quantization(self, motion_per_count: Floats) -> Floats | float:
+        """Return the covariance (3, 3) of a motion between two readings of encoders, each off by at most half a tick."""
+        return motion_per_count @ motion_per_count.T / 6.0 if self.ticks_per_revolution else 0.0
+
+
+_LEAST = {
+    "slip": 0.0,
+    "velocity_window": 1,
+    "distance_variance": 0.0,
+    "heading_variance_by_distance": 0.0,
+    "heading_variance_by_turn": 0.0,
+}
+"""Smallest legal values of inputs that wires may set."""
+_NUMBERS = tuple(
+    port.field
+    for port in ComputeWheelOdometry.fields.values()
+    if port.side == "inputs" and str(port.type).startswith("double")
+)
+
+
+@lint("W201")
+def lint_geometry_of_odometry(context: LintContext) -> None:
+    """Warn if `wheelRadius` or `wheelDistance` differs from the geometry of the two-wheeled robot whose encoders are read."""
+    for _, source, node in context.nodes(ComputeWheelOdometry):
+        joints = node.left_joints + node.right_joints
+        if node.kinematics != "differential" or len(joints) != 2:
+            continue
+        try:
+            robot = context.stage.stands_for_robot(context.stage.find(node.prim()))
+        except (PrimError, BadValueError):  # reported by the dry setup
+            continue
+        if robot is not None:
+            compare_geometry(context, source, node, robot, joints, _EFFECTS)
+
+
+_EFFECTS: Effects = (
+    lambda factor: f"odometry will report {factor:.3g} of the true distance",
+    lambda factor: f"odometry will report {1.0 / factor:.3g} of the true turn",
+)

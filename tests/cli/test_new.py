@@ -1,0 +1,101 @@
+"""`graphrun new` writes a project that needs no file outside of its folder, and runs as it is."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+
+import graphengine as ge
+from tests.cli.harness import Graphrun
+from tests.cli.test_import_urdf import TETRAHEDRON, URDF
+
+OTHER = '<visual><geometry><mesh filename="package://lid/meshes/body.obj"/></geometry></visual>'
+
+
+@pytest.fixture
+def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Packages with a description of a robot, whose meshes have the same name in two packages."""
+    for package in ("cart", "lid"):
+        meshes = tmp_path / "ws" / package / "meshes"
+        meshes.mkdir(parents=True)
+        (meshes / "body.obj").write_text(TETRAHEDRON)
+        (meshes.parent / "package.xml").write_text(f"<package><name>{package}</name></package>")
+    (tmp_path / "ws/cart/urdf").mkdir()
+    (tmp_path / "ws/cart/urdf/cart.urdf").write_text(URDF.replace("  </link>\n", f"    {OTHER}\n  </link>\n", 1))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+FROM = ("--from", "ws/cart/urdf/cart.urdf", "--package-path", "ws")
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+def test_a_first_project_drives_the_dingo_with_a_graph_of_its_own(graphrun: Graphrun, workspace: Path) -> None:
+    result = graphrun("new", "first", code=0, err="")
+    assert result.lines == ["first: a project of 6 files", "next: cd first && graphrun run scene.yaml"]
+    graph = Path("first/graphs/cmd_vel.yaml")
+    graph.write_text(graph.read_text().replace("maxLinearSpeed: 1.3", "maxLinearSpeed: 0.25"))
+    with ge.load("first/scene.yaml").session() as sim:
+        sim.robots["first"].publish("cmd_vel", {"linear": {"x": 1.0}}, every=0.1)
+        sim.run(3.0)
+        assert sim.robots["first"].velocity.linear[0] == pytest.approx(0.25, rel=0.02)
+
+
+def test_a_project_from_a_description_holds_all_its_files(graphrun: Graphrun, workspace: Path) -> None:
+    graphrun("new", "cart", *FROM, code=0)
+    assert files(workspace / "cart") == [
+        "README.md",
+        "requirements.txt",
+        "robots/cart.urdf",
+        "robots/cart.yaml",
+        "robots/meshes/body.obj",
+        "robots/meshes/cart/body.obj",
+        "robots/meshes/lid/body.obj",
+        "scene.yaml",
+        "test_drive.py",
+    ]
+    shutil.rmtree("ws")
+    (workspace / "elsewhere").mkdir()
+    (workspace / "cart").rename(workspace / "elsewhere/cart")
+    assert not graphrun("check", "elsewhere/cart/scene.yaml", code=0).out.startswith("error")
+    with ge.load("elsewhere/cart/scene.yaml").session() as sim:
+        assert sim.robots["cart"].pose.position[2] > -1.0
+
+
+def test_the_robot_stands_where_the_world_has_room(graphrun: Graphrun, workspace: Path) -> None:
+    graphrun("new", "cart", *FROM, "--world", "warehouse", code=0)
+    scene = yaml.safe_load(Path("cart/scene.yaml").read_text())
+    assert (scene["world"], scene["robots"]["cart"]["position"]) == ("worlds/warehouse_features.xml", [-3, 6, 0.2])
+
+
+def test_a_name_that_no_robot_can_have_is_mended_or_refused(graphrun: Graphrun, workspace: Path) -> None:
+    graphrun("new", "my-cart", *FROM, code=0)
+    assert Path("my-cart/robots/my_cart.yaml").is_file()
+    assert "must begin with a letter" in graphrun("new", "2nd", code=2).err
+
+
+def test_what_is_there_stays(graphrun: Graphrun, workspace: Path) -> None:
+    Path("full").mkdir()
+    Path("full/mine.txt").write_text("mine")
+    assert "full: is not an empty folder" in graphrun("new", "full", *FROM, code=2, out="").err
+    Path("file").write_text("mine")
+    assert "file: is not an empty folder" in graphrun("new", "file", code=2, out="").err
+    assert files(workspace / "full") == ["mine.txt"]
+
+
+def test_a_description_with_errors_leaves_no_folder(graphrun: Graphrun, workspace: Path) -> None:
+    Path("ws/cart/meshes/body.obj").unlink()
+    result = graphrun("new", "cart", *FROM, code=1, out="")
+    assert "S101" in result.err
+    assert result.err.endswith("cart is not written\n")
+    assert not Path("cart").exists()
+
+
+def test_arguments_need_a_description(graphrun: Graphrun, workspace: Path) -> None:
+    assert "give one by --from FILE" in graphrun("new", "first", "prefix:=a_", code=2).err
