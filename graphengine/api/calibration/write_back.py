@@ -201,13 +201,13 @@ def _lead_out(
         return _lead_out(outer, given, index, graph, [], file) if outer.find(*given) is not None else None
     use = ("graphs", graph.name.partition("/")[2])
     given = (*use, "parameters", parameter[1])
-    holder = file.document(*given) if file.span(*given) and file.document(*given).find(*given) else None
-    if holder is None:
-        return _Place(file.document(*use, "use"), given) if index is None else None
+    holder = file.document(*given)
     value = holder.find(*given)
-    if value is not None and isinstance(value.data, list):
-        return _Place(holder, (*given, index)) if index is not None else None
-    return _Place(holder, given)
+    if value is None:  # the graph's default; an element of an array cannot be given alone
+        return _Place(file.document(*use, "use"), given) if index is None else None
+    if isinstance(value.data, list) and index is not None:
+        return _Place(holder, (*given, index))
+    return _Place(holder, given) if isinstance(value.data, int | float) else None
 
 
 def _ships(scene: LoadedScene, change: Change) -> bool:

@@ -134,6 +134,13 @@ def test_the_speed_is_at_most_that_of_the_controller() -> None:
     assert result.outside(0.02) == ()
 
 
+def test_the_speed_is_at_most_that_of_the_wheels() -> None:
+    scene = ge.load("dd100_flat", set={"DiffController.maxWheelSpeed": 4.0})
+    result = scene.calibrate()
+    assert result.speed == pytest.approx(4.0 * 0.049)  # at the rim
+    assert result.motions[0].share == pytest.approx(1.0, abs=0.001)
+
+
 @pytest.mark.parametrize(
     "arguments", [{"speed": 0.0}, {"turn_speed": float("nan")}, {"robot": "dd10"}, {"command_topic": "odom"}]
 )
