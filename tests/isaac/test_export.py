@@ -25,6 +25,18 @@ from tests.isaac.harness import ROOT, SCRIPTS, imported, meaning, resolved
 
 SHIPPED = sorted((ROOT / "graphs").rglob("*.yaml"))
 NO_TIMEOUT = "SubscribeTwist: isaacsim.ros2.bridge.ROS2SubscribeTwist has no inputs:timeout in Isaac Sim"
+NO_ROLLING = "Controller: isaacsim.robot.wheeled_robots.HolonomicController has no inputs:rolling in Isaac Sim"
+
+
+def _wheel_odometry(node: str, publisher: str) -> list[str]:
+    publishes = f"{publisher}: isaacsim.ros2.bridge.ROS2PublishOdometry"
+    return [
+        f"{node}: there is no graphengine.wheeled_robots.ComputeWheelOdometry in Isaac Sim",
+        f"{publishes} has no inputs:poseCovariance in Isaac Sim",
+        f"{publishes} has no inputs:twistCovariance in Isaac Sim",
+    ]
+
+
 REFUSED = {
     "dd100/cmd_vel": [NO_TIMEOUT],
     "demo/round": [
@@ -32,12 +44,13 @@ REFUSED = {
         "Ahead: there is no graphengine.data.NearestRange in Isaac Sim",
         NO_TIMEOUT,
     ],
-    "drive": [NO_TIMEOUT],
-    "wheel_odometry": [
-        "WheelOdometry: there is no graphengine.wheeled_robots.ComputeWheelOdometry in Isaac Sim",
-        "PublishOdom: isaacsim.ros2.bridge.ROS2PublishOdometry has no inputs:poseCovariance in Isaac Sim",
-        "PublishOdom: isaacsim.ros2.bridge.ROS2PublishOdometry has no inputs:twistCovariance in Isaac Sim",
-    ],
+    "base/ackermann": [NO_TIMEOUT, *_wheel_odometry("State/Odometry", "State/PublishOdometry")],
+    "base/differential": [NO_TIMEOUT, *_wheel_odometry("State/Odometry", "State/PublishOdometry")],
+    "base/mecanum": [NO_TIMEOUT, NO_ROLLING, *_wheel_odometry("State/Odometry", "State/PublishOdometry")],
+    "base/omni": [NO_TIMEOUT, NO_ROLLING],
+    "base/state": _wheel_odometry("Odometry", "PublishOdometry"),
+    "publishers/range": ["PublishRange: there is no graphengine.ros2.RangePublisher in Isaac Sim"],
+    "wheel_odometry": _wheel_odometry("WheelOdometry", "PublishOdom"),
     "robot_state": ["RobotState: there is no graphengine.ros2.RobotStatePublisher in Isaac Sim"],
 }
 
