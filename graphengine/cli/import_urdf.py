@@ -195,7 +195,7 @@ def _with_controllers(origin: Origin | None, arguments: argparse.Namespace, find
     require_file(path)
     origin.packages.files.note(path)
     controllers = document.load(path, findings)
-    return replace(origin, controllers=controllers) if controllers is not None else None
+    return replace(origin, controllers=controllers) if not findings.errors else None
 
 
 def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:

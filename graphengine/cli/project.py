@@ -36,6 +36,7 @@ robots:
     use: robots/{name}.yaml
     position: [{x:g}, {y:g}, {z:g}]    # m
     orientation: {{rpy_deg: [0, 0, 0]}}
+    robot_state: true    # publishes what robot_state_publisher does: /robot_description, /tf and /tf_static
     # namespace: {name}    # puts its topics below /{name}
 graphs:
   clock: {{use: graphs/clock.yaml, at: /World/clock}}

@@ -41,8 +41,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_transport_argument(parser, reaching_others=False)
     foxglove = (
-        "serve all topics to Foxglove at ws://HOST:PORT, in addition to --transport (default host 127.0.0.1); anyone who"
-        " connects can publish to the topics that graphs read"
+        "serve all topics to Foxglove at ws://HOST:PORT, in addition to --transport (default host 127.0.0.1); there is no"
+        " password: all users and programs of this machine, including web pages in its browsers, can connect, read, and"
+        " publish to the topics that graphs read"
     )
     parser.add_argument("--foxglove", metavar="[HOST:]PORT", type=address, help=foxglove)
     parser.add_argument("--keep-going", action="store_true", help="an exception in a node ends its branch, not the run")

@@ -25,6 +25,12 @@ def manifest_name(folder: Path) -> str | None:
     return found[1].decode("ascii", "replace") if found else None
 
 
+def package_folder(path: Path) -> Path:
+    """Return the folder of the package that a file lies in; outside of packages, the file's own folder."""
+    folders = path.resolve().parents
+    return next((folder for folder in folders if (folder / MANIFEST).is_file()), folders[0])
+
+
 def walk(top: Path, depth: int, closes: Callable[[Sequence[str]], bool]) -> Iterator[tuple[Path, list[str]]]:
     """Yield the folders of a tree with the names of their files; a folder comes before its subfolders.
 

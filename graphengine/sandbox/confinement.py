@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from graphengine.format.files import Files
+from graphengine.format.ros_packages import package_folder
 from graphengine.sandbox import landlock, seccomp
 from graphengine.sandbox.seccomp import Tier
 
@@ -182,6 +183,6 @@ def check_readable(path: Path, files: Files) -> None:
     """
     if not files.may_read(path):
         beside = [root for root in files.roots if not path.is_absolute() and (root / path).exists()]
-        allow = f"allow it with --allow {path.resolve().parent}"
+        allow = f"allow it with --allow {package_folder(path)}"
         remedy = f"relative paths begin at the folder where graphrun runs: cd {beside[0]}" if beside else allow
         raise AccessDeniedError(f"{str(path)!r} lies outside the folder of the file you gave\n{remedy}")

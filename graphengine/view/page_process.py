@@ -18,6 +18,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graphengine.drawing import svg
 from graphengine.format.errors import UsageError
@@ -29,6 +30,8 @@ from graphengine.view.wire import Answer, Ended, GraphDetails, LiveScene, LiveSt
 
 WHAT = ("command", "look", "select", "topics", "drive", "playback", "gone")
 """What viewers may ask."""
+CAMERA = np.array([-2.5, -2.5, 1.8])
+"""First position of a viewer's camera, seen from the first robot, m."""
 OF_SCENE = -1
 """Viewer number in requests of the 3D part."""
 
@@ -107,13 +110,18 @@ class PageProcess:
             self.server.end(_text({"ended": {"error": told.error}}))
 
     def _show_stage(self, stage: LiveScene) -> None:
-        x, y, z = stage.focus
-        camera = self.server.viser.initial_camera
-        camera.position, camera.look_at = (x - 3.5, y - 3.5, z + 2.5), (x, y, z)
+        self._place_camera(np.array(stage.focus))
         self._scene.show(stage)
         self._definitions = stage.definitions
         shown = {"title": stage.title, "graphs": stage.graphs, "robots": stage.robots, "drives": stage.drives}
         self._show("stage", shown)
+
+    def _place_camera(self, focus: NDArray[np.float64]) -> None:
+        """Let new viewers look at a point; by the address too, as messages would turn the camera after the first picture only."""
+        camera = self.server.viser.initial_camera
+        camera.position, camera.look_at = focus + CAMERA, focus
+        position, look_at = (",".join(f"{part:.3f}" for part in one) for one in (focus + CAMERA, focus))
+        self.server.start = f"initialCameraPosition={position}&initialCameraLookAt={look_at}"
 
     def _show(self, kind: str, content: Any) -> None:
         text = _text({kind: content})

@@ -112,6 +112,8 @@ class PageServer:
         self._greet = greet
         self._numbers = itertools.count()
         self.viewers: dict[int, Viewer] = {}
+        self.start = ""
+        """Query for viser's page, which tells a new viewer's camera its first pose."""
         self._sockets: Counter[bool] = Counter()
         """Number of sockets of the feed, and of viser."""
         self._socket = _listen(host, port)
@@ -209,7 +211,8 @@ class PageServer:
             body = _STATIC.joinpath(name).read_bytes()
             return _response(200, mimetypes.guess_type(name)[0] or "text/plain", body)
         if path == SCENE:
-            return _response(303, "text/plain", b"", Location=f"{SCENE}/")
+            dark = request.path.endswith("?darkMode")
+            return _response(303, "text/plain", b"", Location=f"{SCENE}/?{'darkMode&' * dark}{self.start}")
         if path.startswith(f"{SCENE}/"):
             request.path = request.path.removeprefix(SCENE)
             return None

@@ -78,6 +78,7 @@ def test_the_page_shows_the_run_and_controls_it() -> None:
         found["message"] = page.inner_text("#message-text")
         page.click("#play")
         until(page, "document.getElementById('state').textContent === 'playing'")
+        assert not page.frames[1].is_visible("#webgl-software-rendering")  # it would cover the world
         wide = "Math.max(0, ...[...document.querySelectorAll('canvas')].map((canvas) => canvas.width))"
         assert eventually(lambda: page.frames[1].evaluate(wide) > 300, lambda: page.wait_for_timeout(50))
         return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 import http.client
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -20,7 +21,7 @@ from viser import _messages
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from graphengine.view.page_server import FEED, MAX_MESSAGE, MAX_VIEWERS, SCENE, PageServer
+from graphengine.view.page_server import _STATIC, FEED, MAX_MESSAGE, MAX_VIEWERS, SCENE, PageServer
 from tests.waiting import eventually
 
 STRANGER = r"""
@@ -81,6 +82,23 @@ def test_a_viewer_gets_the_page_and_its_parts(served: Served, path: str) -> None
     status, body = served.get(path)
     assert status == 200
     assert body
+
+
+def test_the_address_of_the_3d_part_has_the_first_pose_of_the_camera(served: Served) -> None:
+    served.server.start = "initialCameraPosition=1.000,2.000,3.000"
+    connection = http.client.HTTPConnection("127.0.0.1", served.server.port, timeout=10)
+    for path, query in ((SCENE, ""), (f"{SCENE}?darkMode", "darkMode&"), (f"{SCENE}?evil=1", "")):
+        connection.request("GET", path, headers={"Host": served.host, "Cookie": served.cookie})
+        answer = connection.getresponse()
+        answer.read()
+        assert (answer.status, answer.headers["Location"]) == (303, f"{SCENE}/?{query}{served.server.start}")
+        connection.close()
+
+
+def test_all_modules_of_the_page_are_loaded_at_once(served: Served) -> None:
+    _, page = served.get("/")
+    modules = {file.name for file in _STATIC.iterdir() if file.name.endswith(".js")} - {"page.js", "world.js"}
+    assert set(re.findall(r'rel="modulepreload" href="([^"]+)"', page)) == modules
 
 
 @pytest.mark.parametrize("path", ["/", "/page.js", SCENE, f"{SCENE}/", "/nothing", FEED])

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing, printable
+from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.xml import Element
 
 SCHEME = "package://"
@@ -71,6 +72,23 @@ def report(
         text, *remedies = map(printable, package.lacks or [f"no package {package.name!r}"])
         alternative = f"or leave all of it out: --without {package.name} of import-urdf"
         findings.add("S103", f"xacro: {text}", package.span, *brings, *remedies, alternative)
+
+
+def report_mesh_packages(root: Element, packages: Packages, findings: Findings) -> None:
+    """Add an error for each package that meshes lie in and that is not found, instead of one for each mesh."""
+    missing: dict[str, dict[str, Element]] = {}
+    for mesh in root.walk():
+        name = package_of(mesh.get("filename")) if mesh.tag == "mesh" else None
+        if name is None or packages.find(name) is not None:
+            continue
+        places = packages.places(mesh.get("filename"))  # a package may lie in a folder of another name
+        if not any(packages.files.may_read(place) and place.is_file() for place in places):
+            missing.setdefault(name, {}).setdefault(mesh.get("filename"), mesh)
+    for name, meshes in missing.items():
+        text, *remedies = packages.lacks(name)
+        alternative = f"or leave them out: --without {name} of import-urdf"
+        names = listing((printable(reference) for reference in meshes), "meshes")
+        findings.add("S101", text, next(iter(meshes.values())).place("filename"), names, *remedies, alternative)
 
 
 def drop_meshes(root: Element, packages: Collection[str], findings: Findings) -> None:

@@ -14,6 +14,7 @@ from typing import Literal, NamedTuple
 
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
+from graphengine.format.ros_packages import package_folder
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.files import meshes
 from graphengine.physics.files.bounds import HOW_CELLS_COUNT, MAX_CELLS, cells_of_file, weigh
@@ -267,7 +268,7 @@ class Library:
         try:
             readable = [place for place in places if self.files.may_read(place)]
             found = next((place for place in readable if self._is_there(place)), None)
-            outside = places[0].resolve().parent if places and not readable else None
+            outside = package_folder(places[0]) if places and not readable else None
         except (OSError, RuntimeError, ValueError) as error:  # too long a name, a loop of links
             self.findings.add(code, f"cannot look up {reference[:200]!r}: {error}", span)
             return None

@@ -15,7 +15,7 @@ from graphengine.format.diagnostics import Span
 from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.importing.base_wheels import BaseWheel
 
-Kinematics = Literal["differential", "mecanum", "ackermann"]
+Kinematics = Literal["differential", "mecanum", "omni", "ackermann"]
 _TOPIC = re.compile(r"~?/?[A-Za-z_][A-Za-z0-9_]*(?:/[A-Za-z_][A-Za-z0-9_]*)*\Z")
 
 

@@ -84,6 +84,12 @@ def _mecanum(controller: Controller) -> Base:
     )
 
 
+def _omni(controller: Controller) -> Base:
+    names = controller.texts("wheel_names")
+    radius = controller.positive("wheel_radius")
+    return Base("omni", _source(controller), controller.span, names, radius=radius, parameters=_topics(controller))
+
+
 def _steering(controller: Controller) -> Base:
     front = controller.texts("front_wheels_names")
     rear = controller.texts("rear_wheels_names")
@@ -125,6 +131,7 @@ def _tricycle(controller: Controller) -> Base:
 _READERS: dict[str, Callable[[Controller], Base]] = {
     "DiffDriveController": _differential,
     "MecanumDriveController": _mecanum,
+    "OmniWheelDriveController": _omni,
     "AckermannSteeringController": _steering,
     "BicycleSteeringController": _steering,
     "TricycleSteeringController": _steering,

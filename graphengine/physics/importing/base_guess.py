@@ -45,7 +45,7 @@ def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collect
         draft.lost.append(Remark("wheels on one side only: no graph drives them", span))
         return None
     if len(driven) >= 3:
-        return Base("mecanum", "the wheels, whose axles have several directions", span, names, guessed=True)
+        return Base("omni", "the wheels, whose axles have several directions", span, names, guessed=True)
     draft.lost.append(Remark("wheels that do not roll along the x axis of the root link: no graph drives them", span))
     return None
 

@@ -43,7 +43,9 @@ def measured(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Drivetrai
     _compare(draft, base, "radius of the wheels", base.radius, radius)
     if base.kinematics == "ackermann":
         return _ackermann(draft, base, driven, wheels)
-    return _mecanum(draft, base, driven) if base.kinematics == "mecanum" else _differential(draft, base, driven, radius)
+    if base.kinematics == "differential":
+        return _differential(draft, base, driven, radius)
+    return _mecanum(draft, base, driven) if base.kinematics == "mecanum" else _omni(draft, base, driven)
 
 
 def _declared(draft: Draft, base: Base, joint: str) -> BaseWheel:
@@ -96,25 +98,28 @@ def _by_side(wheels: Sequence[BaseWheel]) -> tuple[list[BaseWheel], list[BaseWhe
 
 
 def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain | None:
-    """Also omnidirectional wheels, whose rollers lie along the direction in which the wheel rolls."""
     left, right = _by_side(driven)
     if (len(left), len(right)) != (2, 2) or not (_alike(left) and _alike(right)):
         text = f"{base.source}: it has not two wheels of one direction on each side: no graph drives them"
         draft.lost.append(Remark(text, base.span))
         return None
-    grips = [_grip(draft, wheel) for wheel in driven]
+    found = _holonomic(draft, base, driven)
+    ends = [wheel.centre[0] for wheel in driven]
+    more = {"track": _rounded(_spread(driven)), "wheelbase": _rounded(max(ends) - min(ends)), "center": _centre(driven)}
+    return replace(found, parameters=found.parameters | more | _sides(left, right))
+
+
+def _holonomic(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain:
+    """A base whose wheels grip along the axes of their rollers only."""
+    grips = [_grip(draft, wheel, base) for wheel in driven]
     axles = [math.atan2(-wheel.axle[0], wheel.axle[1]) for wheel in driven]  # from the y axis, about z
     rollers = [math.degrees(math.atan2(-g[0], g[1]) - axle) for g, axle in zip(grips, axles, strict=True)]
     parameters = {
         "wheels": [wheel.joint for wheel in driven],
         "positions": [[_rounded(value) for value in (*wheel.centre[:2], 0.0)] for wheel in driven],
         "axles": [[_rounded(math.cos(axle / 2)), 0, 0, _rounded(math.sin(axle / 2))] for axle in axles],
-        "rollers": [_rounded((angle + 90.0) % 180.0 - 90.0, 6) for angle in rollers],  # a line has no sign
+        "rollers": [_rounded((angle + 90.0 - 1e-9) % 180.0 - 90.0, 6) for angle in rollers],  # a line has no sign
         "radius": _rounded(_mean(wheel.radius for wheel in driven)),
-        "center": _centre(driven),
-        "track": _rounded(_spread(driven)),
-        "wheelbase": _rounded(max(w.centre[0] for w in driven) - min(w.centre[0] for w in driven)),
-        **_sides(left, right),
     }
     known = {
         key: value for key, value in base.parameters.items() if "acceleration" not in key and key != "deceleration"
@@ -122,12 +127,23 @@ def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrai
     return Drivetrain(base, tuple(driven), (), parameters | known, tuple(grips), 0.0)
 
 
-def _grip(draft: Draft, wheel: BaseWheel) -> Vector3:
-    """The direction of the roller's axis at the floor: mecanum rollers seen from above form a rhombus."""
+def _omni(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain | None:
+    if len(driven) >= 3 and not all(wheel.sideways for wheel in driven):
+        return _holonomic(draft, base, driven)
+    text = f"{base.source}: its axles have not three directions or more: no graph drives them"
+    draft.lost.append(Remark(text, base.span))
+    return None
+
+
+def _grip(draft: Draft, wheel: BaseWheel, base: Base) -> Vector3:
+    """The direction of the roller's axis at the floor, in the root link.
+
+    Those of mecanum wheels form a rhombus; that of an omnidirectional wheel is the direction in which the wheel rolls.
+    """
     told = friction_direction(draft.urdf, wheel)
     if told is not None:
         return told
-    if not wheel.sideways:
+    if base.kinematics == "omni":
         return wheel.axle[1], -wheel.axle[0], 0.0
     return 1.0, -math.copysign(1.0, wheel.centre[0] * wheel.centre[1]), 0.0
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Document, Value, load
@@ -140,13 +139,15 @@ def _named(draft: Draft) -> Iterator[Document]:
 def _open(draft: Draft, reference: str, span: Span) -> Document | None:
     """A file that the description names; a remark says why it is not read."""
     packages = draft.urdf.packages
-    path = Path(reference)
+    told = f"the controllers of {printable(reference)}"
+    path = packages.folder / reference
     if reference.startswith(_FIND):
         package, _, rest = reference.removeprefix(_FIND).partition(")")
         folder = packages.find(package.strip())
-        path = folder / rest.lstrip("/") if folder is not None else path
-    path = packages.folder / path
-    told = f"the controllers of {printable(reference)}"
+        if folder is None:
+            draft.lost.append(Remark(f"{told}: {packages.lacks(package.strip())[0]}", span))
+            return None
+        path = folder / rest.lstrip("/")
     if not packages.files.may_read(path):
         draft.lost.append(Remark(f"{told}: give the file with --controllers FILE", span))
         return None
@@ -155,4 +156,4 @@ def _open(draft: Draft, reference: str, span: Span) -> Document | None:
     document = load(path, findings, str(packages.files.shown(path)))
     for finding in findings.items:
         draft.lost.append(Remark(f"{told}: {finding.message}", finding.span or span))
-    return document
+    return document if not findings.errors else None

@@ -25,7 +25,7 @@ _DEFAULT = {
         "info": "camera/camera_info",
     },
 }
-"""Customary topics of each graph in `graphs/sensors`, by parameter."""
+"""Customary topics of each graph in `graphs/publishers`, by parameter."""
 _NEW = {
     "points": {"topic": "{topic}/points"},
     "camera": {"image": "{topic}", "info": "{above}camera_info"},
@@ -88,7 +88,8 @@ def legal(topic: str) -> str:
 
 
 def _legal_frame(frame_id: str) -> str:
-    return re.sub(r"[^A-Za-z0-9_/-]", "_", frame_id.replace("::", "/")).strip("/")[:200]
+    parts = re.sub(r"[^A-Za-z0-9_/-]", "_", frame_id.replace("::", "/")).split("/")
+    return "/".join(part for part in parts if part)[:200]
 
 
 def _of_plugin(defaults: dict[str, str], values: Values) -> dict[str, str]:

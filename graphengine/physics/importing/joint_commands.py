@@ -1,15 +1,24 @@
-"""How a description says that its joints are commanded: `<ros2_control>`, else `<transmission>`."""
+"""How joints are commanded: by controllers of single joints, by `<ros2_control>`, else by `<transmission>`."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
 from graphengine.physics.files.xml import Element, numbers
+from graphengine.physics.importing.controllers_file import Controller
 from graphengine.physics.importing.draft import Draft, Remark
 
 KINDS = ("position", "velocity", "effort")
+_CONTROLLERS = {
+    "PositionController": "position",
+    "TrajectoryController": "position",
+    "VelocityController": "velocity",
+    "EffortController": "effort",
+}
+"""Parts of a controller's type, and the command that it gives."""
 _HARDWARE = {"Position": "position", "Velocity": "velocity", "Effort": "effort"}
 """Beginnings of the hardware interfaces of a transmission, as in `hardware_interface/VelocityJointInterface`."""
 
@@ -31,14 +40,29 @@ class JointCommands:
     start: float | None = None
 
 
-def joint_commands(draft: Draft) -> dict[str, JointCommands]:
-    """Return the commands of each joint that the description lists; what was read is marked as used."""
+def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str, JointCommands]:
+    """Return the commands of each joint that controllers or the description list; what was read is marked as used."""
     found: dict[str, JointCommands] = {}
+    for controller in controllers:
+        _controller(draft, controller, found)
     for element in draft.urdf.element.all("ros2_control"):
         _ros2_control(draft, element, found)
     for element in draft.urdf.element.all("transmission"):
         _transmission(draft, element, found)
     return found
+
+
+def _controller(draft: Draft, controller: Controller, found: dict[str, JointCommands]) -> None:
+    """The joints of a controller that commands each of them alone, such as a JointGroupVelocityController."""
+    kinds = controller.texts("command_interfaces", "interface_name")
+    word = controller.type.rpartition("/")[2]
+    kinds = kinds or tuple(kind for part, kind in _CONTROLLERS.items() if part in word)
+    for name in controller.texts("joint", "joints"):
+        if name not in draft.urdf.joints or not draft.urdf.joints[name].moves:
+            continue
+        commands = found.setdefault(name, JointCommands(f"controller {printable(controller.name)}", controller.span))
+        for kind in (kind for kind in kinds if kind in KINDS):
+            commands.ranges.setdefault(kind, (None, None))
 
 
 def _ros2_control(draft: Draft, element: Element, found: dict[str, JointCommands]) -> None:
@@ -50,11 +74,13 @@ def _ros2_control(draft: Draft, element: Element, found: dict[str, JointCommands
         name = joint.get("name")
         if _unknown(draft, name, source, joint.span):
             continue
+        commanded = name in found
         commands = found.setdefault(name, JointCommands(source, joint.span))
         for interface in joint.all("command_interface"):
             kind = interface.get("name")
             if kind in KINDS:
-                commands.ranges[kind] = _parameter(interface, "min"), _parameter(interface, "max")
+                if not commanded or kind in commands.ranges:  # a controller uses one of several interfaces
+                    commands.ranges[kind] = _parameter(interface, "min"), _parameter(interface, "max")
             else:
                 draft.lost.append(Remark(f"{source}: a drive takes no {kind!r} command", interface.span))
         states = [state for state in joint.all("state_interface") if state.get("name") == "position"]

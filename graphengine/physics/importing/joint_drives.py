@@ -75,9 +75,8 @@ def fill(
         entry.value |= _drive(draft, joint, decision.kind, wheels, drivetrain)
         if decision.kind not in ("velocity", "position"):
             entry.hint = _TOLD[decision.kind]
-        start = commands[joint.name].start if joint.name in commands else None
-        if start is not None:
-            entry.value["start"] = start
+        if joint.name in commands:
+            entry.value |= _bounds(joint, entry.value.get("drive"), commands[joint.name])
     for decision, joints in decisions.items():
         names = ", ".join(printable(joint.name) for joint in joints)
         remark = Remark(f"{_TOLD[decision.kind]}: {names}; {decision.why}", joints[0].element.span)
@@ -135,7 +134,7 @@ def _decide(
 def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> _Decision:
     """The decision on a joint of the base: carried over if the description or a controller says it, else guessed."""
     if kind in kinds:
-        return _Decision(kind, f"{role} with a {kind} command interface")
+        return _Decision(kind, f"{role} with a {kind} command")
     return _Decision(kind, f"{role}, {source}" if source else role, guessed=not source)
 
 
@@ -154,7 +153,7 @@ def _drive(
         drive: dict[str, Any] = {"damping": _rounded(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
         if wheel is not None and drivetrain is not None and wheel in driven:
             acceleration = drivetrain.base.parameters.get("acceleration")
-            if drivetrain.base.kinematics == "mecanum":
+            if drivetrain.base.kinematics in ("mecanum", "omni"):  # whose controller has no ramps
                 drive["max_acceleration"] = _rounded(float(acceleration or _ACCELERATION) / wheel.radius)
         return {"drive": drive}
     if kind == "position":
@@ -164,6 +163,23 @@ def _drive(
             gains = {"stiffness": _rounded(stiffness), "damping": _rounded(stiffness / 10)}
         return {"drive": gains}
     return {}
+
+
+def _bounds(joint: UrdfJoint, drive: dict[str, Any] | None, commands: JointCommands) -> dict[str, Any]:
+    """Start and limits of a joint whose commands have a range; a drive's speed gets its limit in place."""
+    keys: dict[str, Any] = {}
+    if commands.start is not None:
+        keys["start"] = commands.start
+    speeds = [abs(end) for end in commands.ranges.get("velocity", ()) if end]
+    if drive is not None and speeds:
+        drive["max_velocity"] = max(speeds)
+    lower, upper = commands.ranges.get("position", (None, None))
+    if joint.limits is not None and (lower is not None or upper is not None):
+        low = max(joint.limits[0], joint.limits[0] if lower is None else lower)
+        high = min(joint.limits[1], joint.limits[1] if upper is None else upper)
+        if low < high and (low, high) != joint.limits:
+            keys["limits"] = [low, high]
+    return keys
 
 
 def servo(joint: UrdfJoint) -> dict[str, float]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.description import xacro
-from graphengine.physics.description.absent_packages import drop_meshes
+from graphengine.physics.description.absent_packages import drop_meshes, report_mesh_packages
 from graphengine.physics.description.xacro_macros import choose_macro, robot_macros, wrapper
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element
@@ -63,7 +63,8 @@ def read_source(
     before = len(findings.errors)
     if not xacro.is_xacro(path, root):
         drop_meshes(root, wishes.without, findings)
-        return RobotSource(root, not wishes.without)
+        report_mesh_packages(root, packages, findings)
+        return RobotSource(root, not wishes.without) if len(findings.errors) == before else None
     macro = choose_macro(root, wishes.macro, wishes.arguments, findings)
     if len(findings.errors) > before:
         return None
@@ -84,7 +85,8 @@ def read_source(
     if element is None:
         return None
     drop_meshes(element, wishes.without, findings)
-    return RobotSource(element, False, text)
+    report_mesh_packages(element, packages, findings)
+    return RobotSource(element, False, text) if len(findings.errors) == before else None
 
 
 def arguments_of(path: Path, root: Element, packages: Packages, findings: Findings) -> list[str]:

@@ -55,13 +55,13 @@ def _wheel(
     if not turns_on(joint):
         return None
     body = model.body(joint.child).id
-    geoms = [geom for geom in np.flatnonzero(collides(model)) if model.geom_bodyid[geom] == body]
+    geoms = [int(geom) for geom in np.flatnonzero(collides(model)) if model.geom_bodyid[geom] == body]
     if (crooked := _crooked(draft, joint)) is not None:
         reach = extents(model, data, geoms)
         if reach is not None and reach[0][2] < lowest + STANDING:
             draft.noticed.append(crooked)
         return None
-    points = [_surface(model, data, int(geom)) for geom in geoms]
+    points = [_surface(model, data, geom) for geom in geoms]
     axis = rotate(draft.urdf.pose_in_root(joint.child)[1], joint.axis)
     root = data.body(draft.urdf.root)
     axle, joint_at = root.xmat.reshape(3, 3) @ np.array(axis), data.xpos[body]
@@ -111,9 +111,10 @@ def _size(points: Floats, axle: Floats) -> tuple[float, float, float] | None:
 
 
 def _swivels(draft: Draft, joint: UrdfJoint) -> bool:
-    """Whether a joint above a wheel's turns freely about the vertical."""
-    above = draft.urdf.links[joint.parent].carrier
-    while above is not None:
+    """Whether a wheel hangs on a joint that turns freely about the vertical, and nothing commands the one or the other."""
+    commanded = _commanded(draft)
+    above: UrdfJoint | None = joint
+    while above is not None and above.name not in commanded:
         axis = rotate(draft.urdf.pose_in_root(above.child)[1], above.axis)
         if turns_on(above) and abs(axis[2]) > PLUMB:
             return True
@@ -121,12 +122,31 @@ def _swivels(draft: Draft, joint: UrdfJoint) -> bool:
     return False
 
 
+def _commanded(draft: Draft) -> set[str]:
+    """Joints that the description has something command: transmissions, ros2_control, plugins of Gazebo."""
+    found: set[str] = set()
+    for owner in draft.urdf.element.children:
+        if owner.tag == "transmission":
+            found |= {joint.get("name") for joint in owner.all("joint")}
+        elif owner.tag == "ros2_control":
+            found |= {joint.get("name") for joint in owner.all("joint") if joint.all("command_interface")}
+        elif owner.tag == "gazebo":
+            plugins = (
+                each for each in owner.all("plugin") if "state" not in (each.get("filename") + each.get("name")).lower()
+            )
+            found |= {part.text for plugin in plugins for part in plugin.walk()}
+    return found
+
+
 def _shape(draft: Draft, wheel: WheelShape) -> None:
     """Write the collider of a wheel that would not roll smoothly: corners of a mesh, and the rims of a cylinder."""
     colliders = draft.urdf.links[wheel.link].colliders
     if not wheel.on_floor or wheel.collider == "sphere":
         return
+    first = not draft.sections["wheel_colliders"]
     entry = draft.entry("wheel_colliders", wheel.link)
+    if first:
+        entry.comments.append("touch the floor at one point each; the rims of a cylinder would scrub in a turn")
     if wheel.collider == "cylinder" and len(colliders) == 1:
         entry.value = "ellipsoid"
         return

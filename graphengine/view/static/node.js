@@ -85,7 +85,8 @@ function portRow(name, one) {
 }
 
 function plotButton(line, name) {
-  const cell = element("td"), choose = element("button", name, "plain", { type: "button", title: `plot ${name}` });
+  const cell = element("td"), choose = element("button", "", "plain", { type: "button", title: `plot ${name}` });
+  for (const word of name.split(/(?=[A-Z])/)) choose.append(word, element("wbr")); // a long name may break there
   choose.onclick = () => choosePort(line);
   cell.append(choose);
   return cell;

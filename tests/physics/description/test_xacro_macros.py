@@ -5,13 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from graphengine.format.diagnostics import Findings
+from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.files import Files
 from graphengine.physics.description.xacro_macros import choose_macro, has_robot, robot_macros, wrapper
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element, parse
 
+SPAN = Span(Source("rover.xacro", ()), 1, 1)
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
 ROVER = '<xacro:macro name="rover" params="{}"><link name="base_link"/></xacro:macro>'
 
@@ -117,3 +120,23 @@ def test_a_comment_of_the_wrapper_stays_a_comment(tmp_path: Path) -> None:
     found = parse(text.encode(), "r", Findings(), "S103")
     assert found is not None
     assert [child.tag for child in found.children] == ["xacro:include", "xacro:rover"]
+
+
+TEXTS = st.text(st.characters(exclude_categories=["Cs", "Cc"]) | st.sampled_from("<>&\"'${}-* :=^|"), max_size=30)
+
+
+@given(params=TEXTS, arguments=st.dictionaries(TEXTS, TEXTS, max_size=3))
+def test_whatever_a_file_and_a_user_write_the_wrapper_is_xml_that_calls_the_macro(
+    params: str, arguments: dict[str, str]
+) -> None:
+    element = Element("xacro:macro", {"name": "rover", "params": params}, SPAN, [Element("link", {}, SPAN)])
+    (macro,) = robot_macros(Element("robot", {}, SPAN, [element]))
+    path, packages = Path("/nowhere/rover.xacro"), Packages(Path("/nowhere"), (), Files((Path("/nowhere"),)))
+    # The names of parameters come from a file of XML, in which the user's attributes would be refused by the parser.
+    others = {key: value for key, value in arguments.items() if key not in macro.parameters}
+    text = wrapper(macro, path, "rover", others, packages, complete=True)
+    found = parse(text.encode(), "rover", Findings(), "S103")
+    assert found is not None
+    tags = [child.tag for child in found.children]
+    assert tags == ["xacro:arg"] * len(others) + ["xacro:include", "xacro:rover"]
+    assert [child.get("name") for child in found.children[: len(others)]] == list(others)

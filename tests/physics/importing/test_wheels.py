@@ -6,7 +6,27 @@ from pathlib import Path
 
 import pytest
 
-from tests.physics.importing.harness import CASTER, CYLINDER, INERTIA, MESH, drum, imported, keys, noticed, rover, wheel
+from tests.physics.harness import FLOOR, load, steps, yaw_of
+from tests.physics.importing.harness import (
+    CASTER,
+    CHASSIS,
+    CYLINDER,
+    INERTIA,
+    MESH,
+    drum,
+    imported,
+    keys,
+    noticed,
+    rover,
+    wheel,
+)
+
+ROVER_SCENE = "scene: s\nworld: world.xml\nrobots:\n  rover: {use: rover.yaml, position: [0, 0, 0.1]}\n"
+
+SWIVEL = f"""<link name="fork"><inertial><mass value=".2"/>{INERTIA}</inertial></link>
+      <joint name="swivel" type="continuous">
+        <parent link="base_link"/><child link="fork"/><origin xyz="-.25 0 -.05"/><axis xyz="0 0 1"/>
+      </joint>"""
 
 
 @pytest.fixture
@@ -16,7 +36,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def meshed(**more: str) -> str:
-    return wheel("left", 0.2, MESH, **more) + wheel("right", -0.2, MESH, **more)  # type: ignore[arg-type]
+    return wheel("left", 0.2, MESH, **more) + wheel("right", -0.2, MESH, **more)
 
 
 def test_a_wheel_with_a_mesh_is_found_and_rolls_as_an_ellipsoid(folder: Path) -> None:
@@ -26,9 +46,9 @@ def test_a_wheel_with_a_mesh_is_found_and_rolls_as_an_ellipsoid(folder: Path) ->
     assert (left.radius, left.width, left.offset) == pytest.approx((0.1, 0.04, 0.03), abs=1e-6)
     assert left.centre == pytest.approx((0, 0.23, 0), abs=1e-6)
     shape = {"shape": "ellipsoid", "radius": 0.1, "width": 0.04, "offset": 0.03}
-    assert keys(robot)["wheel_colliders"]["left_wheel"] == pytest.approx(shape)  # type: ignore[comparison-overlap]
+    assert keys(robot)["wheel_colliders"]["left_wheel"] == pytest.approx(shape)
     assert robot.robot.wheel_radii == pytest.approx({"left_joint": 0.1, "right_joint": 0.1})
-    assert keys(robot)["joints"]["left_joint"] == {"drive": {"damping": 50.0}}
+    assert keys(robot)["joints"]["left_joint"] == {"drive": {"damping": 589.0}}
 
 
 @pytest.mark.parametrize(("corners", "found"), [(4, False), (6, False), (10, True), (60, True)])
@@ -67,12 +87,8 @@ def test_a_wheel_that_does_not_turn_about_its_own_axis_is_told(folder: Path) -> 
 
 
 def test_a_caster_of_swivel_and_wheel_turns_freely(folder: Path) -> None:
-    swivel = f"""<link name="fork"><inertial><mass value=".2"/>{INERTIA}</inertial></link>
-      <joint name="swivel" type="continuous">
-        <parent link="base_link"/><child link="fork"/><origin xyz="-.25 0 -.05"/><axis xyz="0 0 1"/>
-      </joint>"""
     roll = wheel("small", 0, CYLINDER.replace('radius=".1"', 'radius=".05"')).replace("base_link", "fork")
-    robot = imported(folder, rover(swivel, roll))
+    robot = imported(folder, rover(SWIVEL, roll))
     assert robot.draft.wheels["small_joint"].swivels
     assert keys(robot)["joints"]["small_joint"] == {}
     assert keys(robot)["joints"]["swivel"] == {}
@@ -83,3 +99,51 @@ def test_wheels_get_full_grip(folder: Path) -> None:
     material = keys(imported(folder, rover(CASTER)))["materials"]["WheelMaterial"]
     bind = ["left_wheel", "right_wheel"]
     assert material == {"static_friction": 1.0, "dynamic_friction": 1.0, "combine": "max", "bind": bind}
+
+
+@pytest.mark.parametrize(
+    ("commands", "swivels"),
+    [
+        ('<transmission name="t"><joint name="swivel"/></transmission>', False),
+        (
+            '<ros2_control name="r"><joint name="swivel"><command_interface name="position"/></joint></ros2_control>',
+            False,
+        ),
+        ('<ros2_control name="r"><joint name="swivel"><state_interface name="position"/></joint></ros2_control>', True),
+        ('<gazebo><plugin name="steer" filename="s.so"><joint_name>swivel</joint_name></plugin></gazebo>', False),
+        (
+            '<gazebo><plugin name="JointStatePublisher" filename="s.so"><joint_name>swivel</joint_name></plugin></gazebo>',
+            True,
+        ),
+    ],
+)
+def test_a_wheel_on_a_joint_that_is_commanded_is_no_caster(folder: Path, commands: str, swivels: bool) -> None:
+    roll = wheel("small", 0, CYLINDER.replace('radius=".1"', 'radius=".05"')).replace("base_link", "fork")
+    robot = imported(folder, rover(SWIVEL, roll, commands))
+    assert robot.draft.wheels["small_joint"].swivels is swivels
+
+
+@pytest.mark.parametrize("collision", [MESH, CYLINDER], ids=["meshes", "cylinders"])
+def test_a_robot_that_is_imported_goes_as_far_as_its_wheels_turn(folder: Path, collision: str) -> None:
+    low = CHASSIS.replace('xyz="-.1 0 .06"', 'xyz="-.1 0 -.07"')  # it drags
+    wheels = wheel("left", 0.2, collision) + wheel("right", -0.2, collision)
+    robot = imported(folder, rover(chassis=low, wheels=wheels))
+    (folder / "rover.yaml").write_text(robot.files[folder / "rover.yaml"], encoding="utf-8")
+    (folder / "world.xml").write_text(FLOOR, encoding="utf-8")
+    (folder / "scene.yaml").write_text(ROVER_SCENE, encoding="utf-8")
+    simulation = load(folder / "scene.yaml").simulation
+    joints = simulation.articulation(simulation.stage.find("/rover"))
+    base, select = (
+        simulation.body(simulation.stage.find("/rover/base_link")),
+        joints.select(["left_joint", "right_joint"]),
+    )
+    select.command(velocities=[3.0, 3.0])
+    steps(simulation, 240)
+    start = base.pose()[0]
+    steps(simulation, 480)
+    assert base.pose()[0][0] - start[0] == pytest.approx(3.0 * 0.1 * 2.0, rel=0.005)
+    select.command(velocities=[-1.0, 1.0])
+    steps(simulation, 240)
+    before = yaw_of(base.pose()[1])
+    steps(simulation, 480)
+    assert yaw_of(base.pose()[1]) - before == pytest.approx(2 * 0.1 / 0.4 * 2.0, rel=0.005)

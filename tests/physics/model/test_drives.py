@@ -44,6 +44,25 @@ def test_max_acceleration_is_the_slope_of_the_velocity_set_point(project: Projec
     assert seen[239] == pytest.approx(1.0, rel=0.002)
 
 
+def test_max_velocity_bounds_a_command_and_says_so(project: Project) -> None:
+    project.write("bot.urdf", ENDLESS).robot("joints: {arm_joint: {drive: {damping: 1000, max_velocity: 2}}}")
+    simulation, joints = project.load_joints()
+    joints.select().command(velocities=[-5.0])
+    steps(simulation, 60)
+    assert joints.velocities()[0] == pytest.approx(-2.0, rel=0.002)
+    assert simulation.clamped_commands == {"velocity of /bot/arm_joint beyond -2 to 2": 1}
+
+
+def test_max_velocity_is_the_slope_of_the_position_set_point(project: Project) -> None:
+    drive = "{stiffness: 2000, damping: 20, max_velocity: 0.5}"
+    simulation, joints = project.robot(f"joints: {{arm_joint: {{drive: {drive}}}}}").load_joints()
+    joints.select().command(positions=[0.5])
+    steps(simulation, 120)
+    assert joints.positions()[0] == pytest.approx(0.25, abs=0.02)  # after half a second
+    steps(simulation, 240)
+    assert joints.positions()[0] == pytest.approx(0.5, abs=0.005)
+
+
 def test_a_spring_and_damper_hold_a_position_and_nan_leaves_a_joint_alone(project: Project) -> None:
     simulation, joints = project.robot("joints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}").load_joints()
     selection = joints.select(("arm_joint",))

@@ -20,7 +20,7 @@ FOLLOWER = """  <link name="hand">
 
 def positions(project: Project) -> list[float]:
     _, joints = project.load_joints()
-    return joints.positions().tolist()
+    return list(map(float, joints.positions()))
 
 
 def test_a_joint_starts_where_its_robot_file_says_and_its_drive_holds_it_there(project: Project) -> None:

@@ -1,0 +1,335 @@
+"""What decides the drives of an imported robot and the graph of its base, in which order, and what an import says of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.physics.bases import FOUR, MECANUM, SKID, Base, Wheel
+from tests.physics.importing.imported_bases import (
+    CAR,
+    CONTROLLERS,
+    DIFFERENTIAL,
+    PLUGIN,
+    attempt,
+    description,
+    imported,
+    interfaces,
+    remarks,
+    robot_file,
+)
+
+
+def parameters(folder: Path, text: str, controllers: str = "") -> dict[str, Any]:
+    """The parameters of the base's graph."""
+    found = robot_file(imported(folder, text, controllers))["graphs"]["base"]["parameters"]
+    assert isinstance(found, dict)
+    return found
+
+
+NESTED = CONTROLLERS + "    linear: {x: {max_velocity: 0.7, max_acceleration: 0.9}}\n"
+DOTTED = CONTROLLERS + "    linear.x.max_velocity: 0.7\n    linear.x.max_acceleration: 0.9\n"
+
+
+ROS_1 = """bot:
+  base:
+    type: diff_drive_controller/DiffDriveController
+    left_wheel: left_joint
+    right_wheel: [right_joint]
+    linear: {x: {has_velocity_limits: true, max_velocity: 0.7, max_acceleration: 0.9}}
+"""
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        NESTED,
+        DOTTED,
+        DOTTED.replace("controller_manager:", "/**/controller_manager:").replace("\nbase_con", "\n/robot/base_con"),
+        "/**:\n" + "".join(f"  {line}\n" for line in NESTED.splitlines()),
+        DOTTED.replace("base_controller: {type: diff", "base_controller.type: {x: diff")
+        .replace("{x: ", "")
+        .replace("DiffDriveController}", "DiffDriveController"),
+        DOTTED.replace("wheel_names: [left_joint]", "wheel_names: left_joint"),
+        ROS_1,
+    ],
+)
+def test_a_controller_is_read_however_its_file_is_written(tmp_path: Path, text: str) -> None:
+    found = parameters(tmp_path, description(DIFFERENTIAL), text)
+    assert {key: found[key] for key in ("left", "right", "speed", "acceleration", "deceleration")} == {
+        "left": ["left_joint"],
+        "right": ["right_joint"],
+        "speed": 0.7,
+        "acceleration": 0.9,
+        "deceleration": 0.9,
+    }
+
+
+def test_a_limit_that_is_switched_off_is_none(tmp_path: Path) -> None:
+    text = (
+        f"{DOTTED}    linear.x.has_velocity_limits: false\n    cmd_vel_timeout: 0.25\n    odom_frame_id: world_frame\n"
+    )
+    found = parameters(tmp_path, description(DIFFERENTIAL), text)
+    assert "speed" not in found
+    assert (found["timeout"], found["odom_frame"]) == (0.25, "world_frame")
+
+
+def test_a_controller_of_other_joints_is_told_and_the_wheels_decide(tmp_path: Path) -> None:
+    found = imported(tmp_path, description(DIFFERENTIAL), CONTROLLERS.replace("[left_joint]", "[lft_joint]"))
+    said = remarks(found)
+    assert "lost: DiffDriveController base_controller: the description has no joint 'lft_joint'; did you mean" in said
+    assert "guessed: base: differential with 2 driven wheels, radius 0.05 m, track 0.3 m" in said
+
+
+def test_the_measures_of_the_description_count_and_others_are_told(tmp_path: Path) -> None:
+    text = CONTROLLERS.replace("wheel_radius: 0.05", "wheel_radius: 0.06")
+    found = imported(tmp_path, description(DIFFERENTIAL), text)
+    assert robot_file(found)["graphs"]["base"]["parameters"]["radius"] == 0.05
+    assert "guessed: the radius of the wheels is 0.05 m as in the description; DiffDriveController" in remarks(found)
+
+
+@pytest.mark.parametrize(
+    "plugin",
+    [
+        PLUGIN.replace("</plugin>", "<topic>go</topic><odom_topic>here</odom_topic></plugin>"),
+        PLUGIN.replace("gz-sim-diff-drive-system", "libignition-gazebo-diff-drive-system.so").replace(
+            "</plugin>", "<topic>/go</topic><odom_topic>/here</odom_topic></plugin>"
+        ),
+        """<gazebo><plugin name="drive" filename="libgazebo_ros_diff_drive.so">
+          <ros><remapping>cmd_vel:=go</remapping><remapping>odom:=here</remapping></ros>
+          <left_joint>left_joint</left_joint><right_joint>right_joint</right_joint><wheel_diameter>0.1</wheel_diameter>
+        </plugin></gazebo>""",
+        """<gazebo><plugin name="drive" filename="libgazebo_ros_diff_drive.so"><commandTopic>go</commandTopic>
+          <odometryTopic>here</odometryTopic><leftJoint>left_joint</leftJoint><rightJoint>right_joint</rightJoint>
+        </plugin></gazebo>""",
+    ],
+)
+def test_plugins_of_gazebo_give_joints_and_topics(tmp_path: Path, plugin: str) -> None:
+    found = imported(tmp_path, description(DIFFERENTIAL, plugin))
+    known = robot_file(found)["graphs"]["base"]["parameters"]
+    assert (known["cmd_vel"], known["odom"], known["left"]) == ("go", "here", ["left_joint"])
+    assert "carried: base: differential with 2 driven wheels" in remarks(found)
+    assert "lost: gazebo plugin" not in remarks(found)
+
+
+def test_other_plugins_give_their_topics(tmp_path: Path) -> None:
+    more = """<gazebo>
+      <plugin filename="gz-sim-joint-state-publisher-system" name="gz::sim::systems::JointStatePublisher">
+        <topic>states</topic>
+      </plugin>
+      <plugin filename="gz-sim-odometry-publisher-system" name="gz::sim::systems::OdometryPublisher">
+        <odom_topic>way</odom_topic><odom_frame>start</odom_frame>
+      </plugin></gazebo>"""
+    known = parameters(tmp_path, description(DIFFERENTIAL, PLUGIN, more))
+    assert (known["joint_states"], known["odom"], known["odom_frame"]) == ("states", "way", "start")
+
+
+def test_a_base_that_a_plugin_pushes_is_driven_by_its_wheels_which_is_told(tmp_path: Path) -> None:
+    plugin = '<gazebo><plugin name="move" filename="libgazebo_ros_planar_move.so"/></gazebo>'
+    said = remarks(imported(tmp_path, description(DIFFERENTIAL, plugin)))
+    assert "lost: plugin planar_move: it pushes the base without turning its wheels" in said
+    assert "guessed: base: differential" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "kinematics"),
+    [("left", "differential"), ("mecanum_left", "mecanum")],
+)
+def test_the_name_of_a_wheel_tells_mecanum_from_skid_steered(tmp_path: Path, name: str, kinematics: str) -> None:
+    places = [(x, y) for x in (0.2, -0.2) for y in (0.2, -0.2)]
+    base = Base("cart", tuple(Wheel(f"{name}{n}", x, y) for n, (x, y) in enumerate(places)), 0.05, 0.03, 5.0)
+    assert (
+        robot_file(imported(tmp_path, description(base)))["graphs"]["base"]["use"] == f"graphs/base/{kinematics}.yaml"
+    )
+
+
+def test_the_direction_of_friction_tells_how_rollers_lie(tmp_path: Path) -> None:
+    """Those of this base lie the other way round: it goes left when its front left wheel turns forward."""
+    tags = [
+        f"""<gazebo reference="{wheel}" xmlns:gz="g"><mu1>1</mu1><mu2>0</mu2>
+            <fdir1 gz:expressed_in="base_link">1 {side} 0</fdir1></gazebo>"""
+        for wheel, side in zip(FOUR, (1, -1, -1, 1), strict=True)
+    ]
+    base = Base("cart", MECANUM.wheels, 0.05, 0.04, 13.0)
+    found = robot_file(imported(tmp_path, description(base, *tags)))
+    assert found["graphs"]["base"]["parameters"]["rollers"] == [-45.0, 45.0, 45.0, -45.0]
+    grips = {tuple(material["bind"]): material["direction"] for material in found["materials"].values()}
+    assert grips == {("front_left", "rear_right"): [1.0, 1.0, 0.0], ("front_right", "rear_left"): [1.0, -1.0, 0.0]}
+
+
+def test_skid_steered_wheels_slide_sideways_and_their_drives_are_as_stiff_as_the_robot_is_heavy(tmp_path: Path) -> None:
+    """55.2 kg by 9.81 m/s2 on four wheels of 0.1651 m are 22.3 N m a wheel, which may cost 0.01 rad/s."""
+    found = robot_file(imported(tmp_path, description(SKID)))
+    assert found["joints"]["front_left_joint"]["drive"]["damping"] == 2240.0
+    assert found["materials"]["wheels"]["across"] == 0.05
+    assert sorted(found["materials"]["wheels"]["bind"]) == sorted(FOUR)
+
+
+def test_interfaces_decide_the_drives(tmp_path: Path) -> None:
+    arm = "".join(
+        f"""<link name="{name}"><inertial><mass value="0.1"/>
+          <inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
+        <joint name="{name}_joint" type="revolute"><parent link="base_link"/><child link="{name}"/><axis xyz="0 0 1"/>
+          <limit lower="-2" upper="2" effort="5" velocity="3"/></joint>"""
+        for name in ("held", "spun", "pushed", "loose")
+    )
+    control = """<ros2_control name="arm" type="system">
+      <joint name="held_joint"><command_interface name="position"><param name="min">-1</param>
+        <param name="max">1.5</param></command_interface>
+        <state_interface name="position"><param name="initial_value">0.5</param></state_interface></joint>
+      <joint name="spun_joint"><command_interface name="velocity"><param name="max">2</param></command_interface></joint>
+      <joint name="pushed_joint"><command_interface name="effort"/></joint>
+      <joint name="loose_joint"><state_interface name="position"/></joint></ros2_control>"""
+    wheels = interfaces(left_joint="velocity", right_joint="velocity")
+    found = imported(tmp_path, description(DIFFERENTIAL, arm, control, wheels))
+    joints = robot_file(found)["joints"]
+    assert joints["held_joint"] == {
+        "drive": {"stiffness": 50.0, "damping": 5.0, "max_velocity": 3.0},
+        "start": 0.5,
+        "limits": [-1.0, 1.5],
+    }
+    assert joints["spun_joint"]["drive"]["max_velocity"] == 2.0
+    assert "stiffness" not in joints["spun_joint"]["drive"]
+    assert joints["pushed_joint"] == joints["loose_joint"] == {}
+    assert "carried: no drive, takes efforts: pushed_joint; effort command of ros2_control" in remarks(found)
+    assert "carried: no drive, turns freely: loose_joint; no controller commands them" in remarks(found)
+
+
+def test_transmissions_decide_where_nothing_else_does(tmp_path: Path) -> None:
+    text = "".join(
+        f"""<transmission name="{joint}"><type>transmission_interface/SimpleTransmission</type>
+        <joint name="{joint}"><hardwareInterface>hardware_interface/{kind}JointInterface</hardwareInterface></joint>
+        </transmission>"""
+        for joint, kind in (
+            ("rear_left_joint", "Velocity"),
+            ("rear_right_joint", "Velocity"),
+            ("front_left_steer", "Position"),
+        )
+    )
+    found = imported(tmp_path, description(CAR, text))
+    joints = robot_file(found)["joints"]
+    assert "drive" not in joints["front_left_joint"]
+    assert "carried: velocity drive: rear_left_joint, rear_right_joint" in remarks(found)
+    assert "carried: position drive: front_left_steer" in remarks(found)
+    assert "guessed: position drive: front_right_steer" in remarks(found)
+
+
+def test_a_joint_that_is_not_there_is_told(tmp_path: Path) -> None:
+    said = remarks(imported(tmp_path, description(DIFFERENTIAL, interfaces(left_joint="velocity", lost="velocity"))))
+    assert "lost: ros2_control hardware: the description has no joint 'lost'" in said
+
+
+def test_a_caster_swivels_freely(tmp_path: Path) -> None:
+    wheel = Base("x", (Wheel("trail", 0.0, 0.0),), 0.05, 0.02, 0.2).urdf()
+    inside = wheel.partition("</link>")[2].removesuffix("</robot>").replace('"base_link"', '"fork"')
+    inside = inside.replace('xyz="0.0 0.0 0"', 'xyz="-0.06 0 0"')
+    fork = """<link name="fork"><inertial><mass value="0.1"/>
+      <inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="fork_joint" type="continuous"><parent link="base_link"/><child link="fork"/>
+      <origin xyz="-0.3 0 0"/><axis xyz="0 0 1"/></joint>"""
+    text = DIFFERENTIAL.urdf().replace("</robot>", f"{fork}{inside}</robot>")
+    found = imported(tmp_path, text)
+    assert robot_file(found)["graphs"]["base"]["use"] == "graphs/base/differential.yaml"
+    said = remarks(found)
+    assert "guessed: no drive, turns freely: fork_joint; swivels of casters" in said
+    assert "guessed: no drive, turns freely: trail_joint; wheels that drive nothing" in said
+
+
+def control_plugin(file: str) -> str:
+    return f"""<gazebo><plugin filename="gz_ros2_control-system" name="gz_ros2_control::GazeboSimROS2ControlPlugin">
+      <parameters>{file}</parameters><ros><remapping>~/cmd_vel:=platform/cmd_vel</remapping></ros></plugin></gazebo>"""
+
+
+@pytest.mark.parametrize("reference", ["config/bot.yaml", "$(find bot_package)/config/bot.yaml"])
+def test_a_file_that_the_description_names_is_taken_by_itself(tmp_path: Path, reference: str) -> None:
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config/bot.yaml").write_text(DOTTED, encoding="utf-8")
+    (tmp_path / "package.xml").write_text("<package><name>bot_package</name></package>", encoding="utf-8")
+    known = parameters(tmp_path, description(DIFFERENTIAL, control_plugin(reference)))
+    assert (known["speed"], known["cmd_vel"]) == (0.7, "platform/cmd_vel")
+
+
+@pytest.mark.parametrize(
+    ("reference", "reason"),
+    [
+        ("/etc/passwd", "give the file with --controllers FILE"),
+        ("../../../../etc/passwd", "give the file with --controllers FILE"),
+        ("$(find nowhere)/x.yaml", "no package 'nowhere'"),
+        ("absent.yaml", "cannot read"),
+        ("broken.yaml", "YAML syntax"),
+        (".", "cannot read"),
+        ("a" * 5000, "File name too long"),
+    ],
+)
+def test_a_file_that_is_not_for_it_is_not_read_and_the_import_goes_on(
+    tmp_path: Path, reference: str, reason: str
+) -> None:
+    (tmp_path / "broken.yaml").write_text("a: [1, 2", encoding="utf-8")
+    said = remarks(imported(tmp_path, description(DIFFERENTIAL, control_plugin(reference))))
+    assert "lost: the controllers of " in said
+    assert reason in said
+    assert "guessed: base: differential" in said
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a: !!python/object/apply:os.system [ls]",
+        "a: &x [*x]",
+        "a: 1\na: 2",
+        "- 1",
+        "x",
+        "a: {<<: {b: 1}}",
+        "[" * 100,
+        "---\na: 1\n---\nb: 2",
+    ],
+)
+def test_a_file_of_controllers_with_mistakes_is_an_error_with_its_place(tmp_path: Path, text: str) -> None:
+    found, findings = attempt(tmp_path, description(DIFFERENTIAL), text)
+    assert (found is None) == bool(findings.errors)
+    assert all(error.span is not None and error.span.source.path == "controllers.yaml" for error in findings.errors)
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["nan", ".nan", ".inf", "-1", "0", "1e300", "[1]", "{a: 1}", "true", "'0.05'", "null", "99999999999999999999999"],
+)
+@pytest.mark.parametrize("key", ["wheel_radius", "wheel_separation", "left_wheel_names", "cmd_vel_timeout", "type"])
+def test_values_that_make_no_sense_do_not_reach_the_graph(tmp_path: Path, key: str, value: str) -> None:
+    lines = [line for line in CONTROLLERS.splitlines() if f"    {key}:" not in line]
+    found = imported(tmp_path, description(DIFFERENTIAL), "\n".join([*lines, f"    {key}: {value}", ""]))
+    known = robot_file(found)["graphs"]["base"]["parameters"]
+    assert (known["radius"], known["track"]) == (0.05, 0.3)
+    assert 0 < known.get("timeout", 0.5) < 1e6
+
+
+def test_topics_of_a_stranger_are_names_of_topics(tmp_path: Path) -> None:
+    for odd in ("a b", "x; rm", "$(robot)", "a//b", "", "x" * 300, "9"):
+        plugin = PLUGIN.replace("</plugin>", f"<topic>{odd}</topic><odom_topic>{odd}</odom_topic></plugin>")
+        assert not {"cmd_vel", "odom"} & parameters(tmp_path, description(DIFFERENTIAL, plugin)).keys()
+
+
+def test_virtual_wheels_of_a_bicycle_stand_for_the_real_ones(tmp_path: Path) -> None:
+    virtual = "".join(
+        f"""<link name="{name}"><inertial><mass value="0.1"/>
+          <inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
+        <joint name="{name}_joint" type="continuous"><parent link="base_link"/><child link="{name}"/>
+          <axis xyz="{axis}"/></joint>"""
+        for name, axis in (("virtual_front", "0 0 1"), ("virtual_rear", "0 1 0"))
+    )
+    control = interfaces(virtual_front_joint="position", virtual_rear_joint="velocity")
+    yaml = """bicycle:
+  ros__parameters:
+    type: bicycle_steering_controller/BicycleSteeringController
+    wheelbase: 0.4
+    rear_wheels_names: [virtual_rear_joint]
+    front_wheels_names: [virtual_front_joint]
+"""
+    found = imported(tmp_path, description(CAR, virtual, control), yaml)
+    known = robot_file(found)["graphs"]["base"]["parameters"]
+    assert known["wheels"] == ["rear_left_joint", "rear_right_joint"]
+    assert known["steering"] == ["front_left_steer", "front_right_steer"]
+    assert known["steering_multiplier"] == -1.0
+    assert "commands joints without wheels" in remarks(found)
