@@ -151,9 +151,7 @@ def test_an_argument_that_makes_no_sense_is_a_usage_error(arguments: dict[str, f
 
 def test_of_two_command_topics_one_is_chosen(tmp_path: Path) -> None:
     base = bases.differential(tmp_path)
-    base.graphs["second"] = (
-        "{use: graphs/drive.yaml, parameters: {wheels: [left_joint, right_joint], topic: other/cmd_vel}}"
-    )
+    base.graphs["second"] = "{use: drive.yaml, parameters: {wheels: [left_joint, right_joint], topic: other/cmd_vel}}"
     with pytest.raises(ge.UsageError, match="--command-topic\n  command topics: /cmd_vel, /other/cmd_vel"):
         calibrate(base)
     assert ge.load(base.scene).calibrate(command_topic="other/cmd_vel").command_topic == "/other/cmd_vel"
