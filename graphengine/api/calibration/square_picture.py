@@ -35,16 +35,13 @@ def draw(result: Calibration) -> str:
     wide = SPACE + len(result.squares) * (PANEL + SPACE)
     top = SPACE + 2 * LINE
     high = top + PANEL + 2 * LINE + (len(topics) + 2) * LINE + SPACE / 2
-    body = [
-        _text(
-            SPACE, SPACE / 2 + 4, f"{result.robot}: a square of {result.squares[0].side:g} m, driven by time", "title"
-        )
-    ]
+    title = f"{result.robot}: a square with sides of {result.squares[0].side:g} m, driven by time"
+    body = [_text(SPACE, SPACE / 2 + 4, title, "title")]
     for number, square in enumerate(result.squares):
         left = SPACE + number * (PANEL + SPACE)
         end = f"{1000 * square.position_error:.1f} mm, {math.degrees(square.heading_error):.2f}\N{DEGREE SIGN}"
         body.append(_text(left, top - LINE, square.direction.replace("counterclockwise", "counter-clockwise")))
-        body.append(_text(left, top - 3, f"end of the true path against the commanded one: {end}", "small"))
+        body.append(_text(left, top - 3, f"the truth ends {end} off", "small"))
         body += _panel(square, left, top, extent, colours)
     rows = [
         ("commanded", COMMANDED, "6 4"),

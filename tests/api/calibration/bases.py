@@ -69,9 +69,9 @@ class Base:
             self.keys.rstrip(),
             f"graphs:\n{uses}".rstrip() if uses else "",
         ]
-        self._write("bot.yaml", "\n".join(filter(None, parts)) + "\n")
-        self._write("bot.urdf", f'<robot name="bot">{self.urdf}</robot>')
-        self._write(
+        self.put("bot.yaml", "\n".join(filter(None, parts)) + "\n")
+        self.put("bot.urdf", f'<robot name="bot">{self.urdf}</robot>')
+        self.put(
             "scene.yaml",
             "scene: s\nworld: worlds/flat_grid.xml\nrobots: {bot: {use: bot.yaml, position: [0, 0, 0.06]}}\n",
         )
@@ -82,7 +82,7 @@ class Base:
         robot = "parameters: {robot: {type: target, default: /bot}}\nat: $(robot)/base_link/" + name
         text = f"graph: {name}\n{robot}\nnodes:\n{nodes}connections:\n{connections}"
         self.folder.mkdir(parents=True, exist_ok=True)
-        self._write(f"{name}.yaml", text)
+        self.put(f"{name}.yaml", text)
         self.graphs[name] = f"{{use: {name}.yaml}}"
 
     def odometry(self, scale: float = 1.0, topic: str = "odom") -> None:
@@ -102,7 +102,8 @@ class Base:
         )
         self.graph(topic, nodes, wires)
 
-    def _write(self, name: str, text: str) -> None:
+    def put(self, name: str, text: str) -> None:
+        """Write one file."""
         (self.folder / name).write_text(text, encoding="utf-8")
 
 
@@ -112,15 +113,40 @@ def joints_node(name: str, joints: str) -> str:
     return f"  {name}: {{type: IsaacArticulationController, inputs: {inputs}}}\n"
 
 
+DRIVE = f"""graph: drive
+at: $(robot)/base_link/drive
+parameters:
+  robot: {{type: target, default: /bot}}
+  wheels: {{type: "token[]", default: [left_joint, right_joint]}}
+  radius: {{type: double, default: {RADIUS}}}
+  distance: {{type: double, default: {TRACK}}}
+  topic: {{type: string, default: cmd_vel}}
+nodes:
+{_SUBSCRIBER.replace("topicName: cmd_vel", "topicName: $(topic)")}  DiffController:
+    type: DifferentialController
+    inputs: {{wheelRadius: $(radius), wheelDistance: $(distance), {_SPEEDS}}}
+  Wheels: {{type: IsaacArticulationController, inputs: {{targetPrim: $(robot), jointNames: $(wheels)}}}}
+connections:
+{_TWIST}  - Tick.tick -> DiffController.execIn
+  - Tick.deltaSeconds -> DiffController.dt
+  - Linear.x -> DiffController.linearVelocity
+  - Angular.z -> DiffController.angularVelocity
+  - Tick.tick -> Wheels.execIn
+  - DiffController.velocityCommand -> Wheels.velocityCommand
+"""
+
+
 def differential(folder: Path, *, radius: float = RADIUS, track: float = TRACK) -> Base:
-    """Two wheels and a frictionless ball behind, driven by graphs/drive.yaml with a radius and a track."""
+    """Two wheels and a frictionless ball behind, driven by `DRIVE` with a radius and a track."""
     ball = link("ball", 0.1, '<sphere radius="0.03"/>') + joint(
         "ball_joint", "base_link", "ball", "-0.08 0 -0.02", "0 0 1", "fixed"
     )
     base = Base(folder, [("left", 0.0, TRACK / 2), ("right", 0.0, -TRACK / 2)], ball)
     base.keys = "materials:\n  Ball: {dynamic_friction: 0.0, combine: min, bind: [ball]}\n"
     parameters = f"wheels: [left_joint, right_joint], radius: {radius}, distance: {track}"
-    base.graphs["drive"] = f"{{use: graphs/drive.yaml, parameters: {{{parameters}}}}}"
+    base.folder.mkdir(parents=True, exist_ok=True)
+    base.put("drive.yaml", DRIVE)
+    base.graphs["drive"] = f"{{use: drive.yaml, parameters: {{{parameters}}}}}"
     return base
 
 

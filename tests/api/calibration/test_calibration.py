@@ -110,7 +110,7 @@ def test_a_mecanum_base_also_goes_sideways(tmp_path: Path) -> None:
     assert [motion.name for motion in result.motions[4:]] == ["sideways_left", "sideways_right"]
     assert result.outside(0.02) == ()
     assert result.track == pytest.approx(0.6, rel=0.03)  # track and wheel base together
-    assert all(one.sideways_error == pytest.approx(0.0, abs=1e-6) for one in result.odometry)
+    assert all(one.sideways_error == pytest.approx(0.0, abs=1e-3) for one in result.odometry)
 
 
 def test_an_imu_has_the_noise_of_its_profile_and_rests_on_gravity(tmp_path: Path) -> None:
@@ -151,9 +151,7 @@ def test_an_argument_that_makes_no_sense_is_a_usage_error(arguments: dict[str, f
 
 def test_of_two_command_topics_one_is_chosen(tmp_path: Path) -> None:
     base = bases.differential(tmp_path)
-    base.graphs["second"] = (
-        "{use: graphs/drive.yaml, parameters: {wheels: [left_joint, right_joint], topic: other/cmd_vel}}"
-    )
+    base.graphs["second"] = "{use: drive.yaml, parameters: {wheels: [left_joint, right_joint], topic: other/cmd_vel}}"
     with pytest.raises(ge.UsageError, match="--command-topic\n  command topics: /cmd_vel, /other/cmd_vel"):
         calibrate(base)
     assert ge.load(base.scene).calibrate(command_topic="other/cmd_vel").command_topic == "/other/cmd_vel"
@@ -200,18 +198,23 @@ def test_wheels_in_the_air_turn_and_the_load_is_on_the_chassis(tmp_path: Path) -
     assert "N on the floor: base_link" in text
 
 
+def only_listening(folder: Path) -> bases.Base:
+    """A base whose graph subscribes to the command topic and commands no joint."""
+    base = bases.differential(folder)
+    base.graphs.clear()
+    nodes = "  Tick: OnPlaybackTick\n  Command: {type: ROS2SubscribeTwist, inputs: {topicName: cmd_vel}}\n"
+    base.graph("drive", nodes, "  - Tick.tick -> Command.execIn\n")
+    return base
+
+
 def test_a_robot_without_drives_is_told_so(tmp_path: Path) -> None:
-    base = bases.differential(tmp_path)
+    base = only_listening(tmp_path)
     base.drives.clear()
     assert reason(base).startswith("no joint of the robot has a drive")
 
 
 def test_commands_that_do_not_reach_the_joints_are_a_matter_of_wires(tmp_path: Path) -> None:
-    base = bases.differential(tmp_path)
-    base.graphs.clear()
-    nodes = "  Tick: OnPlaybackTick\n  Command: {type: ROS2SubscribeTwist, inputs: {topicName: cmd_vel}}\n"
-    base.graph("drive", nodes, "  - Tick.tick -> Command.execIn\n")
-    assert reason(base).startswith("no joint gets a velocity command")
+    assert reason(only_listening(tmp_path)).startswith("no joint gets a velocity command")
 
 
 def test_wheels_that_are_too_weak_are_told_so(tmp_path: Path) -> None:

@@ -40,7 +40,7 @@ def test_a_number_in_a_graph_is_replaced_below_a_comment_and_the_rest_stays(tmp_
 
 def test_a_parameter_is_replaced_or_added_where_the_robot_file_uses_the_graph(tmp_path: Path) -> None:
     base = bases.differential(tmp_path)
-    base.graphs["drive"] = "{use: graphs/drive.yaml, parameters: {wheels: [left_joint, right_joint], radius: 0.05}}"
+    base.graphs["drive"] = "{use: drive.yaml, parameters: {wheels: [left_joint, right_joint], radius: 0.05}}"
     base.write()
     write_figures(loaded_of(ge.load(base.scene)), MEASURED)
     text = (tmp_path / "bot.yaml").read_text(encoding="utf-8")
@@ -52,7 +52,7 @@ def test_a_parameter_of_a_graph_in_a_graph_is_replaced_in_the_robot_file(tmp_pat
     base = bases.differential(tmp_path)
     del base.graphs["drive"]
     given = "{wheels: [left_joint, right_joint], radius: $(r), robot: /bot}"
-    base.graph("outer", f"  Inner: {{subgraph: graphs/drive.yaml, parameters: {given}}}\n", "  []\n")
+    base.graph("outer", f"  Inner: {{subgraph: drive.yaml, parameters: {given}}}\n", "  []\n")
     path = tmp_path / "outer.yaml"
     text = path.read_text(encoding="utf-8")
     path.write_text(
