@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 import yaml
 
+from graphengine.physics.importing import gazebo_links
+from graphengine.physics.importing.draft import Draft
 from graphengine.physics.importing.gazebo_links import COLOURS
 from tests.physics.harness import FLOOR, load, steps
 from tests.physics.importing.descriptions import imported, written
@@ -86,7 +88,7 @@ def test_friction_in_two_directions_has_the_direction_of_the_description(
         (
             "arm",
             "<kp>1e6</kp><kd>1</kd><minDepth>0.001</minDepth>",
-            "kp, kd, minDepth: contacts of MuJoCo have a time",
+            "kp, kd and other settings of Gazebo's contacts",
         ),
         ("arm", "<laserRetro>100</laserRetro>", "the intensity of a lidar follows from colours"),
         ("base_link", "<material>Gazebo/WoodFloor</material>", "material 'Gazebo/WoodFloor' is no colour"),
@@ -99,6 +101,29 @@ def test_what_a_robot_file_cannot_hold_is_lost_with_the_reason(
     (text,) = lost(tmp_path, about(link, inside))
     assert text.startswith(f"link {link}: ")
     assert reason in text
+
+
+def test_of_two_frictions_of_a_link_the_first_counts(tmp_path: Path) -> None:
+    twice = (about("arm", f"<mu1>{friction}</mu1>") for friction in (0.3, 0.4))
+    materials = robot(tmp_path, *twice)["materials"]
+    assert [material["dynamic_friction"] for material in materials.values()] == [0.3]
+
+
+@pytest.mark.parametrize(
+    ("friction", "told"), [(0.3, []), (0.5, ["link arm: friction 0.3 and 0.3: the base has another"])]
+)
+def test_a_link_with_a_material_keeps_it(tmp_path: Path, friction: float, told: list[str]) -> None:
+    urdf = imported(tmp_path, about("arm", "<mu1>0.3</mu1>")).draft.urdf
+    draft = Draft(urdf, "bot", "bot.urdf", "bot.urdf")
+    draft.entry("materials", "wheels").value = {"dynamic_friction": friction, "bind": ["arm"]}
+    gazebo_links.fill(draft)
+    assert list(draft.sections["materials"]) == ["wheels"]
+    assert [remark.text[:52] for remark in draft.lost] == told
+
+
+def test_what_is_carried_over_is_said(tmp_path: Path) -> None:
+    told = imported(tmp_path, about("arm", "<mu1>1</mu1><mu2>0.2</mu2><fdir1>0 1 0</fdir1>")).draft.carried
+    assert [remark.text for remark in told] == ["link arm: friction 1 along fdir1, 0.2 across it"]
 
 
 def test_wheel_slip_is_lost_with_the_reason(tmp_path: Path) -> None:
