@@ -67,12 +67,6 @@ def fill(draft: Draft) -> None:
     _wheel_slip(draft)
 
 
-def _material_of(draft: Draft, link: str) -> dict[str, Any] | None:
-    """The material that another part of the import has given to a link."""
-    materials = (entry.value for entry in draft.sections["materials"].values())
-    return next((material for material in materials if link in material.get("bind", ())), None)
-
-
 def _use(draft: Draft, element: Element, *tags: str) -> None:
     for child in element.children:
         if child.tag in tags:
@@ -93,10 +87,6 @@ def _friction(
         raise UnusableError("friction below zero", element.span)
     if not draft.urdf.links[link].colliders:
         subject.lost("friction: it has no collider")
-        return
-    if (material := _material_of(draft, link)) is not None:
-        if (material["dynamic_friction"], material.get("across", along)) != (along, across):
-            subject.lost(f"friction {along:g} and {across:g}: the base has another material for it")
         return
     direction = values.find(*path, "fdir1")
     if along == across:

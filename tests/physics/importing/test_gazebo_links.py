@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 import yaml
 
-from graphengine.physics.importing import gazebo_links
-from graphengine.physics.importing.draft import Draft
 from graphengine.physics.importing.gazebo_links import COLOURS
 from tests.physics.harness import FLOOR, load, steps
 from tests.physics.importing.descriptions import imported, written
@@ -107,18 +105,6 @@ def test_of_two_frictions_of_a_link_the_first_counts(tmp_path: Path) -> None:
     twice = (about("arm", f"<mu1>{friction}</mu1>") for friction in (0.3, 0.4))
     materials = robot(tmp_path, *twice)["materials"]
     assert [material["dynamic_friction"] for material in materials.values()] == [0.3]
-
-
-@pytest.mark.parametrize(
-    ("friction", "told"), [(0.3, []), (0.5, ["link arm: friction 0.3 and 0.3: the base has another"])]
-)
-def test_a_link_with_a_material_keeps_it(tmp_path: Path, friction: float, told: list[str]) -> None:
-    urdf = imported(tmp_path, about("arm", "<mu1>0.3</mu1>")).draft.urdf
-    draft = Draft(urdf, "bot", "bot.urdf", "bot.urdf")
-    draft.entry("materials", "wheels").value = {"dynamic_friction": friction, "bind": ["arm"]}
-    gazebo_links.fill(draft)
-    assert list(draft.sections["materials"]) == ["wheels"]
-    assert [remark.text[:52] for remark in draft.lost] == told
 
 
 def test_what_is_carried_over_is_said(tmp_path: Path) -> None:
