@@ -84,8 +84,10 @@ def test_an_imu_has_the_rate_noise_and_bias_of_the_description(heard: Job) -> No
 def test_rings_are_published_as_points(heard: Job) -> None:
     cloud = heard.newest("/velodyne/points")
     assert (cloud.width * cloud.height, cloud.header.frame_id) == (360, "base_scan")
-    first = np.frombuffer(bytes(cloud.data), np.float32).reshape(360, -1)[:, :3]
-    assert first[:, 0].max() == pytest.approx(2.1, abs=1e-3)
+    assert [field.name for field in cloud.fields] == ["x", "y", "z", "intensity", "ring", "time"]
+    points = np.frombuffer(bytes(cloud.data), np.dtype("<f4, <f4, <f4, <f4, <u2, <f4"))
+    assert points["f0"].max() == pytest.approx(2.1, abs=1e-3)
+    assert set(points["f4"]) == {0, 1, 2, 3}
 
 
 def test_a_range_sensor_stands_where_the_description_puts_it(heard: Job) -> None:

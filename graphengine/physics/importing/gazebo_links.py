@@ -36,7 +36,9 @@ COLOURS = {
 """Diffuse colours of the materials `Gazebo/…` that have no texture, by name in small letters."""
 _SURFACE = "collision", "surface"
 _SOLVER = ("kp", "kd", "minDepth", "min_depth", "maxVel", "max_vel", "maxContacts", "max_contacts")
-_SOLVER_LOST = "contacts of MuJoCo have a time constant, which graphengine chooses"
+_SOLVER_LOST = (
+    "kp, kd and other settings of Gazebo's contacts: those of MuJoCo have a time constant, which graphengine chooses"
+)
 _NO_EFFECT = ("preserveFixedJoint", "disableFixedJointLumping", "provideFeedback")
 """Of joints: here all fixed joints are kept, and forces of all joints are known."""
 _SYSTEMS = ("Sensors", "Imu", "Contact", "Physics", "SceneBroadcaster", "UserCommands")
@@ -46,7 +48,7 @@ _SYSTEMS = ("Sensors", "Imu", "Contact", "Physics", "SceneBroadcaster", "UserCom
 def fill(draft: Draft) -> None:
     """Add materials, colours and settings of links."""
     notes = Notes()
-    surfaces: dict[tuple[Any, ...], list[str]] = {}
+    surfaces: dict[str, tuple[Any, ...]] = {}
     for element in draft.urdf.element.all("gazebo"):
         name = element.get("reference")
         if name in draft.urdf.links:
@@ -65,11 +67,6 @@ def fill(draft: Draft) -> None:
     _wheel_slip(draft)
 
 
-def bound(draft: Draft) -> set[str]:
-    """Return the links that already have a material."""
-    return {link for entry in draft.sections["materials"].values() for link in entry.value.get("bind", ())}
-
-
 def _use(draft: Draft, element: Element, *tags: str) -> None:
     for child in element.children:
         if child.tag in tags:
@@ -77,7 +74,7 @@ def _use(draft: Draft, element: Element, *tags: str) -> None:
 
 
 def _friction(
-    draft: Draft, element: Element, link: str, subject: Subject, surfaces: dict[tuple[Any, ...], list[str]]
+    draft: Draft, element: Element, link: str, subject: Subject, surfaces: dict[str, tuple[Any, ...]]
 ) -> None:
     values = Values(element)
     path = next((path for path in _friction_paths() if values.find(*path, "mu1|mu|mu2") is not None), None)
@@ -92,15 +89,17 @@ def _friction(
         subject.lost("friction: it has no collider")
         return
     direction = values.find(*path, "fdir1")
-    if along == across or link in bound(draft):
-        surfaces.setdefault((along,), []).append(link)
+    if along == across:
+        surfaces.setdefault(link, (along,))
+        subject.carried(f"friction {along:g}")
     elif direction is None:
+        surfaces.setdefault(link, (along,))
         reason = "without fdir1, Gazebo takes it along an axis of the world"
         subject.lost(f"mu2 {across:g}: {reason}; mu1 {along:g} holds in all directions")
-        surfaces.setdefault((along,), []).append(link)
     else:
         vector, frame = _direction(draft.urdf, link, direction, subject)
-        surfaces.setdefault((along, across, vector, frame), []).append(link)
+        surfaces.setdefault(link, (along, across, vector, frame))
+        subject.carried(f"friction {along:g} along fdir1, {across:g} across it")
 
 
 def _friction_paths() -> Iterator[tuple[str, ...]]:
@@ -129,25 +128,24 @@ def _direction(urdf: Urdf, link: str, element: Element, subject: Subject) -> tup
     return tuple(round(part, 9) for part in rotate(carrier.pose[1], vector)), carrier.parent
 
 
-def _add_materials(draft: Draft, surfaces: dict[tuple[Any, ...], list[str]]) -> None:
+def _add_materials(draft: Draft, surfaces: dict[str, tuple[Any, ...]]) -> None:
     """A material for links of the same friction. Gazebo takes the lesser of two colliders' friction."""
-    for (along, *directed), links in surfaces.items():
-        taken = bound(draft)
-        free = [link for link in dict.fromkeys(links) if link not in taken]
-        if not free:
-            continue
-        name = f"{prim_name(free[0])[:180]}_surface"
-        entry = draft.entry("materials", name)
+    alike: dict[tuple[Any, ...], list[str]] = {}
+    for link, surface in surfaces.items():
+        alike.setdefault(surface, []).append(link)
+    for (along, *directed), links in alike.items():
+        entry = draft.entry("materials", f"{prim_name(links[0])[:180]}_surface")
+        entry.comments = ["as in Gazebo, the lesser friction of the two that touch counts"]
         entry.value = {"static_friction": along, "dynamic_friction": along}
         if directed:
             across, vector, frame = directed
             entry.value |= {"across": across, "direction": list(vector), "expressed_in": frame}
-        entry.value |= {"combine": "min", "bind": free}
+        entry.value |= {"combine": "min", "bind": links}
 
 
 def _solver(draft: Draft, element: Element, link: str, subject: Subject, _: object) -> None:
-    if given := [child.tag for child in element.children if child.tag in _SOLVER]:
-        subject.lost(f"{', '.join(dict.fromkeys(given))}: {_SOLVER_LOST}")
+    if any(child.tag in _SOLVER for child in element.children):
+        subject.lost(_SOLVER_LOST)
     if element.first("laserRetro") is not None:
         subject.lost("laserRetro: the intensity of a lidar follows from colours")
     _use(draft, element, *_SOLVER, "laserRetro")
@@ -171,6 +169,7 @@ def _colour(draft: Draft, element: Element, link: str, subject: Subject, _: obje
         subject.lost(f"material {printable((name or diffuse)[:60])!r} is no colour")
         return
     draft.entry("links", link).value["colour"] = [round(part, 4) for part in colour]
+    subject.carried("a colour")
 
 
 def _gravity(draft: Draft, element: Element, link: str, subject: Subject, _: object) -> None:

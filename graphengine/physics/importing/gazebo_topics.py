@@ -55,6 +55,7 @@ def topics(graph: str, values: Values) -> dict[str, str]:
     defaults = _DEFAULT[graph]
     if topic := legal(values.text("topic") or values.text("contact", "topic") or values.text("camera", "topic")):
         above = topic.rpartition("/")[0]
+        values.skip("plugin")  # of classic Gazebo, beside what new Gazebo reads
         patterns = _NEW.get(graph, {"topic": "{topic}"})
         found = {
             name: pattern.format(topic=topic, above=f"{above}/" if above else "") for name, pattern in patterns.items()

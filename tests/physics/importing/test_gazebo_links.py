@@ -86,7 +86,7 @@ def test_friction_in_two_directions_has_the_direction_of_the_description(
         (
             "arm",
             "<kp>1e6</kp><kd>1</kd><minDepth>0.001</minDepth>",
-            "kp, kd, minDepth: contacts of MuJoCo have a time",
+            "kp, kd and other settings of Gazebo's contacts",
         ),
         ("arm", "<laserRetro>100</laserRetro>", "the intensity of a lidar follows from colours"),
         ("base_link", "<material>Gazebo/WoodFloor</material>", "material 'Gazebo/WoodFloor' is no colour"),
@@ -99,6 +99,17 @@ def test_what_a_robot_file_cannot_hold_is_lost_with_the_reason(
     (text,) = lost(tmp_path, about(link, inside))
     assert text.startswith(f"link {link}: ")
     assert reason in text
+
+
+def test_of_two_frictions_of_a_link_the_first_counts(tmp_path: Path) -> None:
+    twice = (about("arm", f"<mu1>{friction}</mu1>") for friction in (0.3, 0.4))
+    materials = robot(tmp_path, *twice)["materials"]
+    assert [material["dynamic_friction"] for material in materials.values()] == [0.3]
+
+
+def test_what_is_carried_over_is_said(tmp_path: Path) -> None:
+    told = imported(tmp_path, about("arm", "<mu1>1</mu1><mu2>0.2</mu2><fdir1>0 1 0</fdir1>")).draft.carried
+    assert [remark.text for remark in told] == ["link arm: friction 1 along fdir1, 0.2 across it"]
 
 
 def test_wheel_slip_is_lost_with_the_reason(tmp_path: Path) -> None:
