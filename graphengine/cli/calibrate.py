@@ -226,10 +226,8 @@ def _odometry(one: Odometry) -> Iterator[Sequence[str]]:
         yield "square", f"{_millimetres(one.square_position_error)}, {_degrees(one.square_heading_error)} at the end"
     alphas = {f"alpha{n}": getattr(one.alphas, f"alpha{n}") for n in range(1, 6)}
     if any(value is not None for value in alphas.values()):
-        yield (
-            "AMCL",
-            ", ".join(f"{name} {'-' if value is None else _scientific(value)}" for name, value in alphas.items()),
-        )
+        known = (f"{name} {'-' if value is None else _scientific(value)}" for name, value in alphas.items())
+        yield "AMCL", ", ".join(known)
     variances = one.covariances
     if variances.distance_variance is not None:
         distance, heading = variances.distance_variance, variances.heading_variance_by_distance or 0.0

@@ -11,6 +11,9 @@ from graphengine.format.document import Location, Value
 from graphengine.format.yaml_text import comment as comment_line
 from graphengine.format.yaml_text import flow
 
+_END = "\r\n|[\n\r\x85\u2028\u2029]"
+"""Pattern of the end of a line, as in `document`."""
+
 
 class PatchError(ValueError):
     """A value that cannot be changed in the text without changing others."""
@@ -64,9 +67,6 @@ def _split(text: str) -> list[str]:
     """Lines with their ends, counted as `document` counts them."""
     parts = re.split(f"({_END})", text)
     return [line + end for line, end in zip(parts[::2], [*parts[1::2], ""], strict=True)]
-
-
-_END = "\r\n|[\n\r\x85\u2028\u2029]"
 
 
 def _name(location: Location) -> str:

@@ -236,16 +236,15 @@ def lint_commands_without_drive(context: LintContext) -> None:
     moves with that one.
     """
     for command in _commands(context):
-        prims = {prim.facts["joint"]: prim for prim in command.robot.descendants() if prim.kind == "joint"}
-        drives = {joint: prim.facts["drive"] for joint, prim in prims.items()}
+        joints = {prim.facts["joint"]: prim.facts for prim in command.robot.descendants() if prim.kind == "joint"}
+        drives = {joint: facts["drive"] for joint, facts in joints.items()}
         gains = [_KINDS[kind] for kind in command.kinds]
         idle = [j for j in command.joints if not any(not gain or getattr(drives.get(j), gain, 0.0) for gain in gains)]
         if not (idle and gains):
             continue
         node, robot = command.instance, command.robot.path
-        free = [
-            joint for joint in idle if command.chosen and drives.get(joint) is None and not prims[joint].facts["leader"]
-        ]
+        passive = {joint for joint, facts in joints.items() if facts["drive"] is None and not facts["leader"]}
+        free = [joint for joint in idle if command.chosen and joint in passive]
         if free:
             message = f"{node.id} sets targets of joints of {robot} that move freely: they have no drive"
             drive = ", ".join(f"{gain}: {_EXAMPLES[gain]}" for gain in _EXAMPLES if gain in gains or gain == "damping")

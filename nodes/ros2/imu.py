@@ -7,12 +7,13 @@ from typing import ClassVar
 import numpy as np
 
 from graphengine.messages import messages
-from graphengine.node import In, Quaterniond, String, Vector3d
+from graphengine.node import BadValueError, Doubles, In, Quaterniond, String, Vector3d
 from graphengine.node.types import read_only
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
-_KNOWN, _ABSENT = read_only(np.zeros(9)), read_only(np.array([-1.0, *[0.0] * 8]))
+_UNKNOWN, _ABSENT = read_only(np.zeros(9)), read_only(np.array([-1.0, *[0.0] * 8]))
 """Covariances of a quantity measured with unknown accuracy, and of one not measured, as sensor_msgs/Imu defines them."""
+_COVARIANCE = "3 x 3 numbers, row by row; empty: 0, which means unknown"
 
 
 class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"):
@@ -28,6 +29,9 @@ class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"
     orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="orientation of the sensor as (x, y, z, w)")
     linear_acceleration: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s2", doc="in the sensor's frame")
     angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s", doc="in the sensor's frame")
+    orientation_covariance: Doubles = In(default=np.zeros(0), extension=True, unit="rad2", doc=_COVARIANCE)
+    linear_acceleration_covariance: Doubles = In(default=np.zeros(0), extension=True, unit="m2/s4", doc=_COVARIANCE)
+    angular_velocity_covariance: Doubles = In(default=np.zeros(0), extension=True, unit="rad2/s2", doc=_COVARIANCE)
 
     def message(self) -> messages.Imu:
         """Build the message from the reading."""
@@ -36,9 +40,20 @@ class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"
         return messages.Imu(
             self.header(),
             messages.Quaternion(*(self.orientation if turned else (0.0, 0.0, 0.0, 0.0))),
-            _KNOWN if turned else _ABSENT,
+            self.covariance("orientation_covariance") if turned else _ABSENT,
             messages.Vector3(*(self.angular_velocity if turns else (0.0, 0.0, 0.0))),
-            _KNOWN if turns else _ABSENT,
+            self.covariance("angular_velocity_covariance") if turns else _ABSENT,
             messages.Vector3(*(self.linear_acceleration if accelerates else (0.0, 0.0, 0.0))),
-            _KNOWN if accelerates else _ABSENT,
+            self.covariance("linear_acceleration_covariance") if accelerates else _ABSENT,
         )
+
+    def covariance(self, field: str) -> Doubles:
+        """Return the value of an input for a covariance, or zeros if it is empty.
+
+        Raises:
+            BadValueError: it does not have 9 numbers.
+        """
+        numbers: Doubles = getattr(self, field)
+        if len(numbers) not in (0, 9):
+            raise BadValueError(type(self).fields[field].name, numbers, "of 9 numbers, or empty")
+        return numbers if len(numbers) else _UNKNOWN

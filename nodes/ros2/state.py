@@ -175,9 +175,13 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
     angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s")
     robot_front: Vector3d = In(default=(1.0, 0.0, 0.0), doc="forward direction of the robot, in the body's frame")
     pose_covariance: Doubles = In(
-        extension=True, doc="6 x 6 numbers, row by row: x, y, z, roll, pitch, yaw; empty: 0, which means unknown"
+        default=np.zeros(0),
+        extension=True,
+        doc="6 x 6 numbers, row by row: x, y, z, roll, pitch, yaw; empty: 0, which means unknown",
     )
-    twist_covariance: Doubles = In(extension=True, doc="like `poseCovariance`, of the published velocities")
+    twist_covariance: Doubles = In(
+        default=np.zeros(0), extension=True, doc="like `poseCovariance`, of the published velocities"
+    )
 
     def setup(self, context: Context) -> None:
         """Open the topic."""

@@ -41,9 +41,10 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
     - `mecanum`: two wheels on each side, [front, back], whose roller axes form an X seen from above.
     - `ackermann`: the wheels of the unsteered axle, and one or two steered wheels on the other axle.
 
-    Kinematics and integration are those of diff_drive_controller, mecanum_drive_controller and ackermann_steering_controller in
-    ros2_controllers; motions between two executions are straight lines or arcs. `wheelDistance` is their `wheel_separation` or
-    track width, `velocityWindow` their `velocity_rolling_window_size`.
+    Kinematics and integration follow diff_drive_controller, mecanum_drive_controller and ackermann_steering_controller of
+    ros2_controllers: motions between two executions are straight lines or arcs. Where more wheels than needed disagree, the
+    motion is the least-squares solution. `wheelDistance` is the controllers' `wheel_separation` or track width,
+    `velocityWindow` their `velocity_rolling_window_size`.
 
     The covariances follow Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, 5.2.4: variances grow in proportion
     to distance and turn, and errors of the heading become errors of the position.
@@ -53,7 +54,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
     left_joints: Tokens = In(required=True, setup=True, doc="joints of the left wheels")
     right_joints: Tokens = In(required=True, setup=True, doc="joints of the right wheels")
     steering_joints: Tokens = In(
-        setup=True, doc="for `ackermann`: joints that steer, [left, right] or one in the middle"
+        default=(), setup=True, doc="for `ackermann`: joints that steer, [left, right] or one in the middle"
     )
     wheel_radius: float = In(default=0.0, required=True, unit="m", doc="radius of the wheels")
     left_wheel_radius_multiplier: float = In(

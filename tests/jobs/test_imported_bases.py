@@ -10,14 +10,13 @@ import pytest
 
 from graphengine.messages import messages
 from tests.jobs.harness import Job
-from tests.physics.bases import FOUR, Base, Wheel
+from tests.physics.bases import FOUR, SKID, Base, Wheel
 from tests.physics.importing.imported_bases import (
     BASES,
     CAR,
     CONTROLLERS,
     DIFFERENTIAL,
     PLUGIN,
-    SKID,
     description,
     imported,
     interfaces,

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from graphengine.devices.imu import ImuSample, ImuStub
 from graphengine.messages import messages
+from graphengine.node import BadValueError
 from graphengine.nodes.ros2.imu import ROS2PublishImu
 from tests.nodes.harness import Player, dd100, quaternion, vector
 
@@ -42,6 +44,16 @@ def test_a_part_that_is_not_published_is_zero_and_its_covariance_says_so(part: s
     assert getattr(imu, f"{part}_covariance").tolist() == [-1.0] + [0.0] * 8
     others = [other for other in PARTS if other != part]
     assert all(getattr(imu, f"{other}_covariance").tolist() == [0.0] * 9 for other in others)
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_a_covariance_is_published_as_it_is_given_unless_its_part_is_left_out(part: str) -> None:
+    given = {f"{part}_covariance": np.arange(1.0, 10.0)}
+    assert getattr(reading(**given), f"{part}_covariance").tolist() == list(range(1, 10))
+    left_out = getattr(reading(**given, **{f"publish_{part}": False}), f"{part}_covariance")
+    assert left_out.tolist() == [-1.0] + [0.0] * 8
+    with pytest.raises(BadValueError, match="Covariance must be of 9 numbers, or empty"):
+        reading(**{f"{part}_covariance": np.zeros(36)})
 
 
 def test_without_a_reading_it_is_upright_and_at_rest() -> None:

@@ -206,17 +206,6 @@ def test_a_cloud_for_slam_has_the_layout_of_velodynes_driver() -> None:
     assert points["time"] == [0.0, 0.0, 0.0]
 
 
-def test_the_shipped_graph_publishes_a_cloud_for_slam_and_the_lidars_place(play: Player) -> None:
-    world = dd100()
-    lidar = world.device(LidarStub, world.stage.find("/dd100/base_link/chassis_link/sim_lidar/Lidar"))
-    lidar.see([1.0, INF, 2.0, 3.0, 4.0], 100.0)
-    playing = play.shipped("points", world).tick()
-    (cloud,) = playing.published("/dd100_0000/sim_lidar/points")
-    assert (cloud.header.frame_id, cloud.width, cloud.point_step) == ("sim_lidar", 4, 22)
-    (tree,) = playing.published("/dd100_0000/tf_static")
-    assert [(t.header.frame_id, t.child_frame_id) for t in tree.transforms] == [("base_link", "sim_lidar")]
-
-
 def test_points_bear_the_clouds_time_also_where_it_goes_on_over_stop_and_play() -> None:
     bench = Bench(type_in="point_cloud", selected_metadata=["Timestamp"], reset_simulation_time_on_stop=False)
     bench.context.tick(90)

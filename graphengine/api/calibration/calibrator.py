@@ -97,10 +97,12 @@ def calibrate(
     with on_flat_floor(scene, chosen) as flat:
         command = find_command(flat.claims, command_topic)
         if command is None:
-            return Calibration(
-                chosen.name, "", "", speed, turn_speed, False, notes=(diagnosis.no_command(scene, flat),)
-            )
-        speed = min(speed, limit_of(flat, "maxLinearSpeed"))
+            reason = diagnosis.no_command(scene, flat)
+            return Calibration(chosen.name, "", "", speed, turn_speed, moves=False, notes=(reason,))
+        rim_speed = limit_of(flat, "maxWheelSpeed", "maxWheelVelocity") * limit_of(
+            flat, "wheelRadius", "backWheelRadius"
+        )
+        speed = min(speed, limit_of(flat, "maxLinearSpeed"), rim_speed)
         turn_speed = min(turn_speed, limit_of(flat, "maxAngularSpeed"))
         options = RunOptions(seed=seed, domain=0, log=log)
         with Session(Runner(flat, options, modules)) as sim:
@@ -175,18 +177,15 @@ class _Calibrator:
                 self._notes[:0] = reasons
                 return self._finished(imus, moves=False)
         self._measure("backward", "straight", Twist(x=-speed))
-        self._progress(0.2)
         on_the_spot = self._result.command_type != ACKERMANN and self._responds(turn)
         if on_the_spot:
             self._measure("turn_left", "turn", turn)
             self._measure("turn_right", "turn", Twist(yaw=-self._result.turn_speed))
         steered = not on_the_spot and self._measure_arcs()
-        self._progress(0.5)
         sideways = on_the_spot and self._responds(Twist(y=speed))
         if sideways:
             self._measure("sideways_left", "sideways", Twist(y=speed))
             self._measure("sideways_right", "sideways", Twist(y=-speed))
-        self._progress(0.6)
         squares: list[Square] = []
         for sign in (1.0, -1.0) if on_the_spot or steered else ():
             squares.append(self._square(sign, steered=steered))
@@ -268,6 +267,7 @@ class _Calibrator:
             )
         motion = _with_drift(motion, window)
         self._motions.append(motion)
+        self._progress(0.1 * len(self._motions))
         self._wheels.take(motion, window)
         for meter in self._meters.values():
             meter.take(motion, window)

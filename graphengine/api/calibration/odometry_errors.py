@@ -13,6 +13,8 @@ from graphengine.api.calibration.measuring import displacement, in_first_frame, 
 STEP, ANGLE = 0.25, 0.2
 """Motion between two updates of AMCL by default (update_min_d, update_min_a), m and rad."""
 FARTHEST = 1e6
+STRAIGHT = 0.01
+"""Largest turn of a step of a square that counts as straight, rad."""
 
 
 class OdometryMeter:
@@ -67,10 +69,15 @@ class OdometryMeter:
             self._errors["turn_position"].append(math.hypot(error[0], error[1]) * math.tau / angle)
 
     def take_square(self, trace: Trace) -> None:
-        """Add the error at the end of a square."""
+        """Add the error at the end of a square, and the steps in which the robot drives straight, or turns on the spot."""
         known = np.isfinite(trace.odometry[self.topic]).all(axis=1)
         if known.any():
             truth, odometry = (in_first_frame(paths[self.topic][known]) for paths in (trace.frames, trace.odometry))
+            for true, error in pieces(truth, odometry, STEP, ANGLE):
+                if abs(true[2]) < STRAIGHT:
+                    self._straight.append((abs(true[0]), error[0], error[1], error[2]))
+                elif abs(true[2]) >= ANGLE and math.hypot(true[0], true[1]) < STEP / 2.0:
+                    self._turns.append((abs(true[2]), error[2], math.hypot(error[0], error[1])))
             self._errors["square"].append(math.dist(odometry[-1, :2], truth[-1, :2]))
             self._errors["end"].append(odometry[-1, 2] - truth[-1, 2])
 

@@ -99,9 +99,9 @@ def inputs_named(scene: LoadedScene, *names: str) -> Iterator[tuple[Graph, Insta
                     yield graph, instance, port, value
 
 
-def limit_of(scene: LoadedScene, name: str) -> float:
-    """Return the lowest limit that an input of this name sets; infinity without one. A limit of 0 is no limit."""
-    return min(_numbers(scene, name), default=math.inf)
+def limit_of(scene: LoadedScene, *names: str) -> float:
+    """Return the lowest limit that inputs of these names set; infinity without one. A limit of 0 is no limit."""
+    return min(_numbers(scene, *names), default=math.inf)
 
 
 def known_wheel_base(scene: LoadedScene) -> float | None:
@@ -109,7 +109,7 @@ def known_wheel_base(scene: LoadedScene) -> float | None:
     return next(_numbers(scene, "wheelBase"), None)
 
 
-def _numbers(scene: LoadedScene, name: str) -> Iterator[float]:
-    """Values other than 0 of the inputs with a name, without sign."""
-    values = (value for *_, value in inputs_named(scene, name) if not isinstance(value, np.ndarray))
-    return (abs(float(value)) for value in values if value)
+def _numbers(scene: LoadedScene, *names: str) -> Iterator[float]:
+    """Values other than 0 of the inputs with these names, without sign; elements of arrays too."""
+    for *_, value in inputs_named(scene, *names):
+        yield from (abs(float(one)) for one in np.atleast_1d(value) if one)

@@ -93,16 +93,15 @@ class WheelMeter:
     def _take_arc(self, window: Trace, forward: float, turn: float) -> None:
         """Add the wheel base that follows from the steering angles: with the angle s of a bicycle, tan(s) d / w."""
         angles = window.joints.mean(axis=0) - self._straight_angles
-        steering = [
-            i for i in self._driven if i not in self._wheels and abs(angles[i]) > STEERED and not self._wheel_on(i)
-        ]
-        steering = [i for i in steering if self._robot.urdf.joints[self._names[i]].type != "prismatic"]
+        steering = [i for i in self._driven if abs(angles[i]) > STEERED and self._may_steer(i)]
         if steering:
             cotangent = float(np.mean([1.0 / math.tan(abs(angles[i])) for i in steering]))
             self._bases.append(abs(forward / turn) / cotangent)
 
-    def _wheel_on(self, index: int) -> bool:
-        return self._names[index] in self._robot.wheel_radii
+    def _may_steer(self, index: int) -> bool:
+        name = self._names[index]
+        is_wheel = index in self._wheels or name in self._robot.wheel_radii
+        return not is_wheel and self._robot.urdf.joints[name].type != "prismatic"
 
     def _is_steered(self, index: int) -> bool:
         """Whether a joint between the wheel and the root link moves, and so may steer the wheel."""
@@ -133,11 +132,9 @@ class WheelMeter:
     def _figures(self) -> Iterator[DrivenWheel]:
         for index in sorted(self._radii):
             wheel = DrivenWheel(self._names[index], abs(self._radius(index)))
-            yield (
-                replace(wheel, side="left" if self._offset(index) > 0.0 else "right")
-                if index in self._offsets
-                else wheel
-            )
+            if index in self._offsets:
+                wheel = replace(wheel, side="left" if self._offset(index) > 0.0 else "right")
+            yield wheel
 
     @property
     def radius(self) -> float | None:

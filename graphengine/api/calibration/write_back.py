@@ -25,6 +25,7 @@ SAME = 5e-4
 """Relative difference up to which a value in a file is left as it is."""
 LEAST = 1e-12
 """A smaller figure is noise of the arithmetic, and is not written."""
+_REMEDY = "copy the file into your project, use the copy in your robot file or scene, and calibrate that scene"
 _PARAMETER = re.compile(r"\$\(([^$()]*)\)")
 _COVARIANCES = {
     "distanceVariance": "distance_variance",
@@ -41,6 +42,7 @@ class Change:
         path: file.
         location: keys and indices of the value in the file.
         node: node and input that use the value, such as `cmd_vel/DiffController.wheelRadius`.
+        input: name of the input.
         old: value before.
         new: measured value, rounded to 5 digits.
     """
@@ -48,6 +50,7 @@ class Change:
     path: Path
     location: Location
     node: str
+    input: str
     old: float
     new: float
 
@@ -68,10 +71,15 @@ def write_figures(scene: LoadedScene, calibration: Calibration) -> tuple[list[Ch
 
     Raises:
         OSError: a file cannot be read or written; no file has changed.
-        UsageError: a value is in a file that ships with the package; no file has changed.
+        UsageError: a radius, track or wheel base is in a file that ships with the package; no file has changed.
     """
-    changes, notes = find_changes(scene, calibration)
-    _refuse_shipped(scene, changes)
+    found, notes = find_changes(scene, calibration)
+    changes = [change for change in found if not _ships(scene, change)]
+    for change in found:
+        if change not in changes:
+            notes.append(_refusal(change))
+            if change.input not in _COVARIANCES:
+                raise UsageError(f"--write: {_refusal(change)}\n  {_REMEDY}")
     texts: dict[Path, str] = {}
     comment = f"graphrun calibrate: measured at {calibration.speed:.4g} m/s and {calibration.turn_speed:.4g} rad/s"
     written = []
@@ -107,10 +115,14 @@ def find_changes(scene: LoadedScene, calibration: Calibration) -> tuple[list[Cha
             notes.append(f"{label}: not written, as the file does not set it to one number; measured {new:.5g}")
             continue
         path = Path(place.document.source.path)
-        change = Change(path, place.location, label, old, float(f"{new:.5g}"))
+        change = Change(path, place.location, label, name, old, float(f"{new:.5g}"))
         first = changes.setdefault((path, place.location), change)
         if first.new != change.new:
             notes.append(f"{label}: not written, as it shares its value with {first.node}; measured {new:.5g}")
+    turns = [motion.share for motion in calibration.motions if motion.kind == "turn"]
+    factor = len(turns) / sum(turns) if turns and sum(turns) else 1.0
+    if calibration.kinematics == "mecanum" and abs(factor - 1.0) > SAME:
+        notes.append(f"wheelPositions are not written; multiplied by {factor:.4f} they give the commanded turn rate")
     return list(changes.values()), notes
 
 
@@ -189,23 +201,21 @@ def _lead_out(
         return _lead_out(outer, given, index, graph, [], file) if outer.find(*given) is not None else None
     use = ("graphs", graph.name.partition("/")[2])
     given = (*use, "parameters", parameter[1])
-    holder = file.document(*given) if file.span(*given) and file.document(*given).find(*given) else None
-    if holder is None:
-        return _Place(file.document(*use, "use"), given) if index in (None, 0) else None
+    holder = file.document(*given)
     value = holder.find(*given)
-    if value is not None and isinstance(value.data, list):
-        return _Place(holder, (*given, index)) if index is not None else None
-    return _Place(holder, given)
+    if value is None:  # the graph's default; an element of an array cannot be given alone
+        return _Place(file.document(*use, "use"), given) if index is None else None
+    if isinstance(value.data, list) and index is not None:
+        return _Place(holder, (*given, index))
+    return _Place(holder, given) if isinstance(value.data, int | float) else None
 
 
-def _refuse_shipped(scene: LoadedScene, changes: list[Change]) -> None:
-    """Raise UsageError if a change is to a file that ships with the package."""
-    base = scene.files.base.resolve()
-    for change in changes:
-        path = change.path.resolve()
-        if any(path.is_relative_to(base / folder) for folder in ("graphs", "scenes")):
-            what = "graph below `graphs:` of a robot file" if "graphs" in path.parts else "robot file in a scene"
-            raise UsageError(
-                f"--write: {near(str(change.path))} ships with graphengine and is not changed; {change.node} would be "
-                f"{change.new:g}\n  copy it into your project, use the copy as the {what} of your own, and calibrate that scene"
-            )
+def _ships(scene: LoadedScene, change: Change) -> bool:
+    """Whether a change is to a file that ships with the package."""
+    base, path = scene.files.base.resolve(), change.path.resolve()
+    return any(path.is_relative_to(base / folder) for folder in ("graphs", "scenes"))
+
+
+def _refusal(change: Change) -> str:
+    file = near(str(change.path))
+    return f"{change.node}: not written, as {file} ships with graphengine; measured {change.new:g}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from graphengine.devices.rotation import Vector3, rotate
@@ -25,7 +26,7 @@ class BaseWheel:
         centre: in the root link, all joints at zero, m.
         axle: the joint's axis in the root link; a positive speed rolls forward if it points to the left.
         swivel: joint with an upright axis that turns the wheel about itself, empty if there is none.
-        caster: whether the wheel trails behind its swivel.
+        caster: whether its swivel turns freely.
     """
 
     joint: str
@@ -47,9 +48,14 @@ class BaseWheel:
         return 1.0 if self.axle[1] > 0 else -1.0
 
 
-def wheels_on_floor(draft: Draft) -> list[BaseWheel]:
-    """Return the wheels that a robot stands on, in order of its joints."""
-    return [_wheel(draft.urdf, shape) for shape in draft.wheels.values() if shape.on_floor]
+def wheels_on_floor(draft: Draft, commanded: Collection[str]) -> list[BaseWheel]:
+    """Return the wheels that a robot stands on, in order of its joints.
+
+    Args:
+        draft: knows the wheels.
+        commanded: joints that take commands; none of them is the swivel of a caster.
+    """
+    return [_wheel(draft.urdf, shape, commanded) for shape in draft.wheels.values() if shape.on_floor]
 
 
 def axis_in_root(urdf: Urdf, joint: UrdfJoint) -> Vector3:
@@ -57,13 +63,13 @@ def axis_in_root(urdf: Urdf, joint: UrdfJoint) -> Vector3:
     return rotate(urdf.pose_in_root(joint.child)[1], joint.axis)
 
 
-def _wheel(urdf: Urdf, shape: WheelShape) -> BaseWheel:
+def _wheel(urdf: Urdf, shape: WheelShape, commanded: Collection[str]) -> BaseWheel:
     swivel = _swivel(urdf, urdf.joints[shape.joint])
-    caster = False
-    if swivel is not None:
+    caster = shape.swivels
+    if swivel is not None and swivel.name not in commanded:
         (x, y, _), (pivot_x, pivot_y, _) = shape.centre, urdf.pose_in_root(swivel.child)[0]
         trail = abs((x - pivot_x) * shape.axis[1] - (y - pivot_y) * shape.axis[0])  # across the axle
-        caster = trail > _TRAIL * shape.radius
+        caster |= trail > _TRAIL * shape.radius
     pivot = swivel.name if swivel is not None else ""
     return BaseWheel(shape.joint, shape.link, shape.radius, shape.centre, shape.axis, pivot, caster)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from graphengine.physics.importing import base_graph, joint_drives
 from graphengine.physics.importing.base import Base
@@ -13,17 +13,18 @@ from graphengine.physics.importing.base_plugins import base_of_plugins, topics_o
 from graphengine.physics.importing.base_wheels import BaseWheel, wheels_on_floor
 from graphengine.physics.importing.controllers_file import Controller, controllers
 from graphengine.physics.importing.draft import Draft
-from graphengine.physics.importing.joint_commands import JointCommands, joint_commands
+from graphengine.physics.importing.joint_commands import joint_commands
 
 
 def fill(draft: Draft) -> None:
     """Give joints their drives, and a base its graph and the friction of its wheels."""
     known = controllers(draft)
     commands = joint_commands(draft, known)
-    wheels = wheels_on_floor(draft)
+    commanded = {joint for joint, each in commands.items() if each.ranges}
+    wheels = wheels_on_floor(draft, commanded)
     drivetrain = None
     if not draft.fixed_base:
-        tried = (measured(draft, base, wheels) for base in _bases(draft, known, wheels, commands))
+        tried = (measured(draft, base, wheels) for base in _bases(draft, known, wheels, commanded))
         drivetrain = next((found for found in tried if found is not None), None)
     if drivetrain is not None:
         base_graph.fill(draft, drivetrain)
@@ -34,7 +35,7 @@ def _bases(
     draft: Draft,
     known: Sequence[Controller],
     wheels: Sequence[BaseWheel],
-    commands: Mapping[str, JointCommands],
+    commanded: Collection[str],
 ) -> Iterator[Base]:
     """The bases that the sources describe, the most trusted first."""
     topics = topics_of_plugins(draft)
@@ -44,7 +45,6 @@ def _bases(
     base = base_of_plugins(draft)
     if base is not None:
         yield base
-    commanded = {joint for joint, each in commands.items() if each.ranges}
     base = base_of_wheels(draft, wheels, commanded)
     if base is not None:
         yield base.with_parameters(topics)

@@ -41,7 +41,7 @@ class Figures:
 
     Attributes:
         type: kind of device.
-        graph: name of the graph in `graphs/sensors` that publishes it.
+        graph: name of the graph in `graphs/publishers` that publishes it.
         profile: its figures.
         told: the same in a few words, for people.
     """

@@ -187,7 +187,7 @@ def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
         parameters["frame"] = _frame(draft, sensor)
     if kind == "camera":
         parameters |= dict(zip(("width", "height"), figures.profile["size"], strict=True))
-    _use(draft, sensor.name, f"graphs/sensors/{figures.graph}.yaml", parameters)
+    _use(draft, sensor.name, f"graphs/publishers/{figures.graph}.yaml", parameters)
     rate = f" at {figures.profile['rate']:g} Hz" if "rate" in figures.profile else ""
     text = f"{figures.told} on {printable(sensor.link)}{rate}, published on {', '.join(names.values())}"
     sensor.subject.carried(text)
@@ -216,7 +216,7 @@ def _frame(draft: Draft, sensor: _Found) -> str:
     parameters: dict[str, Any] = {"parent": link, "child": name} | ({"position": position} if any(position) else {})
     parameters |= {"orientation": orientation} if not _close(pose[1], IDENTITY) else {}
     sensor.subject.guessed(f"its frame {name} is no link: a graph publishes it on tf_static")
-    _use(draft, f"{sensor.name}_frame", "graphs/sensors/frame.yaml", parameters)
+    _use(draft, f"{sensor.name}_frame", "graphs/publishers/frame.yaml", parameters)
     return name
 
 

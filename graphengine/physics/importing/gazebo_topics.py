@@ -25,7 +25,7 @@ _DEFAULT = {
         "info": "camera/camera_info",
     },
 }
-"""Customary topics of each graph in `graphs/sensors`, by parameter."""
+"""Customary topics of each graph in `graphs/publishers`, by parameter."""
 _NEW = {
     "points": {"topic": "{topic}/points"},
     "camera": {"image": "{topic}", "info": "{above}camera_info"},

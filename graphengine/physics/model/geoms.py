@@ -36,6 +36,29 @@ def height_field_points(model: mujoco.MjModel, field: int) -> Floats:
     return np.stack([x, y, heights], axis=-1)
 
 
+def height_field_triangles(model: mujoco.MjModel, field: int) -> Floats:
+    """Corners of the triangles around a height field, as `mj_rayHfield` sees it, shape (triangles, 3, 3).
+
+    That is the terrain, walls from height zero up to its four edges, and the box below height zero.
+    """
+    ground = height_field_points(model, field)
+    rows, columns, _ = ground.shape
+    edges = (ground[0], ground[-1], ground[:, 0], ground[:, -1])
+    walls = [np.stack([edge * (1, 1, 0), edge]) for edge in edges]
+    flat = ground[:: rows - 1, :: columns - 1] * (1, 1, 0)  # the four corners
+    below = flat - (0, 0, model.hfield_size[field, 3])
+    sides = [np.stack([below[line], flat[line]]) for line in (np.s_[0], np.s_[1], np.s_[:, 0], np.s_[:, 1])]
+    return np.concatenate([_sheet_triangles(sheet) for sheet in (ground, *walls, flat, below, *sides)])
+
+
+def _sheet_triangles(points: Floats) -> Floats:
+    """Two triangles for each cell of a grid of points, parted from its first corner to the opposite one."""
+    here, right = points[:-1, :-1], points[:-1, 1:]
+    above, opposite = points[1:, :-1], points[1:, 1:]
+    pairs = [np.stack([here, right, opposite], axis=-2), np.stack([here, opposite, above], axis=-2)]
+    return np.concatenate([pair.reshape(-1, 3, 3) for pair in pairs])
+
+
 def extents(
     model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int], origin: Floats = _ORIGIN, axes: Floats = _AXES
 ) -> tuple[Floats, Floats] | None:

@@ -192,3 +192,20 @@ def ackermann(folder: Path) -> Base:
     )
     base.graph("car", nodes, wires)
     return base
+
+
+def mecanum(folder: Path) -> Base:
+    """Four wheels that grip along the axes of their rollers, at 45 degrees, driven by graphs/base/mecanum.yaml."""
+    base = Base(folder, FOUR)
+    rollers = (("Left", -1.0, "front_left, back_right"), ("Right", 1.0, "front_right, back_left"))
+    base.keys = "materials:\n" + "".join(
+        f"  {name}: {{dynamic_friction: 0.8, across: 0.0, direction: [1.0, {y}, 0.0], bind: [{bound}]}}\n"
+        for name, y, bound in rollers
+    )
+    wheels = ", ".join(f"{name}_joint" for name, _, _ in FOUR)
+    positions = ", ".join(f"[{x}, {y}, 0.0]" for _, x, y in FOUR)
+    geometry = f"wheels: [{wheels}], positions: [{positions}], rollers: [45.0, -45.0, -45.0, 45.0], radius: {RADIUS}"
+    sides = "left: [front_left_joint, back_left_joint], right: [front_right_joint, back_right_joint]"
+    odometry = f"{sides}, track: {TRACK}, wheelbase: {TRACK}, ticks: 0.0, slip: 0.0"
+    base.graphs["base"] = f"{{use: graphs/base/mecanum.yaml, parameters: {{{geometry}, {odometry}}}}}"
+    return base

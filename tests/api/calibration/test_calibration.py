@@ -104,6 +104,15 @@ def test_steered_wheels_turn_in_arcs_by_a_steering_angle(tmp_path: Path) -> None
     assert result.track == pytest.approx(0.3, rel=0.01)
 
 
+def test_a_mecanum_base_also_goes_sideways(tmp_path: Path) -> None:
+    result = calibrate(bases.mecanum(tmp_path))
+    assert result.kinematics == "mecanum"
+    assert [motion.name for motion in result.motions[4:]] == ["sideways_left", "sideways_right"]
+    assert result.outside(0.02) == ()
+    assert result.track == pytest.approx(0.6, rel=0.03)  # track and wheel base together
+    assert all(one.sideways_error == pytest.approx(0.0, abs=1e-6) for one in result.odometry)
+
+
 def test_an_imu_has_the_noise_of_its_profile_and_rests_on_gravity(tmp_path: Path) -> None:
     base = bases.differential(tmp_path)
     profile = "sensor: noisy\nimu: {rate: 100, acceleration_noise: 0.02, angular_velocity_noise: 0.003}\n"
@@ -123,6 +132,13 @@ def test_the_speed_is_at_most_that_of_the_controller() -> None:
     result = scene.calibrate(speed=0.5)
     assert (result.speed, result.turn_speed) == (0.2, 0.4)
     assert result.outside(0.02) == ()
+
+
+def test_the_speed_is_at_most_that_of_the_wheels() -> None:
+    scene = ge.load("dd100_flat", set={"DiffController.maxWheelSpeed": 4.0})
+    result = scene.calibrate()
+    assert result.speed == pytest.approx(4.0 * 0.049)  # at the rim
+    assert result.motions[0].share == pytest.approx(1.0, abs=0.001)
 
 
 @pytest.mark.parametrize(

@@ -78,7 +78,9 @@ def test_files_that_ship_are_refused_and_nothing_is_written() -> None:
     path = ROOT / "graphs" / "dd100" / "cmd_vel.yaml"
     before = path.read_bytes()
     wrong = Calibration("dd100", "", "", 0.3, 0.6, moves=True, wheel_radius=0.06)
-    with pytest.raises(ge.UsageError, match=r"cmd_vel.yaml ships with graphengine[\s\S]*copy it into your project"):
+    with pytest.raises(
+        ge.UsageError, match=r"cmd_vel.yaml ships with graphengine[\s\S]*copy the file into your project"
+    ):
         write_figures(scene, wrong)
     assert path.read_bytes() == before
 
@@ -95,6 +97,39 @@ def test_a_copy_of_a_shipped_robot_is_written(tmp_path: Path) -> None:
     changes, _ = write_figures(loaded_of(ge.load(tmp_path / "scene.yaml")), wrong)
     assert [change.path.name for change in changes] == ["cmd_vel.yaml"]
     assert "wheelRadius: 0.06  " in (tmp_path / "graphs" / "cmd_vel.yaml").read_text(encoding="utf-8")
+
+
+def test_a_mecanum_base_is_written_to_its_robot_file_for_the_controller_and_for_odometry(tmp_path: Path) -> None:
+    base = bases.mecanum(tmp_path).write()
+    variances = Covariances(1e-4, 1e-5, 1e-6)
+    measured = Calibration(
+        "bot", "", "", 0.3, 0.6, moves=True, kinematics="mecanum", wheel_radius=0.049, track=0.64,
+        odometry=(Odometry("/odom", "base_link", covariances=variances),),
+    )  # fmt: skip
+    changes, notes = write_figures(loaded_of(ge.load(base.scene)), measured)
+    assert [(change.path.name, change.location[-1], change.new) for change in changes] == [
+        ("bot.yaml", "radius", 0.049),
+        ("bot.yaml", "track", 0.34),  # without the wheel base
+    ]
+    assert len(notes) == 3
+    assert all("Variance" in note and "ships with graphengine" in note for note in notes)
+    ge.load(base.scene)
+
+
+def test_covariances_are_added_to_an_odometry_of_the_user(tmp_path: Path) -> None:
+    base = bases.differential(tmp_path)
+    joints = "targetPrim: $(robot), leftJoints: [left_joint], rightJoints: [right_joint]"
+    inputs = f"{{{joints}, wheelRadius: 0.05, wheelDistance: 0.3}}"
+    wheels = f"  Wheels: {{type: ComputeWheelOdometry, inputs: {inputs}}}\n"
+    nodes = f"  Tick: OnPlaybackTick\n{wheels}  Publish: ROS2PublishOdometry\n"
+    base.graph("odom", nodes, "  - Tick.tick -> Wheels.execIn\n  - Wheels.execOut -> Publish.execIn\n")
+    base.write()
+    odometry = Odometry("/odom", "base_link", covariances=Covariances(1e-4, 1e-5, 0.0))
+    result = Calibration("bot", "", "", 0.3, 0.6, moves=True, odometry=(odometry,))
+    write_figures(loaded_of(ge.load(base.scene)), result)
+    text = (tmp_path / "odom.yaml").read_text(encoding="utf-8")
+    assert "wheelDistance: 0.3, distanceVariance: 0.0001, headingVarianceByDistance: 1e-05}" in text
+    ge.load(base.scene)
 
 
 def test_without_covariance_inputs_no_covariance_is_written(tmp_path: Path) -> None:

@@ -7,14 +7,12 @@ from typing import Any
 
 import pytest
 
-from tests.physics.bases import FOUR, Base, Wheel
+from tests.physics.bases import FOUR, MECANUM, SKID, Base, Wheel
 from tests.physics.importing.imported_bases import (
     CAR,
     CONTROLLERS,
     DIFFERENTIAL,
-    MECANUM,
     PLUGIN,
-    SKID,
     attempt,
     description,
     imported,

@@ -40,7 +40,7 @@ def profile(folder: Path, kind: str, inside: str) -> dict[str, Any]:
 def uses(folder: Path, *gazebo: str) -> dict[str, dict[str, Any]]:
     """Parameters of the graphs of an import, by graph."""
     graphs = robot(folder, *gazebo)["graphs"].values()
-    return {use["use"].removeprefix("graphs/sensors/").removesuffix(".yaml"): use["parameters"] for use in graphs}
+    return {use["use"].removeprefix("graphs/publishers/").removesuffix(".yaml"): use["parameters"] for use in graphs}
 
 
 @pytest.mark.parametrize(

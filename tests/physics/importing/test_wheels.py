@@ -48,7 +48,7 @@ def test_a_wheel_with_a_mesh_is_found_and_rolls_as_an_ellipsoid(folder: Path) ->
     shape = {"shape": "ellipsoid", "radius": 0.1, "width": 0.04, "offset": 0.03}
     assert keys(robot)["wheel_colliders"]["left_wheel"] == pytest.approx(shape)
     assert robot.robot.wheel_radii == pytest.approx({"left_joint": 0.1, "right_joint": 0.1})
-    assert keys(robot)["joints"]["left_joint"] == {"drive": {"damping": 50.0}}
+    assert keys(robot)["joints"]["left_joint"] == {"drive": {"damping": 589.0}}
 
 
 @pytest.mark.parametrize(("corners", "found"), [(4, False), (6, False), (10, True), (60, True)])

@@ -60,6 +60,22 @@ def test_a_mesh_is_told_once_with_its_vertices_and_triangles() -> None:
     assert faces.max() == 3
 
 
+def test_a_height_field_is_a_mesh_with_its_terrain_and_its_sides() -> None:
+    model = mujoco.MjModel.from_xml_string("""
+<mujoco>
+  <asset><hfield name="hill" nrow="3" ncol="4" elevation="0 0 0 0  0 1 1 0  0 0 0 0" size="2 1 0.5 0.2"/></asset>
+  <worldbody><geom type="hfield" hfield="hill" pos="5 0 0"/></worldbody>
+</mujoco>
+""")
+    bodies = visible_bodies(model)
+    (shape,) = bodies.shapes
+    vertices, faces = bodies.surfaces[shape.mesh]
+    assert (shape.kind, shape.pose[0], shape.texture) == ("mesh", (5.0, 0.0, 0.0), "")
+    assert faces.max() == len(vertices) - 1
+    assert vertices.min(axis=0).tolist() == pytest.approx([-2.0, -1.0, -0.2])
+    assert vertices.max(axis=0).tolist() == pytest.approx([2.0, 1.0, 0.5])
+
+
 def test_poses_are_those_of_the_bodies_with_the_scalar_last() -> None:
     with session("dd100_flat") as sim:
         sim.move("dd100", position=(1.0, 2.0), orientation=(0.0, 0.0, math.sin(0.25), math.cos(0.25)))

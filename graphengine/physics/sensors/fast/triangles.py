@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from graphengine.physics.engine import Floats, Indices, mujoco
-from graphengine.physics.model.geoms import height_field_points, mesh_faces, mesh_vertices
+from graphengine.physics.model.geoms import height_field_triangles, mesh_faces, mesh_vertices
 from graphengine.physics.sensors.fast.table import HFIELD, MARGIN, MESH
 from graphengine.physics.sensors.fast.tree import NODE, Tree, build
 
@@ -36,9 +36,7 @@ def triangle_trees(model: mujoco.MjModel, geoms: Indices) -> tuple[Tree, Floats,
             known[kind, data] = sum(map(len, trees))
             is_mesh = kind == MESH
             own = (
-                mesh_vertices(model, data)[mesh_faces(model, data)]
-                if is_mesh
-                else _triangles_of_height_field(model, data)
+                mesh_vertices(model, data)[mesh_faces(model, data)] if is_mesh else height_field_triangles(model, data)
             )
             trees.append(_tree(own, known[kind, data], sum(map(len, corners))))
             corners.append(own.reshape(-1, 9))
@@ -53,26 +51,3 @@ def _tree(triangles: Floats, root: int, row: int) -> Tree:
     build(tree, low, high, np.arange(row, row + len(triangles)))
     tree["skip"] += root
     return tree
-
-
-def _triangles_of_height_field(model: mujoco.MjModel, field: int) -> Floats:
-    """Return corners of the triangles around a height field, as `mj_rayHfield` sees it, shape (triangles, 3, 3).
-
-    They are the terrain, walls from height zero up to its four edges, and the box below height zero.
-    """
-    ground = height_field_points(model, field)
-    rows, columns, _ = ground.shape
-    edges = (ground[0], ground[-1], ground[:, 0], ground[:, -1])
-    walls = [np.stack([edge * (1, 1, 0), edge]) for edge in edges]
-    flat = ground[:: rows - 1, :: columns - 1] * (1, 1, 0)  # the four corners
-    below = flat - (0, 0, model.hfield_size[field, 3])
-    sides = [np.stack([below[line], flat[line]]) for line in (np.s_[0], np.s_[1], np.s_[:, 0], np.s_[:, 1])]
-    return np.concatenate([_triangles_of_sheet(sheet) for sheet in (ground, *walls, flat, below, *sides)])
-
-
-def _triangles_of_sheet(points: Floats) -> Floats:
-    """Return two triangles for each cell of a grid of points, divided from its first corner to the opposite one."""
-    here, right = points[:-1, :-1], points[:-1, 1:]
-    above, opposite = points[1:, :-1], points[1:, 1:]
-    pairs = [np.stack([here, right, opposite], axis=-2), np.stack([here, opposite, above], axis=-2)]
-    return np.concatenate([pair.reshape(-1, 3, 3) for pair in pairs])
