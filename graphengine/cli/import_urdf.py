@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def add_source_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments that say where the description comes from and how it is read, but for its file."""
-    parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", help="arguments of a xacro file")
+    parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", default=[], help="arguments of a xacro file")
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
         "--topic", nargs="?", const=TOPIC, help=f"read the description from a latched topic (default {TOPIC})"

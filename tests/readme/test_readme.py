@@ -48,7 +48,11 @@ def table(text: str, heading: str) -> list[list[str]]:
     return [[cell.strip() for cell in row] for row in rows[2:]]
 
 
-PLACES = {"import-urdf": {"FILE": "scenes/robots/dd100/dd100.urdf"}, "replay": {"FILE": "out.mcap"}}
+PLACES = {
+    "import-urdf": {"FILE": "scenes/robots/dd100/dd100.urdf"},
+    "new": {"DIR": "my_robot"},
+    "replay": {"FILE": "out.mcap"},
+}
 """Placeholders that mean something else to a verb."""
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from graphengine.format.diagnostics import Findings
+from graphengine.format.document import load
 from graphengine.format.files import shipped
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.packages import Packages, package_of
@@ -36,15 +39,24 @@ def bundle_graphs(draft: Draft) -> dict[Path, Path]:
     """Make the robot use copies of the included graphs, in a folder next to that of the robot file.
 
     Returns:
-        the file of each graph, by its path relative to the folder of the robot file.
+        the file of each graph and of each subgraph in it, by its path relative to the folder of the robot file.
     """
     sources: dict[Path, Path] = {}
     for entry in draft.sections["graphs"].values():
-        source, target = shipped() / entry.value["use"], Path("..", entry.value["use"])
-        if source.is_file():
-            sources[target] = source
-            entry.value["use"] = target.as_posix()
+        use = entry.value["use"]
+        for reference in _with_subgraphs(use):
+            sources[Path("..", reference)] = shipped() / reference
+        entry.value["use"] = Path("..", use).as_posix()
     return sources
+
+
+def _with_subgraphs(reference: str) -> Iterator[str]:
+    """Yield an included graph and the subgraphs beside it that it uses."""
+    yield reference
+    graph = load(shipped() / reference, Findings())
+    nodes = graph.data.get("nodes", {}).values() if graph is not None else ()
+    for name in dict.fromkeys(node["subgraph"] for node in nodes if isinstance(node, dict) and "subgraph" in node):
+        yield from _with_subgraphs(os.path.normpath(Path(reference).parent / name))
 
 
 def _meshes(root: Element) -> Iterator[Element]:

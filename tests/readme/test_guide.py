@@ -1,0 +1,48 @@
+"""The commands of docs/guide/your_own_robot.md, with a small robot in the place of the one that it names."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from tests.cli.harness import ROOT, process
+from tests.physics.importing.imported_bases import DIFFERENTIAL, description
+from tests.readme.test_readme import blocks, quoted
+
+GUIDE = (ROOT / "docs/guide/your_own_robot.md").read_text(encoding="utf-8")
+HEADLESS = {"run scene.yaml --view": "run scene.yaml --for 1s --transport memory"}
+
+
+def test_the_four_commands_work_one_after_the_other(tmp_path: Path) -> None:
+    lines = [line for block in blocks(GUIDE, "sh") for line in block.splitlines()]
+    new, change, *rest = lines
+    source = tmp_path / shlex.split(new)[4]
+    source.parent.mkdir(parents=True)
+    namespace = (
+        '<robot><xacro:arg name="namespace" default=""/><xacro:property name="namespace" value="$(arg namespace)"/>'
+    )
+    source.write_text(
+        re.sub("<robot[^>]*>", namespace, description(DIFFERENTIAL).replace('"left"', '"${namespace}left"'))
+    )
+    made = process(*shlex.split(new)[1:], cwd=tmp_path, code=0)
+    assert f"next: {change} && graphrun run scene.yaml" in made.out
+    folder = tmp_path / shlex.split(change)[1]
+    assert [line.split()[1] for line in rest] == ["run", "calibrate"]
+    for line in rest:
+        command = line.removeprefix("graphrun ")
+        assert process(*shlex.split(HEADLESS.get(command, command)), cwd=folder).code == 0, line
+    check = next(text for text in quoted(GUIDE) if "--check" in text)
+    assert process(*shlex.split(check)[1:], cwd=folder).code == 0
+
+
+def test_the_words_of_the_guide_are_those_of_the_report() -> None:
+    printed = (ROOT / "graphengine/cli/import_urdf.py").read_text(encoding="utf-8")
+    assert [what for what in re.findall(r"^- \*([^*]+)\*:", GUIDE, re.MULTILINE) if f'"{what}"' not in printed] == []
+
+
+@pytest.mark.parametrize("name", ["differential", "mecanum", "ackermann"])
+def test_the_graphs_of_bases_are_there(name: str) -> None:
+    assert (ROOT / f"graphs/base/{name}.yaml").is_file()
