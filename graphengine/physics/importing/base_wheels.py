@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 from graphengine.devices.rotation import Vector3, rotate
@@ -13,6 +13,8 @@ _ALIGNED = 0.99
 """Least cosine of the angle between two axes that count as parallel."""
 _TRAIL = 0.1
 """Least distance, in radii, of a caster's wheel behind the axis of its swivel."""
+_MIRRORED = 0.1
+"""Greatest difference, in radii, of the places of two wheels from those of a left and a right one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +28,7 @@ class BaseWheel:
         centre: in the root link, all joints at zero, m.
         axle: the joint's axis in the root link; a positive speed rolls forward if it points to the left.
         swivel: joint with an upright axis that turns the wheel about itself, empty if there is none.
-        caster: whether its swivel turns freely.
+        caster: whether its swivel turns freely: it trails, or stands alone.
     """
 
     joint: str
@@ -55,7 +57,10 @@ def wheels_on_floor(draft: Draft, commanded: Collection[str]) -> list[BaseWheel]
         draft: knows the wheels.
         commanded: joints that take commands; none of them is the swivel of a caster.
     """
-    return [_wheel(draft.urdf, shape, commanded) for shape in draft.wheels.values() if shape.on_floor]
+    urdf = draft.urdf
+    shapes = [shape for shape in draft.wheels.values() if shape.on_floor]
+    swivelling = [shape for shape in shapes if _swivel(urdf, urdf.joints[shape.joint]) is not None]
+    return [_wheel(urdf, shape, commanded, swivelling) for shape in shapes]
 
 
 def axis_in_root(urdf: Urdf, joint: UrdfJoint) -> Vector3:
@@ -63,15 +68,22 @@ def axis_in_root(urdf: Urdf, joint: UrdfJoint) -> Vector3:
     return rotate(urdf.pose_in_root(joint.child)[1], joint.axis)
 
 
-def _wheel(urdf: Urdf, shape: WheelShape, commanded: Collection[str]) -> BaseWheel:
+def _wheel(urdf: Urdf, shape: WheelShape, commanded: Collection[str], others: Iterable[WheelShape]) -> BaseWheel:
     swivel = _swivel(urdf, urdf.joints[shape.joint])
-    caster = shape.swivels
+    caster = False
     if swivel is not None and swivel.name not in commanded:
         (x, y, _), (pivot_x, pivot_y, _) = shape.centre, urdf.pose_in_root(swivel.child)[0]
         trail = abs((x - pivot_x) * shape.axis[1] - (y - pivot_y) * shape.axis[0])  # across the axle
-        caster |= trail > _TRAIL * shape.radius
+        caster = trail > _TRAIL * shape.radius or (shape.swivels and not any(_mirrors(shape, each) for each in others))
     pivot = swivel.name if swivel is not None else ""
     return BaseWheel(shape.joint, shape.link, shape.radius, shape.centre, shape.axis, pivot, caster)
+
+
+def _mirrors(one: WheelShape, other: WheelShape) -> bool:
+    """Whether two wheels stand opposite each other."""
+    (x, y, _), (other_x, other_y, _) = one.centre, other.centre
+    near = _MIRRORED * one.radius
+    return abs(x - other_x) < near and abs(y + other_y) < near and abs(y) > near
 
 
 def _swivel(urdf: Urdf, joint: UrdfJoint) -> UrdfJoint | None:

@@ -66,6 +66,11 @@ def fill(
         drivetrain: of the base; None for a robot without one.
     """
     decisions: dict[_Decision, list[UrdfJoint]] = {}
+    driven = [wheel.joint for wheel in drivetrain.wheels] if drivetrain is not None else []
+    ranged = [joint for joint in driven if joint in commands and any(commands[joint].ranges.get("velocity", ()))]
+    if ranged:
+        text = f"velocity ranges of {', '.join(map(printable, ranged))}: ros2_control enforces none unless told to"
+        draft.lost.append(Remark(text, commands[ranged[0]].span))
     for joint in draft.urdf.moving():
         if joint.mimic is not None:
             continue
@@ -76,7 +81,8 @@ def fill(
         if decision.kind not in ("velocity", "position"):
             entry.hint = _TOLD[decision.kind]
         if joint.name in commands:
-            entry.value |= _bounds(joint, entry.value.get("drive"), commands[joint.name])
+            drive = entry.value.get("drive") if joint.name not in driven else None
+            entry.value |= _bounds(joint, drive, commands[joint.name])
     for decision, joints in decisions.items():
         names = ", ".join(printable(joint.name) for joint in joints)
         remark = Remark(f"{_TOLD[decision.kind]}: {names}; {decision.why}", joints[0].element.span)

@@ -333,3 +333,13 @@ def test_virtual_wheels_of_a_bicycle_stand_for_the_real_ones(tmp_path: Path) -> 
     assert known["steering"] == ["front_left_steer", "front_right_steer"]
     assert known["steering_multiplier"] == -1.0
     assert "commands joints without wheels" in remarks(found)
+
+
+def test_ranges_of_wheels_are_told_and_do_not_slow_a_base_down(tmp_path: Path) -> None:
+    """Vendors write 1 rad/s for wheels that turn faster, as no controller manager enforces it by default."""
+    control = interfaces(left_joint="velocity", right_joint="velocity")
+    interface = '<command_interface name="velocity">'
+    control = control.replace(f"{interface[:-1]}/>", f'{interface}<param name="max">1</param></command_interface>')
+    found = imported(tmp_path, description(DIFFERENTIAL, control))
+    assert robot_file(found)["joints"]["left_joint"]["drive"].keys() == {"damping"}
+    assert "lost: velocity ranges of left_joint, right_joint: ros2_control enforces none" in remarks(found)
