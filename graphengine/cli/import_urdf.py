@@ -147,9 +147,13 @@ def check_source(arguments: argparse.Namespace) -> None:
     """
     remote = arguments.topic or arguments.node
     if bool(arguments.file) == bool(remote):
-        raise UsageError("give one of a file, --topic and --node")
-    if remote and (given := [*arguments.arguments, *arguments.without, *filter(None, [arguments.macro])]):
-        raise UsageError(f"{given[0]}: a description from the network takes no arguments, --macro and --without")
+        raise UsageError("give a file, --topic or --node, and only one of them")
+    if remote and arguments.arguments:
+        raise UsageError(
+            f"{arguments.arguments[0]}: only a xacro file takes arguments, not a description from the network"
+        )
+    if remote and (arguments.macro or arguments.without):
+        raise UsageError("--macro and --without are for a file, not for a description from the network")
     for text in arguments.arguments:
         if not re.match(r"[^:=]+:=", text):
             raise UsageError(f"{text}: write NAME:=VALUE, as for xacro")
@@ -213,7 +217,7 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
     packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
     is_xacro = xacro.is_xacro(path, element)
     if is_xacro and path.resolve() == target.with_suffix(".urdf").resolve():
-        raise UsageError(f"-o {target}: what {path} expands to would be overwritten; choose another name")
+        raise UsageError(f"-o {target}: the URDF written beside it would overwrite {path}; choose another name")
     if not is_xacro and (given := [*arguments.arguments, *filter(None, [arguments.macro])]):
         raise UsageError(f"{given[0]}: no xacro syntax in {path}")
     values = dict(text.split(":=", 1) for text in arguments.arguments)

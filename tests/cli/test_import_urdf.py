@@ -134,6 +134,7 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "lowest collider at z = -0.2000 m, all joints at zero",
         "meshes: 2 unchanged",
         "joints that follow another: finger_joint",
+        "carried over: limits of velocity: grip_joint 2 (cart.urdf:25)",
         (
             "carried over: sensor eye: camera of 320 x 240 pixels on grip at 30 Hz, published on camera/image_raw, "
             "camera/camera_info (cart.urdf:33)"
@@ -513,6 +514,14 @@ def test_a_macro_that_cannot_be_called_writes_nothing(
     result = imported(graphrun, "ws/cart/urdf/macro.urdf.xacro", *arguments, code=1)
     assert told in result.err
     assert not list((macro / "scenes/robots").iterdir())
+
+
+def test_a_file_with_a_macro_is_not_written_over_by_the_one_that_calls_it(graphrun: Graphrun, macro: Path) -> None:
+    path = macro / "scenes/robots/cart.urdf.xacro"
+    path.write_text(MACRO, encoding="utf-8")
+    result = imported(graphrun, str(path), "side:=left", "--force", "--package-path", "ws", code=1)
+    assert "would overwrite" in result.err
+    assert path.read_text(encoding="utf-8") == MACRO
 
 
 def test_arguments_are_listed_with_their_defaults(graphrun: Graphrun, macro: Path) -> None:

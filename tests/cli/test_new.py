@@ -51,6 +51,10 @@ def test_a_project_from_a_description_holds_all_its_files(graphrun: Graphrun, wo
     graphrun("new", "cart", *FROM, code=0)
     assert files(workspace / "cart") == [
         "README.md",
+        "graphs/base/differential.yaml",
+        "graphs/base/state.yaml",
+        "graphs/publishers/camera.yaml",
+        "graphs/publishers/frame.yaml",
         "requirements.txt",
         "robots/cart.urdf",
         "robots/cart.yaml",

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.files.xml import Element, numbers
 from graphengine.physics.importing.draft import Draft, Remark
@@ -18,7 +21,7 @@ def fill(draft: Draft) -> None:
     for joint in joints.values():
         limits = _soft_limits(draft, joint) or joint.limits
         _start(draft, joint, limits)
-        _velocity(draft, joint)
+    _velocities(draft, list(joints.values()))
 
 
 def _soft_limits(draft: Draft, joint: UrdfJoint) -> tuple[float, float] | None:
@@ -66,13 +69,21 @@ def _start(draft: Draft, joint: UrdfJoint, limits: tuple[float, float] | None) -
     draft.guessed.append(Remark(text, joint.element.span))
 
 
-def _velocity(draft: Draft, joint: UrdfJoint) -> None:
-    """The description's limit of velocity becomes that of the drive; a joint without a drive has no set point to limit."""
-    limit, drive = joint.element.first("limit"), draft.entry("joints", joint.name).value.get("drive")
-    fastest = _number(limit, "velocity") if limit is not None else None
-    if limit is not None and drive is not None and fastest is not None and fastest > 0:
-        drive.setdefault("max_velocity", fastest)
+def _velocities(draft: Draft, joints: Sequence[UrdfJoint]) -> None:
+    """Limits of velocity become those of drives; a joint without a drive has no set point to limit."""
+    bounded: dict[str, Element] = {}
+    for joint in joints:
+        limit, drive = joint.element.first("limit"), draft.entry("joints", joint.name).value.get("drive")
+        fastest = _number(limit, "velocity") if limit is not None else None
+        if limit is None or drive is None or fastest is None or fastest <= 0:
+            continue
         draft.use(limit)
+        if "max_velocity" not in drive:
+            drive["max_velocity"] = fastest
+            bounded[f"{joint.name} {fastest:g}"] = limit
+    if bounded:
+        told = ", ".join(map(printable, bounded))
+        draft.carried.append(Remark(f"limits of velocity: {told}", next(iter(bounded.values())).span))
 
 
 def _static(draft: Draft, gazebo: Element) -> None:

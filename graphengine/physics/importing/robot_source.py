@@ -66,6 +66,9 @@ def read_source(
         report_mesh_packages(root, packages, findings)
         return RobotSource(root, not wishes.without) if len(findings.errors) == before else None
     macro = choose_macro(root, wishes.macro, wishes.arguments, findings)
+    if macro is not None and target.with_suffix(WRAPPER).resolve() == path.resolve():
+        text = f"the file that calls the macro {macro.name!r} would overwrite {str(path)!r}"
+        findings.add("S103", text, macro.span, "choose another name for the robot file")
     if len(findings.errors) > before:
         return None
     if macro is None:
