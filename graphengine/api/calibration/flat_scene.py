@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+from graphengine.format.atomic_write import write_together
 from graphengine.format.yaml_text import flow
 from graphengine.physics.description.description_reader import is_text
 from graphengine.physics.model.robot import RobotInstance
@@ -47,12 +48,10 @@ def on_flat_floor(scene: LoadedScene, robot: RobotInstance) -> Iterator[LoadedSc
         "robots": {robot.name: kept},
     }
     allowed = [*scene.options.allowed, document.path.absolute().parent]
-    options = replace(
-        scene.options, allowed=allowed, scene=None, rays="mujoco"
-    )  # no ray is cast unless a graph needs it
+    options = replace(scene.options, allowed=allowed, scene=None, rays="mujoco")  # of which none is cast without need
     with tempfile.TemporaryDirectory(prefix="graphengine-") as folder:
         path = Path(folder, f"{scene.path.stem}.yaml")
-        path.write_text("".join(f"{key}: {flow(value)}\n" for key, value in data.items()), encoding="utf-8")
+        write_together({path: "".join(f"{key}: {flow(value)}\n" for key, value in data.items()).encode()})
         loaded = build.load(path, options)
         loaded.findings.raise_errors()
         yield loaded

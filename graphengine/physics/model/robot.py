@@ -231,7 +231,13 @@ def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
             what = listing(tags, "its colliders")
             span = file.key_span("wheel_colliders", link)
             size = "for another collider write {radius: …, width: …}, in m"
-            findings.add("S106", f"link {link!r} is no wheel: an ellipsoid replaces one cylinder", span, what, size)
+            findings.add(
+                "S106",
+                f"link {link!r} is not a wheel: an ellipsoid can only replace a single cylinder",
+                span,
+                what,
+                size,
+            )
         carrier = urdf.links[link].carrier
         if isinstance(shape, WheelColliderSpec) and (carrier is None or carrier.type not in TURNING):
             span = file.key_span("wheel_colliders", link)
