@@ -174,7 +174,7 @@ def _from_file(
     if entry is None:
         return None
     if getattr(entry.spec, _section(sensor_type)) is None:
-        findings.add("G109", f"profile {profile!r} is not one of a {sensor_type}", span, _known())
+        findings.add("G109", f"profile {profile!r} is not for a {sensor_type}", span, _known())
         return None
     return entry.spec
 
