@@ -25,7 +25,7 @@ DINGO_LIFT = 0.025
 """Height (m) of the Dingo-D's base link above the floor, from which it settles."""
 
 SCENE = """\
-# What `graphrun run scene.yaml` runs.
+# What `graphrun run {name}.yaml` runs.
 format: 1
 scene: {name}
 world: {world}    # one that comes with graphengine; an MJCF file of yours in this folder does as well
@@ -58,7 +58,7 @@ from pathlib import Path
 
 from graphengine.cli import main
 
-SCENE = Path(__file__).with_name("scene.yaml")
+SCENE = Path(__file__).with_name("{name}.yaml")
 
 
 def test_the_files_have_no_mistakes() -> None:
@@ -74,13 +74,13 @@ README = """\
 
 {source}, run by graphengine {version}: `pip install -r requirements.txt`, then in this folder
 
-    graphrun run scene.yaml --view      # in a browser: the robot, and the graphs that drive it; --watch takes over what you save
+    graphrun run {name}.yaml --view      # in a browser: the robot, and the graphs that drive it; --watch takes over what you save
     graphrun teleop                     # in another terminal: drive it from the keyboard
-    graphrun topics scene.yaml          # what it publishes and listens to
-    graphrun calibrate scene.yaml       # what it was told against what it did, and how true its odometry is
-    graphrun check scene.yaml && pytest # before you commit
+    graphrun topics {name}.yaml          # what it publishes and listens to
+    graphrun calibrate {name}.yaml       # what it was told against what it did, and how true its odometry is
+    graphrun check {name}.yaml && pytest # before you commit
 
-`scene.yaml` is the world and where the robot stands, `robots/{name}.yaml` the robot, `graphs/` what it does.
+`{name}.yaml` is the scene: the world and where the robot stands, `robots/{name}.yaml` the robot, `graphs/` what it does.
 """
 
 
@@ -123,7 +123,7 @@ class Project:
         """What was written and what to do next."""
         folder = near(str(self.folder))
         return clean(
-            f"{folder}: a project of {len(self._contents)} files\nnext: cd {folder} && graphrun run scene.yaml"
+            f"{folder}: a project of {len(self._contents)} files\nnext: cd {folder} && graphrun run {self.name}.yaml"
         )
 
     def _add(self, path: Path, text: str) -> None:
@@ -132,7 +132,7 @@ class Project:
     def _add_rest(self, source: str, lift: float) -> None:
         """Add the scene, with the robot at a height (m), and what does not depend on the robot."""
         world, (x, y) = WORLDS[self.world]
-        self._add(self.folder / "scene.yaml", SCENE.format(name=self.name, world=world, x=x, y=y, z=lift))
-        self._add(self.folder / "test_drive.py", TEST)
+        self._add(self.folder / f"{self.name}.yaml", SCENE.format(name=self.name, world=world, x=x, y=y, z=lift))
+        self._add(self.folder / "test_drive.py", TEST.format(name=self.name))
         self._add(self.folder / "requirements.txt", f"graphengine[view]=={__version__}\npytest\n")
         self._add(self.folder / "README.md", README.format(name=self.name, source=source, version=__version__))

@@ -107,9 +107,9 @@ def measure(robot: Robot, clones: Path, folder: Path) -> dict[str, Any]:
     (folder / f"{project}.log").write_text(made.stdout + made.stderr)
     if made.returncode:
         return {"robot": robot.name, "result": f"not imported: {_first_error(made.stderr)}"}
-    checked = graphrun("check", "scene.yaml", "--strict", folder=folder / project)
+    checked = graphrun("check", f"{project}.yaml", "--strict", folder=folder / project)
     (folder / f"{project}.check").write_text(checked.stdout + checked.stderr)
-    done = graphrun("calibrate", "scene.yaml", "--format", "json", "--check", "0.02", folder=folder / project)
+    done = graphrun("calibrate", f"{project}.yaml", "--format", "json", "--check", "0.02", folder=folder / project)
     (folder / f"{project}.calibrate").write_text(done.stdout + done.stderr)
     try:
         found = json.loads(done.stdout)

@@ -143,8 +143,12 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
             "guessed: base: differential with 2 driven wheels, radius 0.2 m, track 0.6 m, from the wheels, which are parallel "
             "(cart.urdf:11)"
         ),
+        "guessed: limits of the base: speed 1 m/s, turn 2 rad/s, acceleration 1 m/s2, turn_acceleration 2 rad/s2",
+        "guessed: odometry: encoders of 4096 ticks a turn, and a slip of 0.006 m after 1 m",
+        "guessed: damping of velocity drives: 883 N m s/rad, by the weight on the wheels",
         "guessed: velocity drive: left_joint, right_joint; driven wheels of the base (cart.urdf:11)",
         "guessed: position drive: grip_joint; a limit of effort suggests a motor, which holds them (cart.urdf:23)",
+        "guessed: friction of wheels: 1 on any floor: left_wheel, right_wheel",
         "guessed: sensor eye: no update_rate: 30 Hz (cart.urdf:33)",
         "guessed: sensor eye: no topic: published on camera/image_raw, camera/camera_info (cart.urdf:33)",
         "guessed: sensor eye: its frame eye_optical_frame is no link: a graph publishes it on tf_static (cart.urdf:33)",

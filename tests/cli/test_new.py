@@ -38,10 +38,10 @@ def files(folder: Path) -> list[str]:
 
 def test_a_first_project_drives_the_dingo_with_a_graph_of_its_own(graphrun: Graphrun, workspace: Path) -> None:
     result = graphrun("new", "first", code=0, err="")
-    assert result.lines == ["first: a project of 6 files", "next: cd first && graphrun run scene.yaml"]
+    assert result.lines == ["first: a project of 6 files", "next: cd first && graphrun run first.yaml"]
     graph = Path("first/graphs/cmd_vel.yaml")
     graph.write_text(graph.read_text().replace("maxLinearSpeed: 1.3", "maxLinearSpeed: 0.25"))
-    with ge.load("first/scene.yaml").session() as sim:
+    with ge.load("first/first.yaml").session() as sim:
         sim.robots["first"].publish("cmd_vel", {"linear": {"x": 1.0}}, every=0.1)
         sim.run(3.0)
         assert sim.robots["first"].velocity.linear[0] == pytest.approx(0.25, rel=0.02)
@@ -51,6 +51,7 @@ def test_a_project_from_a_description_holds_all_its_files(graphrun: Graphrun, wo
     graphrun("new", "cart", *FROM, code=0)
     assert files(workspace / "cart") == [
         "README.md",
+        "cart.yaml",
         "graphs/base/differential.yaml",
         "graphs/base/state.yaml",
         "graphs/publishers/camera.yaml",
@@ -58,23 +59,22 @@ def test_a_project_from_a_description_holds_all_its_files(graphrun: Graphrun, wo
         "requirements.txt",
         "robots/cart.urdf",
         "robots/cart.yaml",
+        "robots/cart/meshes/body.obj",
+        "robots/lid/meshes/body.obj",
         "robots/meshes/body.obj",
-        "robots/meshes/cart/body.obj",
-        "robots/meshes/lid/body.obj",
-        "scene.yaml",
         "test_drive.py",
     ]
     shutil.rmtree("ws")
     (workspace / "elsewhere").mkdir()
     (workspace / "cart").rename(workspace / "elsewhere/cart")
-    assert not graphrun("check", "elsewhere/cart/scene.yaml", code=0).out.startswith("error")
-    with ge.load("elsewhere/cart/scene.yaml").session() as sim:
+    assert not graphrun("check", "elsewhere/cart/cart.yaml", code=0).out.startswith("error")
+    with ge.load("elsewhere/cart/cart.yaml").session() as sim:
         assert sim.robots["cart"].pose.position[2] > -1.0
 
 
 def test_the_robot_stands_where_the_world_has_room(graphrun: Graphrun, workspace: Path) -> None:
     graphrun("new", "cart", *FROM, "--world", "warehouse", code=0)
-    scene = yaml.safe_load(Path("cart/scene.yaml").read_text())
+    scene = yaml.safe_load(Path("cart/cart.yaml").read_text())
     assert (scene["world"], scene["robots"]["cart"]["position"]) == ("worlds/warehouse_features.xml", [-3, 6, 0.2])
 
 

@@ -13,7 +13,7 @@ from tests.physics.importing.imported_bases import DIFFERENTIAL, description
 from tests.readme.test_readme import blocks, quoted
 
 GUIDE = (ROOT / "docs/guide/your_own_robot.md").read_text(encoding="utf-8")
-HEADLESS = {"run scene.yaml --view": "run scene.yaml --for 1s --transport memory"}
+HEADLESS = {"run burger.yaml --view": "run burger.yaml --for 1s --transport memory"}
 
 
 def test_the_four_commands_work_one_after_the_other(tmp_path: Path) -> None:
@@ -28,7 +28,7 @@ def test_the_four_commands_work_one_after_the_other(tmp_path: Path) -> None:
         re.sub("<robot[^>]*>", namespace, description(DIFFERENTIAL).replace('"left"', '"${namespace}left"'))
     )
     made = process(*shlex.split(new)[1:], cwd=tmp_path, code=0)
-    assert f"next: {change} && graphrun run scene.yaml" in made.out
+    assert f"next: {change} && graphrun run burger.yaml" in made.out
     folder = tmp_path / shlex.split(change)[1]
     assert [line.split()[1] for line in rest] == ["run", "calibrate"]
     for line in rest:

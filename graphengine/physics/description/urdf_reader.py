@@ -108,6 +108,11 @@ def _check_shape(part: Element, link: str, findings: Findings) -> None:
     elif shape.tag not in SHAPES:
         near = did_you_mean(shape.tag, SHAPES) or listing(SHAPES)
         findings.add("S103", f"link {link!r}: there is no shape {shape.tag[:40]!r}", shape.span, near)
+    geometry = part.first("geometry")
+    if geometry is not None and len(geometry.children) > 1:
+        text = f"link {link!r}: {len(geometry.children)} shapes in one <geometry>: the first counts, as in ROS"
+        findings.add("N103", text, geometry.children[1].span, f"write a {part.tag} for each")
+        del geometry.children[1:]
 
 
 def _joint(element: Element, links: dict[str, UrdfLink], findings: Findings) -> UrdfJoint | None:

@@ -60,7 +60,7 @@ def _compare(draft: Draft, base: Base, what: str, said: float | None, true: floa
     """Add a remark if a source says another measure than the description has."""
     if said is not None and abs(said - true) > _SAME * true:
         text = f"the {what} is {true:.4g} m as in the description; {base.source} has {said:.4g} m"
-        draft.guessed.append(Remark(text, base.span))
+        draft.noticed.append(Remark(text, base.span))
 
 
 def _differential(draft: Draft, base: Base, driven: Sequence[BaseWheel], radius: float) -> Drivetrain | None:

@@ -14,12 +14,15 @@ from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.xml import Element
 from graphengine.physics.importing.draft import Draft
 
-FOLDER = "meshes"
-"""Folder of the meshes beside the description."""
+MESHES = "meshes"
+"""Folder beside the description for meshes that it names by paths."""
 
 
 def bundle_meshes(urdf: Urdf) -> dict[Path, Path]:
-    """Make references to meshes lead to a folder beside the description; what is not found stays as it is.
+    """Give the meshes of a description places beside it.
+
+    References into packages stay as they are, since other ROS programs read them too: the package is copied as far as it is
+    needed. Other references then lead to the copies. What is not found stays as it is.
 
     Returns:
         the file of each mesh, by its path relative to the description.
@@ -28,10 +31,16 @@ def bundle_meshes(urdf: Urdf) -> dict[Path, Path]:
     for element in _meshes(urdf.element):
         reference = element.get("filename")
         source = _find(reference, urdf.packages)
-        if source is not None:
-            target = _free(Path(FOLDER, package_of(reference) or "", source.name), source, sources)
-            sources[target] = source
+        if source is None:
+            continue
+        if package_of(reference) is not None:
+            target = Path(
+                os.path.normpath("/" + reference.partition("://")[2]).lstrip("/")
+            )  # where a package is sought first
+        else:
+            target = _free(Path(MESHES, source.name), source, sources)
             element.attributes["filename"] = target.as_posix()
+        sources[target] = source
     return sources
 
 

@@ -83,6 +83,10 @@ def fill(
         if joint.name in commands:
             drive = entry.value.get("drive") if joint.name not in driven else None
             entry.value |= _bounds(joint, drive, commands[joint.name])
+    drives = [entry.value.get("drive", {}) for entry in draft.sections["joints"].values()]
+    if gains := sorted({drive["damping"] for drive in drives if drive.get("damping") and not drive.get("stiffness")}):
+        told = ", ".join(f"{damping:g}" for damping in gains)
+        draft.guessed.append(Remark(f"damping of velocity drives: {told} N m s/rad, by the weight on the wheels"))
     for decision, joints in decisions.items():
         names = ", ".join(printable(joint.name) for joint in joints)
         remark = Remark(f"{_TOLD[decision.kind]}: {names}; {decision.why}", joints[0].element.span)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from graphengine.physics.importing.draft import Draft
+from graphengine.format.wording import printable
+from graphengine.physics.importing.draft import Draft, Remark
 
 NAME = "WheelMaterial"
+_FULL = 1.0
 
 
 def fill(draft: Draft) -> None:
@@ -15,5 +17,6 @@ def fill(draft: Draft) -> None:
     if not links or NAME in draft.sections["materials"]:
         return
     entry = draft.entry("materials", NAME)
-    entry.comments.append("full grip, whatever the friction of the floor: `max` overrules it")
-    entry.value = {"static_friction": 1.0, "dynamic_friction": 1.0, "combine": "max", "bind": links}
+    entry.comments.append("full grip; `max` takes the greater of this friction and the floor's")
+    draft.guessed.append(Remark(f"friction of wheels: {_FULL:g} on any floor: {', '.join(map(printable, links))}"))
+    entry.value = {"static_friction": _FULL, "dynamic_friction": _FULL, "combine": "max", "bind": links}

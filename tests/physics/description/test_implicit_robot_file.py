@@ -149,3 +149,11 @@ def test_a_mujoco_model_that_cannot_be_one_says_why(project: Project, text: str,
         spawn(loaded, "thing", text)
     assert words in "\n".join("\n  ".join((finding.message, *finding.help)) for finding in caught.value.findings)
     assert [entity.name for entity in loaded.simulation.entities.all()] == ["bot"]
+
+
+def test_of_several_shapes_in_one_geometry_the_first_counts(project: Project) -> None:
+    two = BOX.replace("</geometry>", '<mesh filename="absent.stl" scale=""/></geometry>')
+    loaded = project.write("thing.urdf", two).load()
+    spawn(loaded, "thing", "thing.urdf")
+    low, _, _, high, _, _ = bounds(loaded.simulation, "thing")
+    assert high - low == pytest.approx(0.4)

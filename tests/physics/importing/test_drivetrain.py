@@ -87,7 +87,7 @@ def test_the_measures_of_the_description_count_and_others_are_told(tmp_path: Pat
     text = CONTROLLERS.replace("wheel_radius: 0.05", "wheel_radius: 0.06")
     found = imported(tmp_path, description(DIFFERENTIAL), text)
     assert robot_file(found)["graphs"]["base"]["parameters"]["radius"] == 0.05
-    assert "guessed: the radius of the wheels is 0.05 m as in the description; DiffDriveController" in remarks(found)
+    assert "noticed: the radius of the wheels is 0.05 m as in the description; DiffDriveController" in remarks(found)
 
 
 @pytest.mark.parametrize(
