@@ -167,7 +167,7 @@ def _from_file(arguments: argparse.Namespace, findings: Findings) -> Origin | No
         given = dict(text.split(":=", 1) for text in arguments.arguments)
         element, source = xacro.expand(path, given, packages, findings), None
     elif arguments.arguments:
-        raise UsageError(f"{arguments.arguments[0]}: no xacro syntax in {path}")
+        raise UsageError(f"{arguments.arguments[0]}: {path} does not use xacro")
     if element is None:
         return None
     told = " ".join([str(path), *arguments.arguments])

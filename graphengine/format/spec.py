@@ -97,7 +97,7 @@ class EverySpec(FileSpec):
     @classmethod
     def _short_form(cls, data: Any) -> Any:
         if isinstance(data, str) and data != "once":
-            raise ValueError(f"{data!r} is not `once`; else give {{ticks: 3}} or {{hz: 10}}")
+            raise ValueError(f"expected `once`, {{ticks: 3}} or {{hz: 10}}, got {data!r}")
         return {"once": True} if isinstance(data, str) else data
 
     @model_validator(mode="after")

@@ -231,7 +231,7 @@ def lint_commands_without_drive(context: LintContext) -> None:
         idle = [j for j in command.joints if not any(not gain or getattr(drives.get(j), gain, 0.0) for gain in gains)]
         if idle and gains:
             node, robot = command.instance, command.robot.path
-            message = f"{node.id} commands joints of {robot} that have no drive for it: nothing moves"
+            message = f"{node.id} commands joints of {robot} that have no drive for such commands: nothing moves"
             way = f"give them a drive with {' or '.join(gains)} below `joints:` of the robot file, or command efforts"
             context.findings.add("W209", message, node.span, listing(idle, "joints"), way, related=node.entry.via)
 

@@ -96,13 +96,13 @@ def lint_wheel_geometry(context: LintContext) -> None:
         radii = [robot.facts.get("wheel_radii", {}).get(joint) for joint in joints]
         known = [radius for radius in radii if radius]
         if known and _differs(node.wheel_radius, known[0]):
-            effect = f"the robot will drive at {known[0] / abs(node.wheel_radius):.3g} of the commanded speed"
+            effect = f"the robot will drive at {known[0] / abs(node.wheel_radius):.3g} times the commanded speed"
             span = controller.entry.span("inputs", "wheelRadius")
             what = f"wheelRadius is {node.wheel_radius:g} m, but the wheels of {robot.path} have {known[0]:g} m"
             context.findings.add("W201", what, span, effect, f"write wheelRadius: {known[0]:g}")
         distance = robot.facts.get("wheel_distance")
         if distance and _differs(node.wheel_distance, distance):
-            effect = f"turns will come out at {abs(node.wheel_distance) / distance:.3g} of the commanded turn rate"
+            effect = f"the robot will turn at {abs(node.wheel_distance) / distance:.3g} times the commanded turn rate"
             span = controller.entry.span("inputs", "wheelDistance")
             what = (
                 f"wheelDistance is {node.wheel_distance:g} m, but the wheels of {robot.path} are {distance:g} m apart"

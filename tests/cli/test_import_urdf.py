@@ -142,7 +142,7 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "not carried over: ros2_control: hardware",
         "not carried over: gazebo mu1 0.2, sensor eye camera: grip",
         "not carried over: gazebo plugin drive",
-        "not carried over: velocity limits of joints: a drive's max_acceleration and what commands it bound their speed",
+        "not carried over: velocity limits of joints: only commands and a drive's max_acceleration limit their speed",
         "scenes with this robot read files outside of their folder: run them with --allow ws/cart",
         "in a scene: robots: {cart: {use: robots/cart.yaml, position: [0, 0, 0.2]}}",
         (
@@ -373,7 +373,7 @@ def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
         ((), "give a file, --topic or --node, and only one of them"),
         ((CART, "--topic"), "give a file, --topic or --node, and only one of them"),
         (("ws/cart/urdf/car.urdf",), "no file 'ws/cart/urdf/car.urdf'"),
-        ((CART, "a:=1"), "a:=1: no xacro syntax in ws/cart/urdf/cart.urdf"),
+        ((CART, "a:=1"), "a:=1: ws/cart/urdf/cart.urdf does not use xacro"),
         (("ws/cart/urdf/cart.urdf.xacro", "prefix=1"), "prefix=1: write NAME:=VALUE, as for xacro"),
         (("a:=1", "--topic", "/x"), "a:=1: only a xacro file takes arguments, not a description from the network"),
         ((CART, "--allow", "nowhere"), "no folder 'nowhere'"),

@@ -32,7 +32,7 @@ def left_behind(urdf: Urdf) -> list[str]:
     if any(element.tag == "texture" for element in root.walk()):
         lines.append("textures of materials")
     if any(part.tag == "limit" and (numbers(part.get("velocity", "0"), 1) or (0.0,))[0] > 0 for part in parts):
-        lines.append("velocity limits of joints: a drive's max_acceleration and what commands it bound their speed")
+        lines.append("velocity limits of joints: only commands and a drive's max_acceleration limit their speed")
     return lines
 
 
@@ -68,7 +68,7 @@ def compose(urdf: Urdf, name: str, source: str, path: str, package_paths: Sequen
 
 
 def _wrapped(line: str) -> list[str]:
-    """A comment, over several lines if it is long."""
+    """Return a comment as lines, wrapped if it is long."""
     return textwrap.wrap(
         line, _WIDTH, initial_indent="#   ", subsequent_indent="#     ", break_long_words=False, break_on_hyphens=False
     )
@@ -126,18 +126,18 @@ def _about(joint: UrdfJoint, child: UrdfLink) -> str:
 
 
 def _servo(joint: UrdfJoint) -> str:
-    """Gains by which the full effort answers to 0.1 rad, or 10 mm; critically damped they are not, but calm."""
+    """Return drive gains: an error of 0.1 rad or 10 mm causes the full effort, and the damping prevents strong oscillation."""
     stiffness = (joint.effort or 10.0) / (0.01 if joint.type == "prismatic" else 0.1)
     return f"{{stiffness: {_rounded(stiffness)}, damping: {_rounded(stiffness / 10)}}}"
 
 
 def _rounded(number: float) -> str:
-    """A number with three digits."""
+    """Return a number with three significant digits, as text."""
     return f"{float(f'{number:.3g}'):.10g}"
 
 
 def _told(element: Element) -> str:
-    """An element in few words: its tag with its name, type and text, as far as it has them."""
+    """Return a short description of an element: its tag, and its name, type and text if it has them."""
     words = (element.tag, element.get("name"), element.get("type"), element.text[:60])
     return printable(" ".join(word for word in words if word))
 

@@ -94,7 +94,7 @@ def expand(
 
 
 def _ask(path: Path, arguments: Mapping[str, str], packages: Packages) -> Expanded:
-    """The answer of the process that expands a file.
+    """Run the process that expands a xacro file, and return its answer.
 
     Where workspaces are sourced, the process may read only those of their packages that the files name: it is run again for
     each that turns up.
@@ -128,7 +128,7 @@ def _ask(path: Path, arguments: Mapping[str, str], packages: Packages) -> Expand
 
 
 def _names(path: Path, installed: Sequence[Path]) -> list[str]:
-    """Installed packages that a file names, and the one that it lies in."""
+    """Return the installed packages that a file names, and the package that contains the file."""
     around = [folder.name for folder in path.absolute().parents if folder.parent in installed]
     with path.open("rb") as file:
         named = {name.decode() for name in _FIND.findall(file.read(MAX_BYTES))}
@@ -136,7 +136,7 @@ def _names(path: Path, installed: Sequence[Path]) -> list[str]:
 
 
 def _joined(parts: Sequence[tuple[int, Element]]) -> Element:
-    """The root of a document.
+    """Join elements, each with its depth, to a tree and return its root.
 
     Raises:
         ProcessError: the elements are none of one document, or XML cannot hold them.

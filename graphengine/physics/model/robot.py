@@ -142,7 +142,7 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
 
 
 def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings) -> dict[str, Drive]:
-    """The drives of the joints that have one and move."""
+    """Return the drives of movable joints that have one."""
     drives: dict[str, Drive] = {}
     for name, spec in file.spec.joints.items():
         joint = urdf.joints[name]
@@ -155,12 +155,14 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
             findings.add("S104", f"joint {name!r} is fixed: a drive cannot move it", span, "remove the drive")
             continue
         if not (drive.damping or drive.stiffness):
-            advice = "damping follows velocities, stiffness positions; efforts need no drive"
+            advice = "damping acts on velocity targets, stiffness on position targets; efforts need no drive"
             findings.add("N103", f"joint {name!r}: a drive without damping and stiffness does nothing", span, advice)
             continue
         drives[name] = drive
         if spec.usd_drive is not None and joint.type != "prismatic":
-            findings.add("N103", f"joint {name!r}: USD counts degrees, in SI it is {in_si(drive)}", span)
+            findings.add(
+                "N103", f"joint {name!r}: usd_drive is given per degree; in SI units it is {in_si(drive)}", span
+            )
     wheels = urdf.wheels(urdf.joints[name] for name in drives)
     for wheel in wheels:
         drives[wheel.joint] = replace(drives[wheel.joint], carries=wheel.radius**2 / len(wheels))

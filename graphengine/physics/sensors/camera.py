@@ -59,7 +59,7 @@ class CameraProfile(Profile):
     @classmethod
     def _a_pinhole_sees(cls, degrees: tuple[float, float]) -> tuple[float, float]:
         if not all(0.1 <= degree <= 179.0 for degree in degrees):
-            raise ValueError("a pinhole camera sees from 0.1 to 179 degrees")
+            raise ValueError("a pinhole camera must see from 0.1 to 179 degrees")
         return degrees
 
     @field_validator("clip")

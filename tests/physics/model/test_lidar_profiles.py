@@ -89,10 +89,10 @@ def test_noise_is_the_profiles_unless_the_robot_says_otherwise(project: Project,
     assert project.load().stage.find("/bot/base_link/arm/eye/Lidar").facts["noise_std"] == noise
 
 
-RINGS = "rings: rings have first_deg, last_deg and count, or each_deg"
-AROUND = "beams: beams go counter-clockwise and once around: last_deg is more than first_deg, by at most 360"
-RESOLUTION = "resolution is a micrometre at least and less than far, or 0"
-UPWARDS = "rings: rings go upwards: each is higher than the one before"
+RINGS = "rings: give rings by first_deg, last_deg and count, or by each_deg"
+AROUND = "beams: beams go counter-clockwise: last_deg must be greater than first_deg, by at most 360"
+RESOLUTION = "resolution must be at least one micrometre and less than far, or 0"
+UPWARDS = "rings: rings must be in ascending order"
 
 
 @pytest.mark.parametrize(
