@@ -87,7 +87,7 @@ class _Exposure:
 
 @implements(Camera, CameraProfile)
 class PinholeCamera(Sampled):
-    """The camera at a camera prim, whose facts are its profile.
+    """The camera at a prim; the prim's `facts` are the values of the camera's profile.
 
     Args:
         simulation: simulation that the camera sees.
