@@ -103,7 +103,7 @@ class EverySpec(FileSpec):
     @model_validator(mode="after")
     def _one_form(self) -> EverySpec:
         if self.once + (self.ticks is not None) + (self.hz is not None) != 1:
-            raise ValueError("give one of once, {ticks: 3} and {hz: 10}")
+            raise ValueError("give one of once, {ticks: 3} or {hz: 10}")
         return self
 
 
