@@ -57,7 +57,7 @@ def same_length(**arrays: Any) -> None:
     """
     lengths = list(map(len, arrays.values()))
     if len(set(lengths)) > 1:
-        raise BadValueError(", ".join(arrays), lengths, "of one length")
+        raise BadValueError(", ".join(arrays), lengths, "of the same length")
 
 
 def check_outcome(node: Node, *outcome: float) -> None:

@@ -107,7 +107,7 @@ class Runner:
         if any(finding.code == "N102" for finding in self.scene.findings.items):
             raise UsageError(f"{self.scene.path} uses prims of a scene; give one with --scene")
         if options.bad_values not in get_args(BadValues):
-            raise UsageError(f"bad_values: no policy {options.bad_values!r}; {listing(get_args(BadValues))}")
+            raise UsageError(f"bad_values: unknown value {options.bad_values!r}; {listing(get_args(BadValues))}")
         if options.simulation_interfaces is not None:
             check_namespace(options.simulation_interfaces)
         if options.record is not None:

@@ -196,7 +196,7 @@ class Scene:
             ("convention", convention, get_args(Convention)),
         ):
             if value not in legal:
-                raise UsageError(f"{name}: no {name} {value!r}; {listing(legal)}")
+                raise UsageError(f"{name}: unknown value {value!r}; {listing(legal)}")
         if self._loaded.world is None:
             raise UsageError(f"{self._loaded.path} is a graph without a scene and has no map; give a scene")
         request = MapRequest(heights, cell, bounds, select, origin, free, include, exclude)

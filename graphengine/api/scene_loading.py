@@ -67,7 +67,7 @@ def load(
         UsageError: an argument is invalid, such as a missing file or a `set` address that matches no input.
     """
     if rays not in RAYS:
-        raise UsageError(f"rays: no rays {rays!r}; {listing(RAYS)}")
+        raise UsageError(f"rays: unknown value {rays!r}; {listing(RAYS)}")
     for name, several in (
         ("allow", allow),
         ("message_paths", message_paths),

@@ -205,7 +205,7 @@ class Session:
     def reload(self) -> Reloaded:
         """Read the files of the scene again and run the changed scene. A recording stores the call, with the changed files.
 
-        Changed graphs are exchanged and the world continues. A node of the same name and type, with the same ports, keeps its
+        Changed graphs are replaced and the world continues. A node of the same name and type, with the same ports, keeps its
         state. An input keeps its value while its wire, or its value in the file, is the same. Unchanged topics keep their
         endpoints. A change of the world or of a robot restarts the session at time 0, without spawned robots. An earlier
         checkpoint restores the earlier version of the files. Python modules with node types are not read again.

@@ -248,7 +248,7 @@ def _bounded(node: Node) -> Callable[[], Iterator[int]]:
         for count, port in enumerate(compute()):
             if count >= limit:
                 raise RuntimeError(
-                    f"it ran on after {limit} iterations; a loop that needs more sets max_pushes of its class"
+                    f"it did not end within {limit} iterations; a node class that needs more sets `max_pushes`"
                 )
             yield port
 

@@ -48,7 +48,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
             if isinstance(legal, PortType) and (gives.base, legal.base) in _BETWEEN and not gives.array:
                 hint = f"put {_BETWEEN[gives.base, legal.base]} between them"
             if gives.count == 3 and not gives.array and isinstance(legal, PortType) and legal.count == 1:
-                hint = "take it apart with BreakVector3"
+                hint = "split it with BreakVector3"
             if legal == types.POINTER:
                 hint = "wire the pointer output of another node; arrays go into array inputs"
             message = f"{wire.entry.source} is {with_article(gives)}, {wire.entry.target} takes {with_article(legal)}"

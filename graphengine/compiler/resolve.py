@@ -73,7 +73,7 @@ def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[s
             continue
         if found.old_name:
             message = f"{entry.spec.type!r} is a name from before Isaac Sim 4.5"
-            findings.add("N101", message, span, f"its name now is {found.cls.type_name!r}")
+            findings.add("N101", message, span, f"its current name is {found.cls.type_name!r}")
         if found.cls.grows() and UNKNOWN in entry.spec.inputs.values():
             continue  # its ports depend on a literal that is reported already
         try:

@@ -55,7 +55,7 @@ class Entities(Protocol):
         """Move an entity without changing its joint states; `reset_state` moves it back.
 
         Raises:
-            UsageError: a number is not finite or too large, or the entity hangs on a joint; nothing has changed.
+            UsageError: a number is not finite or too large, or the entity is attached to a joint; nothing has changed.
         """
 
     def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:

@@ -55,7 +55,7 @@ def unrotate(q: Quaternion, v: Vector3) -> Vector3:
 
 
 def compose(parent: Pose, child: Pose) -> Pose:
-    """Return the pose of `child`, which is given relative to `parent`, in the frame in which `parent` is given."""
+    """Convert the pose `child`, given relative to `parent`, to the frame in which `parent` is given."""
     (px, py, pz), q = parent
     x, y, z = rotate(q, child[0])
     return (px + x, py + y, pz + z), multiply(q, child[1])

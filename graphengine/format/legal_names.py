@@ -12,9 +12,9 @@ from graphengine.format.wording import shown
 
 def _plain_path(path: str) -> str:
     if any(part in (".", "..") for part in path.split("/")):
-        raise ValueError("a prim path is written without '.' and '..'")
+        raise ValueError("a prim path cannot contain '.' or '..'")
     if any(letter.isspace() for letter in path):
-        raise ValueError(f"a prim path is written without blanks, got {shown(path)}")
+        raise ValueError(f"a prim path cannot contain blanks, got {shown(path)}")
     return path
 
 

@@ -41,7 +41,7 @@ class Permissions:
         if name not in self.environment:
             allow = f"allow it with --env {name}" if name.isidentifier() else "write the name of one variable"
             near = did_you_mean(name, self.environment)
-            raise ContextError(f"the environment's variable {name!r} may not be read", name, allow, near)
+            raise ContextError(f"the environment variable {name!r} may not be read", name, allow, near)
         return self.environment[name]
 
     def read(self, reference: str, folder: Path) -> tuple[Path, str]:

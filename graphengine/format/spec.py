@@ -104,13 +104,13 @@ class EverySpec(FileSpec):
     @classmethod
     def _short_form(cls, data: Any) -> Any:
         if isinstance(data, str) and data != "once":
-            raise ValueError(f"{data!r} is not `once`; else give {{ticks: 3}} or {{hz: 10}}")
+            raise ValueError(f"expected `once`, {{ticks: 3}} or {{hz: 10}}, got {data!r}")
         return {"once": True} if isinstance(data, str) else data
 
     @model_validator(mode="after")
     def _one_form(self) -> EverySpec:
         if self.once + (self.ticks is not None) + (self.hz is not None) != 1:
-            raise ValueError("give one of once, {ticks: 3} and {hz: 10}")
+            raise ValueError("give one of once, {ticks: 3} or {hz: 10}")
         return self
 
 

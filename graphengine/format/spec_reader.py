@@ -29,7 +29,10 @@ _PLAIN: Mapping[str, tuple[str, str]] = {
     "greater_than_equal": ("G109", "{name}: expected a value ≥ {ge:g}, got {input}"),
     "less_than": ("G109", "{name}: expected a value < {lt:g}, got {input}"),
     "less_than_equal": ("G109", "{name}: expected a value ≤ {le:g}, got {input}"),
-    "string_pattern_mismatch": ("G109", "{input} is not a name: letters, digits and '_', not beginning with a digit"),
+    "string_pattern_mismatch": (
+        "G109",
+        "{input} is not a valid name: use letters, digits and '_', but no leading digit",
+    ),
     "string_type": ("G108", "{name}: expected text, got {input}"),
     "string_too_short": ("G109", "{name}: expected text, got {input}"),
     "string_too_long": ("G109", "{name}: text of more than {max_length} characters"),
@@ -49,7 +52,7 @@ _PLAIN: Mapping[str, tuple[str, str]] = {
 def validate(model: type[S], document: Document, data: Any, findings: Findings) -> S | None:
     """Validate plain data as a spec; return None after errors, which are added to `findings` with their places."""
     if isinstance(data, dict) and type(data.get("format")) is int and data["format"] != FORMAT:
-        message = f"format {data['format']} is not one this version reads"
+        message = f"format {data['format']} is not supported"
         remedy = f"this version reads format {FORMAT}; a file with a higher number needs a newer graphengine"
         findings.add("G110", message, document.span("format"), remedy)
         return None
@@ -88,7 +91,7 @@ def _report(model: type[Spec], document: Document, error: dict[str, Any], findin
     if kind == "extra_forbidden":
         models = _models_at(model, location[:-1])
         legal = [key for found in models for key in found.model_fields]
-        hint = "values of ports stand below `inputs:`" if NodeSpec in models else ""
+        hint = "write values of ports below `inputs:`" if NodeSpec in models else ""
         near = findings.guess(name, legal)
         advice = (near,) if near else (listing(legal, "keys"), hint)
         findings.add(code, message, document.key_span(*location), *advice)

@@ -125,7 +125,7 @@ class LoadedWorld:
         if others or placement.name != name:
             findings.add("G109", f"{name!r} is a fleet; add its robots one by one")
         elif not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
-            findings.add("G109", f"{name!r} is not a name: letters, digits and '_', not beginning with a digit")
+            findings.add("G109", f"{name!r} is not a valid name: use letters, digits and '_', but no leading digit")
         elif name in {one.name for one in self.simulation.entities.all()}:
             findings.add("S105", f"{name!r} is taken")
         elif (taken := self.stage.obstacle(placement.prim_path)) is not None:

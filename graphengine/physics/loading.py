@@ -108,7 +108,7 @@ def _tell_touching(
             told.setdefault(robot.placement.key, []).append(name)
     for key, names in told.items():
         other = touching[names[0]]
-        more = f"; {len(names) - 1} more of its fleet touch something" if len(names) > 1 else ""
+        more = f"; other robots of its fleet that touch something: {len(names) - 1}" if len(names) > 1 else ""
         text = f"{names[0]} touches {other.other} at the start, {1000 * other.depth:.3g} mm deep{more}"
         advice = "physics pushes the two apart; give the robot another position"
         findings.add("W210", text, scene.document.key_span("robots", key), advice)

@@ -102,7 +102,7 @@ def _dry_setup_graph(graph: Graph, services: Services, findings: Findings, *, pr
             below = prim.path.removeprefix(f"{robot.path}/")  # a fleet has one note, not one a robot
             findings.add("N105", f"the path omits links; the full path within the robot is {below}", span)
     if skipped:
-        nodes = f"{skipped} nodes of {graph.name} use" if skipped > 1 else f"a node of {graph.name} uses"
+        nodes = f"{skipped} nodes of graph {graph.name} use" if skipped > 1 else f"a node of graph {graph.name} uses"
         span = graph.flat.loaded.document.span("graph")
         no_scene = any(finding.code.startswith("S") for finding in findings.errors)
         remedy = "the scene could not be loaded" if no_scene else "give the scene with --scene"

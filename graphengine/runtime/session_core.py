@@ -350,7 +350,7 @@ class SessionCore:
     def reload(self) -> Reloaded:
         """Read the files of the scene again and run the changed scene, between two ticks.
 
-        Changed graphs are exchanged: nodes of the same name and type keep their state, and the world continues. A change of the
+        Changed graphs are replaced: nodes of the same name and type keep their state, and the world continues. A change of the
         world or of a robot restarts the session at time 0, without spawned robots.
 
         Raises:

@@ -130,7 +130,7 @@ class WhileLoop(Node, type="graphengine.action.WhileLoop"):
         self.index = rounds = 0
         while self.condition:
             if rounds == self.max_pushes:
-                raise BadValueError("condition", True, f"false after {rounds} rounds at the latest")
+                raise BadValueError("condition", True, f"false after {rounds} iterations or fewer")
             self.index = rounds
             yield self.loop_body
             if self.break_loop:

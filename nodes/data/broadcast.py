@@ -127,11 +127,11 @@ def lift(
 def _check_lengths(names: str, lengths: Sequence[int]) -> None:
     """Check that arrays have the same length, or a single element."""
     if len(set(lengths) - {1}) > 1:
-        raise BadValueError(names, list(lengths), "of one length, or of one element")
+        raise BadValueError(names, list(lengths), "of the same length, or of one element")
 
 
 def _of_tuples(on_numbers: Operation, inputs: Sequence[PortType], output: PortType) -> Operation:
-    """Turn a function of numbers into one of single values and tuples, component by component."""
+    """Turn a function of numbers into a function of port values, which applies it to each component of tuples."""
     one = _of_numbers(on_numbers, [replace(given, count=1) for given in inputs], replace(output, count=1))
     if output.count == 1:
         return one

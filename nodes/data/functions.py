@@ -41,7 +41,7 @@ class Clamp(Elementwise, type="omni.graph.nodes.Clamp"):
             BadValueError: `lower` is above `upper`.
         """
         if np.any(lower > upper):
-            raise BadValueError("lower, upper", (lower, upper), "in this order")
+            raise BadValueError("lower, upper", (lower, upper), "in ascending order")
         return np.clip(value, lower, upper)
 
     @staticmethod
@@ -52,7 +52,7 @@ class Clamp(Elementwise, type="omni.graph.nodes.Clamp"):
             BadValueError: `lower` is above `upper`.
         """
         if lower > upper:
-            raise BadValueError("lower, upper", (lower, upper), "in this order")
+            raise BadValueError("lower, upper", (lower, upper), "in ascending order")
         return min(max(value, lower), upper)
 
 

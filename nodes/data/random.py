@@ -102,7 +102,7 @@ class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"
     def between(self, low: Any, high: Any) -> Any:
         """Draw uniformly distributed numbers between arrays of bounds."""
         if np.any(low > high):
-            raise BadValueError("min, max", (self.minimum, self.maximum), "in this order")
+            raise BadValueError("min, max", (self.minimum, self.maximum), "in ascending order")
         shape = np.broadcast_shapes(np.shape(low), np.shape(high))
         if low.dtype.kind == "f":
             return low + (high - low) * self.generator().random(shape)

@@ -83,7 +83,11 @@ def position(index: int, length: int) -> int:
         BadValueError: the index is out of range.
     """
     if not -length <= index < length:
-        raise BadValueError("index", index, f"{-length} to {length - 1}" if length else "into something not empty")
+        raise BadValueError(
+            "index",
+            index,
+            f"{-length} to {length - 1}" if length else "an index into an array or string that is not empty",
+        )
     return index % length
 
 

@@ -23,7 +23,7 @@ def check_text_length(port: str, letters: int) -> None:
         BadValueError: the number is above `MAX_LENGTH`.
     """
     if letters > MAX_LENGTH:
-        raise BadValueError(port, letters, f"so long that the result has {MAX_LENGTH} letters or fewer")
+        raise BadValueError(port, letters, f"so short that the result has {MAX_LENGTH} characters or fewer")
 
 
 def appended(port: str, texts: str | tuple[str, ...], suffix: str | tuple[str, ...]) -> str | tuple[str, ...]:
@@ -39,12 +39,12 @@ def appended(port: str, texts: str | tuple[str, ...], suffix: str | tuple[str, .
     """
     if isinstance(texts, str):
         if not isinstance(suffix, str):
-            raise BadValueError(port, suffix, "one text")
+            raise BadValueError(port, suffix, "one string")
         check_text_length(port, len(texts) + len(suffix))
         return texts + suffix
     suffixes = (suffix,) * len(texts) if isinstance(suffix, str) else suffix
     if len(texts) != len(suffixes):
-        raise BadValueError(port, suffix, f"one text, or {len(texts)} of them")
+        raise BadValueError(port, suffix, f"one string, or {len(texts)} strings")
     check_text_length(port, sum(map(len, texts)) + sum(map(len, suffixes)))
     return tuple(text + other for text, other in zip(texts, suffixes, strict=True))
 

@@ -179,7 +179,7 @@ class DotProduct(Elementwise, type="omni.graph.nodes.DotProduct"):
             BadValueError: the vectors differ in length.
         """
         if a.shape[-1] != b.shape[-1]:
-            raise BadValueError("a, b", [a.shape[-1], b.shape[-1]], "of one length")
+            raise BadValueError("a, b", [a.shape[-1], b.shape[-1]], "of the same length")
         return np.sum(a * b, axis=-1)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:

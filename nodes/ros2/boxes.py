@@ -102,7 +102,9 @@ def detections_3d(header: messages.Header, boxes: NDArray[Any]) -> Any:
     volumes = np.linalg.det(np.where(np.isfinite(transforms).all(axis=(1, 2), keepdims=True), axes, 0.0))
     unfit = np.flatnonzero(volumes == 0.0)
     if len(unfit):
-        raise BadValueError("data", transforms[unfit[0]].tolist(), f"transforms with a volume, as of box {unfit[0]}")
+        raise BadValueError(
+            "data", transforms[unfit[0]].tolist(), f"transforms of boxes with a volume, unlike that of box {unfit[0]}"
+        )
     scales = np.linalg.norm(axes, axis=2)
     centers = origins + np.einsum("ni,nij->nj", (low + high) / 2, axes)
     # A box is the same when it is mirrored, but no quaternion is a mirror.

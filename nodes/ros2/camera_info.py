@@ -137,16 +137,22 @@ class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraIn
         """
         pair, path = f"{left.prim_path} and {right.prim_path}", self.render_product_path_right
         if (left.size, left.intrinsics, left.rate) != (right.size, right.intrinsics, right.rate):
-            raise ContextError(f"{pair} differ in size, lens or rate", path, "the cameras of a stereo pair are alike")
+            raise ContextError(
+                f"{pair} differ in size, lens or rate",
+                path,
+                "both cameras of a stereo pair need the same size, lens and rate",
+            )
         (link,) = context.transform_tree([right.prim_path], left.prim_path)
         if link.fixed is None:
-            raise ContextError(f"{pair} move against each other", path, "a stereo pair is mounted on one body")
+            raise ContextError(f"{pair} move relative to each other", path, "mount both cameras on the same body")
         (x, y, z), (qx, qy, qz, _) = link.fixed
         if max(abs(qx), abs(qy), abs(qz)) > _PARALLEL / 2 or max(abs(y), abs(z)) > _PARALLEL * abs(x):
             legal = "the axes have to be parallel, and the cameras side by side"
             raise ContextError(f"{pair} are not a rectified stereo pair", path, legal)
         if x <= 0.0:
-            raise ContextError(f"{right.prim_path} is not to the right of {left.prim_path}", path, "exchange the two")
+            raise ContextError(
+                f"{right.prim_path} is not to the right of {left.prim_path}", path, "exchange the two render products"
+            )
         return x
 
     def compute(self) -> None:

@@ -292,7 +292,7 @@ def expect(layout: Layout | None, package: str, subfolder: str, name: str) -> st
         raise ContextError(
             f"its ports are those of {made_of or 'no message'}, its inputs name {named}",
             name,
-            "write messagePackage and messageName below `inputs:`; --set comes too late for ports",
+            "write messagePackage and messageName below `inputs:`; --set takes effect after the ports are made",
         )
     return named
 
@@ -302,8 +302,10 @@ def _named(literals: Mapping[str, Any], subfolder: str) -> str:
     words = {"messageSubfolder": subfolder, **literals}
     names = [words.get(name) for name in ("messagePackage", "messageSubfolder", "messageName")]
     if None in names or "" in names:
-        remedy = "write messagePackage and messageName below `inputs:`; a wire comes too late for ports"
-        raise MissingMessageError("its ports are the fields of a message, and it names no message", None, remedy)
+        remedy = "write messagePackage and messageName below `inputs:`; a wire takes effect after the ports are made"
+        raise MissingMessageError(
+            "its ports are the fields of a message, but its inputs name no message type", None, remedy
+        )
     return "/".join(map(str, names))
 
 

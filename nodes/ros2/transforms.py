@@ -73,7 +73,7 @@ class ROS2PublishRawTransformTree(TransformPublisher, type="isaacsim.ros2.bridge
 
 
 class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.ROS2PublishTransformTree"):
-    """Publishes transforms, given by arrays or of target prims, as one tf2_msgs/TFMessage with one stamp per execution."""
+    """Publishes transforms of target prims, or transforms given by arrays, as one tf2_msgs/TFMessage per execution."""
 
     parent_prim: Target = In(setup=True, doc="prim of the parent frame of `targetPrims`; empty for the world")
     target_prims: Target = In(required="frames", setup=True, doc="prims to publish if `parentFrames` is empty")

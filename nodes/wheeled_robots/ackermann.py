@@ -106,7 +106,7 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
             raise BadValueError("wheelBase", self.wheel_base, "other than 0")
         if not (front or back):
             raise BadValueError(
-                "frontWheelRadius, backWheelRadius", (front, back), "other than 0, one of them at least"
+                "frontWheelRadius, backWheelRadius", (front, back), "two numbers, at least one of them not 0"
             )
         return abs(self.wheel_base), abs(self.track_width) / 2.0, front or back, back or front
 

@@ -130,8 +130,8 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
             "currentPosition, currentOrientation, targetPosition, targetOrientation, initialVelocity, initialAccel, "
             "goalVelocity, goalAccel",
             (start, target),
-            f"so near that a path keeps to maxAccel {self.max_accel:g} m/s2 and maxJerk {self.max_jerk:g} m/s3; "
-            f"even one of {duration} s needs {acceleration:.3g} m/s2 and {jerk:.3g} m/s3",
+            f"such that a path of {duration} s or less keeps to maxAccel {self.max_accel:g} m/s2 and "
+            f"maxJerk {self.max_jerk:g} m/s3; that of {duration} s needs {acceleration:.3g} m/s2 and {jerk:.3g} m/s3",
         )
 
 

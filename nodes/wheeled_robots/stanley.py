@@ -178,7 +178,7 @@ def path_of(arrays: Doubles) -> Path:
     Raises:
         BadValueError: the array's length is not a multiple of 4, a number is not finite, or the path's length overflows.
     """
-    legal = f"four arrays of one length, all finite, not {len(arrays)} numbers"
+    legal = f"four arrays of the same length, all finite, not {len(arrays)} numbers"
     if len(arrays) % 4:
         raise BadValueError("pathArrays", arrays, legal)
     speeds, x, y, yaws = arrays.reshape(4, -1)

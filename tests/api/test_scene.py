@@ -57,7 +57,7 @@ def test_errors_come_together_with_what_else_was_found() -> None:
     [
         ("dd100_flta", {}, "did you mean 'dd100_flat' or"),
         ("dd100_flat", {"set": {"DifController.maxLinearSpeed": 1.0}}, "no node 'DifController'"),
-        ("dd100_flat", {"rays": "fats"}, "rays: no rays 'fats'; legal: auto, mujoco, fast"),
+        ("dd100_flat", {"rays": "fats"}, "rays: unknown value 'fats'; legal: auto, mujoco, fast"),
         ("dd100_flat", {"allow": "/tmp"}, "allow: expected a list, got '/tmp'"),
         ("dd100_flat", {"allow": ["/nowhere"]}, "allow: no such folder: /nowhere"),
         ("dd100_flat", {"message_paths": ["/nowhere"]}, "message_paths: no such folder: /nowhere"),
@@ -76,7 +76,7 @@ def test_arguments_that_make_no_sense_are_usage_errors(source: str, arguments: d
         ({"record": "out.txt"}, "write the name of a file in an existing folder"),
         ({"simulation_interfaces": "two words"}, "namespace 'two words' has ' ' at character 4"),
         ({"domain": 1000}, "ROS domain id 1000 is not in 0 to 232"),
-        ({"bad_values": "keep"}, "bad_values: no policy 'keep'; legal: drop, stop"),
+        ({"bad_values": "keep"}, "bad_values: unknown value 'keep'; legal: drop, stop"),
     ],
 )
 def test_options_of_a_session_that_make_no_sense_are_told(
@@ -109,8 +109,8 @@ def test_an_occupancy_map_is_an_array_and_the_files_that_graphrun_map_writes(sce
     [
         ({"cell": 0.0}, "cell: 0 is less than 0.0001"),
         ({"heights": (0.62, 0.2)}, "z: the lower bound 0.62 is not below the upper bound 0.2"),
-        ({"image": "jpg"}, "image: no image 'jpg'; legal: png, pgm"),
-        ({"convention": "isac"}, "convention: no convention 'isac'; legal: ros, isaac"),
+        ({"image": "jpg"}, "image: unknown value 'jpg'; legal: png, pgm"),
+        ({"convention": "isac"}, "convention: unknown value 'isac'; legal: ros, isaac"),
     ],
 )
 def test_a_map_that_makes_no_sense_is_refused(scene: ge.Scene, arguments: dict[str, Any], words: str) -> None:

@@ -153,7 +153,7 @@ def test_a_command_that_is_refused_is_not_blamed_on_the_scenes_file(ctl: Graphru
     with paused("dd100_flat", *MEMORY):
         for name, use, words in (
             ("dd100", "robots/dd100.yaml", "'dd100' is taken"),
-            ("a/b", "x.yaml", "is not a name"),
+            ("a/b", "x.yaml", "is not a valid name"),
         ):
             assert "dd100_flat.yaml" not in ctl("spawn", name, use, refused=words).err
         ctl("delete", "dd100")

@@ -389,7 +389,7 @@ def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
         ((), "give a file, --topic or --node, and only one of them"),
         ((CART, "--topic"), "give a file, --topic or --node, and only one of them"),
         (("ws/cart/urdf/car.urdf",), "no file 'ws/cart/urdf/car.urdf'"),
-        ((CART, "a:=1"), "a:=1: no xacro syntax in ws/cart/urdf/cart.urdf"),
+        ((CART, "a:=1"), "a:=1: ws/cart/urdf/cart.urdf does not use xacro"),
         (("ws/cart/urdf/cart.urdf.xacro", "prefix=1"), "prefix=1: write NAME:=VALUE, as for xacro"),
         (("a:=1", "--topic", "/x"), "a:=1: only a xacro file takes arguments, not a description from the network"),
         ((CART, "--allow", "nowhere"), "no folder 'nowhere'"),

@@ -174,7 +174,7 @@ def test_set_reaches_the_input_that_it_names(graphrun: Graphrun, project: Path) 
 def test_set_takes_globs_and_as_many_outer_names_as_wanted(graphrun: Graphrun, target: str) -> None:
     result = graphrun("check", "dd100_flat", "--set", f"{target}.wheelRadius=0.098")
     assert "warning W201: wheelRadius is 0.098 m" in result.out
-    assert "0.5 of the commanded speed" in result.out
+    assert "0.5 times the commanded speed" in result.out
 
 
 def test_set_takes_values_as_yaml_has_them(graphrun: Graphrun) -> None:

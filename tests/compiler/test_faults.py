@@ -126,7 +126,7 @@ def test_r11_a_loop_without_end_is_a_clear_error(bench: MakeBench) -> None:
           - Tick.tick -> ForLoop.execIn
           - ForLoop.loopBody -> A.execIn
     """)
-    with pytest.raises(NodeError, match=r"ForLoop .* ran on after 100000 iterations"):
+    with pytest.raises(NodeError, match=r"ForLoop .* did not end within 100000 iterations"):
         run.tick()
 
 
@@ -140,5 +140,5 @@ def test_r11_the_bound_is_that_of_the_node_type(bench: MakeBench, monkeypatch: p
     """)
     assert run.tick() == ["A 0", "A 0", "A 0"]
     run["ForLoop"].stop = 4
-    with pytest.raises(NodeError, match="after 4 iterations"):
+    with pytest.raises(NodeError, match="within 4 iterations"):
         run.tick()

@@ -108,7 +108,7 @@ def test_an_old_name_is_told_and_runs(tmp_path: Path) -> None:
     )
     assembly = build.load(path)
     assert [finding.code for finding in assembly.findings.items] == ["N101"]
-    assert assembly.findings.items[0].help == ("its name now is 'isaacsim.ros2.bridge.ROS2PublishClock'",)
+    assert assembly.findings.items[0].help == ("its current name is 'isaacsim.ros2.bridge.ROS2PublishClock'",)
     assert not assembly.findings.errors
 
 

@@ -173,7 +173,7 @@ def test_every_mistake_of_a_file_is_told_at_once() -> None:
 @pytest.mark.parametrize("path", ["/dd 100/drive", "/dd100/drive\u00a02", "/dd100/../x"])
 def test_a_path_that_no_prim_can_have(path: str) -> None:
     (message,) = told(GraphSpec, f"graph: g\nat: {path}\n")
-    assert message.startswith("2:5 at: a prim path is written without ")
+    assert message.startswith("2:5 at: a prim path cannot contain ")
 
 
 @pytest.mark.parametrize("number", ["1", "1.0", "true", "'1'"])
@@ -185,7 +185,7 @@ def test_a_newer_format_is_one_error() -> None:
     text = "format: 2\ngraph: {name: g}\nwires: []\nnodes: 5\n"
     (message,) = told(GraphSpec, text)
     assert message == (
-        "1:9 format 2 is not one this version reads; "
+        "1:9 format 2 is not supported; "
         "this version reads format 1; a file with a higher number needs a newer graphengine"
     )
 

@@ -75,7 +75,7 @@ def test_a_check_of_the_tutorial_tells_why(scene: str) -> None:
     text = finding.render()
     assert "cmd_vel.yaml:" in text
     assert "wheelRadius is 0.1 m, but the wheels of /dd100 have 0.049 m" in text
-    assert "the robot will drive at 0.49 of the commanded speed" in text
+    assert "the robot will drive at 0.49 times the commanded speed" in text
     assert "write wheelRadius: 0.049" in text
 
 

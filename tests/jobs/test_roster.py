@@ -197,7 +197,7 @@ def test_commands_outlive_a_newcomer(tmp_path: Path) -> None:
     [
         ("one", LATE, "'one' is taken"),
         ("World", LATE, "'World' is taken"),
-        ("a b", LATE, "not a name"),
+        ("a b", LATE, "not a valid name"),
         ("late", RobotUse(use="missing.yaml"), "missing.yaml"),
         ("late", RobotUse(use="noisy.yaml", count=2, spacing=(1.0, 1.0)), "is a fleet"),
         ("late", RobotUse(use="broken.yaml"), "no joint 'wheel'"),

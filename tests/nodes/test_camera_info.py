@@ -193,7 +193,7 @@ def test_a_pair_one_above_or_behind_the_other_is_refused(position: Vector3) -> N
 
 
 def test_a_pair_that_was_exchanged_is_refused() -> None:
-    refused("not to the right of .*Left\nexchange the two", position=(0.0, 0.2, 0.0))
+    refused("not to the right of .*Left\nexchange the two render products", position=(0.0, 0.2, 0.0))
 
 
 def test_one_camera_is_no_pair() -> None:
@@ -202,7 +202,7 @@ def test_one_camera_is_no_pair() -> None:
 
 
 def test_a_pair_on_two_bodies_is_refused() -> None:
-    refused("move against each other\na stereo pair is mounted on one body", path="/World/Camera")
+    refused("move relative to each other\nmount both cameras on the same body", path="/World/Camera")
 
 
 # When it publishes

@@ -112,7 +112,7 @@ def test_the_same_message_gives_the_same_class() -> None:
 
 @pytest.mark.parametrize("missing", ["messagePackage", "messageName"])
 def test_without_a_message_there_are_no_ports(missing: str) -> None:
-    with pytest.raises(ContextError, match="it names no message") as caught:
+    with pytest.raises(ContextError, match="its inputs name no message type") as caught:
         grown(ROS2Publisher, {**names(TWIST), missing: ""}, DEFINITIONS)
     assert caught.value.code == "G208"
 
@@ -434,7 +434,11 @@ def test_in_a_graph_an_array_that_no_message_can_hold_is_told_at_its_place(tmp_p
     [
         ({"messageName": "Twit"}, "G308", "Say: no message type 'geometry_msgs/msg/Twit'"),
         ({"messagePackage": "geometry_msg"}, "G308", "Say: no message type 'geometry_msg/msg/Twist'"),
-        ({"messageName": ""}, "G208", "Say: its ports are the fields of a message, and it names no message"),
+        (
+            {"messageName": ""},
+            "G208",
+            "Say: its ports are the fields of a message, but its inputs name no message type",
+        ),
         ({"messageName": "$(nothing)"}, "G111", "no parameter 'nothing'"),
         ({"linear:q": 1.0}, "G204", "ROS2Publisher has no input 'linear:q'"),
         ({"linear:y": "fast"}, "G211", "Say.linear:y is a double: expected a number, got 'fast'"),

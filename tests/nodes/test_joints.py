@@ -320,7 +320,7 @@ def test_a_unit_that_is_no_length_is_an_error(metres: float) -> None:
 
 @pytest.mark.parametrize("array", ["joint_positions", "joint_velocities", "joint_efforts", "joint_dof_types"])
 def test_arrays_of_different_lengths_are_an_error(array: str) -> None:
-    with pytest.raises(ValueError, match=r"jointNames, .* must be of one length"):
+    with pytest.raises(ValueError, match=r"jointNames, .* must be of the same length"):
         of_arrays(**{array: ARRAYS[array][:1]})
 
 

@@ -42,7 +42,7 @@ def test_without_labels_the_time_goes_out() -> None:
 @pytest.mark.parametrize(
     ("inputs", "fault"),
     [
-        ({"ids": [1], "labels_in": []}, r"ids, labels must be of one length, it is \[1, 0\]"),
+        ({"ids": [1], "labels_in": []}, r"ids, labels must be of the same length, it is \[1, 0\]"),
         ({"id_to_labels": "{"}, "idToLabels must be JSON"),
         ({"id_to_labels": "[1]"}, "idToLabels must be a JSON object"),
     ],

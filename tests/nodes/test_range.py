@@ -82,7 +82,7 @@ def test_a_graph_on_physics_steps_cannot_read_it(play: Player) -> None:
     world = dd100()
     world.add_device(RangeSensorStub, f"{CHASSIS}/sonar")
     with pytest.raises(
-        CheckError, match="a range sensor has one sample a tick, and this graph runs at every physics step"
+        CheckError, match="a range sensor is sampled once a tick, but this graph runs at every physics step"
     ):
         play.graph(ON_STEPS, world)
 

@@ -292,7 +292,7 @@ connections: [Tick.tick -> Print.execIn, Name.value -> Print.text]
 
 
 def test_a_check_tells_which_variable_a_graph_wants(play: Player) -> None:
-    with pytest.raises(CheckError, match="the environment's variable 'ROBOT' may not be read"):
+    with pytest.raises(CheckError, match="the environment variable 'ROBOT' may not be read"):
         play.graph(VARIABLE)
     playing = play.graph(VARIABLE, options=Options(environment={"ROBOT": "dd100"})).tick()
     assert playing.node("Print").text == "dd100"

@@ -104,7 +104,7 @@ def test_a_service_without_fields_makes_no_ports() -> None:
     ("given", "fault"),
     [
         ({"messageName": "SetBol"}, "no message type 'std_srvs/srv/SetBol'"),
-        ({"messageName": ""}, "it names no message"),
+        ({"messageName": ""}, "its inputs name no message type"),
         (
             {"messagePackage": "std_msgs", "messageSubfolder": "msg", "messageName": "Bool"},
             "std_msgs/msg/Bool is not a service type",

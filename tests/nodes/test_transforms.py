@@ -186,7 +186,9 @@ def test_arrays_go_out_in_one_message_with_one_stamp(context: RecordingContext) 
 @pytest.mark.parametrize("short", ["parent_frames", "child_frames", "translations", "orientations"])
 def test_arrays_of_different_lengths_are_an_error_and_nothing_goes_out(short: str, context: RecordingContext) -> None:
     node = publishing(context, **{**ARRAYS, short: ARRAYS[short][:1]})
-    with pytest.raises(ValueError, match="parentFrames, childFrames, translations, orientations must be of one length"):
+    with pytest.raises(
+        ValueError, match="parentFrames, childFrames, translations, orientations must be of the same length"
+    ):
         node.compute()
     assert context.transport.messages("/tf") == []
 

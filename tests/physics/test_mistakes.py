@@ -154,7 +154,7 @@ BALL, SIZE, MASS = '<sphere radius=".05"/>', 'size=".4 .3 .1"', '<mass value="5"
         (
             'ixx=".01"',
             'ixx="1 2"',
-            "bot.urdf:7:32: error S103: link 'arm': an inertia is made of six numbers, in kg m2",
+            "bot.urdf:7:32: error S103: link 'arm': the inertia must have six numbers, in kg m2",
         ),
     ],
 )

@@ -209,4 +209,4 @@ def test_what_is_named_in_python_is_there(word: str) -> None:
 
 def test_the_tutorials_share_of_speed_is_the_one_that_check_tells() -> None:
     assert "0.1 m on a wheel of 0.049 m drives at 49 %" in README
-    assert "will drive at 0.49 of the commanded speed" in process("check", "tutorial/navigation").out
+    assert "will drive at 0.49 times the commanded speed" in process("check", "tutorial/navigation").out

@@ -38,7 +38,7 @@ def share_plans(graphs: Iterable[Graph], findings: Findings) -> list[Graph]:
 
 
 def shape(graph: Graph) -> object:
-    """Return all that a plan depends on, but literals: file, classes, wires, and nodes that share resources."""
+    """Return all that a plan depends on, except literals: file, classes, wires, and nodes that share resources."""
     numbers: dict[str, object] = {UNKNOWN_PRIM: UNKNOWN_PRIM}
 
     def accesses(keys: Iterable[str]) -> tuple[object, ...]:

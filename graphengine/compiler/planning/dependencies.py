@@ -83,7 +83,7 @@ class DependencyGraph(WiredGraph):
         return tuple(data for data in self.dependents.get(index, ()) if data in self.flagged)
 
     def copies(self, index: int, *, constant: bool | None = False) -> tuple[Copy, ...]:
-        """Return the copies into a node: False for those made at each run, True for those of constants, None for both."""
+        """Return the copies of values into a node: of constants if `constant`, of all other values if not, of both if None."""
         copies = []
         for wire in self.data_in.get(index, []):
             fixed = self.reads_input(wire) or wire.source in self.constant

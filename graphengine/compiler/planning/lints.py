@@ -24,7 +24,7 @@ def lint_reads_and_writes(regions: RegionGraph) -> None:
                 if _in_stated_order(regions, reader, writer):
                     continue
                 one, other, what = regions.node(reader), regions.node(writer), name.replace(":", " ")
-                message = f"{one.id} reads and {other.id} writes {what}, in no stated order"
+                message = f"{one.id} reads and {other.id} writes {what}, but nothing determines their order"
                 related = [(other.span, "written here"), *one.entry.via]
                 regions.findings.add("W105", message, one.span, "order them with a Multisequence", related=related)
 

@@ -101,8 +101,8 @@ def _free_name(session: SessionCore, wanted: str, *, allow_renaming: bool) -> st
         raise RefusedError(_NAME_INVALID, "give a name, because the resource has none, or allow renaming")
     name = wanted or "entity"
     if _NAME.fullmatch(name) is None:
-        legal = "letters, digits and '_', not beginning with a digit"
-        raise RefusedError(_NAME_INVALID, f"{name[:200]!r} is not a name: {legal}")
+        legal = "use letters, digits and '_', but no leading digit"
+        raise RefusedError(_NAME_INVALID, f"{name[:200]!r} is not a valid name: {legal}")
     taken = {entity.name for entity in session.services.world.entities.all()}
     taken |= {prim.name for prim in session.services.stage.root.children.values()}
     if name not in taken:

@@ -50,7 +50,7 @@ def split_attribute(path: str) -> tuple[str, str]:
 
 
 def full_name(name: str) -> str:
-    """Return the name of an attribute; a bundle's is that of a prim, `outputs_bundle`."""
+    """Return the full name of an attribute; the prim name of an output bundle, `outputs_x`, becomes `outputs:x`."""
     return f"outputs:{name[8:]}" if name.startswith("outputs_") else name
 
 

@@ -86,7 +86,7 @@ class Layers:
         if os.path.splitext(path)[1].lower() not in SUFFIXES:
             raise UnreadableError("it is not a .usd, .usda or .usdc file")
         if len(self._opened) >= MAX_LAYERS:
-            raise UnreadableError(f"it is one of more than {MAX_LAYERS} files")
+            raise UnreadableError(f"the stage has more than {MAX_LAYERS} files")
         self._bytes += os.path.getsize(path)
         if self._bytes > MAX_BYTES:
             raise UnreadableError(f"all files together are larger than {MAX_BYTES // 1_000_000} MB")

@@ -192,7 +192,7 @@ class WorldHandles:
     def _expect_ticks(self, found: Device) -> None:
         if self.runs == "physics_step":
             raise ContextError(
-                f"{found.title} has one sample a tick, and this graph runs at every physics step",
+                f"{found.title} is sampled once a tick, but this graph runs at every physics step",
                 None,
                 "put the node into a graph with `runs: tick`",
             )

@@ -41,7 +41,7 @@ def read_description(file: RobotFile, files: Files, findings: Findings) -> Urdf 
         root = xacro.expand(path, arguments, packages, findings, places)
     elif file.spec.xacro_arguments:
         span = file.key_span("xacro_arguments")
-        findings.add("G109", f"xacro_arguments: no xacro syntax in {file.spec.urdf!r}", span)
+        findings.add("G109", f"xacro_arguments: {file.spec.urdf!r} does not use xacro", span)
         return None
     return read_urdf(root, packages, findings) if root is not None else None
 
@@ -60,7 +60,7 @@ def _packages(path: Path, file: RobotFile, files: Files, findings: Findings) -> 
 
 
 def _as_text(value: str | float | bool) -> str:
-    """A value of a robot file as xacro has it."""
+    """Return a value of a robot file as text for xacro."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 

@@ -41,7 +41,7 @@ def node_of(element: Element, document: minidom.Document) -> minidom.Element:
 
 
 class _Carrier:
-    """Gives a copy the place of what was copied; DOM calls it then."""
+    """Gives a copied element the place of the original; DOM calls it when it copies."""
 
     def handle(self, operation: int, key: str, place: Span, source: minidom.Node, copy: minidom.Node | None) -> None:
         if copy is not None:

@@ -57,7 +57,7 @@ def for_mujoco(
 
 
 def _copy(element: Element, parts: tuple[str, ...] = ()) -> Element:
-    """A copy, with only the named children where any are named."""
+    """Return a copy; if `parts` is not empty, only with children of these tags."""
     children = [_copy(child) for child in element.children if not parts or child.tag in parts]
     return Element(element.tag, dict(element.attributes), element.span, children)
 
@@ -84,7 +84,7 @@ def _geoms(
     otherwise: str,
     findings: Findings,
 ) -> Iterator[Element]:
-    """The colliders and visuals of a link as MuJoCo wants them, one as often as its mesh has colours."""
+    """Yield the colliders and visuals of a link for MuJoCo; a mesh of several colours gives one for each colour."""
     for index, part, shape in _parts(link):
         meant: Sequence[MeshFile | None] = (None,)
         if shape is not None and shape.tag == "mesh":
@@ -99,7 +99,7 @@ def _geoms(
 
 
 def _is_nothing(shape: Element) -> bool:
-    """Whether a primitive is a point, a line or flat, which some descriptions have as a placeholder."""
+    """Whether a size of a primitive is 0, as in placeholders of some descriptions."""
     sizes = " ".join(shape.get(key, "1") for key in ("size", "radius", "length"))
     return 0.0 in (numbers(sizes, len(sizes.split())) or ())
 
@@ -132,7 +132,7 @@ def _own_colour(material: Element) -> str:
 
 
 def _colours(urdf: Urdf) -> dict[str, str]:
-    """Colours by name of material, wherever in the file they are given; those of the robot count before those of visuals."""
+    """Return all colours by name of material; materials of the robot take precedence over those of visuals."""
     root = urdf.element
     materials = [*root.all("material"), *(element for element in root.walk() if element.tag == "material")]
     found: dict[str, str] = {}

@@ -60,7 +60,7 @@ def _tell(text: str, links: list[UrdfLink], findings: Findings) -> None:
 
 
 def _weightless(urdf: Urdf, *, free: bool) -> Iterator[list[UrdfLink]]:
-    """Groups of links that move as one and have no mass together, the link that is moved first."""
+    """Yield groups of rigidly connected links without mass; the link at the movable joint is the first of its group."""
     for top in urdf.depth_first():
         if not (top.carrier.moves if top.carrier is not None else free):
             continue
@@ -72,14 +72,14 @@ def _weightless(urdf: Urdf, *, free: bool) -> Iterator[list[UrdfLink]]:
 
 
 def _mend(found: dict[str, Element], link: UrdfLink, findings: Findings) -> bool:
-    """Replace an inertia that no body has."""
+    """Replace the inertia of a link if it is physically impossible; return whether it was replaced."""
     inertial = found[link.name]
     inertia = inertial.first("inertia")
     if inertia is None or link.mass == 0:
         return False
     terms = numbers(" ".join(inertia.get(term, "0") for term in _TERMS), len(_TERMS))
     if terms is None:
-        findings.add("S103", f"link {link.name!r}: an inertia is made of six numbers, in kg m2", inertia.span)
+        findings.add("S103", f"link {link.name!r}: the inertia must have six numbers, in kg m2", inertia.span)
         return False
     xx, yy, zz, xy, xz, yz = terms
     matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -118,13 +118,13 @@ def mended(inertia: NDArray[np.float64], mass: float) -> NDArray[np.float64]:
 
 
 def _ball_moment(mass: float) -> float:
-    """2/5 m r^2 of a ball of water, kg m2."""
+    """Return the moment of inertia of a ball of water, 2/5 m r^2, kg m2."""
     radius = math.cbrt(3 * mass / (4 * math.pi * WATER))
     return max(0.4 * mass * radius * radius, 2 * LEAST_MOMENT)
 
 
 def _sphere(element: Element, mass: float, moment: float) -> Element:
-    """An `inertial` that is the same in all directions."""
+    """Return an `inertial` element with the same moment about all axes."""
     moments = dict(zip(_TERMS, map(repr, (moment, moment, moment, 0.0, 0.0, 0.0)), strict=True))
     children = [Element("mass", {"value": repr(mass)}, element.span), Element("inertia", moments, element.span)]
     return Element("inertial", {}, element.span, children)

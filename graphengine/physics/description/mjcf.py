@@ -73,14 +73,14 @@ def parse(root: Element, library: Library, code: str = "S102") -> tuple[mujoco.M
 
 
 def _only_body(spec: mujoco.MjSpec, span: Span, findings: Findings) -> mujoco.MjsBody | None:
-    """The one body of a model; what belongs to a world of its own is taken away."""
+    """Return the only body of a model; its lights, cameras and keyframes are deleted."""
     world = spec.worldbody
     for alone in (*list(world.lights), *list(world.cameras), *list(spec.keys)):
         spec.delete(alone)
     bodies = list(world.bodies)
     if len(bodies) != 1 or list(world.geoms):
-        text = "what is put into a world is one body, with its geoms in it"
+        text = "an MJCF file of a robot or object must contain one body, and no geoms outside of it"
         names = [body.name for body in bodies] + [geom.name or "a geom of no body" for geom in world.geoms]
-        findings.add("S102", text, span, listing(names, "this has"))
+        findings.add("S102", text, span, listing(names, "it contains"))
         return None
     return bodies[0]

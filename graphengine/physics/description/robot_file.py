@@ -66,7 +66,11 @@ def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None
         if paths[-1].resolve() in [path.resolve() for path in paths[:-1]] or len(paths) > MAX_CHAIN:
             way = " extends ".join(path.name for path in paths)
             findings.add(
-                "S103", f"robot files in a ring: {way}" if len(paths) <= MAX_CHAIN else f"too long: {way}", span
+                "S103",
+                f"robot files extend each other in a circle: {way}"
+                if len(paths) <= MAX_CHAIN
+                else f"more than {MAX_CHAIN} robot files extend each other: {way}",
+                span,
             )
             return None
     if len(chain) == 1:
@@ -79,7 +83,7 @@ def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None
 
 
 def _merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    """Mappings merge key by key, everything else is replaced."""
+    """Merge mappings key by key; a value of any other kind replaces the one below it."""
     replaced = {a for one, other in _ALTERNATIVES for a, b in ((one, other), (other, one)) if b in changes}
     merged = {key: value for key, value in base.items() if key not in replaced}
     for key, value in changes.items():

@@ -190,7 +190,7 @@ class Urdf:
         return radius, centre[0]
 
     def _wheel(self, joint: UrdfJoint) -> tuple[float, Vector3] | None:
-        """Radius (m) and centre in the root link of a wheel: a sphere, or a cylinder about the joint's axis."""
+        """Radius (m) and centre (in the root link) of a wheel: a sphere, or a cylinder about the joint's axis; else None."""
         if joint.type != "continuous":
             return None
         for collider in self.links[joint.child].colliders:

@@ -64,7 +64,9 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | N
     boundless = [joint for joint in joints.values() if joint.type in ("revolute", "prismatic") and joint.limits is None]
     if boundless:
         names = listing((joint.name for joint in boundless), "joints")
-        findings.add("N103", "between equal limits, or none, a joint moves freely", boundless[0].element.span, names)
+        findings.add(
+            "N103", "a joint without limits, or with equal limits, moves freely", boundless[0].element.span, names
+        )
     return Urdf(root, packages, links, joints, top) if len(findings.errors) == before else None
 
 
@@ -119,7 +121,7 @@ def _joint(element: Element, links: dict[str, UrdfLink], findings: Findings) -> 
     name, kind = element.get("name"), element.get("type")
     if kind not in (*LEGAL, "floating", "planar"):
         near = did_you_mean(kind, LEGAL) or listing(LEGAL)
-        findings.add("S103", f"joint {name!r}: there is no type {kind!r}", element.place("type"), near)
+        findings.add("S103", f"joint {name!r}: unknown type {kind!r}", element.place("type"), near)
         return None
     ends: list[UrdfLink] = []
     for tag in ("parent", "child"):
@@ -169,7 +171,7 @@ def _check_numbers(owner: Element, findings: Findings) -> None:
 
 
 def _tree(root: Element, links: dict[str, UrdfLink], findings: Findings) -> str:
-    """Name of the root link; empty if the links form no single tree."""
+    """Return the name of the root link; empty after an error, if the links do not form a single tree."""
     if not links:
         findings.add("S103", "the description has no link", root.span)
         return ""
@@ -189,7 +191,7 @@ def _tree(root: Element, links: dict[str, UrdfLink], findings: Findings) -> str:
 
 
 def _release(top: str, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint], findings: Findings) -> str:
-    """Name of the root link once a floating joint below an empty root is gone: every robot moves freely as it is."""
+    """Remove a floating joint below an empty root link, as every robot moves freely anyway; return the name of the root link."""
     joint = links[top].below[0] if len(links[top].below) == 1 else None
     if joint is None or joint.type != "floating" or not links[top].empty:
         return top
@@ -210,7 +212,7 @@ def _not_simulated(joint: UrdfJoint, findings: Findings) -> None:
 
 
 def _mimic(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], findings: Findings) -> Mimic | None:
-    """What a joint mimics; the leader must be a moving joint that does not follow this one in turn."""
+    """Return the mimic law of a joint; it is an error if its leader does not move, or mimics this joint."""
     element = joint.element.first("mimic")
     if element is None or not joint.moves:
         return None
@@ -229,7 +231,7 @@ def _mimic(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], findings: Findings
 
 
 def _follows(follower: str, leader: str, joints: Mapping[str, UrdfJoint]) -> bool:
-    """Whether a joint comes, from one leader to the next, to another."""
+    """Whether a joint follows another one, directly or through further joints."""
     seen: set[str] = set()
     while follower not in seen:
         if follower == leader:

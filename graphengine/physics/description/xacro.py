@@ -169,7 +169,7 @@ def _names(path: Path, installed: Sequence[Path], text: str | None) -> list[str]
 
 
 def _joined(parts: Sequence[tuple[int, Element]]) -> Element:
-    """The root of a document.
+    """Join elements, each with its depth, to a tree and return its root.
 
     Raises:
         ProcessError: the elements are none of one document, or XML cannot hold them.

@@ -36,7 +36,7 @@ class _Guard(Guard):
         return function(*arguments, **named)
 
     def weigh(self, *values: Any) -> None:
-        """Let values be as large as the process has memory: those of YAML files may be."""
+        """Accept values of any size, since YAML files may be large; the process has a memory limit."""
 
 
 def evaluate(expression: str, names: dict[str, Any]) -> Any:

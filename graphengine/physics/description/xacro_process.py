@@ -103,7 +103,7 @@ class Expansion:
             return []
 
     def _take_over(self) -> None:
-        """Put own functions in the place of xacro's, which looks them up by name each time."""
+        """Replace functions of the xacro module, which it looks up by name at each call."""
         xacro.safe_eval = lambda text, names, _=None: xacro_expressions.evaluate(text, names)
         xacro.eval_extension = self._extension
         xacro.parse = self._parse
@@ -189,7 +189,7 @@ class Expansion:
         return document
 
     def _extension(self, text: str) -> Any:
-        """What a `$(…)` stands for."""
+        """Return the value of a `$(…)`."""
         if text == "$(cwd)":
             return str(self.packages.folder)
         if text.startswith("$(eval "):
@@ -206,7 +206,7 @@ class Expansion:
             raise XacroException(str(error)) from None
 
     def _names(self) -> dict[str, Any]:
-        """What `$(eval …)` knows: mathematics and the arguments. It ends at the first `)`, so that it calls nothing."""
+        """Return the names known in `$(eval …)`: `math` and the arguments. It ends at the first `)`, so it calls no functions."""
         known = {name: value for name, value in vars(math).items() if not name.startswith("_")}
         known |= {"true": True, "false": False}
         return known | {name: substitution_args.convert_value(text, "auto") for name, text in self.arguments.items()}

@@ -71,7 +71,7 @@ class ForceLimits(Stateful):
         self._reach = np.array([known.get(joint, free) for joint, free in zip(self.joints, self._reach, strict=True)])
 
     def _forces(self, ahead: float) -> Floats:
-        """What drives would exert some seconds ahead if the joints went on at their velocities."""
+        """Return the forces of the drives after `ahead` seconds, if the joints keep their velocities."""
         data, velocities = self._data, self._data.qvel[self._dofs]
         positions = data.qpos[self._coordinates] + ahead * velocities
         forces: Floats = self._stiffness * (data.ctrl[self._position_servos] - positions)

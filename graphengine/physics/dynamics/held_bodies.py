@@ -121,7 +121,7 @@ class PlacedBody(Handle):
             array[where] = array[where] * factor + more
 
     def _weights(self) -> list[tuple[Floats, slice | Indices, float, float]]:
-        """What MuJoCo knows of how easily the body is moved, and how that changes: by a factor and a summand.
+        """Return MuJoCo's arrays that determine how easily the body moves, with indices, a factor and a summand to change them.
 
         First the joint's inertia, then what contacts are softened by: with 0 the contact of a body that is held in the ground
         would be without bounds. `dof_M0` stands in for the inertia of bodies that turn about their own axes.
@@ -135,7 +135,7 @@ class PlacedBody(Handle):
         ]
 
     def _towards(self, position: Vector3, orientation: Quaternion) -> Floats:
-        """Coordinates of the joint with which the body is there, or as near as the joint lets it."""
+        """Return the joint's coordinates that bring the body to a pose, or as close to it as the joint can."""
         model, data, body, joint = self._simulation.model, self._simulation.data, self.body, self._joint
         x, y, z, w = orientation
         if model.jnt_type[joint] == _FREE:

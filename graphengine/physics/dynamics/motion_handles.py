@@ -189,7 +189,7 @@ class SelectedJoints(Shared):
                 array[place], points.pending = value, True
 
     def _clamped(self, kind: Kind, joint: int, value: float) -> float:
-        """A command within the limits of its joint, or as it is in a simulation that has no such limits."""
+        """Return a command clamped to the limits of its joint, or unchanged if the simulation does not clamp commands."""
         lowest, highest = self._joints.limits[kind][joint]
         if lowest <= value <= highest or not self._simulation.clamps_commands:
             return value

@@ -73,7 +73,7 @@ class MujocoEntities:
         return [body for body in topmost if model.body(body).name.startswith(f"{prim.entity_name}/")]
 
     def _only_root(self, name: str, prim: Prim) -> int:
-        """The body that the whole entity hangs on."""
+        """Return the root body of an entity."""
         if prim.body is None:
             raise UsageError(f"{name} cannot be moved: its root link is the world itself")
         return self.roots(prim)[0]
@@ -192,7 +192,7 @@ class MujocoEntities:
 
 
 def _check(name: str, what: str, values: Iterable[float]) -> None:
-    """Refuse what cannot be meant."""
+    """Raise UsageError if a value is not finite or too large."""
     for value in values:
         if not abs(value) <= MOST:
             raise UsageError(f"{name}: invalid {what} {value:g}; legal: at most {MOST:g}")

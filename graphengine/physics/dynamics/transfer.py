@@ -53,7 +53,7 @@ class Transfer:
 
 
 def _joints(old: mujoco.MjModel, new: mujoco.MjModel) -> Iterator[tuple[int, int]]:
-    """Numbers of the joints that both have: all bodies have a name, and those called alike have the same joints."""
+    """Yield the ids of a joint in both models; bodies of the same name have the same joints."""
     for one in range(old.nbody):
         other = _find(new, "BODY", old.body(one).name)
         for number in range(old.body_jntnum[one] if other >= 0 else 0):

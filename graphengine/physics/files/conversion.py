@@ -73,7 +73,7 @@ def convert_all(files: Sequence[Foreign]) -> list[list[Converted] | meshes.MeshE
         answer, why = error.answer, str(error)
     found = list(itertools.islice(_answers(answer), len(files)))
     found += [meshes.MeshError(f"reading it {why}")] if len(found) < len(files) else []
-    return found + [meshes.MeshError(f"reading one before it {why}")] * (len(files) - len(found))
+    return found + [meshes.MeshError(f"reading a file before it {why}")] * (len(files) - len(found))
 
 
 def _answers(answer: bytes) -> Iterator[list[Converted] | meshes.MeshError]:

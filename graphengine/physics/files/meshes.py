@@ -136,7 +136,7 @@ def _by_trimesh(data: bytes, suffix: str) -> Iterator[Part]:
     import trimesh
 
     if suffix == ".stl" and b"facet" not in data:
-        raise MeshError("it is neither ASCII STL nor as long as binary STL with so many triangles")
+        raise MeshError("it is neither ASCII STL nor binary STL, whose length must match its number of triangles")
     data = data.decode("utf-8", "replace").encode() if suffix == ".stl" else data  # trimesh would guess its encoding
     mesh = trimesh.load_mesh(io.BytesIO(data), file_type=suffix[1:], process=False, skip_materials=True)
     if len(mesh.faces):

@@ -176,7 +176,7 @@ def _compiled(spec: mujoco.MjSpec, draft: Draft, findings: Findings) -> mujoco.M
 
 
 def _lowest(model: mujoco.MjModel) -> float | None:
-    """Height of the lowest point that collides above the root link, which stands upright in the world's origin."""
+    """Height of the robot's lowest collider relative to its root link, m; None without colliders."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     found = extents(model, data, np.flatnonzero(collides(model)))
@@ -184,7 +184,7 @@ def _lowest(model: mujoco.MjModel) -> float | None:
 
 
 def _used_packages(urdf: Urdf) -> Iterator[Path]:
-    """Folders of the packages that the meshes of a robot lie in, but for installed ones, which are found anyway."""
+    """Yield the folders of packages with meshes of the robot, except installed packages, which are found anyway."""
     meshes = (element.get("filename") for element in urdf.element.walk() if element.tag in _MESHES)
     names = dict.fromkeys(name for reference in meshes if (name := package_of(reference)) is not None)
     for name in names:
@@ -203,19 +203,19 @@ def _portable(urdf: Urdf, beside: Collection[Path]) -> str:
 
 
 def _near(path: Path, target: Path) -> str:
-    """A path as a robot file names it: relative within its project, else absolute."""
+    """Return a path as it is written in a robot file: relative if it is within the project, else absolute."""
     resolved, folder = path.resolve(), target.parent.resolve()
     return os.path.relpath(resolved, folder) if resolved.is_relative_to(_project(target)) else str(resolved)
 
 
 def _project(target: Path) -> Path:
-    """The folder of the scenes that a robot file is meant for, which robots lie in a folder of."""
+    """Return the project's folder: that of the robot file, or the one around it if its name is `robots`."""
     folder = target.parent.resolve()
     return folder.parent if folder.name == "robots" else folder
 
 
 def _outside(paths: list[Path], origin: Origin) -> list[Path]:
-    """Folders that no scene of the project may read of its own."""
+    """Return the folders of these paths that scenes of the project may read only with `--allow`."""
     known = [_project(origin.target), shipped() / "scenes", *origin.packages.files.installed]
     found: list[Path] = []
     for path in paths:

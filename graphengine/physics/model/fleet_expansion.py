@@ -40,7 +40,7 @@ def placements(scene: Loaded[SceneSpec], findings: Findings) -> list[RobotPlacem
         for placement in place(key, use):
             name, span = placement.name, scene.document.key_span("robots", key)
             if placement.prim_path == "/World":
-                findings.add("S105", "a robot cannot be named 'World': the world's prims are there", span)
+                findings.add("S105", "a robot cannot be named 'World': that path is used by the world", span)
             elif name in found:
                 other = (scene.document.key_span("robots", found[name].key), "the other one")
                 findings.add("S105", f"two robots are named {name!r}", span, related=[other])

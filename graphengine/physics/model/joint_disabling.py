@@ -57,8 +57,8 @@ def disable_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> Disabled:
                 _refuse(joint, below, findings, span)
         elif not held and not any(link.mass or link.colliders for link in above):
             free_link = joint.child
-            text = f"joint {name!r} is disabled: {joint.child!r} moves freely, and {urdf.root!r} is a frame that it carries"
-            root = "" if file.spec.articulation_root else "it is the articulation root, as the file names none"
+            text = f"joint {name!r} is disabled: {joint.child!r} moves freely, and {urdf.root!r} becomes a frame on it"
+            root = "" if file.spec.articulation_root else "it is the articulation root, as the robot file names none"
             findings.add("N103", text, span, root)
         else:
             staying.append(name)
@@ -67,13 +67,13 @@ def disable_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> Disabled:
         findings.add("N103", text, off[staying[0]], listing(staying, "joints"))
     for name, spec in file.spec.joints.items():
         if spec.weld and name not in off:
-            text = f"joint {name!r} is not disabled: weld is for what a disabled joint holds"
+            text = f"joint {name!r} is not disabled: weld applies only to disabled joints"
             findings.add("G109", text, file.span("joints", name, "weld"), "write enabled: false beside it")
     return Disabled(tuple(off), free_link)
 
 
 def _disabled(file: RobotFile, urdf: Urdf) -> dict[str, Span]:
-    """The joints that a file disables, parents first, and where it says so."""
+    """Return the joints that a robot file disables, parents first, and the places in the file that disable them."""
     spec = file.spec
     off: dict[str, Span] = {}
     for link in urdf.depth_first():
@@ -90,7 +90,7 @@ def _matters(links: Sequence[UrdfLink], urdf: Urdf) -> bool:
 
 
 def _described(links: Sequence[UrdfLink]) -> str:
-    """The first of some links, and what all of them weigh."""
+    """Return the name of the first link and the mass of all links, for messages."""
     mass = sum(link.mass for link in links)
     return f"{links[0].name!r} ({mass:g} kg)"
 

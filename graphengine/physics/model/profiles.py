@@ -40,7 +40,7 @@ class DeviceSections(Spec):
 
 
 def _with_sections(*, only_in_rigs: bool = False) -> Callable[[type[S]], type[S]]:
-    """Give a model a section for each kind of device, or for those that rigs may have."""
+    """Decorate a model, to add a section for each kind of device, or for each kind that a rig can have."""
 
     def add(model: type[S]) -> type[S]:
         kinds = [device.kind for device in DEVICES.all.values() if device.in_rigs or not only_in_rigs]
@@ -180,7 +180,7 @@ def _from_file(
 
 
 def _own_profile(sensor_type: str) -> str:
-    """The profile of a sensor whose robot file names none: the one that ships and is called like its type; empty without."""
+    """Return the included profile with the name of a sensor type, for sensors without `profile:`; empty if there is none."""
     return sensor_type if (shipped() / f"scenes/sensors/{sensor_type}.yaml").is_file() else ""
 
 

@@ -165,7 +165,7 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
 
 
 def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings) -> dict[str, Drive]:
-    """The drives of the joints that have one and move."""
+    """Return the drives of movable joints that have one."""
     drives: dict[str, Drive] = {}
     for name, spec in file.spec.joints.items():
         joint = urdf.joints[name]
@@ -178,7 +178,7 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
             findings.add("S104", f"joint {name!r} is fixed: a drive cannot move it", span, "remove the drive")
             continue
         if not (drive.damping or drive.stiffness):
-            advice = "damping follows velocities, stiffness positions; efforts need no drive"
+            advice = "damping acts on velocity targets, stiffness on position targets; efforts need no drive"
             findings.add("N103", f"joint {name!r}: a drive without damping and stiffness does nothing", span, advice)
             continue
         drives[name] = drive

@@ -71,9 +71,9 @@ def _unused(name: str, taken: Collection[str]) -> str:
 
 
 def _turn_round(element: Element, robot: RobotInstance) -> dict[str, Pose]:
-    """Hang the links above the one that moves freely on that one, as MuJoCo has only topmost bodies move freely.
+    """Reverse the chain of links above the freely moving link, because in MuJoCo only topmost bodies can move freely.
 
-    They are frames on fixed joints, of which parent and child change places. New poses come back, for bodies of the model.
+    The links are frames on fixed joints, whose parent and child are swapped. Returns the new poses of their bodies.
     """
     link = robot.urdf.links[robot.disabled.free_link or robot.urdf.root]
     poses = {link.name: robot.urdf.pose_in_root(link.name)} if link.carrier is not None else {}
@@ -87,7 +87,7 @@ def _turn_round(element: Element, robot: RobotInstance) -> dict[str, Pose]:
 
 
 def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Limits that hold, rotors, drives, and ties between joints."""
+    """Set hard limits, armatures and drives of joints, and couple joints that mimic others."""
     for joint in robot.moving:
         driven = spec.joint(joint.name)
         driven.solref_limit, driven.solimp_limit[:2] = _HARD_SOLREF, _HARD_SOLIMP
@@ -102,7 +102,7 @@ def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
 
 
 def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:
-    """Make a joint the spring and damper of its drive, which actuators push; `ForceLimits` keeps their force within limits."""
+    """Add a drive to a joint, as spring, damper and actuators; `ForceLimits` limits the force."""
     for servo, gain in servos(joint, drive):
         if gain > 0:
             spec.add_actuator(name=servo, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT).gainprm[0] = gain
@@ -121,7 +121,7 @@ def _add_spring(joint: mujoco.MjsJoint, spring: SpringSpec) -> None:
 
 
 def _tie(spec: mujoco.MjSpec, joint: str, mimic: Mimic) -> None:
-    """Let a joint follow another by an equality constraint, q = offset + multiplier * leader, as both are zero in qpos0."""
+    """Couple a joint to its leader by an equality constraint, q = offset + multiplier * leader; both are zero in qpos0."""
     equality = spec.add_equality(name=f"{joint}.mimic", type=mujoco.mjtEq.mjEQ_JOINT)
     equality.name1, equality.name2 = joint, mimic.leader
     equality.data[:5] = mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0
@@ -129,7 +129,7 @@ def _tie(spec: mujoco.MjSpec, joint: str, mimic: Mimic) -> None:
 
 
 def _hollow_meshes(spec: mujoco.MjSpec) -> None:
-    """MuJoCo refuses a flat mesh for its lack of volume. That counts only where a body takes its mass from its colliders."""
+    """Treat meshes as shells, except where a body's mass is that of its colliders: MuJoCo rejects a flat mesh without volume."""
     weighed = (body for body in spec.bodies if not body.explicitinertial)
     solid = {geom.meshname for body in weighed for geom in _colliders(body)}
     for mesh in spec.meshes:
@@ -142,7 +142,7 @@ def _colliders(body: mujoco.MjsBody) -> list[mujoco.MjsGeom]:
 
 
 def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """An ellipsoid touches the floor in one point; the two at the rims of a cylinder scrub in a turn."""
+    """Replace cylinders by ellipsoids: these touch the floor in one point, but cylinders with both rims, which rub in turns."""
     for link, shape in robot.spec.wheel_colliders.items():
         if isinstance(shape, WheelColliderSpec):
             _replace_colliders(spec, link, shape, robot.urdf)
@@ -174,7 +174,7 @@ def _replace_colliders(spec: mujoco.MjSpec, link: str, shape: WheelColliderSpec,
 
 
 def _group_geoms(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Colliders are drawn only where a link has no visual."""
+    """Set the groups of geoms, so that colliders are drawn only if their link has no visual."""
     for link in robot.urdf.links:
         geoms, solid = list(spec.body(link).geoms), _colliders(spec.body(link))
         for geom in geoms:
@@ -195,9 +195,10 @@ def _apply_materials(spec: mujoco.MjSpec, robot: RobotInstance, floor: float, fi
 
 
 def _exclude_contacts(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Keep colliders of one robot, which often overlap, from colliding with each other, as Isaac's importer does.
+    """Exclude contacts between colliders of one robot, which often overlap, as Isaac's importer does.
 
-    Where they may, those that a joint connects still do not, as in PhysX; MuJoCo sees to that, but for joints on a fixed base.
+    With `self_collision`, links connected by a joint still do not collide, as in PhysX; MuJoCo excludes these pairs, except for
+    joints on a fixed base.
     Colliders of a link that is the world collide with all others.
     """
     links, top = robot.urdf.links, _rigid(robot.urdf)
@@ -210,7 +211,7 @@ def _exclude_contacts(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
 
 
 def _rigid(urdf: Urdf) -> dict[str, str]:
-    """The topmost of the links that no joint moves against each other, by link."""
+    """Return for each link the topmost link that is rigidly connected to it."""
     top: dict[str, str] = {}
     for link in urdf.depth_first():
         fixed = link.carrier is not None and not link.carrier.moves
@@ -219,7 +220,7 @@ def _rigid(urdf: Urdf) -> dict[str, str]:
 
 
 def _keep_awake(spec: mujoco.MjSpec) -> None:
-    """Let no robot sleep in worlds that have MuJoCo's sleep: a sensor of one that sleeps feels no contact, and no force."""
+    """Exclude robots from MuJoCo's sleep: sensors of a sleeping robot measure no contact and no force."""
     trees = list(spec.worldbody.bodies)
     while trees:
         body = trees.pop()
@@ -230,7 +231,7 @@ def _keep_awake(spec: mujoco.MjSpec) -> None:
 
 
 def _prune(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Delete links that are frames only: nothing to simulate, and their poses are those of what carries them."""
+    """Delete links that are only frames, without mass, geoms, joints or bodies below them."""
     for link in reversed(list(robot.urdf.depth_first())):
         body = spec.body(link.name)
         if link.carrier is not None and not (link.mass or list(body.geoms) or list(body.joints) or list(body.bodies)):

@@ -72,7 +72,7 @@ class _PrimBuilder:
         self.findings = findings
 
     def build(self) -> None:
-        """The robot, then what hangs on it, then what is written on prims."""
+        """Define the prims of the robot, then of its frames and sensors, and then set namespaces and names on prims."""
         robot, file = self.robot, self.robot.file
         links = self._links()
         self.stage.find(robot.prim_path).facts.update(
@@ -127,7 +127,7 @@ class _PrimBuilder:
             return None
 
     def _links(self) -> dict[str, str]:
-        """Define the robot and its links; their paths by name."""
+        """Define the prims of the robot and its links; return the paths of the links by name."""
         robot = self.robot
         base = f"{robot.name}/{robot.spec.base_link}"
         self.stage.add(
@@ -180,7 +180,7 @@ class _PrimBuilder:
             )
 
     def _mount(self, section: str, name: str, kind: PrimKind, parent: str, pose: dict[str, Any], **facts: Any) -> str:
-        """Define a prim below the one that a robot file names; its path, empty if there is none."""
+        """Define a prim below a parent that the robot file names; return its path, empty after an error."""
         file = self.robot.file
         try:
             above = within(self.stage, self.robot.prim_path, parent)
@@ -197,7 +197,7 @@ class _PrimBuilder:
             self.findings.add("S104", error.message, self.robot.file.key_span(section, reference), *error.help)
 
     def _sensor(self, name: str, sensor: SensorSpec) -> str:
-        """Path of a sensor's prim: of its device, or of the mount below which its device or those of its rig are."""
+        """Define the prims of a sensor; return the path of its device, or of the mount above its devices."""
         profile = self.robot.profiles.get(name)
         pose = {"position": sensor.position, "orientation": from_orientation(sensor.orientation)}
         given = profile.devices() if profile is not None else []
@@ -223,7 +223,7 @@ class _PrimBuilder:
 
 
 def _facts(figures: Profile, sensor: SensorSpec) -> dict[str, Any]:
-    """Of a sensor's profile, with the noise that the robot file gives it."""
+    """Return the facts of a sensor's profile, with the noise of the robot file if it sets one."""
     facts = figures.facts()
     if "noise_std" in facts and sensor.noise_std is not None:
         facts["noise_std"] = sensor.noise_std

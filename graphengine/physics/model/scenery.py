@@ -31,7 +31,7 @@ _DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")
 
 @dataclass(frozen=True, slots=True)
 class _RobotKind:
-    """What one robot file stands for: a robot somewhere, and its model."""
+    """A robot read from one file, at any place, and its model."""
 
     robot: RobotInstance
     model: mujoco.MjSpec
@@ -89,7 +89,7 @@ class Scenery:
             check_starts(joints, places, robot.urdf, robot.disabled.joints, findings)
 
     def _place_of(self, placement: RobotPlacement) -> Span | None:
-        """Where the scene names a robot's file; nowhere for one that comes later."""
+        """Return the place in the scene that names a robot's file; None for a robot that is added later."""
         return self.scene.document.span("robots", placement.key, "use") if placement.key else None
 
     def forget(self, robots: Mapping[str, RobotInstance]) -> None:
@@ -123,7 +123,7 @@ class Scenery:
     def _tell_joints(
         self, robot: RobotInstance, model: mujoco.MjSpec, placement: RobotPlacement, findings: Findings
     ) -> None:
-        """Tell what graphs can do with the joints of a description that is used without a robot file."""
+        """Report which joints graphs can use, for a description without a robot file."""
         free = mujoco.mjtJoint.mjJNT_FREE
         brought = [joint.name or "one without a name" for joint in model.joints if joint.type != free]
         known = {joint.name for joint in robot.moving}
@@ -133,11 +133,13 @@ class Scenery:
         share = len(known) if unknown else "all"
         findings.add(
             "N104",
-            f"without a robot file the description brings {listed}, {share} known to graphs",
+            f"the description, used without a robot file, has {listed}; graphs can use {share}",
             self._place_of(placement),
-            listing(unknown, "unknown are") if unknown else "",
-            listing(still, "without a drive are") if still else "",
-            "joints of a MuJoCo model are not read; a robot file of its URDF names them" if unknown else "",
+            listing(unknown, "joints that graphs cannot use") if unknown else "",
+            listing(still, "joints without a drive") if still else "",
+            "graphs cannot use joints of a MuJoCo model; write a robot file that uses a URDF of the robot"
+            if unknown
+            else "",
         )
 
     def compile(self, robots: Mapping[str, RobotInstance], findings: Findings) -> mujoco.MjModel | None:
@@ -155,7 +157,7 @@ class Scenery:
         return model
 
     def _assembled(self, robots: Mapping[str, RobotInstance], findings: Findings) -> mujoco.MjSpec | None:
-        """The world with robots attached, which share meshes and textures where these are equal; None when MuJoCo refuses.
+        """Return the world with robots attached, which share equal meshes and textures; None if MuJoCo refuses.
 
         MuJoCo takes files that have one name for equal. Attaching gives those of each robot names of their own, unless the
         robot brings no files along; the library has them all.
@@ -184,7 +186,7 @@ class Scenery:
     def _warned(
         self, text: str, model: mujoco.MjModel, robots: Mapping[str, RobotInstance], findings: Findings
     ) -> None:
-        """Tell what MuJoCo thinks of a model that it compiled, at the joint if it numbers one."""
+        """Report a warning of MuJoCo on a compiled model, at the joint if the warning contains its number."""
         number = _DEGREE_OF_FREEDOM.search(text)
         span, where = self.scene.document.key_span("world"), ""
         if number is not None and int(number[1]) < model.nv:
@@ -195,7 +197,7 @@ class Scenery:
         findings.add("W205", f"MuJoCo: {text}", span, where)
 
     def _refused(self, error: Exception, robots: Mapping[str, RobotInstance], findings: Findings) -> None:
-        """Tell MuJoCo's sentence where its element stands: in a robot's description if the name says so, else in the world."""
+        """Report an error of MuJoCo at its element: in a robot's description if its name is a robot's, else in the world."""
         message, name, line = mujoco_says(error)
         element = _element(name, robots)
         if element is not None:
@@ -205,7 +207,7 @@ class Scenery:
 
 
 def _element(name: str, robots: Mapping[str, RobotInstance]) -> Element | None:
-    """What a robot's description calls so, or the whole description; None for what belongs to no robot."""
+    """Return the element of a robot's description with this name, else the description; None if no robot has the name."""
     owner, _, rest = name.partition("/")
     if owner not in robots:
         return None

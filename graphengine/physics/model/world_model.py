@@ -50,8 +50,8 @@ def _set_options(spec: mujoco.MjSpec, root: Element, physics: PhysicsSpec, findi
     spec.option.timestep = timestep
     if "integrator" in stated and spec.option.integrator != mujoco.mjtIntegrator.mjINT_DISCRETE:
         span = stated["integrator"].place("integrator")
-        why = "no other solves the damping of drives together with contacts"
-        findings.add("N103", "the integrator is 'discrete' in every scene", span, why)
+        why = "no other integrator solves the damping of drives together with contacts"
+        findings.add("N103", "the integrator is replaced by 'discrete', which every scene uses", span, why)
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     if "cone" not in stated:
         spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
@@ -64,7 +64,7 @@ def _set_options(spec: mujoco.MjSpec, root: Element, physics: PhysicsSpec, findi
 def _set_flags(spec: mujoco.MjSpec, root: Element, findings: Findings) -> None:
     flags = [flag for option in root.all("option") for flag in option.all("flag")]
     for flag, name in ((flag, name) for flag in flags for name in _DRIVEN_BY if flag.get(name) == "disable"):
-        findings.add("N103", f"{name} is enabled in every scene: drives are made of it", flag.place(name))
+        findings.add("N103", f"{name} is enabled in every scene, because drives need it", flag.place(name))
     for bit in _DRIVEN_BY.values():
         spec.option.disableflags &= ~int(bit)
     # What a robot does must not depend on who else is there, to the last bit. So what touches is solved island by island,

@@ -59,7 +59,7 @@ class CameraProfile(Profile):
     @classmethod
     def _a_pinhole_sees(cls, degrees: tuple[float, float]) -> tuple[float, float]:
         if not all(0.1 <= degree <= 179.0 for degree in degrees):
-            raise ValueError("a pinhole camera sees from 0.1 to 179 degrees")
+            raise ValueError("a pinhole camera must see from 0.1 to 179 degrees")
         return degrees
 
     @field_validator("clip")
@@ -87,7 +87,7 @@ class _Exposure:
 
 @implements(Camera, CameraProfile)
 class PinholeCamera(Sampled):
-    """The camera at a camera prim, whose facts are its profile.
+    """The camera at a prim; the prim's `facts` are the values of the camera's profile.
 
     Args:
         simulation: simulation that the camera sees.

@@ -39,7 +39,7 @@ class ContactProfile(Profile):
 
 @implements(ContactSensor, ContactProfile)
 class BodyContactSensor(CarriedPrim):
-    """The sensor at a contact prim, whose facts are its profile."""
+    """The contact sensor at a prim; the prim's `facts` are the values of its profile."""
 
     sees_steps = True
     kept = ("_of_step", "_of_tick")

@@ -98,7 +98,7 @@ class _Samples:
 
 @implements(Imu, ImuProfile)
 class InertialUnit(CarriedPrim):
-    """The unit at an imu prim, whose facts are its profile.
+    """The IMU at a prim; the prim's `facts` are the values of its profile.
 
     Graphs that run per tick get samples of whole ticks; graphs that run per physics step may get more samples. Orientation is
     that at the time of the sample.

@@ -167,7 +167,7 @@ class RaySensor(TickSampled[S]):
 
 @implements(Lidar, LidarProfile)
 class RayLidar(RaySensor[Scan]):
-    """The lidar at a lidar prim, whose facts are its profile."""
+    """The lidar at a prim; the prim's `facts` are the values of the lidar's profile."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self.angles: tuple[float, float, float] = prim.facts["angles"]

@@ -54,7 +54,7 @@ class RangeProfile(Profile):
 
 @implements(RangeSensor, RangeProfile)
 class RayCone(RaySensor[RangeReading]):
-    """The range sensor at a range prim, whose facts are its profile."""
+    """The range sensor at a prim; the prim's `facts` are the values of its profile."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self.radiation_type: str = prim.facts["radiation_type"]

@@ -152,7 +152,7 @@ def test_references_within_a_layer_stay(home: Path) -> None:
 def test_size_and_number_of_layers_are_bounded(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = "#usda 1.0\n( subLayers = [@a.usda@, @b.usda@] )"
     monkeypatch.setattr(stage_layers, "MAX_LAYERS", 2)
-    assert left_out(home, text, a="#usda 1.0\n", b="#usda 1.0\n") == [("b.usda", "it is one of more than 2 files")]
+    assert left_out(home, text, a="#usda 1.0\n", b="#usda 1.0\n") == [("b.usda", "the stage has more than 2 files")]
     monkeypatch.setattr(stage_layers, "MAX_BYTES", 100)
     too_large = "all files together are larger than 0 MB"
     assert left_out(home, text, a="#usda 1.0\n" + "#" * 100) == [("a.usda", too_large), ("b.usda", too_large)]

@@ -135,7 +135,7 @@ def test_a_real_number_that_no_int_is_is_told(wrong: float) -> None:
 
 def test_arrays_that_are_not_as_long_are_told() -> None:
     doubles = concrete("double[]")
-    with pytest.raises(ValueError, match="arrays must be of one length, or of one element"):
+    with pytest.raises(ValueError, match="arrays must be of the same length, or of one element"):
         lift(operator.add, [doubles, doubles], doubles)(np.zeros(3), np.zeros(2))
 
 

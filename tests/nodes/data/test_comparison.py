@@ -57,7 +57,7 @@ def test_a_single_value_is_compared_with_each_of_an_array() -> None:
 
 
 def test_arrays_that_are_not_as_long_do_not_compare() -> None:
-    with pytest.raises(ValueError, match=r"a, b must be of one length, it is \[2, 3\]"):
+    with pytest.raises(ValueError, match=r"a, b must be of the same length, it is \[2, 3\]"):
         computed(Compare, a=np.zeros((2, 2)), b=np.zeros((3, 2)))
 
 

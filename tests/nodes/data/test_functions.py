@@ -42,7 +42,7 @@ def test_each_number_of_an_array_is_clamped_by_one_bound_or_its_own() -> None:
 
 @pytest.mark.parametrize("value", [1.0, np.array([1.0, 2.0])])
 def test_bounds_the_wrong_way_round_are_an_error(value: Any) -> None:
-    with pytest.raises(ValueError, match="lower, upper must be in this order"):
+    with pytest.raises(ValueError, match="lower, upper must be in ascending order"):
         computed(Clamp, input_in=value, lower=2.0, upper=1.0)
 
 

@@ -86,7 +86,7 @@ def test_samples_are_joined_by_straight_lines_and_go_on_level() -> None:
 
 
 def test_samples_need_a_value_each() -> None:
-    with pytest.raises(ValueError, match=r"knots, values must be of one length, it is \[2, 1\]"):
+    with pytest.raises(ValueError, match=r"knots, values must be of the same length, it is \[2, 1\]"):
         computed(Interpolator, knots=[0.0, 1.0], values=[1.0])
 
 

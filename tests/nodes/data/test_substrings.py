@@ -108,7 +108,7 @@ def test_a_part_is_replaced_where_it_first_stands_or_everywhere(inputs: dict[str
 
 
 def test_a_text_that_grows_too_long_is_an_error() -> None:
-    with pytest.raises(ValueError, match="value must be so long that the result has"):
+    with pytest.raises(ValueError, match="value must be so short that the result has"):
         computed(ReplaceString, string_in="a" * 5000, replace="a", value="b" * 5000, replace_all=True)
 
 

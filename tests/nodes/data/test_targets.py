@@ -98,7 +98,7 @@ def test_targets_are_compared_whole_or_prim_by_prim() -> None:
     assert (each.tolist(), each.dtype) == ([False, True, False], np.bool_)
     other = computed(CompareTargets, a=THREE, b=THREE[::-1], compare_each=True, operation="!=").result
     assert other.tolist() == [True, False, True]
-    with pytest.raises(ValueError, match=r"a, b must be of one length, it is \[3, 1\]"):
+    with pytest.raises(ValueError, match=r"a, b must be of the same length, it is \[3, 1\]"):
         computed(CompareTargets, a=THREE, b=["/a"], compare_each=True)
 
 

@@ -56,7 +56,7 @@ def test_a_condition_selects_a_value_or_element_by_element(
 
 
 def test_arrays_of_other_lengths_are_not_selected_from() -> None:
-    with pytest.raises(ValueError, match=r"condition, ifTrue must be of one length, it is \[3, 2\]"):
+    with pytest.raises(ValueError, match=r"condition, ifTrue must be of the same length, it is \[3, 2\]"):
         ready(
             SelectIf, RecordingContext(), condition=np.array([True] * 3), if_true=np.array([1, 2]), if_false=0
         ).compute()
@@ -73,7 +73,7 @@ def test_targets_are_selected_whole_or_prim_by_prim() -> None:
     assert output_of(SelectTargetIf(condition=False, if_true=("/a",), if_false=("/b", "/c")), "result") == ("/b", "/c")
     each = SelectTargetIf(condition=np.array([True, False]), if_true=("/a", "/b"), if_false=("/c", "/d"))
     assert output_of(each, "result") == ("/a", "/d")
-    with pytest.raises(ValueError, match=r"condition, ifTrue, ifFalse must be of one length, it is \[1, 2, 0\]"):
+    with pytest.raises(ValueError, match=r"condition, ifTrue, ifFalse must be of the same length, it is \[1, 2, 0\]"):
         SelectTargetIf(condition=np.array([True]), if_true=("/a", "/b")).compute()
 
 
@@ -92,15 +92,17 @@ def test_texts_are_built_of_as_many_as_a_file_names() -> None:
     assert output_of(made(a="a", b="b", input2="c", input3="d"), "value") == "abcd"
     assert output_of(BuildString(a=("a", "b"), b="/x"), "value") == ("a/x", "b/x")
     assert output_of(BuildString(a=("a", "b"), b=("c", "d")), "value") == ("ac", "bd")
-    with pytest.raises(ValueError, match="b must be one text"):
+    with pytest.raises(ValueError, match="b must be one string"):
         BuildString(a="a", b=("c", "d")).compute()
-    with pytest.raises(ValueError, match="b must be one text, or 2 of them"):
+    with pytest.raises(ValueError, match="b must be one string, or 2 strings"):
         BuildString(a=("a", "b"), b=("c",)).compute()
 
 
 @pytest.mark.parametrize("texts", ["x" * (MAX_LENGTH - 1), ("a", "x" * (MAX_LENGTH - 1))])
 def test_a_text_is_not_made_longer_than_memory_bears(texts: str | tuple[str, ...]) -> None:
-    with pytest.raises(ValueError, match=f"suffix must be so long that the result has {MAX_LENGTH} letters or fewer"):
+    with pytest.raises(
+        ValueError, match=f"suffix must be so short that the result has {MAX_LENGTH} characters or fewer"
+    ):
         AppendString(value_in=texts, suffix="yz").compute()
 
 
@@ -265,7 +267,7 @@ def test_whole_numbers_reach_both_ends_and_real_ones_stay_below() -> None:
     real = drawn(ready(RandomNumeric, RecordingContext(), minimum=2.0, maximum=3.0), 100)
     assert min(real) >= 2.0
     assert max(real) < 3.0
-    with pytest.raises(ValueError, match="min, max must be in this order"):
+    with pytest.raises(ValueError, match="min, max must be in ascending order"):
         ready(RandomNumeric, RecordingContext(), minimum=1, maximum=0).compute()
 
 

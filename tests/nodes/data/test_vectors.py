@@ -165,7 +165,7 @@ def test_products_of_one_pair_are_those_of_an_array_of_it(a: tuple[float, ...], 
 def test_vectors_of_other_sizes_have_no_dot_product() -> None:
     with pytest.raises(ValueError, match=r"a is double\[\] and b is double\[3\]; give vectors of the same length"):
         computed(DotProduct, a=np.array([1.0, 2.0, 3.0]), b=(1.0, 2.0, 3.0))
-    with pytest.raises(ValueError, match="a, b must be of one length"):
+    with pytest.raises(ValueError, match="a, b must be of the same length"):
         computed(DotProduct, a=np.zeros(2), b=np.zeros(3))
 
 

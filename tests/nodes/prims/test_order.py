@@ -27,7 +27,7 @@ def test_a_reader_and_a_writer_in_no_order_are_told(play: Player) -> None:
     wires = READING_WIRES.replace("Steps.output1", "Steps.output0")
     found = arm(play, READING, wires).findings
     told = [finding.message for finding in found.items if finding.code == "W105"]
-    assert "Before reads and Put writes pose /World, in no stated order" in told
+    assert "Before reads and Put writes pose /World, but nothing determines their order" in told
 
 
 HERE = "currentPosition: [1, 0, 0], currentOrientation: [0, 0, 0.6, 0.8]"
@@ -45,7 +45,7 @@ HERE = "currentPosition: [1, 0, 0], currentOrientation: [0, 0, 0.6, 0.8]"
 def test_an_executed_reader_of_a_pose_and_a_writer_in_no_order_are_told(play: Player, node: str) -> None:
     found = arm(play, f"{READING}  Look: {node}\n", f"{READING_WIRES}  - Tick.tick -> Look.execIn\n").findings
     told = [finding.message for finding in found.items if finding.code == "W105"]
-    assert told == ["Look reads and Put writes pose /World, in no stated order"]
+    assert told == ["Look reads and Put writes pose /World, but nothing determines their order"]
 
 
 def test_a_drive_that_a_controller_tells_is_read_in_the_same_pass(play: Player) -> None:

@@ -64,7 +64,7 @@ def test_a_xacro_file_is_expanded(project: Project) -> None:
 
 def test_a_text_says_where_it_is_wrong_and_nothing_is_left_of_it(project: Project) -> None:
     loaded = project.load()
-    with pytest.raises(CheckError, match=r"description:4:.* error S103: link 'crate': there is no shape 'blob'"):
+    with pytest.raises(CheckError, match=r"description:4:.* error S103: link 'crate': unknown shape 'blob'"):
         spawn(loaded, "crate", BOX.replace("<box ", "<blob "))
     assert [entity.name for entity in loaded.simulation.entities.all()] == ["bot"]
     spawn(loaded, "crate", BOX)
@@ -134,9 +134,12 @@ def test_a_mujoco_model_of_one_body_stands_in_a_scene(project: Project, from_fil
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("<mujoco><worldbody/></mujoco>", "one body, with its geoms in it\n  this has: none"),
-        ("<mujoco><worldbody><body name='a'/><body name='b'/></worldbody></mujoco>", "this has: a, b"),
-        ("<mujoco><worldbody><geom size='1'/><body name='a'/></worldbody></mujoco>", "this has: a, a geom of no body"),
+        ("<mujoco><worldbody/></mujoco>", "one body, and no geoms outside of it\n  it contains: none"),
+        ("<mujoco><worldbody><body name='a'/><body name='b'/></worldbody></mujoco>", "it contains: a, b"),
+        (
+            "<mujoco><worldbody><geom size='1'/><body name='a'/></worldbody></mujoco>",
+            "it contains: a, a geom of no body",
+        ),
         ("<mujoco><worldbody><body><geom size='-1'/></body></worldbody></mujoco>", "MuJoCo: size"),
         ("<mujoco><worldbody><blob/></worldbody></mujoco>", "MuJoCo: Schema violation"),
         ("<mujoco><include file='/etc/passwd'/></mujoco>", "lies outside the folder of the file you gave"),

@@ -59,7 +59,10 @@ def test_a_joint_whose_limits_leave_no_range_moves_freely_and_that_is_told(proje
     world, findings = project.cart('<limit lower="-1" upper="1" effort="40" velocity="1"/>', limit).load_with_findings()
     assert not world.simulation.model.joint("bot/arm_joint").limited[0]
     (note,) = findings.items
-    assert (note.message, note.help) == ("between equal limits, or none, a joint moves freely", ("joints: arm_joint",))
+    assert (note.message, note.help) == (
+        "a joint without limits, or with equal limits, moves freely",
+        ("joints: arm_joint",),
+    )
 
 
 @pytest.mark.parametrize("fixed", [True, False])

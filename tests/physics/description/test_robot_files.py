@@ -103,10 +103,10 @@ def test_the_worlds_timestep_and_integrator_are_overruled_and_told(project: Proj
 def test_the_tutorials_robot_tells_what_its_settings_mean() -> None:
     _, findings = try_load(SHIPPED / "tutorial/flat_grid.yaml")
     assert [finding.message for finding in findings.items] == [
-        "joint 'base_link_joint' is disabled: 'chassis_link' moves freely, and 'base_link' is a frame that it carries",
+        "joint 'base_link_joint' is disabled: 'chassis_link' moves freely, and 'base_link' becomes a frame on it",
         "disabled joints stay welded, as one side of each has no collider and less than 1 % of the mass",
-        "joint 'front_left_wheel_joint': USD counts degrees, in SI it is damping 572958 N m s/rad",
-        "joint 'front_right_wheel_joint': USD counts degrees, in SI it is damping 572958 N m s/rad",
+        "joint 'front_left_wheel_joint': usd_drive is given per degree; in SI units it is damping 572958 N m s/rad",
+        "joint 'front_right_wheel_joint': usd_drive is given per degree; in SI units it is damping 572958 N m s/rad",
         "material 'CasterMaterial': friction 0.4 on the floor, the average of its 0 and the floor's 0.8",
         "material 'WheelMaterial': friction 0.9 on the floor, the average of its 1 and the floor's 0.8",
     ]

@@ -132,7 +132,7 @@ def test_an_argument_that_the_file_does_not_take_is_told(cart: Project) -> None:
 
 def test_arguments_for_a_file_without_xacro_are_told(project: Project) -> None:
     project.robot("xacro_arguments: {radius: 1}")
-    assert "bot.yaml:3:1: error G109: xacro_arguments: no xacro syntax in 'bot.urdf'" in project.error()
+    assert "bot.yaml:3:1: error G109: xacro_arguments: 'bot.urdf' does not use xacro" in project.error()
 
 
 def test_an_optional_include_may_be_missing_and_is_not_a_way_out(project: Project) -> None:

@@ -111,8 +111,8 @@ def test_the_tutorials_quick_test_moves_the_robot(project: Project) -> None:
         "scene: test\nworld: worlds/flat_grid.xml\nsettle: true\nrobots: {dd100: {use: bot.yaml}}\n",
     )
     world, findings = project.load_with_findings()
-    notes = [finding.message for finding in findings.items if "USD" in finding.message]
-    assert notes[0].endswith("in SI it is damping 572958 N m s/rad, target velocity 1.74533 rad/s")
+    notes = [finding.message for finding in findings.items if "usd_drive" in finding.message]
+    assert notes[0].endswith("in SI units it is damping 572958 N m s/rad, target velocity 1.74533 rad/s")
     base = world.simulation.body(world.stage.find("/dd100/base_link/chassis_link"))
     steps(world.simulation, 240)
     start = base.pose()[0]

@@ -73,11 +73,11 @@ def test_a_push_goes_on_when_others_come_and_go_and_ends_with_its_entity(project
 @pytest.mark.parametrize(
     ("name", "force", "duration", "point", "words"),
     [
-        ("ball", (math.nan, 0, 0), 1.0, None, "no force is nan"),
-        ("ball", (1e9, 0, 0), 1.0, None, "no force is 1e.09"),
-        ("ball", (1, 0, 0), 0.0, None, "lasts longer than 0 s"),
-        ("ball", (1, 0, 0), math.inf, None, "no duration is inf"),
-        ("ball", (1, 0, 0), 1.0, (0, 0, math.nan), "no point is nan"),
+        ("ball", (math.nan, 0, 0), 1.0, None, "invalid force nan"),
+        ("ball", (1e9, 0, 0), 1.0, None, "invalid force 1e.09"),
+        ("ball", (1, 0, 0), 0.0, None, "must be greater than 0 s"),
+        ("ball", (1, 0, 0), math.inf, None, "invalid duration inf"),
+        ("ball", (1, 0, 0), 1.0, (0, 0, math.nan), "invalid point nan"),
         ("shelf", (1, 0, 0), 1.0, None, "fixed to the world"),
     ],
 )

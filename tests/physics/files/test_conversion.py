@@ -59,7 +59,7 @@ def test_a_file_that_takes_too_long_is_ended(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(conversion, "MAX_SECONDS", 0.1)
     slow, after = convert_all([Foreign(exported("glb"), ".glb", visual=True), Foreign(GOOD, ".dae", visual=True)])
     assert why(slow) == "reading it takes more than 0.1 s"
-    assert why(after) == "reading one before it takes more than 0.1 s"
+    assert why(after) == "reading a file before it takes more than 0.1 s"
 
 
 @pytest.mark.parametrize("lost", [1, 20])
@@ -102,7 +102,7 @@ def test_an_answer_of_a_process_that_was_taken_over_is_refused(monkeypatch: pyte
     frames = (len(told).to_bytes(8, "little") + told) * 9
     monkeypatch.setattr(conversion, "ask", lambda *_: frames)
     (answer,) = convert_all([Foreign(GOOD, ".dae", visual=True)])
-    assert why(answer) == "it spoils the answer of the process that reads it"
+    assert why(answer) == "the process that reads it sends a malformed answer"
 
 
 CONFINED = """

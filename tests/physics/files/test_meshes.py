@@ -159,9 +159,13 @@ def test_mujoco_reads_what_was_converted(project: Project) -> None:
         (b"not XML", ".dae", "it cannot be read: syntax error: line 1"),
         (b'<!DOCTYPE x [<!ENTITY a SYSTEM "/etc/passwd">]><COLLADA>&a;</COLLADA>', ".dae", "document type"),
         (b"PK\x03\x04" + bytes(50), ".dae", "not well-formed"),
-        (collada("<node/>") + b"<!--" + zipped(collada(f"<node>{instance()}</node>")), ".dae", "a ZIP archive in it"),
+        (
+            collada("<node/>") + b"<!--" + zipped(collada(f"<node>{instance()}</node>")),
+            ".dae",
+            "it contains a ZIP archive",
+        ),
         (collada("<node/>"), ".dae", "no triangles"),
-        (b"solid nothing", ".stl", "neither ASCII STL nor as long as binary STL"),
+        (b"solid nothing", ".stl", "neither ASCII STL nor binary STL"),
         (b"ply\nformat ascii 1.0\nelement vertex 9\nend_header\n", ".ply", "it cannot be read: ."),
         (b"glTF", ".glb", "it cannot be read: ."),
     ],
@@ -252,7 +256,7 @@ def test_a_visual_that_cannot_be_read_is_left_out_and_told(project: Project) -> 
         ["the visual 'odd.dae' is not drawn: the COLLADA file has no scene"],
     )
     (told,) = draw(project, visual.format("odd.fbx"))[1]
-    assert "meshes of the format '.fbx' are not read; legal: .stl, .obj, .msh, .dae" in told
+    assert "meshes of the format '.fbx' are not supported; legal: .stl, .obj, .msh, .dae" in told
 
 
 def test_a_collider_that_cannot_be_read_is_an_error(project: Project) -> None:

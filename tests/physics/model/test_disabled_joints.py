@@ -77,9 +77,9 @@ def test_what_all_mass_hangs_on_moves_freely_and_is_the_articulation_root(raised
     assert facts["fixed_transforms"] == before.stage.find("/bot").facts["fixed_transforms"]
     (note,) = findings.items
     assert note.message == (
-        "joint 'chassis_joint' is disabled: 'chassis' moves freely, and 'footprint' is a frame that it carries"
+        "joint 'chassis_joint' is disabled: 'chassis' moves freely, and 'footprint' becomes a frame on it"
     )
-    assert note.help == ("it is the articulation root, as the file names none",)
+    assert note.help == ("it is the articulation root, as the robot file names none",)
 
 
 def test_the_deepest_of_several_such_joints_counts_and_a_named_root_stays(raised: Project) -> None:
@@ -173,4 +173,4 @@ def test_a_joint_that_others_mimic_cannot_be_welded_without_them(project: Projec
 
 def test_weld_on_a_joint_that_is_enabled_is_an_error(project: Project) -> None:
     project.robot("joints: {arm_joint: {weld: true}}")
-    assert "error G109: joint 'arm_joint' is not disabled: weld is for what a disabled joint holds" in project.error()
+    assert "error G109: joint 'arm_joint' is not disabled: weld applies only to disabled joints" in project.error()

@@ -9,12 +9,12 @@ from graphengine.format.spec_reader import read
 from graphengine.physics.model.profiles import SensorProfile
 from tests.physics.harness import SHIPPED, Project
 
-FIELD = "fov_deg: a pinhole camera sees from 0.1 to 179 degrees"
+FIELD = "fov_deg: a pinhole camera must see from 0.1 to 179 degrees"
 CLIP = "clip: write [nearest, farthest], from 0.001 to 1000000 m"
 TOO_LOW = "expected a value ≥ -1000, got -1000000000.0"
 THRESHOLD = "threshold must be less than limit, and 5 is not less than 5"
 PART = "a part is a camera or an imu"
-NAME = "letters, digits and '_', not beginning with a digit"
+NAME = "letters, digits and '_', but no leading digit"
 
 
 def camera(**changed: str) -> str:
@@ -61,7 +61,7 @@ BAD = pytest.mark.parametrize(
         ("contact", "contact: {radius: -1}", "G109: radius: expected a value ≥ 0, got -1"),
         (RIG, "rig: {housing: it, parts: {eye: {}}}", f"G109: eye: {PART}"),
         (RIG, f"rig: {{housing: it, parts: {{eye: {{imu: {{}}, {camera()}}}}}}}", f"G109: eye: {PART}"),
-        (RIG, "rig: {housing: it, parts: {eye ball: {imu: {}}}}", f"G109: 'eye ball' is not a name: {NAME}"),
+        (RIG, "rig: {housing: it, parts: {eye ball: {imu: {}}}}", f"G109: 'eye ball' is not a valid name: use {NAME}"),
     ],
 )
 
