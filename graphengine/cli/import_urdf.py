@@ -219,7 +219,7 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
     if is_xacro and path.resolve() == target.with_suffix(".urdf").resolve():
         raise UsageError(f"-o {target}: the URDF written beside it would overwrite {path}; choose another name")
     if not is_xacro and (given := [*arguments.arguments, *filter(None, [arguments.macro])]):
-        raise UsageError(f"{given[0]}: no xacro syntax in {path}")
+        raise UsageError(f"{given[0]}: {path} does not use xacro")
     values = dict(text.split(":=", 1) for text in arguments.arguments)
     wishes = Wishes(values, arguments.macro, arguments.without)
     source = read_source(path, element, target, wishes, packages, findings)

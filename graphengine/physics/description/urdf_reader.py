@@ -43,6 +43,8 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | N
         return None
     before = len(findings.errors)
     for owner in root.children:
+        if owner.tag == "link":
+            _leave_one_shape(owner, findings)
         if owner.tag in ("link", "joint", "material"):
             _check_numbers(owner, findings)
     links: dict[str, UrdfLink] = {}
@@ -109,12 +111,19 @@ def _check_shape(part: Element, link: str, findings: Findings) -> None:
         )
     elif shape.tag not in SHAPES:
         near = did_you_mean(shape.tag, SHAPES) or listing(SHAPES)
-        findings.add("S103", f"link {link!r}: there is no shape {shape.tag[:40]!r}", shape.span, near)
-    geometry = part.first("geometry")
-    if geometry is not None and len(geometry.children) > 1:
-        text = f"link {link!r}: {len(geometry.children)} shapes in one <geometry>: the first counts, as in ROS"
-        findings.add("N103", text, geometry.children[1].span, f"write a {part.tag} for each")
-        del geometry.children[1:]
+        findings.add("S103", f"link {link!r}: unknown shape {shape.tag[:40]!r}", shape.span, near)
+
+
+def _leave_one_shape(link: Element, findings: Findings) -> None:
+    """Leave out all but the first shape of each geometry, as ROS does."""
+    for part in link.all("collision") + link.all("visual"):
+        geometry = part.first("geometry")
+        if geometry is not None and len(geometry.children) > 1:
+            text = (
+                f"link {link.get('name')!r}: only the first of {len(geometry.children)} shapes in a <geometry> counts"
+            )
+            findings.add("N103", text, geometry.children[1].span, f"write a <{part.tag}> for each shape")
+            del geometry.children[1:]
 
 
 def _joint(element: Element, links: dict[str, UrdfLink], findings: Findings) -> UrdfJoint | None:
