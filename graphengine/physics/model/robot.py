@@ -183,7 +183,9 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
             continue
         drives[name] = drive
         if spec.usd_drive is not None and joint.type != "prismatic":
-            findings.add("N103", f"joint {name!r}: USD counts degrees, in SI it is {in_si(drive)}", span)
+            findings.add(
+                "N103", f"joint {name!r}: usd_drive is given per degree; in SI units it is {in_si(drive)}", span
+            )
     wheels = urdf.wheels((urdf.joints[name] for name in drives), wheel_shapes(file.spec))
     for wheel in wheels:
         drives[wheel.joint] = replace(drives[wheel.joint], carries=wheel.radius**2 / len(wheels))
