@@ -89,6 +89,22 @@ ROBOTS = (
     Robot("racecar", "mit-racecar/racecar_gazebo", "racecar_description/urdf/racecar.xacro"),
     Robot("Fetch", "ZebraDevs/fetch_ros", "fetch_description/robots/fetch.urdf"),
 )
+NEVER_TUNED_TO = (
+    Robot("Andino", "Ekumen-OS/andino", "andino_description/urdf/andino.urdf.xacro"),
+    Robot("Leo Rover", "LeoRover/leo_common-ros2", "leo_description/urdf/leo.urdf.xacro", ("mecanum_wheels:=false",)),
+    Robot("PMB-2", "pal-robotics/pmb2_robot", "pmb2_description/robots/pmb2.urdf.xacro"),
+    Robot("Scout 2", "agilexrobotics/scout_ros2", "scout_description/urdf/scout_v2.xacro"),
+    Robot(
+        "Summit XL",
+        "RobotnikAutomation/summit_xl_common",
+        "summit_xl_description/robots/summit_xl_std.urdf.xacro",
+        ("prefix:=summit_xl_", "omni_wheels:=false", "gpu:=false", "ros_planar_move_plugin:=false"),
+    ),
+    Robot("Linorobot2 4wd", "linorobot/linorobot2", "linorobot2_description/urdf/robots/4wd.urdf.xacro"),
+    Robot("Linorobot2 mecanum", "linorobot/linorobot2", "linorobot2_description/urdf/robots/mecanum.urdf.xacro"),
+    Robot("Magni", "UbiquityRobotics/magni_robot", "magni_description/urdf/magni.urdf.xacro"),
+)
+"""Chosen before anything of them was imported; no code was changed for them."""
 
 
 def graphrun(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -173,7 +189,11 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, help="folder for the projects and their logs")
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
-    chosen = [robot for robot in ROBOTS if not given.names or any(n.lower() in robot.name.lower() for n in given.names)]
+    known = (*ROBOTS, *NEVER_TUNED_TO)
+    present = [robot for robot in known if (given.folder / robot.folder).is_dir()]
+    chosen = [
+        robot for robot in present if not given.names or any(n.lower() in robot.name.lower() for n in given.names)
+    ]
     with tempfile.TemporaryDirectory() as scratch, ThreadPoolExecutor(2) as pool:
         folder = given.keep or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)

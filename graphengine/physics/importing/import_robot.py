@@ -23,6 +23,7 @@ from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
 from graphengine.physics.importing import (
     drivetrain,
+    effort_limits,
     gazebo_links,
     gazebo_sensors,
     joint_dynamics,
@@ -47,6 +48,7 @@ _PARTS = (
     gazebo_links.fill,
     drivetrain.fill,
     joint_dynamics.fill,
+    effort_limits.fill,
     wheel_material.fill,
     resting.fill,
     gazebo_sensors.fill,

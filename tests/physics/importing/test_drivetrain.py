@@ -343,3 +343,16 @@ def test_ranges_of_wheels_are_told_and_do_not_slow_a_base_down(tmp_path: Path) -
     found = imported(tmp_path, description(DIFFERENTIAL, control))
     assert robot_file(found)["joints"]["left_joint"]["drive"].keys() == {"damping"}
     assert "lost: velocity ranges of left_joint, right_joint: ros2_control enforces none" in remarks(found)
+
+
+def test_an_effort_limit_that_the_joints_own_friction_uses_up_is_told(tmp_path: Path) -> None:
+    text = description(DIFFERENTIAL).replace(
+        '<axis xyz="0 1 0"/>',
+        '<axis xyz="0 1 0"/><limit effort="6" velocity="100"/><dynamics damping="1" friction="2"/>',
+    )
+    told = remarks(imported(tmp_path, text))
+    assert (
+        "noticed: wheel joints left_joint, right_joint: the effort limit of 6 N m, less its friction of 2 N m" in told
+    )
+    assert "and damping of 1 N m s/rad, is enough for at most 0.2 m/s" in told
+    assert "effort limit" not in remarks(imported(tmp_path, description(DIFFERENTIAL)))

@@ -1,0 +1,41 @@
+"""Tells where the effort limit of a wheel's joint is too low for the joint's own friction and damping."""
+
+from __future__ import annotations
+
+from graphengine.physics.description.urdf import UrdfJoint
+from graphengine.physics.files.xml import numbers
+from graphengine.physics.importing.draft import Draft, Remark
+
+_FAST = 1.0
+"""Speed of a base (m/s) that its wheels should have the effort for."""
+
+
+def fill(draft: Draft) -> None:
+    """Remark on driven wheels that the effort limit keeps below `_FAST`, before anything else brakes them."""
+    slow: dict[str, list[UrdfJoint]] = {}
+    for joint in draft.urdf.moving():
+        wheel = draft.wheels.get(joint.name)
+        if wheel is None or "drive" not in draft.entry("joints", joint.name).value or joint.effort is None:
+            continue
+        damping, friction = _dynamics(joint)
+        speed = (joint.effort - friction) / damping * wheel.radius if damping > 0 else _FAST
+        if joint.effort <= friction:
+            speed = 0.0
+        if speed < _FAST:
+            own = f"friction of {friction:g} N m and damping of {damping:g} N m s/rad"
+            text = (
+                f"{own} leave of an effort limit of {joint.effort:g} N m enough for {max(speed, 0.0):.2g} m/s at most"
+            )
+            slow.setdefault(text, []).append(joint)
+    for text, joints in slow.items():
+        names = ", ".join(joint.name for joint in joints)
+        draft.noticed.append(Remark(f"wheel joints {names}: {text}", joints[0].element.span))
+
+
+def _dynamics(joint: UrdfJoint) -> tuple[float, float]:
+    """Damping, N m s/rad, and friction, N m."""
+    dynamics = joint.element.first("dynamics")
+    if dynamics is None:
+        return 0.0, 0.0
+    damping, friction = (numbers(dynamics.get(name, "0"), 1) or (0.0,) for name in ("damping", "friction"))
+    return damping[0], friction[0]
