@@ -55,8 +55,8 @@ def diverged(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
     joint = int(model.dof_jntid[np.argmax(np.nan_to_num(np.abs(data.qvel), nan=np.inf))])
     body = model.body(model.jnt_bodyid[joint]).name
     return PhysicsError(
-        f"the simulation diverged {at}: the motion of joint {model.joint(joint).name!r} of body {body!r} grows without bound\n"
+        f"the simulation diverged {at}: the motion of joint {model.joint(joint).name!r} of body {body!r} is without bounds\n"
         "raise physics.substeps, lower the drive's damping or stiffness, give it a max_acceleration, "
         "or give the joint an armature\n"
-        "if it was moved, spawned or pushed: put it clear of other bodies, push it less"
+        "where it was moved, spawned or pushed: put it clear of other bodies, push it less"
     )

@@ -22,10 +22,8 @@ def fill(draft: Draft) -> None:
         if joint.effort <= friction:
             speed = 0.0
         if speed < _FAST:
-            own = f"friction of {friction:g} N m and damping of {damping:g} N m s/rad"
-            text = (
-                f"{own} leave of an effort limit of {joint.effort:g} N m enough for {max(speed, 0.0):.2g} m/s at most"
-            )
+            own = f"its friction of {friction:g} N m and damping of {damping:g} N m s/rad"
+            text = f"the effort limit of {joint.effort:g} N m, less {own}, is enough for at most {speed:.2g} m/s"
             slow.setdefault(text, []).append(joint)
     for text, joints in slow.items():
         names = ", ".join(joint.name for joint in joints)
