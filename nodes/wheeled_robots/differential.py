@@ -87,8 +87,8 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
 
 _RAMPS = "dt, maxAcceleration, maxDeceleration, maxAngularAcceleration"
 _EFFECTS: Effects = (
-    lambda factor: f"the robot will drive at {1.0 / factor:.3g} of the commanded speed",
-    lambda factor: f"turns will come out at {factor:.3g} of the commanded turn rate",
+    lambda factor: f"the robot will drive at {1.0 / factor:.3g} times the commanded speed",
+    lambda factor: f"the robot will turn at {factor:.3g} times the commanded turn rate",
 )
 
 

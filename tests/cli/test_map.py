@@ -224,10 +224,10 @@ def test_the_small_warehouse_is_that_of_nvidias_map_within_a_cell(graphrun: Grap
         (["--cell", "nan", "--convention", "isaac"], "argument --cell: 'nan' is not a number"),
         (["--z", "0.2", "inf", "--convention", "isaac"], "argument --z: 'inf' is not a number"),
         (["--cell", "0.0002"], "10000 x 15000 cells are more than the 25000000"),
-        (["--bounds", "0", "0", "-1", "1"], "bounds: the least x, 0, is not below the greatest, -1"),
+        (["--bounds", "0", "0", "-1", "1"], "bounds: the smallest x, 0, is not below the largest, -1"),
         (["--select", "/World/wals"], "/World has no child 'wals'\n  did you mean 'walls'?\n"),
         (["--include", "world"], "'world' is not a prim path"),
-        (["--convention", "isaac", "--format", "pgm"], "the convention of Isaac Sim is a PNG"),
+        (["--convention", "isaac", "--format", "pgm"], "Isaac Sim's convention needs a PNG"),
         (["--allow", "nowhere"], "--allow nowhere: no such folder"),
         (["-o", "maps/"], "-o maps/: is a folder; write a file name such as maps/room"),
         (["-o", "."], "-o .: is a folder; write a file name such as room"),
@@ -281,7 +281,7 @@ def test_both_files_are_written_or_none(graphrun: Graphrun, room: Path, ending: 
 def test_neither_the_scene_nor_another_file_of_ours_is_overwritten(graphrun: Graphrun, room: Path) -> None:
     text = (room / "room.yaml").read_bytes()
     result = graphrun("map", "room.yaml", "-o", "room", code=2, out="")
-    assert result.err == "graphrun map: room.yaml is there and is not of a map; write to another name\n"
+    assert result.err == "graphrun map: room.yaml exists and is not a map; choose another name\n"
     assert (room / "room.yaml").read_bytes() == text
     assert not (room / "room.png").exists()
     assert [graphrun("map", "room.yaml", "-o", "again").code for _ in range(2)] == [0, 0]
