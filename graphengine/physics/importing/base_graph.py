@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from graphengine.devices.rotation import Vector3
 from graphengine.physics.importing.base import Drivetrain
-from graphengine.physics.importing.draft import Draft, Entry, Remark
+from graphengine.physics.importing.draft import Draft, Entry, Remark, rounded
 
 GRAPH = "base"
 """Name of the graph in the robot file."""
@@ -60,16 +60,16 @@ def _summary(drivetrain: Drivetrain) -> str:
 def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
     """Give wheels that slide across one direction their friction, instead of what another part gave them."""
     groups: dict[Vector3, list[str]] = {}
-    for wheel, direction in zip(drivetrain.wheels, drivetrain.grip, strict=False):
-        groups.setdefault(direction, []).append(wheel.link)
-    links = {link for group in groups.values() for link in group}
+    for link, direction in drivetrain.grip.items():
+        groups.setdefault(direction, []).append(link)
+    links = drivetrain.grip.keys()
     materials = draft.sections["materials"]
     for name, entry in [*materials.items()]:
         if "direction" not in entry.value and links & set(entry.value.get("bind", ())):
             entry.value["bind"] = [link for link in entry.value["bind"] if link not in links]
             if not entry.value["bind"]:
                 del materials[name]
-    bound = {link for entry in materials.values() for link in entry.value.get("bind", ())}
+    bound = draft.bound()
     skids = drivetrain.base.kinematics == "differential"
     for number, (direction, group) in enumerate(groups.items()):
         if not bound.isdisjoint(group):
@@ -81,13 +81,9 @@ def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
         value = {
             "dynamic_friction": _SKID_ALONG if skids else _ROLLER_ALONG,
             "across": drivetrain.across,
-            "direction": [_tidy(part) for part in direction],
+            "direction": [rounded(part, 6) for part in direction],
             "expressed_in": draft.urdf.root,
             "combine": "min",
             "bind": group,
         }
         materials[name] = Entry(value, [f"they {about}"])
-
-
-def _tidy(number: float) -> float:
-    return float(f"{number:.6g}") + 0.0

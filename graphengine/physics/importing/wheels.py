@@ -9,7 +9,7 @@ import numpy as np
 from graphengine.devices.rotation import rotate
 from graphengine.physics.description.urdf import TURNING, UrdfJoint, origin_of, shape_of
 from graphengine.physics.engine import Floats, collides, mujoco
-from graphengine.physics.importing.draft import Draft, Remark, WheelShape
+from graphengine.physics.importing.draft import Draft, Remark, WheelShape, rounded
 from graphengine.physics.importing.trial import trial_model, trial_spec
 from graphengine.physics.model.geoms import extents, mesh_vertices
 
@@ -150,9 +150,9 @@ def _shape(draft: Draft, wheel: WheelShape) -> None:
     if wheel.collider == "cylinder" and len(colliders) == 1:
         entry.value = "ellipsoid"
         return
-    entry.value = {"shape": "ellipsoid", "radius": _rounded(wheel.radius), "width": _rounded(wheel.width)}
+    entry.value = {"shape": "ellipsoid", "radius": rounded(wheel.radius, 6), "width": rounded(wheel.width, 6)}
     if abs(wheel.offset) > 1e-4:
-        entry.value["offset"] = _rounded(wheel.offset)
+        entry.value["offset"] = rounded(wheel.offset, 6)
     text = f"wheel {wheel.link}: an ellipsoid of radius {wheel.radius:.4g} m rolls in place of its {wheel.collider}"
     draft.guessed.append(Remark(text, colliders[0].span))
 
@@ -170,7 +170,3 @@ def _crooked(draft: Draft, joint: UrdfJoint) -> Remark | None:
     angle = math.degrees(math.acos(cosine))
     text = f"joint {joint.name} turns the cylinder of {joint.child} about an axis {angle:.0f} degrees off its own: no wheel"
     return Remark(text, colliders[0].span)
-
-
-def _rounded(number: float) -> float:
-    return float(f"{number:.6g}")
