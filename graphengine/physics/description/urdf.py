@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, from_rpy, rotate
+from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, from_rpy, multiply, rotate
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element, number, numbers
 
@@ -163,6 +163,15 @@ class Urdf:
             pose = compose(carrier.pose, pose)
             carrier = self.links[carrier.parent].carrier
         return pose
+
+    def axes_in_root(self) -> dict[str, Vector3]:
+        """Return the axes of all joints by name, in the root link's frame, with all joints at zero."""
+        rotations, axes = {self.root: NOWHERE[1]}, {}
+        for link in self.depth_first():
+            for joint in link.below:
+                rotations[joint.child] = multiply(rotations[link.name], joint.pose[1])
+                axes[joint.name] = rotate(rotations[joint.child], joint.axis)
+        return axes
 
     def wheels(
         self, joints: Iterable[UrdfJoint], shapes: Mapping[str, tuple[float, float]] = MappingProxyType({})

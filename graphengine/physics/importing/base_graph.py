@@ -78,8 +78,10 @@ def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
         about = (
             "slide sideways in a turn, as skid-steered wheels do" if skids else "grip along the axes of their rollers"
         )
+        along = _SKID_ALONG if skids else _ROLLER_ALONG
         value = {
-            "dynamic_friction": _SKID_ALONG if skids else _ROLLER_ALONG,
+            "static_friction": along,
+            "dynamic_friction": along,
             "across": drivetrain.across,
             "direction": [rounded(part, 6) for part in direction],
             "expressed_in": draft.urdf.root,

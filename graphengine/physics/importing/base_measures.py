@@ -7,11 +7,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from graphengine.devices.rotation import Vector3
+from graphengine.devices.rotation import Vector3, rotate
 from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.importing.base import Base, Drivetrain
 from graphengine.physics.importing.base_guess import friction_direction
-from graphengine.physics.importing.base_wheels import BaseWheel, axis_in_root
+from graphengine.physics.importing.base_wheels import BaseWheel
 from graphengine.physics.importing.draft import Draft, Remark, rounded
 
 _SAME = 0.005
@@ -62,7 +62,8 @@ def _declared(draft: Draft, base: Base, joint: str) -> BaseWheel:
     about = urdf.joints[joint]
     if (shape := draft.wheels.get(joint)) is not None:
         return BaseWheel(joint, about.child, shape.radius, shape.centre, shape.axis, "", False)
-    centre, axle = urdf.pose_in_root(about.child)[0], axis_in_root(urdf, about)
+    pose = urdf.pose_in_root(about.child)
+    centre, axle = pose[0], rotate(pose[1], about.axis)
     return BaseWheel(joint, about.child, base.radius or 0.0, centre, axle, "", False)
 
 
@@ -199,7 +200,8 @@ def _ackermann(draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Se
         text = f"{base.source}: no wheels are found on the steering joints, or none beside them: no graph drives them"
         draft.lost.append(Remark(text, base.span))
         return None
-    upward = {axis_in_root(urdf, joint)[2] > 0 for joint in pivots}
+    axes = urdf.axes_in_root()
+    upward = {axes[joint.name][2] > 0 for joint in pivots}
     if len(upward) > 1:
         text = f"{base.source}: its steering joints turn about opposite axes: no graph drives them"
         draft.lost.append(Remark(text, base.span))

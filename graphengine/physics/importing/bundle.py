@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -29,7 +30,8 @@ def bundle_meshes(urdf: Urdf) -> dict[Path, Path]:
         reference = element.get("filename")
         source = _find(reference, urdf.packages)
         if source is not None:
-            target = _free(Path(FOLDER, package_of(reference) or "", source.name), source, sources)
+            parts = (_name(part) for part in (package_of(reference), Path(reference).name) if part)
+            target = _free(Path(FOLDER, *parts), source, sources)
             sources[target] = source
             element.attributes["filename"] = target.as_posix()
     return sources
@@ -61,6 +63,11 @@ def _with_subgraphs(reference: str) -> Iterator[str]:
 
 def _meshes(root: Element) -> Iterator[Element]:
     return (element for element in root.walk() if element.tag == "mesh" and element.get("filename"))
+
+
+def _name(text: str) -> str:
+    """A file name without characters that have a meaning in paths or URIs."""
+    return re.sub(r"[^\w.+-]", "_", text).lstrip(".") or "_"
 
 
 def _find(reference: str, packages: Packages) -> Path | None:

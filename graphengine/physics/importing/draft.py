@@ -74,7 +74,7 @@ class WheelShape:
     centre: Vector3
     collider: str
     on_floor: bool
-    swivels: bool
+    swivels: bool = False
 
 
 @dataclass(slots=True, eq=False)

@@ -68,7 +68,7 @@ def _start(draft: Draft, joint: UrdfJoint) -> None:
     start = min(max(wanted, limits[0]), limits[1])
     if start != wanted:
         entry.value["start"] = start
-        text = f"joint {joint.name} starts at {start:g}, the legal position nearest to {wanted or 'zero'}"
+        text = f"joint {joint.name} starts at {start:g}, the legal position nearest to {f'{wanted:g}' if wanted else 'zero'}"
         draft.guessed.append(Remark(text, joint.element.span))
 
 
