@@ -97,7 +97,7 @@ def _differential(
         why = "wheels slide sideways here, and the plain track" if skids else "the plain track"
         text = f"{base.source}: the multiplier {base.multiplier:g} of the track is not used: {why} makes turns come out as told"
         draft.guessed.append(Remark(text, base.span))
-    parameters = _sides(left, right) | {
+    parameters = _sides(left, right, radius) | {
         "wheels_per_side": len(left),
         "radius": rounded(radius),
         "track": rounded(track),
@@ -123,7 +123,7 @@ def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrai
     found = _holonomic(draft, base, driven)
     ends = [wheel.centre[0] for wheel in driven]
     more = {"track": rounded(_spread(driven)), "wheelbase": rounded(max(ends) - min(ends)), "center": _centre(driven)}
-    return replace(found, parameters=found.parameters | more | _sides(left, right))
+    return replace(found, parameters=found.parameters | more | _sides(left, right, found.parameters["radius"]))
 
 
 def _holonomic(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain:
@@ -196,26 +196,25 @@ def _ackermann(draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Se
     fixed = [wheel for wheel in rolling if not wheel.swivel]
     pivots = [urdf.joints[joint] for joint in dict.fromkeys(base.steering) if urdf.joints[joint].mimic is None]
     pivots.sort(key=lambda joint: -urdf.pose_in_root(joint.child)[0][1])
-    if not pivots or not steered or not fixed or not all(wheel.sideways for wheel in driven):
-        text = f"{base.source}: no wheels are found on the steering joints, or none beside them: no graph drives them"
-        draft.lost.append(Remark(text, base.span))
-        return None
     axes = urdf.axes_in_root()
     upward = {axes[joint.name][2] > 0 for joint in pivots}
-    if len(upward) > 1:
-        text = f"{base.source}: its steering joints turn about opposite axes: no graph drives them"
-        draft.lost.append(Remark(text, base.span))
+    reason = ""
+    if not pivots or not steered or not fixed or not all(wheel.sideways for wheel in driven):
+        reason = "no wheels are found on the steering joints, or none beside them"
+    elif len(upward) > 1:
+        reason = "its steering joints turn about opposite axes"
+    if reason:
+        draft.lost.append(Remark(f"{base.source}: {reason}: no graph drives them", base.span))
         return None
     ahead = _mean(wheel.centre[0] for wheel in steered) - _mean(wheel.centre[0] for wheel in fixed)
-    track = _spread(fixed) if len(pivots) > 1 else 0.0
+    sides = [urdf.pose_in_root(joint.child)[0][1] for joint in pivots]
     _compare(draft, base, "wheelbase", base.wheelbase, abs(ahead))
-    if track:
+    if track := _spread(fixed) or _spread(steered):
         _compare(draft, base, "track", base.track, track)
     front, back = (steered, fixed) if ahead > 0 else (fixed, steered)
-    turned = [wheel.swivel != "" for wheel in driven]
+    back_radius = _mean(wheel.radius for wheel in back)
     left, right = _by_side(fixed)
-    in_front = [flag == (ahead > 0) for flag in turned]
-    first = 0 if any(in_front) else 2
+    first = 0 if any((wheel in steered) == (ahead > 0) for wheel in driven) else 2
     parameters = {
         "wheels": [wheel.joint for wheel in driven],
         "wheel_signs": [wheel.sign for wheel in driven],
@@ -226,12 +225,15 @@ def _ackermann(draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Se
         "steered_wheels": len(pivots),
         "rear_steering": ahead < 0,
         "wheelbase": rounded(abs(ahead)),
-        "track": rounded(track),
+        "track": rounded(_spread(driven)),
+        "steering_track": rounded(max(sides) - min(sides)),
+        "steered_axle": rounded(ahead),
+        "fixed_track": rounded(max(_spread(fixed), _BESIDE)),
         "front_radius": rounded(_mean(wheel.radius for wheel in front)),
-        "back_radius": rounded(_mean(wheel.radius for wheel in back)),
+        "back_radius": rounded(back_radius),
         "steering_limit": rounded(_steering_limit(pivots)),
         "center": _centre(fixed),
-        **_sides(left or fixed, right or fixed),
+        **_sides(left or fixed, right or fixed, back_radius),
     }
     return Drivetrain(base, tuple(driven), tuple(pivots), parameters | base.parameters)
 
@@ -242,14 +244,19 @@ def _steering_limit(pivots: Sequence[UrdfJoint]) -> float:
     return max(min(ends), _LEAST_STEERING) if ends else 0.0
 
 
-def _sides(left: Sequence[BaseWheel], right: Sequence[BaseWheel]) -> dict[str, Any]:
-    """The joints of both sides, and the signs of their speeds."""
+def _sides(left: Sequence[BaseWheel], right: Sequence[BaseWheel], radius: float) -> dict[str, Any]:
+    """The joints of both sides, and the radii (m) of their wheels over the base's, negative if they turn the other way."""
     return {
         "left": [wheel.joint for wheel in left],
         "right": [wheel.joint for wheel in right],
-        "left_multiplier": left[0].sign,
-        "right_multiplier": right[0].sign,
+        "left_multiplier": _multiplier(left, radius),
+        "right_multiplier": _multiplier(right, radius),
     }
+
+
+def _multiplier(wheels: Sequence[BaseWheel], radius: float) -> float:
+    share = _mean(wheel.radius for wheel in wheels) / radius
+    return wheels[0].sign * (1.0 if abs(share - 1.0) < _SAME else rounded(share))
 
 
 def _alike(wheels: Sequence[BaseWheel]) -> bool:
