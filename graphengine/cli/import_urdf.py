@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import re
 import sys
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,31 +15,25 @@ from graphengine.cli.common import (
     add_repeatable,
     add_transport_argument,
     clean,
-    counted,
     print_findings,
     refuse_to_overwrite,
 )
+from graphengine.cli.import_report import example, report
 from graphengine.cli.progress import progress
 from graphengine.cli.quantities import duration
 from graphengine.format.atomic_write import write_together
-from graphengine.format.diagnostics import Finding, Findings
+from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files, installed_packages, near, require_file
-from graphengine.format.wording import listing
 from graphengine.ros.domain import Domain
 
 if TYPE_CHECKING:
-    from graphengine.physics.importing.draft import Remark
-    from graphengine.physics.importing.import_robot import Imported, Origin
+    from graphengine.physics.importing.import_robot import Origin
 
 WAIT = 10.0
 """Seconds that a description from the network is waited for."""
 LONGEST_WAIT = 1e6
 TOPIC = "/robot_description"
-LONGEST = 10
-"""Lines of one kind that the report tells; the robot file has all."""
-WIDEST = 160
-"""Characters of such a line."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -118,7 +110,7 @@ def execute(arguments: argparse.Namespace) -> int:
         return 1
     refuse_to_overwrite(imported.files, force=arguments.force)
     write_together({path: text.encode() for path, text in imported.files.items()})
-    print_report(imported, findings)
+    print(clean("\n".join([*report(imported, findings), example(imported)])))
     return 0
 
 
@@ -274,61 +266,3 @@ def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
         return description.from_topic(transport, arguments.topic, arguments.timeout), f"topic {arguments.topic}"
     finally:
         transport.close()
-
-
-def print_report(imported: Imported, findings: Findings) -> None:
-    """Print a report on the imported robot."""
-    from collections import Counter
-
-    robot, urdf = imported.robot, imported.robot.urdf
-    draft = imported.draft
-    base = "free" if imported.free else "fixed to the world"
-    if imported.free and not draft.wheels:
-        base += "; --fixed-base bolts it to the world"
-    links, joints = counted(len(urdf.links), "link"), counted(len(urdf.joints), "joint")
-    lines = [f"wrote {', '.join(near(str(path)) for path in imported.files)}"]
-    lines += [f"{links}, {joints} of which {len(robot.moving)} move, {urdf.mass:.4g} kg"]
-    lines += [f"base link {urdf.root}, {base}"]
-    if imported.lowest is not None:
-        lines.append(f"lowest collider at z = {imported.lowest:.4f} m, all joints at zero")
-    outcomes = Counter(imported.library.outcomes.values())
-    lines.append(f"meshes: {', '.join(f'{number} {what}' for what, number in sorted(outcomes.items())) or 'none'}")
-    if followers := [joint.name for joint in robot.moving if joint.mimic is not None]:
-        lines.append(listing(followers, "joints that follow another"))
-    written = {str(path) for path in imported.files}  # notes on these files repeat the remarks
-    notes = [note for note in findings.items if note.severity == "note" and not _lies_in(note, written)]
-    lines += _some("note", [": ".join([note.message, *note.help]) for note in notes])
-    lines += _remarks("carried over", draft.carried)
-    lines += _remarks("noticed", draft.noticed)
-    lines += _remarks("guessed", draft.guessed)
-    lines += _remarks("not carried over", draft.lost)
-    if imported.outside:
-        allowed = " ".join(f"--allow {near(str(folder))}" for folder in imported.outside)
-        lines.append(f"scenes with this robot read files outside of their folder: run them with {allowed}")
-    lines.append(f"in a scene: {_example(imported)}")
-    print(clean("\n".join(line.replace("\n", " ") for line in lines)))
-
-
-def _lies_in(finding: Finding, paths: Collection[str]) -> bool:
-    return finding.span is not None and finding.span.source.path in paths
-
-
-def _example(imported: Imported) -> str:
-    """An example scene with the robot on the floor."""
-    lift = math.ceil(round(-(imported.lowest or 0.0), 4) * 1000) / 1000
-    place = f", position: [0, 0, {lift:g}]" if imported.free and lift else ""
-    return f"robots: {{{imported.robot.name}: {{use: {imported.use}{place}}}}}"
-
-
-def _remarks(what: str, remarks: Sequence[Remark]) -> list[str]:
-    """Lines for the first remarks, each with its place."""
-    spans = [remark.span for remark in remarks]
-    places = [f" ({Path(span.source.path).name}:{span.line})" if span is not None else "" for span in spans]
-    return _some(what, [remark.text for remark in remarks], places)
-
-
-def _some(what: str, items: Sequence[str], ends: Sequence[str] = ()) -> list[str]:
-    """Lines for the first items, each cut to a maximum length and followed by its end."""
-    cut = [item if len(item) <= WIDEST else f"{item[: WIDEST - 1]}…" for item in items[:LONGEST]]
-    shown = [f"{what}: {item}{end}" for item, end in zip_longest(cut, ends[: len(cut)], fillvalue="")]
-    return [*shown, *([f"{what}: … ({len(items) - LONGEST} more)"] if len(items) > LONGEST else [])]

@@ -8,7 +8,8 @@ import sys
 from pathlib import Path
 
 from graphengine.cli import import_urdf
-from graphengine.cli.common import print_findings
+from graphengine.cli.common import clean, print_findings
+from graphengine.cli.import_report import report
 from graphengine.cli.progress import progress
 from graphengine.cli.project import WORLDS, Project
 from graphengine.format.diagnostics import Findings
@@ -59,7 +60,7 @@ def _from_description(arguments: argparse.Namespace, project: Project) -> int:
         return 1
     project.add_robot(imported)
     project.write()
-    import_urdf.print_report(imported, findings)
+    print(clean("\n".join(report(imported, findings))))
     print(project.told())
     return 0
 

@@ -10,6 +10,7 @@ from graphengine.cli.common import clean
 from graphengine.format.atomic_write import write_together
 from graphengine.format.files import near, shipped
 from graphengine.format.version import __version__
+from graphengine.format.yaml_text import scalar
 
 if TYPE_CHECKING:
     from graphengine.physics.importing.import_robot import Imported
@@ -27,12 +28,12 @@ DINGO_LIFT = 0.025
 SCENE = """\
 # What `graphrun run {name}.yaml` runs.
 format: 1
-scene: {name}
+scene: {key}
 world: {world}    # one that comes with graphengine; an MJCF file of yours in this folder does as well
 physics: {{tick_rate: 60, substeps: 4}}
 settle: true    # the robot comes to rest before t = 0
 robots:
-  {name}:
+  {key}:
     use: robots/{name}.yaml
     position: [{x:g}, {y:g}, {z:g}]    # m
     orientation: {{rpy_deg: [0, 0, 0]}}
@@ -45,7 +46,7 @@ graphs:
 DINGO_ROBOT = """\
 # The Clearpath Dingo-D that comes with graphengine. Keys that you write here replace or add to those of the extended file.
 format: 1
-robot: {name}
+robot: {key}
 extends: robots/dd100.yaml
 graphs:
   cmd_vel: {{use: ../graphs/cmd_vel.yaml}}    # your copy: change a number and run again
@@ -102,7 +103,7 @@ class Project:
 
     def add_dingo(self) -> None:
         """Add the Dingo-D with a copy of the graph that drives it."""
-        self._add(self.robot_file, DINGO_ROBOT.format(name=self.name))
+        self._add(self.robot_file, DINGO_ROBOT.format(key=scalar(self.name)))
         self._contents[self.folder / "graphs" / DINGO_GRAPH.name] = (shipped() / DINGO_GRAPH).read_bytes()
         self._add_rest("A Clearpath Dingo-D", DINGO_LIFT)
 
@@ -132,7 +133,8 @@ class Project:
     def _add_rest(self, source: str, lift: float) -> None:
         """Add the scene, with the robot at a height (m), and what does not depend on the robot."""
         world, (x, y) = WORLDS[self.world]
-        self._add(self.folder / f"{self.name}.yaml", SCENE.format(name=self.name, world=world, x=x, y=y, z=lift))
+        scene = SCENE.format(name=self.name, key=scalar(self.name), world=world, x=x, y=y, z=lift)
+        self._add(self.folder / f"{self.name}.yaml", scene)
         self._add(self.folder / "test_drive.py", TEST.format(name=self.name))
         self._add(self.folder / "requirements.txt", f"graphengine[view]=={__version__}\npytest\n")
         self._add(self.folder / "README.md", README.format(name=self.name, source=source, version=__version__))

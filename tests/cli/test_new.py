@@ -103,3 +103,34 @@ def test_a_description_with_errors_leaves_no_folder(graphrun: Graphrun, workspac
 
 def test_arguments_need_a_description(graphrun: Graphrun, workspace: Path) -> None:
     assert "give one by --from FILE" in graphrun("new", "first", "prefix:=a_", code=2).err
+
+
+@pytest.mark.parametrize("name", ["null", "true"])
+def test_a_word_of_yaml_is_a_name_like_others(graphrun: Graphrun, workspace: Path, name: str) -> None:
+    for folder, source in ((name, FROM), (f"more/{name}", ())):
+        Path(folder).parent.mkdir(exist_ok=True)
+        graphrun("new", folder, *source, code=0)
+        graphrun("check", f"{folder}/{name}.yaml", code=0)
+
+
+@pytest.mark.parametrize(
+    "reference",
+    ["../../../secret.obj", "file://{folder}/secret.obj", "package://cart/meshes/link.obj", "package://../secret.obj"],
+)
+def test_no_mesh_from_elsewhere_comes_into_a_project(graphrun: Graphrun, workspace: Path, reference: str) -> None:
+    (workspace / "secret.obj").write_text(TETRAHEDRON)
+    (workspace / "ws/cart/meshes/link.obj").symlink_to(workspace / "secret.obj")
+    path = workspace / "ws/cart/urdf/cart.urdf"
+    path.write_text(path.read_text().replace("package://lid/meshes/body.obj", reference.format(folder=workspace)))
+    result = graphrun("new", "cart", *FROM, code=1)
+    assert "secret" in result.err or "link.obj" in result.err
+    assert not Path("cart").exists()
+
+
+def test_a_mesh_in_a_package_of_an_odd_name_stays_in_the_folder_of_meshes(graphrun: Graphrun, workspace: Path) -> None:
+    (workspace / "ws/cart/urdf/body.obj").write_text(TETRAHEDRON)
+    path = workspace / "ws/cart/urdf/cart.urdf"
+    path.write_text(path.read_text().replace("package://lid/meshes/body.obj", "package://../body.obj"))
+    graphrun("new", "cart", *FROM, code=0)
+    assert "robots/meshes/body.obj" in files(workspace / "cart")
+    assert not Path("cart/robots/body.obj").exists()

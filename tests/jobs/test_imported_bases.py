@@ -125,3 +125,65 @@ def test_a_base_on_three_omnidirectional_wheels_moves_as_told(tmp_path: Path, co
     base = Base("omni", tuple(wheels), 0.05, 0.02, 5.0)
     path = scene(tmp_path, imported(tmp_path, description(base)))
     assert moved(path, command, "/odom") == pytest.approx(command, rel=0.01, abs=0.005)
+
+
+TRICYCLE = Base(
+    "tricycle",
+    (Wheel("front", 0.3, 0.0, steering=1), Wheel("left", -0.2, 0.15), Wheel("right", -0.2, -0.15)),
+    0.05,
+    0.03,
+    5.0,
+)
+FORKLIFT = Base(
+    "forklift",
+    (
+        Wheel("front_left", 0.2, 0.15),
+        Wheel("front_right", 0.2, -0.15),
+        Wheel("rear_left", -0.2, 0.15, steering=1),
+        Wheel("rear_right", -0.2, -0.15, steering=1),
+    ),
+    0.05,
+    0.03,
+    5.0,
+)
+STEERED = {
+    "two wheels behind": (TRICYCLE, interfaces(front_steer="position", left_joint="velocity", right_joint="velocity")),
+    "the wheel that steers": (TRICYCLE, interfaces(front_steer="position", front_joint="velocity")),
+    "two wheels before those that steer": (
+        FORKLIFT,
+        interfaces(
+            rear_left_steer="position",
+            rear_right_steer="position",
+            front_left_joint="velocity",
+            front_right_joint="velocity",
+        ),
+    ),
+}
+
+
+@pytest.mark.parametrize("driving", STEERED)
+@pytest.mark.parametrize("turn", [0.4, -0.4])
+def test_a_base_moves_as_told_and_knows_it_whichever_wheels_drive_and_steer(
+    tmp_path: Path, driving: str, turn: float
+) -> None:
+    base, hardware = STEERED[driving]
+    path = scene(tmp_path, imported(tmp_path, description(base, hardware)))
+    for topic in ("/ground_truth/odom", "/odom"):
+        ahead, _, turned = moved(path, (0.5, 0.0, turn), topic)
+        assert (ahead, turned) == pytest.approx((0.5, turn), rel=0.02)
+
+
+FRONT_WHEELS = PLUGIN.replace("left_joint<", "front_left_joint<").replace("right_joint<", "front_right_joint<")
+FOLLOWING = [
+    (f'<joint name="rear_{side}_joint" type="continuous">', f'<mimic joint="front_{side}_joint"/>')
+    for side in ("left", "right")
+]
+
+
+@pytest.mark.parametrize("form", ["two driven", "two followed"])
+def test_four_parallel_wheels_of_which_two_are_commanded_turn_as_told(tmp_path: Path, form: str) -> None:
+    text = description(SKID, *([FRONT_WHEELS] if form == "two driven" else []))
+    for joint, mimic in FOLLOWING if form == "two followed" else ():
+        text = text.replace(joint, joint + mimic)
+    _, _, turned = moved(scene(tmp_path, imported(tmp_path, text)), (0.0, 0.0, 0.6))
+    assert turned == pytest.approx(0.6, rel=0.02)

@@ -39,7 +39,7 @@ def test_the_four_commands_work_one_after_the_other(tmp_path: Path) -> None:
 
 
 def test_the_words_of_the_guide_are_those_of_the_report() -> None:
-    printed = (ROOT / "graphengine/cli/import_urdf.py").read_text(encoding="utf-8")
+    printed = (ROOT / "graphengine/cli/import_report.py").read_text(encoding="utf-8")
     assert [what for what in re.findall(r"^- \*([^*]+)\*:", GUIDE, re.MULTILINE) if f'"{what}"' not in printed] == []
 
 

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, from_rpy, rotate
+from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, from_rpy, multiply, rotate
 from graphengine.physics.files.packages import Packages
-from graphengine.physics.files.xml import Element, numbers
+from graphengine.physics.files.xml import Element, number, numbers
 
 TURNING = ("revolute", "continuous")
 MOVING = (*TURNING, "prismatic")
@@ -73,15 +73,15 @@ class UrdfJoint:
         limit = self.element.first("limit")
         if limit is None or self.type == "continuous":
             return None
-        lower, upper = (numbers(limit.get(end, "0"), 1) or (0.0,) for end in ("lower", "upper"))
-        return (lower[0], upper[0]) if lower[0] < upper[0] else None
+        lower, upper = (number(limit.get(end, "0")) or 0.0 for end in ("lower", "upper"))
+        return (lower, upper) if lower < upper else None
 
     @property
     def effort(self) -> float | None:
         """Effort limit, N m or N; a limit of zero or less is ignored, as in MuJoCo."""
         limit = self.element.first("limit")
-        effort = numbers(limit.get("effort"), 1) if limit is not None else None
-        return effort[0] if effort and effort[0] > 0 else None
+        effort = number(limit.get("effort")) if limit is not None else None
+        return effort if effort and effort > 0 else None
 
     def limit(self, lowest: float, highest: float) -> None:
         """Give the joint other limits, rad or m, in the XML element too."""
@@ -164,6 +164,15 @@ class Urdf:
             carrier = self.links[carrier.parent].carrier
         return pose
 
+    def axes_in_root(self) -> dict[str, Vector3]:
+        """Return the axes of all joints by name, in the root link's frame, with all joints at zero."""
+        rotations, axes = {self.root: NOWHERE[1]}, {}
+        for link in self.depth_first():
+            for joint in link.below:
+                rotations[joint.child] = multiply(rotations[link.name], joint.pose[1])
+                axes[joint.name] = rotate(rotations[joint.child], joint.axis)
+        return axes
+
     def wheels(
         self, joints: Iterable[UrdfJoint], shapes: Mapping[str, tuple[float, float]] = MappingProxyType({})
     ) -> list[Wheel]:
@@ -195,12 +204,12 @@ class Urdf:
             return None
         for collider in self.links[joint.child].colliders:
             shape, pose = shape_of(collider), origin_of(collider) or NOWHERE
-            radius = numbers(shape.get("radius"), 1) if shape is not None else None
+            radius = number(shape.get("radius")) if shape is not None else None
             if shape is None or radius is None:
                 continue
             cosine = sum(a * b for a, b in zip(rotate(pose[1], (0.0, 0.0, 1.0)), joint.axis, strict=True))
             if shape.tag == "sphere" or (shape.tag == "cylinder" and abs(cosine) > 0.99):
-                return radius[0], compose(self.pose_in_root(joint.child), pose)[0]
+                return radius, compose(self.pose_in_root(joint.child), pose)[0]
         return None
 
 

@@ -125,11 +125,11 @@ def wrapper(
     lines[-1] += "After a change, import this file again. -->"
     lines += [write(Element("robot", {"name": name, "xmlns:xacro": "http://www.ros.org/wiki/xacro"}, macro.span))[0]]
     lines[-1] = lines[-1].removesuffix("/>") + ">"
-    lines += [f"  {_tag('arg', {'name': key, 'default': _literal(value)}, macro)}" for key, value in others.items()]
+    lines += [f"  {_tag('arg', {'name': key, 'default': literal(value)}, macro)}" for key, value in others.items()]
     lines += [f"  {_tag('include', {'filename': _reference(path, packages)}, macro)}"]
     if defaults:
         lines += [f"  <!-- defaults: {_comment(' '.join(defaults))} -->"]
-    call = _tag(macro.name, {key: _literal(value) for key, value in given.items()}, macro)
+    call = _tag(macro.name, {key: literal(value) for key, value in given.items()}, macro)
     if macro.blocks:
         inside = [f"    <{block}{_ORIGIN if block == 'origin' else ''}/>" for block in macro.blocks]
         lines += [f"  {call.removesuffix('/>')}>", *inside, f"  </{PREFIX}{macro.name}>"]
@@ -145,8 +145,8 @@ def _tag(name: str, attributes: dict[str, str], macro: RobotMacro) -> str:
     return write(Element(f"{PREFIX}{name}", attributes, macro.span))[0]
 
 
-def _literal(value: str) -> str:
-    """A value that xacro takes as it is."""
+def literal(value: str) -> str:
+    """Return a text that xacro expands to the given one."""
     return value.replace("$(", "$$(").replace("${", "$${")
 
 

@@ -183,6 +183,12 @@ def numbers(text: str, count: int) -> tuple[float, ...] | None:
     return values if len(values) == count and all(abs(value) < 1e300 for value in values) else None
 
 
+def number(text: str) -> float | None:
+    """Return the finite number that a text consists of; None if it is something else."""
+    values = numbers(text, 1)
+    return values[0] if values is not None else None
+
+
 _LINE = re.compile(r"\bline (\d+)")
 _NAME = re.compile(r"Element name '([^']+)'")
 

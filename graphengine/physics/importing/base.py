@@ -6,17 +6,18 @@ open is measured on the description.
 
 from __future__ import annotations
 
-import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Span
+from graphengine.format.wording import did_you_mean, printable
 from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.importing.base_wheels import BaseWheel
+from graphengine.physics.importing.draft import Draft
 
 Kinematics = Literal["differential", "mecanum", "omni", "ackermann"]
-_TOPIC = re.compile(r"~?/?[A-Za-z_][A-Za-z0-9_]*(?:/[A-Za-z_][A-Za-z0-9_]*)*\Z")
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +55,16 @@ class Base:
         return replace(self, parameters=self.parameters | parameters)
 
 
-def topic(text: str) -> str | None:
-    """Return a topic as a graph of a robot names it, below the robot's namespace; None if it is none."""
-    text = text.strip()
-    return text.removeprefix("~").removeprefix("/") if len(text) < 200 and _TOPIC.match(text) else None
+def flaw(draft: Draft, base: Base) -> str:
+    """Return why the joints that a source names cannot drive a base; empty if they can."""
+    joints = draft.urdf.joints
+    for name in (*base.driven, *base.steering):
+        if name not in joints:
+            near = did_you_mean(name, joints)
+            return f"the description has no joint {printable(name)!r}" + (f"; {near}" if near else "")
+        if not joints[name].moves:
+            return f"joint {printable(name)!r} is fixed"
+    return "" if base.driven else "it names no wheels"
 
 
 def given(**parameters: float | str | None) -> dict[str, float | str]:
@@ -74,8 +81,7 @@ class Drivetrain:
         wheels: that are driven, in the order of the graph's joints.
         steering: joints that are commanded to steer, left ones first.
         parameters: of its graph.
-        grip: direction in the root link along which each of `wheels` grips, while it slides across it; empty if wheels grip
-            in all directions.
+        grip: for the link of each wheel that slides sideways, the direction in the root link along which it grips.
         across: friction across that direction.
     """
 
@@ -83,5 +89,5 @@ class Drivetrain:
     wheels: tuple[BaseWheel, ...]
     steering: tuple[UrdfJoint, ...]
     parameters: dict[str, Any]
-    grip: tuple[Vector3, ...] = ()
+    grip: Mapping[str, Vector3] = field(default_factory=dict)
     across: float = 0.0

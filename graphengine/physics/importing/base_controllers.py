@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from graphengine.format.wording import did_you_mean, printable
-from graphengine.physics.importing.base import Base, given
+from graphengine.format.wording import printable
+from graphengine.physics.importing.base import Base, flaw, given
 from graphengine.physics.importing.controllers_file import Controller
 from graphengine.physics.importing.draft import Draft, Remark
 
@@ -20,25 +20,14 @@ def base_of_controllers(draft: Draft, controllers: Iterable[Controller]) -> Base
         if reader is None:
             continue
         base = reader(controller)
-        if chosen is not None:
-            draft.lost.append(Remark(f"{base.source}: {chosen.source} drives the base", base.span))
-        elif _has_joints(draft, base):
-            chosen = base
+        if reason := f"{chosen.source} drives the base" if chosen is not None else flaw(draft, base):
+            draft.lost.append(Remark(f"{base.source}: {reason}", base.span))
+            continue
+        chosen = base
+        if not controller.flag("enable_odom_tf", default=True):
+            text = f"{base.source}: enable_odom_tf is false, but the graph publishes the transform odom -> base"
+            draft.lost.append(Remark(text, base.span))
     return chosen
-
-
-def _has_joints(draft: Draft, base: Base) -> bool:
-    """Whether a base has joints, all of the description; what it lacks becomes a remark."""
-    joints = draft.urdf.joints
-    for name in (*base.driven, *base.steering):
-        if name not in joints:
-            near = did_you_mean(name, joints)
-            text = f"{base.source}: the description has no joint {printable(name)!r}"
-            draft.lost.append(Remark(f"{text}; {near}" if near else text, base.span))
-            return False
-    if not base.driven:
-        draft.lost.append(Remark(f"{base.source}: it names no wheels", base.span))
-    return bool(base.driven)
 
 
 def _differential(controller: Controller) -> Base:

@@ -10,7 +10,7 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.document import load
 from graphengine.format.files import shipped
 from graphengine.physics.importing.base import Drivetrain
-from graphengine.physics.importing.draft import Draft, Entry, Remark
+from graphengine.physics.importing.draft import Draft, Entry, Remark, rounded
 
 GRAPH = "base"
 """Name of the graph in the robot file."""
@@ -66,7 +66,7 @@ def _odometry(drivetrain: Drivetrain) -> dict[str, float]:
     track = drivetrain.parameters.get("track")
     if not isinstance(track, float) or drivetrain.base.kinematics == "omni":
         return {}
-    return {"slip": _tidy(round(_SLIP * track, 5))}
+    return {"slip": round(_SLIP * track, 5)}
 
 
 def _remark_on_defaults(draft: Draft, use: str, parameters: Mapping[str, Any]) -> None:
@@ -96,16 +96,16 @@ def _summary(drivetrain: Drivetrain) -> str:
 def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
     """Give wheels that slide across one direction their friction, instead of what another part gave them."""
     groups: dict[Vector3, list[str]] = {}
-    for wheel, direction in zip(drivetrain.wheels, drivetrain.grip, strict=False):
-        groups.setdefault(direction, []).append(wheel.link)
-    links = {link for group in groups.values() for link in group}
+    for link, direction in drivetrain.grip.items():
+        groups.setdefault(direction, []).append(link)
+    links = drivetrain.grip.keys()
     materials = draft.sections["materials"]
     for name, entry in [*materials.items()]:
         if "direction" not in entry.value and links & set(entry.value.get("bind", ())):
             entry.value["bind"] = [link for link in entry.value["bind"] if link not in links]
             if not entry.value["bind"]:
                 del materials[name]
-    bound = {link for entry in materials.values() for link in entry.value.get("bind", ())}
+    bound = draft.bound()
     skids = drivetrain.base.kinematics == "differential"
     for number, (direction, group) in enumerate(groups.items()):
         if not bound.isdisjoint(group):
@@ -114,16 +114,14 @@ def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
         about = (
             "slide sideways in a turn, as skid-steered wheels do" if skids else "grip along the axes of their rollers"
         )
+        along = _SKID_ALONG if skids else _ROLLER_ALONG
         value = {
-            "dynamic_friction": _SKID_ALONG if skids else _ROLLER_ALONG,
+            "static_friction": along,
+            "dynamic_friction": along,
             "across": drivetrain.across,
-            "direction": [_tidy(part) for part in direction],
+            "direction": [rounded(part, 6) for part in direction],
             "expressed_in": draft.urdf.root,
             "combine": "min",
             "bind": group,
         }
         materials[name] = Entry(value, [f"they {about}"])
-
-
-def _tidy(number: float) -> float:
-    return float(f"{number:.6g}") + 0.0

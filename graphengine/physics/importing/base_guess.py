@@ -38,7 +38,7 @@ def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collect
         draft.lost.append(Remark(f"a base whose {len(steered)} wheels are all steered: no graph drives it", span))
         return None
     if all(wheel.sideways for wheel in driven):
-        if any(wheel.centre[1] > 0 for wheel in driven) and any(wheel.centre[1] < 0 for wheel in driven):
+        if max(wheel.centre[1] for wheel in driven) - min(wheel.centre[1] for wheel in driven) > driven[0].radius / 2:
             if len(driven) >= 4 and is_mecanum(draft.urdf, driven):
                 return Base("mecanum", "the wheels, which are mecanum wheels", span, names, guessed=True)
             return Base("differential", "the wheels, which are parallel", span, names, guessed=True)

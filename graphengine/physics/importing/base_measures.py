@@ -7,17 +7,19 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from graphengine.devices.rotation import Vector3
+from graphengine.devices.rotation import Vector3, rotate
 from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.importing.base import Base, Drivetrain
 from graphengine.physics.importing.base_guess import friction_direction
-from graphengine.physics.importing.base_wheels import BaseWheel, axis_in_root
-from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.physics.importing.base_wheels import BaseWheel
+from graphengine.physics.importing.draft import Draft, Remark, rounded
 
 _SAME = 0.005
 """Largest relative difference of two measures that count as the same."""
 _SKID_ACROSS = 0.05
 """Friction of a skid-steered wheel across its rolling direction, with which the base turns as told with the plain track."""
+_BESIDE = 1e-3
+"""Least distance of a wheel from the middle between all of them, m, at which it stands left or right."""
 _LEAST_STEERING = 0.1
 """Least limit of a steering joint, rad, that counts as one."""
 
@@ -33,7 +35,13 @@ def measured(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Drivetrai
     found = {wheel.joint: wheel for wheel in wheels}
     if base.kinematics == "ackermann":
         base = _without_virtual_wheels(draft, base, wheels)
-    driven = [found.get(joint) or _declared(draft, base, joint) for joint in base.driven]
+    joints = [joint for joint in dict.fromkeys(base.driven) if draft.urdf.joints[joint].mimic is None]
+    driven = [found.get(joint) or _declared(draft, base, joint) for joint in joints]
+    if not driven:
+        draft.lost.append(
+            Remark(f"{base.source}: its wheels only follow other joints: no graph drives them", base.span)
+        )
+        return None
     if any(wheel.radius <= 0 for wheel in driven):
         text = f"{base.source}: no collider tells the radius of the wheels, so that no graph drives them"
         draft.lost.append(Remark(text, base.span))
@@ -44,15 +52,18 @@ def measured(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Drivetrai
     if base.kinematics == "ackermann":
         return _ackermann(draft, base, driven, wheels)
     if base.kinematics == "differential":
-        return _differential(draft, base, driven, radius)
+        return _differential(draft, base, driven, wheels, radius)
     return _mecanum(draft, base, driven) if base.kinematics == "mecanum" else _omni(draft, base, driven)
 
 
 def _declared(draft: Draft, base: Base, joint: str) -> BaseWheel:
-    """A wheel whose collider tells nothing: its radius is what the source says, its centre the joint's origin."""
+    """A wheel that does not stand on the floor; one without a round collider has its source's radius and its joint's origin."""
     urdf = draft.urdf
     about = urdf.joints[joint]
-    centre, axle = urdf.pose_in_root(about.child)[0], axis_in_root(urdf, about)
+    if (shape := draft.wheels.get(joint)) is not None:
+        return BaseWheel(joint, about.child, shape.radius, shape.centre, shape.axis, "", False)
+    pose = urdf.pose_in_root(about.child)
+    centre, axle = pose[0], rotate(pose[1], about.axis)
     return BaseWheel(joint, about.child, base.radius or 0.0, centre, axle, "", False)
 
 
@@ -63,7 +74,9 @@ def _compare(draft: Draft, base: Base, what: str, said: float | None, true: floa
         draft.noticed.append(Remark(text, base.span))
 
 
-def _differential(draft: Draft, base: Base, driven: Sequence[BaseWheel], radius: float) -> Drivetrain | None:
+def _differential(
+    draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Sequence[BaseWheel], radius: float
+) -> Drivetrain | None:
     left, right = _by_side(driven)
     if not (left and right) or not all(wheel.sideways for wheel in driven):
         text = f"{base.source}: its wheels do not stand left and right of the root link's x axis: no graph drives them"
@@ -77,24 +90,28 @@ def _differential(draft: Draft, base: Base, driven: Sequence[BaseWheel], radius:
         return None
     track = _mean(wheel.centre[1] for wheel in left) - _mean(wheel.centre[1] for wheel in right)
     _compare(draft, base, "track", base.track, track)
-    skids = len(driven) > 2
+    parallel = [wheel for wheel in wheels if wheel.sideways and not wheel.swivel and not wheel.caster]
+    skidding = {wheel.link: (1.0, 0.0, 0.0) for wheel in (*driven, *parallel)}
+    skids = len(skidding) > 2  # also if only two of them are driven
     if base.multiplier != 1.0:
         why = "wheels slide sideways here, and the plain track" if skids else "the plain track"
         text = f"{base.source}: the multiplier {base.multiplier:g} of the track is not used: {why} makes turns come out as told"
         draft.guessed.append(Remark(text, base.span))
-    parameters = _sides(left, right) | {
+    parameters = _sides(left, right, radius) | {
         "wheels_per_side": len(left),
-        "radius": _rounded(radius),
-        "track": _rounded(track),
+        "radius": rounded(radius),
+        "track": rounded(track),
         "center": _centre(driven),
     }
-    grip = tuple((1.0, 0.0, 0.0) for _ in driven) if skids else ()
+    grip = skidding if skids else {}
     return Drivetrain(base, (*left, *right), (), parameters | base.parameters, grip, _SKID_ACROSS)
 
 
 def _by_side(wheels: Sequence[BaseWheel]) -> tuple[list[BaseWheel], list[BaseWheel]]:
-    """The wheels on the left and on the right, those in front first."""
-    return [wheel for wheel in wheels if wheel.centre[1] > 0], [wheel for wheel in wheels if wheel.centre[1] < 0]
+    """The wheels left and right of the middle between them, those in front first."""
+    middle = _centre(wheels)[1]
+    left = [wheel for wheel in wheels if wheel.centre[1] > middle + _BESIDE]
+    return left, [wheel for wheel in wheels if wheel.centre[1] < middle - _BESIDE]
 
 
 def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain | None:
@@ -105,8 +122,8 @@ def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrai
         return None
     found = _holonomic(draft, base, driven)
     ends = [wheel.centre[0] for wheel in driven]
-    more = {"track": _rounded(_spread(driven)), "wheelbase": _rounded(max(ends) - min(ends)), "center": _centre(driven)}
-    return replace(found, parameters=found.parameters | more | _sides(left, right))
+    more = {"track": rounded(_spread(driven)), "wheelbase": rounded(max(ends) - min(ends)), "center": _centre(driven)}
+    return replace(found, parameters=found.parameters | more | _sides(left, right, found.parameters["radius"]))
 
 
 def _holonomic(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain:
@@ -116,15 +133,22 @@ def _holonomic(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetr
     rollers = [math.degrees(math.atan2(-g[0], g[1]) - axle) for g, axle in zip(grips, axles, strict=True)]
     parameters = {
         "wheels": [wheel.joint for wheel in driven],
-        "positions": [[_rounded(value) for value in (*wheel.centre[:2], 0.0)] for wheel in driven],
-        "axles": [[_rounded(math.cos(axle / 2)), 0, 0, _rounded(math.sin(axle / 2))] for axle in axles],
-        "rollers": [_rounded((angle + 90.0 - 1e-9) % 180.0 - 90.0, 6) for angle in rollers],  # a line has no sign
-        "radius": _rounded(_mean(wheel.radius for wheel in driven)),
+        "positions": [[rounded(value) for value in (*wheel.centre[:2], 0.0)] for wheel in driven],
+        "axles": [[rounded(math.cos(axle / 2)), 0, 0, rounded(math.sin(axle / 2))] for axle in axles],
+        "rollers": [rounded((angle + 90.0 - 1e-9) % 180.0 - 90.0, 6) for angle in rollers],  # a line has no sign
+        "radius": rounded(_mean(wheel.radius for wheel in driven)),
     }
     known = {
         key: value for key, value in base.parameters.items() if "acceleration" not in key and key != "deceleration"
     }
-    return Drivetrain(base, tuple(driven), (), parameters | known, tuple(grips), 0.0)
+    return Drivetrain(
+        base,
+        tuple(driven),
+        (),
+        parameters | known,
+        dict(zip([wheel.link for wheel in driven], grips, strict=True)),
+        0.0,
+    )
 
 
 def _omni(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain | None:
@@ -170,38 +194,46 @@ def _ackermann(draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Se
     rolling = {wheel.joint: wheel for wheel in (*wheels, *driven) if not wheel.caster}.values()
     steered = [wheel for wheel in rolling if wheel.swivel and wheel.swivel in base.steering]
     fixed = [wheel for wheel in rolling if not wheel.swivel]
-    pivots = [urdf.joints[joint] for joint in base.steering if urdf.joints[joint].moves]
+    pivots = [urdf.joints[joint] for joint in dict.fromkeys(base.steering) if urdf.joints[joint].mimic is None]
     pivots.sort(key=lambda joint: -urdf.pose_in_root(joint.child)[0][1])
+    axes = urdf.axes_in_root()
+    upward = {axes[joint.name][2] > 0 for joint in pivots}
+    reason = ""
     if not pivots or not steered or not fixed or not all(wheel.sideways for wheel in driven):
-        text = f"{base.source}: no wheels are found on the steering joints, or none beside them: no graph drives them"
-        draft.lost.append(Remark(text, base.span))
+        reason = "no wheels are found on the steering joints, or none beside them"
+    elif len(upward) > 1:
+        reason = "its steering joints turn about opposite axes"
+    if reason:
+        draft.lost.append(Remark(f"{base.source}: {reason}: no graph drives them", base.span))
         return None
     ahead = _mean(wheel.centre[0] for wheel in steered) - _mean(wheel.centre[0] for wheel in fixed)
-    track = _spread(fixed) if len(pivots) > 1 else 0.0
+    sides = [urdf.pose_in_root(joint.child)[0][1] for joint in pivots]
     _compare(draft, base, "wheelbase", base.wheelbase, abs(ahead))
-    if track:
+    if track := _spread(fixed) or _spread(steered):
         _compare(draft, base, "track", base.track, track)
     front, back = (steered, fixed) if ahead > 0 else (fixed, steered)
-    turned = [wheel.swivel != "" for wheel in driven]
+    back_radius = _mean(wheel.radius for wheel in back)
     left, right = _by_side(fixed)
-    in_front = [flag == (ahead > 0) for flag in turned]
-    first = 0 if any(in_front) else 2
+    first = 0 if any((wheel in steered) == (ahead > 0) for wheel in driven) else 2
     parameters = {
         "wheels": [wheel.joint for wheel in driven],
         "wheel_signs": [wheel.sign for wheel in driven],
         "first_wheel": first,
         "end_wheel": first + len(driven),
         "steering": [joint.name for joint in pivots],
-        "steering_multiplier": math.copysign(1.0, axis_in_root(urdf, pivots[0])[2]),
+        "steering_multiplier": 1.0 if upward == {True} else -1.0,
         "steered_wheels": len(pivots),
         "rear_steering": ahead < 0,
-        "wheelbase": _rounded(abs(ahead)),
-        "track": _rounded(track),
-        "front_radius": _rounded(_mean(wheel.radius for wheel in front)),
-        "back_radius": _rounded(_mean(wheel.radius for wheel in back)),
-        "steering_limit": _rounded(_steering_limit(pivots)),
+        "wheelbase": rounded(abs(ahead)),
+        "track": rounded(_spread(driven)),
+        "steering_track": rounded(max(sides) - min(sides)),
+        "steered_axle": rounded(ahead),
+        "fixed_track": rounded(max(_spread(fixed), _BESIDE)),
+        "front_radius": rounded(_mean(wheel.radius for wheel in front)),
+        "back_radius": rounded(back_radius),
+        "steering_limit": rounded(_steering_limit(pivots)),
         "center": _centre(fixed),
-        **_sides(left or fixed, right or fixed),
+        **_sides(left or fixed, right or fixed, back_radius),
     }
     return Drivetrain(base, tuple(driven), tuple(pivots), parameters | base.parameters)
 
@@ -212,14 +244,19 @@ def _steering_limit(pivots: Sequence[UrdfJoint]) -> float:
     return max(min(ends), _LEAST_STEERING) if ends else 0.0
 
 
-def _sides(left: Sequence[BaseWheel], right: Sequence[BaseWheel]) -> dict[str, Any]:
-    """The joints of both sides, and the signs of their speeds."""
+def _sides(left: Sequence[BaseWheel], right: Sequence[BaseWheel], radius: float) -> dict[str, Any]:
+    """The joints of both sides, and the radii (m) of their wheels over the base's, negative if they turn the other way."""
     return {
         "left": [wheel.joint for wheel in left],
         "right": [wheel.joint for wheel in right],
-        "left_multiplier": left[0].sign,
-        "right_multiplier": right[0].sign,
+        "left_multiplier": _multiplier(left, radius),
+        "right_multiplier": _multiplier(right, radius),
     }
+
+
+def _multiplier(wheels: Sequence[BaseWheel], radius: float) -> float:
+    share = _mean(wheel.radius for wheel in wheels) / radius
+    return wheels[0].sign * (1.0 if abs(share - 1.0) < _SAME else rounded(share))
 
 
 def _alike(wheels: Sequence[BaseWheel]) -> bool:
@@ -240,8 +277,3 @@ def _mean(values: Iterable[float]) -> float:
 def _spread(wheels: Sequence[BaseWheel]) -> float:
     sides = [wheel.centre[1] for wheel in wheels]
     return max(sides) - min(sides)
-
-
-def _rounded(number: float, digits: int = 7) -> float:
-    """A number without the noise of its last digits."""
-    return float(f"{number:.{digits}g}") + 0.0

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from graphengine.format.wording import printable
-from graphengine.physics.files.xml import Element, numbers
-from graphengine.physics.importing.base import Base, given, topic
+from graphengine.physics.files.xml import Element, number
+from graphengine.physics.importing.base import Base, flaw, given
 from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.physics.importing.gazebo_topics import legal
 
 
 def base_of_plugins(draft: Draft) -> Base | None:
@@ -22,20 +23,18 @@ def base_of_plugins(draft: Draft) -> Base | None:
             draft.lost.append(Remark(text, plugin.span))
         elif "joint_state_publisher" in told or "jointstatepublisher" in told:
             draft.use(plugin)
-            topics |= given(joint_states=_topic(plugin, "topic") or _remapped(plugin, "joint_states"))
+            topics |= given(joint_states=_topic(plugin, "joint_states", "topic"))
         elif "odometry_publisher" in told or "odometrypublisher" in told:
             draft.use(plugin)
-            topics |= given(odom=_topic(plugin, "odom_topic"), odom_frame=_first(plugin, "odom_frame") or None)
+            topics |= given(odom=_topic(plugin, "odom", "odom_topic"), odom_frame=_first(plugin, "odom_frame") or None)
         else:
             reader = next((reader for part, reader in _READERS.items() if part in told), None)
             if reader is None or base is not None:
                 continue
             read = reader(plugin)
-            missing = [name for name in (*read.driven, *read.steering) if name not in draft.urdf.joints]
             draft.use(plugin)
-            if missing or not read.driven:
-                lacks = f"the description has no joint {printable(missing[0])!r}" if missing else "it names no wheels"
-                draft.lost.append(Remark(f"{read.source}: {lacks}", plugin.span))
+            if reason := flaw(draft, read):
+                draft.lost.append(Remark(f"{read.source}: {reason}", plugin.span))
             else:
                 base = read
     return base.with_parameters(topics) if base is not None else None
@@ -49,9 +48,9 @@ def topics_of_plugins(draft: Draft) -> dict[str, float | str]:
             command = [_remapped(plugin, f"~/{name}") for name in ("cmd_vel_unstamped", "cmd_vel", "reference")]
             odometry = [_remapped(plugin, f"~/{name}") for name in ("odom", "odometry")]
             found |= given(
-                cmd_vel=next(filter(None, command), None),
-                odom=next(filter(None, odometry), None),
-                joint_states=_remapped(plugin, "joint_states"),
+                cmd_vel=legal(next(filter(None, command), "")) or None,
+                odom=legal(next(filter(None, odometry), "")) or None,
+                joint_states=legal(_remapped(plugin, "joint_states")) or None,
             )
     return found
 
@@ -93,13 +92,13 @@ def _mecanum(plugin: Element) -> Base:
 
 
 def _ackermann(plugin: Element) -> Base:
-    classic = [f"{end}_{side}_joint" for end in ("rear",) for side in ("left", "right")]
     driven = (*_texts(plugin, "left_joint"), *_texts(plugin, "right_joint"))
+    classic = (*_texts(plugin, "rear_left_joint"), *_texts(plugin, "rear_right_joint"))
     return Base(
         "ackermann",
         _source(plugin),
         plugin.span,
-        driven or tuple(name for wheel in classic for name in _texts(plugin, wheel)),
+        driven or classic,
         (*_texts(plugin, "left_steering_joint"), *_texts(plugin, "right_steering_joint")),
         radius=_radius(plugin),
         track=_number(plugin, "wheel_separation"),
@@ -143,8 +142,8 @@ def _first(plugin: Element, *tags: str) -> str:
 
 def _number(plugin: Element, *tags: str) -> float | None:
     """The first of some numbers, without its sign; None if it is 0 or no number."""
-    values = (numbers(text, 1) for tag in tags for text in _texts(plugin, tag))
-    return next((abs(value[0]) for value in values if value and value[0]), None)
+    values = (number(text) for tag in tags for text in _texts(plugin, tag))
+    return next((abs(value) for value in values if value), None)
 
 
 def _radius(plugin: Element) -> float | None:
@@ -154,23 +153,32 @@ def _radius(plugin: Element) -> float | None:
 
 def _topics(plugin: Element) -> dict[str, float | str]:
     return given(
-        cmd_vel=_topic(plugin, "topic", "command_topic", "commandTopic") or _remapped(plugin, "cmd_vel"),
-        odom=_topic(plugin, "odom_topic", "odometry_topic", "odometryTopic") or _remapped(plugin, "odom"),
+        cmd_vel=_topic(plugin, "cmd_vel", "topic", "command_topic", "commandTopic"),
+        odom=_topic(plugin, "odom", "odom_topic", "odometry_topic", "odometryTopic"),
         odom_frame=_first(plugin, "frame_id", "odometry_frame", "odometryFrame").rpartition("/")[2] or None,
     )
 
 
-def _topic(plugin: Element, *tags: str) -> str | None:
-    return topic(_first(plugin, *tags))
+def _topic(plugin: Element, name: str, *tags: str) -> str | None:
+    """The topic that a plugin gives in a tag, or in place of its topic `name`; None if it gives none.
+
+    A plugin of classic Gazebo may have a namespace, which precedes all names that do not begin with `/`.
+    """
+    written = _first(plugin, *tags) or _remapped(plugin, name)
+    spaces = [text for ros in plugin.all("ros") for text in _texts(ros, "namespace")]
+    space = legal(next(iter(spaces), "") or _first(plugin, "robotNamespace"))
+    if space and not written.startswith("/"):
+        written = f"{space}/{written or name}"
+    return legal(written) or None
 
 
-def _remapped(plugin: Element, name: str) -> str | None:
-    """The topic that a `<remapping>` of a plugin gives for another."""
+def _remapped(plugin: Element, name: str) -> str:
+    """The name that a `<remapping>` of a plugin gives in place of another; empty without one."""
     for remapping in _remappings(plugin):
         old, _, new = remapping.partition(":=")
         if old.strip() == name:
-            return topic(new)
-    return None
+            return new.strip()
+    return ""
 
 
 def _remappings(plugin: Element) -> Iterator[str]:

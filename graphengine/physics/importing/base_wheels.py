@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
-from graphengine.devices.rotation import Vector3, rotate
+from graphengine.devices.rotation import Vector3
 from graphengine.physics.description.urdf import Urdf, UrdfJoint
 from graphengine.physics.importing.draft import Draft, WheelShape
 
@@ -57,19 +57,16 @@ def wheels_on_floor(draft: Draft, commanded: Collection[str]) -> list[BaseWheel]
         draft: knows the wheels.
         commanded: joints that take commands; none of them is the swivel of a caster.
     """
-    urdf = draft.urdf
+    urdf, axes = draft.urdf, draft.urdf.axes_in_root()
     shapes = [shape for shape in draft.wheels.values() if shape.on_floor]
-    swivelling = [shape for shape in shapes if _swivel(urdf, urdf.joints[shape.joint]) is not None]
-    return [_wheel(urdf, shape, commanded, swivelling) for shape in shapes]
+    swivels = [_swivel(urdf, urdf.joints[shape.joint], axes) for shape in shapes]
+    swivelling = [shape for shape, swivel in zip(shapes, swivels, strict=True) if swivel is not None]
+    return [_wheel(urdf, shape, swivel, commanded, swivelling) for shape, swivel in zip(shapes, swivels, strict=True)]
 
 
-def axis_in_root(urdf: Urdf, joint: UrdfJoint) -> Vector3:
-    """Return a joint's axis in the root link, all joints at zero."""
-    return rotate(urdf.pose_in_root(joint.child)[1], joint.axis)
-
-
-def _wheel(urdf: Urdf, shape: WheelShape, commanded: Collection[str], others: Iterable[WheelShape]) -> BaseWheel:
-    swivel = _swivel(urdf, urdf.joints[shape.joint])
+def _wheel(
+    urdf: Urdf, shape: WheelShape, swivel: UrdfJoint | None, commanded: Collection[str], others: Iterable[WheelShape]
+) -> BaseWheel:
     caster = False
     if swivel is not None and swivel.name not in commanded:
         (x, y, _), (pivot_x, pivot_y, _) = shape.centre, urdf.pose_in_root(swivel.child)[0]
@@ -86,11 +83,11 @@ def _mirrors(one: WheelShape, other: WheelShape) -> bool:
     return abs(x - other_x) < near and abs(y + other_y) < near and abs(y) > near
 
 
-def _swivel(urdf: Urdf, joint: UrdfJoint) -> UrdfJoint | None:
+def _swivel(urdf: Urdf, joint: UrdfJoint, axes: Mapping[str, Vector3]) -> UrdfJoint | None:
     """The nearest joint above a wheel that turns about an upright axis."""
     carrier = urdf.links[joint.parent].carrier
     while carrier is not None:
-        if carrier.type in ("revolute", "continuous") and abs(axis_in_root(urdf, carrier)[2]) > _ALIGNED:
+        if carrier.type in ("revolute", "continuous") and abs(axes[carrier.name][2]) > _ALIGNED:
             return carrier
         carrier = urdf.links[carrier.parent].carrier
     return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -33,12 +34,11 @@ def bundle_meshes(urdf: Urdf) -> dict[Path, Path]:
         source = _find(reference, urdf.packages)
         if source is None:
             continue
-        if package_of(reference) is not None:
-            target = Path(
-                os.path.normpath("/" + reference.partition("://")[2]).lstrip("/")
-            )  # where a package is sought first
+        parts = reference.rpartition("://")[2].strip("/").split("/")
+        if package_of(reference) is not None and [_name(part) for part in parts] == parts:
+            target = Path(*parts)  # a package is sought first beside the description
         else:
-            target = _free(Path(MESHES, source.name), source, sources)
+            target = _free(Path(MESHES, _name(parts[-1])), source, sources)
             element.attributes["filename"] = target.as_posix()
         sources[target] = source
     return sources
@@ -70,6 +70,11 @@ def _with_subgraphs(reference: str) -> Iterator[str]:
 
 def _meshes(root: Element) -> Iterator[Element]:
     return (element for element in root.walk() if element.tag == "mesh" and element.get("filename"))
+
+
+def _name(text: str) -> str:
+    """A file name without characters that have a meaning in paths or URIs."""
+    return re.sub(r"[^\w.+-]", "_", text).lstrip(".") or "_"
 
 
 def _find(reference: str, packages: Packages) -> Path | None:

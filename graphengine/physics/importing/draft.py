@@ -15,6 +15,11 @@ from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
 
 
+def rounded(number: float, digits: int = 7) -> float:
+    """Return a number with some significant digits, as a robot file has it."""
+    return float(f"{number:.{digits}g}") + 0.0
+
+
 @dataclass(slots=True)
 class Entry:
     """A key of the robot file with its value.
@@ -69,7 +74,7 @@ class WheelShape:
     centre: Vector3
     collider: str
     on_floor: bool
-    swivels: bool
+    swivels: bool = False
 
 
 @dataclass(slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""What a description says to Gazebo about links: friction, colours, gravity, collisions among links."""
+"""Settings of Gazebo for links and for the whole robot: friction, colours, gravity, self-collision, a fixed base."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from graphengine.devices.rotation import rotate
 from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.xml import Element, numbers
-from graphengine.physics.importing.draft import Draft
+from graphengine.physics.importing.draft import Draft, Remark
 from graphengine.physics.importing.gazebo_values import Notes, Subject, UnusableError, Values
 from graphengine.physics.model.robot_prims import prim_name
 
@@ -58,6 +58,8 @@ def fill(draft: Draft) -> None:
                     part(draft, element, name, subject, surfaces)
                 except UnusableError as error:
                     subject.lost(error.reason, error.span)
+        elif not name:
+            _static(draft, element)
         for child in element.children:
             if child.tag in _NO_EFFECT or (not name and child.tag == "plugin" and _is_always_done(child)):
                 draft.use(child)
@@ -178,6 +180,15 @@ def _gravity(draft: Draft, element: Element, link: str, subject: Subject, _: obj
         draft.entry("links", link).value["gravity"] = False
         subject.carried("no gravity")
     _use(draft, element, "gravity", "turnGravityOff")
+
+
+def _static(draft: Draft, gazebo: Element) -> None:
+    """A static robot is fixed to the world."""
+    static = gazebo.first("static")
+    if static is not None and static.text.strip().lower() in ("true", "1"):
+        draft.fixed_base = True
+        draft.use(static)
+        draft.carried.append(Remark("the base is fixed: static", static.span))
 
 
 def _self_collision(draft: Draft) -> None:

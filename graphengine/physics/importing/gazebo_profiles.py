@@ -1,4 +1,4 @@
-"""The figures of Gazebo's sensors as sections of sensor profiles."""
+"""The figures of Gazebo's sensors as sections of sensor profiles; `READERS` has all kinds."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from graphengine.format.wording import printable
 from graphengine.physics.files.xml import numbers
+from graphengine.physics.importing.gazebo_cameras import camera, depth_camera, rgbd_camera
+from graphengine.physics.importing.gazebo_figures import Figures, noise, rate
 from graphengine.physics.importing.gazebo_values import Subject, UnusableError, Values
 
 _AXES = ("x", "y", "z")
@@ -35,31 +36,14 @@ _COARSEST = 0.1
 """Resolution (m) of a distance beyond which it is taken for a placeholder, as the 1 m that many descriptions have."""
 
 
-@dataclass(frozen=True, slots=True)
-class Figures:
-    """A sensor of a robot file.
-
-    Attributes:
-        type: kind of device.
-        graph: name of the graph in `graphs/publishers` that publishes it.
-        profile: its figures.
-        told: the same in a few words, for people.
-    """
-
-    type: str
-    graph: str
-    profile: dict[str, Any]
-    told: str
-
-
 def ray(values: Values, sensor: Subject) -> Figures:
     """A lidar; a range sensor if it has a single ray or a plugin that publishes sensor_msgs/Range."""
     wide, tall = _Arc.of(values, sensor, "horizontal", 640), _Arc.of(values, sensor, "vertical", 1)
     near = values.number("lidar|ray", "range", "min", default=0.08)
     far = values.number("lidar|ray", "range", "max", default=10.0)
-    profile: dict[str, Any] = {"rate": _rate(values, 10.0, sensor)}
+    profile: dict[str, Any] = {"rate": rate(values, 10.0, sensor)}
     extra = _given(
-        noise_std=_noise(values, sensor, ("lidar|ray", "noise"), ("noise",)),
+        noise_std=noise(values, sensor, ("lidar|ray", "noise"), ("noise",)),
         resolution=_resolution(values, far, sensor),
     )
     single = wide.count == 1 and tall.count == 1
@@ -104,7 +88,7 @@ def sonar(values: Values, sensor: Subject) -> Figures:
         raise UnusableError("its farthest distance is not more than 0 m", sensor.span)
     profile = {
         "radiation_type": "ultrasound",
-        "rate": _rate(values, 10.0, sensor),
+        "rate": rate(values, 10.0, sensor),
         "field_of_view": round(2.0 * math.atan(abs(radius) / far), 6),
         "min_range": near,
         "max_range": far,
@@ -114,7 +98,7 @@ def sonar(values: Values, sensor: Subject) -> Figures:
 
 def imu(values: Values, sensor: Subject) -> Figures:
     """An inertial unit. Gazebo's noise and bias are of each axis."""
-    profile: dict[str, Any] = {"rate": _rate(values, 100.0, sensor)}
+    profile: dict[str, Any] = {"rate": rate(values, 100.0, sensor)}
     for triad in _TRIADS:
         quantities = {
             name: [_of_axis(values, triad, axis, name) for axis in _AXES]
@@ -123,12 +107,12 @@ def imu(values: Values, sensor: Subject) -> Figures:
         for name in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time"):
             if len(set(quantities[name])) > 1:
                 sensor.guessed(f"{name} of {triad.section}: the profile has one for all axes, the greatest")
-        noise, drift, time = (
+        deviation, drift, time = (
             max(quantities[name]) for name in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
         )
-        noise = noise or _of_plugin(values, triad)
+        deviation = deviation or _of_plugin(values, triad)
         bias = [mean + offset for mean, offset in zip(quantities["mean"], quantities["bias_mean"], strict=True)]
-        profile |= _given(**{f"{triad.name}_noise": noise})
+        profile |= _given(**{f"{triad.name}_noise": deviation})
         profile |= {f"{triad.name}_bias": bias} if any(bias) else {}
         if drift and time > 0.0:
             # Gazebo drives the bias with this deviation per root of a second; the profile has that which results.
@@ -136,26 +120,6 @@ def imu(values: Values, sensor: Subject) -> Figures:
             profile[triad.device] = {triad.instability: float(f"{instability:.6g}"), "bias_correlation_time": time}
     values.text("imu", "noise", "type")
     return Figures("imu", "imu", profile, "imu")
-
-
-def camera(values: Values, sensor: Subject) -> Figures:
-    """A colour camera."""
-    profile = _pinhole(values, sensor)
-    if noise := _noise(values, sensor, ("camera", "noise"), ("noise",)):
-        profile["colour_noise"] = round(min(noise, 1.0) * 255.0, 6)  # Gazebo's colours go from 0 to 1
-    return Figures("camera", "camera", profile, _resolution_told(profile))
-
-
-def depth_camera(values: Values, sensor: Subject) -> Figures:
-    """A camera that measures distances."""
-    profile = _with_depth(values, sensor)
-    return Figures("camera", "depth_camera", profile, f"depth {_resolution_told(profile)}")
-
-
-def rgbd_camera(values: Values, sensor: Subject) -> Figures:
-    """A camera that sees colours and measures distances."""
-    profile = _with_depth(values, sensor)
-    return Figures("camera", "rgbd_camera", profile, f"colour and depth {_resolution_told(profile)}")
 
 
 def contact(values: Values, sensor: Subject) -> Figures:
@@ -241,38 +205,12 @@ def _plugin(values: Values) -> str:
     return found.get("filename").lower() if found is not None else ""
 
 
-def _rate(values: Values, default: float, sensor: Subject) -> float:
-    rate = values.number("update_rate") or values.number("plugin", "updateRate|update_rate")
-    if rate > 0.0:
-        return rate
-    sensor.guessed(f"no update_rate: {default:g} Hz")
-    return default
-
-
 def _resolution(values: Values, far: float, sensor: Subject) -> float:
     resolution = values.number("lidar|ray", "range", "resolution")
     if resolution and not 1e-6 <= resolution <= min(_COARSEST, far / 2.0):
         sensor.lost(f"range resolution {resolution:g} m: distances are not rounded, as in Gazebo")
         return 0.0
     return resolution
-
-
-def _noise(values: Values, sensor: Subject, *paths: tuple[str, ...]) -> float:
-    """Standard deviation of the first noise at one of some paths."""
-    for path in paths:
-        if (found := values.find(*path)) is None:
-            continue
-        kind = found.get("type") or values.text(*path, "type") or "none"
-        mean, deviation = values.number(*path, "mean"), values.number(*path, "stddev")
-        if kind == "none" or not (mean or deviation):
-            return 0.0
-        if not kind.startswith("gaussian"):
-            sensor.lost(f"noise of type {printable(kind[:40])!r}", found.span)
-            return 0.0
-        if mean:
-            sensor.lost(f"mean {mean:g} of its noise; the profile has the standard deviation alone", found.span)
-        return deviation
-    return values.number("plugin", "gaussianNoise")
 
 
 def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:
@@ -290,46 +228,3 @@ def _of_plugin(values: Values, triad: _Triad) -> float:
     texts = (values.text("plugin", f"{triad.classic}GaussianNoise"), values.text("plugin", "gaussianNoise"))
     given = [numbers(text, len(text.split())) or (0.0,) for text in texts if text]
     return max(given[0]) if given else 0.0
-
-
-def _pinhole(values: Values, sensor: Subject) -> dict[str, Any]:
-    camera: tuple[str, ...] = ("camera",)
-    if values.find("camera") is None and values.find("horizontal_fov") is not None:
-        camera = ()
-        sensor.guessed("its figures are not in <camera>, where Gazebo looks for them")
-    size = [values.number(*camera, "image", side, default=d) for side, d in (("width", 320.0), ("height", 240.0))]
-    for side, length in zip(("width", "height"), size, strict=True):
-        if not 1.0 <= length <= 1e6:
-            raise UnusableError(f"image {side} {length:g} is no number of pixels", sensor.span)
-    wide = values.number(*camera, "horizontal_fov", default=1.047)
-    if not 0.0 < wide < math.pi:
-        raise UnusableError(f"horizontal_fov {wide:g} rad is not that of a pinhole camera", sensor.span)
-    width, height = (int(length) for length in size)
-    tall = 2.0 * math.atan(math.tan(wide / 2.0) * height / width)
-    pixels = values.text(*camera, "image", "format")
-    if pixels.upper().startswith(("L8", "L16", "L_", "BAYER")):
-        sensor.lost(f"image format {printable(pixels[:40])!r}; images are rgb8")
-    return {
-        "size": [width, height],
-        "fov_deg": [round(math.degrees(angle), 6) for angle in (wide, tall)],
-        "clip": [values.number(*camera, "clip", end, default=d) for end, d in (("near", 0.1), ("far", 100.0))],
-        "rate": _rate(values, 30.0, sensor),
-    }
-
-
-def _with_depth(values: Values, sensor: Subject) -> dict[str, Any]:
-    profile = _pinhole(values, sensor) | {"depth": True}
-    values.skip("camera", "depth_camera", "output")
-    clip = [values.number("camera", "depth_camera", "clip", end) for end in ("near", "far")]
-    if all(clip):
-        profile["clip"] = clip
-    if noise := _noise(values, sensor, ("camera", "noise"), ("noise",)):
-        profile["depth_noise"] = noise
-        text = f"noise of {noise:g} m: taken for that at 1 m, as here it grows with the square of the distance"
-        sensor.guessed(text)
-    return profile
-
-
-def _resolution_told(profile: dict[str, Any]) -> str:
-    width, height = profile["size"]
-    return f"camera of {width} x {height} pixels"

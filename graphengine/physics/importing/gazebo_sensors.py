@@ -18,7 +18,7 @@ from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.xml import Element, numbers
 from graphengine.physics.importing import gazebo_profiles, gazebo_topics
 from graphengine.physics.importing.draft import Draft, Remark
-from graphengine.physics.importing.gazebo_profiles import Figures
+from graphengine.physics.importing.gazebo_figures import Figures
 from graphengine.physics.importing.gazebo_values import Notes, Subject, UnusableError, Values
 from graphengine.physics.model.robot_prims import prim_name
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS

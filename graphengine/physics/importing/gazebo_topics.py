@@ -85,7 +85,7 @@ def frame(values: Values) -> str:
 def legal(topic: str) -> str:
     """Return a topic as ROS 2 allows it, relative: other characters become '_'."""
     parts = [re.sub(r"[^A-Za-z0-9_]", "_", part) for part in topic.strip().lstrip("~").split("/")]
-    return "/".join(f"_{part}" if part[0].isdigit() else part for part in parts if part)[:200]
+    return "/".join(f"_{part}" if part[0].isdigit() else part for part in parts if part)[:200].rstrip("/")
 
 
 def _legal_frame(frame_id: str) -> str:
@@ -107,9 +107,11 @@ def _of_plugin(defaults: dict[str, str], values: Values) -> dict[str, str]:
             topic = written
         else:
             topic = f"{camera}/{written or default}" if camera or written else ""
+        if namespace and topic and not topic.startswith("/"):
+            topic = f"{namespace}/{topic}"
         if not (topic := legal(topic)):
             return {}
-        found[name] = f"{namespace}/{topic}" if namespace else topic
+        found[name] = topic
     return found
 
 

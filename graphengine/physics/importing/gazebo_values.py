@@ -7,7 +7,7 @@ from typing import Literal
 
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
-from graphengine.physics.files.xml import Element, numbers
+from graphengine.physics.files.xml import Element, number
 from graphengine.physics.importing.draft import Draft, Remark
 
 TRUE = ("true", "1", "yes", "on")
@@ -58,10 +58,10 @@ class Values:
         text, found = self.text(*path), self.find(*path)
         if found is None or not text:
             return default
-        values = numbers(text, 1)
-        if values is None:
+        value = number(text)
+        if value is None:
             raise UnusableError(f"{found.tag} is no number: {printable(text[:40])!r}", found.span)
-        return values[0]
+        return value
 
     def flag(self, *path: str) -> bool | None:
         """Return the boolean at a path; None without."""
@@ -76,7 +76,7 @@ class Values:
     def unread(self) -> list[Element]:
         """Return the elements with a value other than zero that nobody has read, in order of the file."""
         leaves = (part for part in self.element.walk() if part is not self.element and not part.children)
-        return [leaf for leaf in leaves if id(leaf) not in self._read and numbers(leaf.text, 1) != (0.0,)]
+        return [leaf for leaf in leaves if id(leaf) not in self._read and number(leaf.text) != 0.0]
 
 
 @dataclass(slots=True)

@@ -17,6 +17,8 @@ from graphengine.format.spec import RobotUse
 from graphengine.physics.description.description_reader import robot_file
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
+from graphengine.physics.description.xacro import is_xacro
+from graphengine.physics.description.xacro_macros import literal
 from graphengine.physics.engine import REFUSALS, body_names, collides, compiled, mujoco
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
@@ -197,10 +199,14 @@ def _used_packages(urdf: Urdf) -> Iterator[Path]:
 
 def _portable(urdf: Urdf, beside: Collection[Path]) -> str:
     """The description's text for another folder: relative references lead where they led before, but for files beside it."""
+    escaped = is_xacro(Path("robot.urdf"), urdf.element)  # the written file would be expanded again
     for element in urdf.element.walk():
         reference = element.get("filename")
         if element.tag in _MESHES and reference and "://" not in reference and Path(reference) not in beside:
             element.attributes["filename"] = (urdf.packages.folder / reference).resolve().as_uri()
+        if escaped:
+            element.text = literal(element.text)
+            element.attributes |= {name: literal(value) for name, value in element.attributes.items()}
     return '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
 
 

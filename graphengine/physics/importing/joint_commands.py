@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
-from graphengine.physics.files.xml import Element, numbers
+from graphengine.physics.files.xml import Element, number
 from graphengine.physics.importing.controllers_file import Controller
 from graphengine.physics.importing.draft import Draft, Remark
 
@@ -122,5 +122,4 @@ def _text(element: Element, name: str) -> str:
 
 
 def _parameter(element: Element, name: str) -> float | None:
-    value = numbers(_text(element, name), 1)
-    return value[0] if value else None
+    return number(_text(element, name))

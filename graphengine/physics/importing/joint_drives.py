@@ -15,7 +15,7 @@ from graphengine.format.yaml_text import flow
 from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.importing.base import Drivetrain
 from graphengine.physics.importing.base_wheels import BaseWheel
-from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.physics.importing.draft import Draft, Remark, rounded
 from graphengine.physics.importing.joint_commands import KINDS, JointCommands
 
 WHEEL_DAMPING = 50.0
@@ -160,17 +160,17 @@ def _drive(
         radius = max(each.radius for each in carrying)
         scrub = draft.urdf.mass * _GRAVITY * radius / len(carrying)
     if kind == "velocity":
-        drive: dict[str, Any] = {"damping": _rounded(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
+        drive: dict[str, Any] = {"damping": _gain(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
         if wheel is not None and drivetrain is not None and wheel in driven:
             acceleration = drivetrain.base.parameters.get("acceleration")
             if drivetrain.base.kinematics in ("mecanum", "omni"):  # whose controller has no ramps
-                drive["max_acceleration"] = _rounded(float(acceleration or _ACCELERATION) / wheel.radius)
+                drive["max_acceleration"] = _gain(float(acceleration or _ACCELERATION) / wheel.radius)
         return {"drive": drive}
     if kind == "position":
         gains = servo(joint)
         if drivetrain is not None and joint in drivetrain.steering:
             stiffness = max(scrub / _ANGLE_ERROR, gains["stiffness"] if joint.effort is not None else 0.0)
-            gains = {"stiffness": _rounded(stiffness), "damping": _rounded(stiffness / 10)}
+            gains = {"stiffness": _gain(stiffness), "damping": _gain(stiffness / 10)}
         return {"drive": gains}
     return {}
 
@@ -178,7 +178,7 @@ def _drive(
 def _bounds(joint: UrdfJoint, drive: dict[str, Any] | None, commands: JointCommands) -> dict[str, Any]:
     """Start and limits of a joint whose commands have a range; a drive's speed gets its limit in place."""
     keys: dict[str, Any] = {}
-    if commands.start is not None:
+    if commands.start:
         keys["start"] = commands.start
     speeds = [abs(end) for end in commands.ranges.get("velocity", ()) if end]
     if drive is not None and speeds:
@@ -195,9 +195,8 @@ def _bounds(joint: UrdfJoint, drive: dict[str, Any] | None, commands: JointComma
 def servo(joint: UrdfJoint) -> dict[str, float]:
     """Return gains by which the full effort answers to 0.1 rad, or 10 mm; critically damped they are not, but calm."""
     stiffness = (joint.effort or 10.0) / (0.01 if joint.type == "prismatic" else 0.1)
-    return {"stiffness": _rounded(stiffness), "damping": _rounded(stiffness / 10)}
+    return {"stiffness": _gain(stiffness), "damping": _gain(stiffness / 10)}
 
 
-def _rounded(number: float) -> float:
-    """A number with three digits."""
-    return float(f"{min(number, _MOST):.3g}")
+def _gain(number: float) -> float:
+    return rounded(min(number, _MOST), 3)

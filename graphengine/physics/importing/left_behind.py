@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from graphengine.format.wording import printable
 from graphengine.format.yaml_text import scalar
-from graphengine.physics.files.xml import Element, numbers
+from graphengine.physics.files.xml import Element, number
 from graphengine.physics.importing.draft import Draft, Remark
 
 
@@ -26,7 +26,7 @@ def fill(draft: Draft) -> None:
     if textures := [element for element in root.walk() if element.tag == "texture"]:
         draft.lost.append(Remark("textures of materials", textures[0].span))
     moving = [part for joint in draft.urdf.moving() for part in joint.element.children if not draft.used(part)]
-    if fast := [p for p in moving if p.tag == "limit" and (numbers(p.get("velocity", "0"), 1) or (0.0,))[0] > 0]:
+    if fast := [p for p in moving if p.tag == "limit" and (number(p.get("velocity")) or 0.0) > 0]:
         text = "velocity limits of joints without a drive, which have no set point to limit"
         draft.lost.append(Remark(text, fast[0].span))
 

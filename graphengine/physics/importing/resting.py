@@ -19,6 +19,8 @@ from graphengine.physics.model.geoms import extents
 from graphengine.physics.model.robot import RobotInstance
 
 NAME = "CasterMaterial"
+MOST_JOINTS = 120
+"""Moving joints of a robot that is tried on a floor: with more it would take long."""
 STEP = 1 / 240
 """s; that of a scene."""
 SECONDS = 2.0
@@ -44,6 +46,9 @@ def fill(draft: Draft) -> None:
     standing = [wheel for wheel in draft.wheels.values() if wheel.on_floor]
     driven = [wheel for wheel in standing if not wheel.swivels]
     if not driven or draft.fixed_base or draft.urdf.root == WORLD:
+        return
+    if len(draft.urdf.moving()) > MOST_JOINTS:
+        draft.noticed.append(Remark(f"with more than {MOST_JOINTS} moving joints the robot is not tried on a floor"))
         return
     trial = trial_spec(draft)
     model = _model(draft, *trial) if trial is not None else None

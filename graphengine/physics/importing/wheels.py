@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from graphengine.devices.rotation import rotate
+from graphengine.devices.rotation import Vector3, rotate
 from graphengine.physics.description.urdf import TURNING, UrdfJoint, origin_of, shape_of
 from graphengine.physics.engine import Floats, collides, mujoco
-from graphengine.physics.importing.draft import Draft, Remark, WheelShape
+from graphengine.physics.importing.draft import Draft, Remark, WheelShape, rounded
 from graphengine.physics.importing.trial import trial_model, trial_spec
 from graphengine.physics.model.geoms import extents, mesh_vertices
 
@@ -36,10 +39,20 @@ def fill(draft: Draft) -> None:
         return
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    below = extents(model, data, np.flatnonzero(collides(model)))
-    for joint in draft.urdf.moving():
-        if below is not None and (wheel := _wheel(draft, joint, model, data, float(below[0][2]))) is not None:
-            draft.wheels[joint.name] = wheel
+    solid = np.flatnonzero(collides(model))
+    below = extents(model, data, solid)
+    if below is None:
+        return
+    geoms = defaultdict[int, list[int]](list)
+    for geom in solid.tolist():
+        geoms[int(model.geom_bodyid[geom])].append(geom)
+    axes = draft.urdf.axes_in_root()
+    swivelling = _swivelling(draft, axes)
+    for joint in filter(turns_on, draft.urdf.moving()):
+        colliders = geoms[model.body(joint.child).id]
+        wheel = _wheel(draft, joint, axes[joint.name], model, data, colliders, float(below[0][2]))
+        if wheel is not None:
+            draft.wheels[joint.name] = wheel = replace(wheel, swivels=joint.name in swivelling)
             _shape(draft, wheel)
 
 
@@ -50,19 +63,22 @@ def turns_on(joint: UrdfJoint) -> bool:
 
 
 def _wheel(
-    draft: Draft, joint: UrdfJoint, model: mujoco.MjModel, data: mujoco.MjData, lowest: float
+    draft: Draft,
+    joint: UrdfJoint,
+    axis: Vector3,
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    geoms: list[int],
+    lowest: float,
 ) -> WheelShape | None:
-    if not turns_on(joint):
-        return None
+    """The wheel that a joint turns about an axis in the root link; None if its colliders are not round about it."""
     body = model.body(joint.child).id
-    geoms = [int(geom) for geom in np.flatnonzero(collides(model)) if model.geom_bodyid[geom] == body]
     if (crooked := _crooked(draft, joint)) is not None:
         reach = extents(model, data, geoms)
         if reach is not None and reach[0][2] < lowest + STANDING:
             draft.noticed.append(crooked)
         return None
     points = [_surface(model, data, geom) for geom in geoms]
-    axis = rotate(draft.urdf.pose_in_root(joint.child)[1], joint.axis)
     root = data.body(draft.urdf.root)
     axle, joint_at = root.xmat.reshape(3, 3) @ np.array(axis), data.xpos[body]
     if not points or (size := _size(np.concatenate(points) - joint_at, axle)) is None:
@@ -76,8 +92,7 @@ def _wheel(
         return None  # a roll of an arm, a lidar that spins
     in_root = root.xmat.reshape(3, 3).T @ (centre - root.xpos)
     place = (float(in_root[0]), float(in_root[1]), float(in_root[2]))
-    swivels = _swivels(draft, joint)
-    return WheelShape(joint.name, joint.child, radius, width, offset, axis, place, tag, on_floor, swivels)
+    return WheelShape(joint.name, joint.child, radius, width, offset, axis, place, tag, on_floor)
 
 
 def _surface(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
@@ -110,16 +125,15 @@ def _size(points: Floats, axle: Floats) -> tuple[float, float, float] | None:
     return radius, width, float(along.min() + along.max()) / 2
 
 
-def _swivels(draft: Draft, joint: UrdfJoint) -> bool:
-    """Whether a wheel hangs on a joint that turns freely about the vertical, and nothing commands the one or the other."""
-    commanded = _commanded(draft)
-    above: UrdfJoint | None = joint
-    while above is not None and above.name not in commanded:
-        axis = rotate(draft.urdf.pose_in_root(above.child)[1], above.axis)
-        if turns_on(above) and abs(axis[2]) > PLUMB:
-            return True
-        above = draft.urdf.links[above.parent].carrier
-    return False
+def _swivelling(draft: Draft, axes: Mapping[str, Vector3]) -> set[str]:
+    """Joints that hang on one which turns freely about the vertical, or are one; a command above or of a joint ends that."""
+    commanded, found = _commanded(draft), set[str]()
+    for joint in (joint for link in draft.urdf.depth_first() for joint in link.below):
+        above = draft.urdf.links[joint.parent].carrier
+        hangs = above is not None and above.name in found
+        if joint.name not in commanded and (hangs or (turns_on(joint) and abs(axes[joint.name][2]) > PLUMB)):
+            found.add(joint.name)
+    return found
 
 
 def _commanded(draft: Draft) -> set[str]:
@@ -150,9 +164,9 @@ def _shape(draft: Draft, wheel: WheelShape) -> None:
     if wheel.collider == "cylinder" and len(colliders) == 1:
         entry.value = "ellipsoid"
         return
-    entry.value = {"shape": "ellipsoid", "radius": _rounded(wheel.radius), "width": _rounded(wheel.width)}
+    entry.value = {"shape": "ellipsoid", "radius": rounded(wheel.radius, 6), "width": rounded(wheel.width, 6)}
     if abs(wheel.offset) > 1e-4:
-        entry.value["offset"] = _rounded(wheel.offset)
+        entry.value["offset"] = rounded(wheel.offset, 6)
     text = f"wheel {wheel.link}: an ellipsoid of radius {wheel.radius:.4g} m rolls in place of its {wheel.collider}"
     draft.guessed.append(Remark(text, colliders[0].span))
 
@@ -170,7 +184,3 @@ def _crooked(draft: Draft, joint: UrdfJoint) -> Remark | None:
     angle = math.degrees(math.acos(cosine))
     text = f"joint {joint.name} turns the cylinder of {joint.child} about an axis {angle:.0f} degrees off its own: no wheel"
     return Remark(text, colliders[0].span)
-
-
-def _rounded(number: float) -> float:
-    return float(f"{number:.6g}")

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from graphengine.physics.importing.resting import MOST_JOINTS
 from tests.physics.bases import FOUR, MECANUM, SKID, Base, Wheel
+from tests.physics.importing.descriptions import INERTIA
 from tests.physics.importing.imported_bases import (
     CAR,
     CONTROLLERS,
@@ -306,9 +309,11 @@ def test_values_that_make_no_sense_do_not_reach_the_graph(tmp_path: Path, key: s
 
 
 def test_topics_of_a_stranger_are_names_of_topics(tmp_path: Path) -> None:
-    for odd in ("a b", "x; rm", "$(robot)", "a//b", "", "x" * 300, "9"):
+    for odd in ("a b", "x; rm", "$(robot)", "a//b", "", "x" * 199 + "/y", "9"):
         plugin = PLUGIN.replace("</plugin>", f"<topic>{odd}</topic><odom_topic>{odd}</odom_topic></plugin>")
-        assert not {"cmd_vel", "odom"} & parameters(tmp_path, description(DIFFERENTIAL, plugin)).keys()
+        found = parameters(tmp_path, description(DIFFERENTIAL, plugin))
+        for name in {"cmd_vel", "odom"} & found.keys():
+            assert re.fullmatch(r"[A-Za-z_]\w*(/[A-Za-z_]\w*)*", found[name])
 
 
 def test_virtual_wheels_of_a_bicycle_stand_for_the_real_ones(tmp_path: Path) -> None:
@@ -356,3 +361,61 @@ def test_an_effort_limit_that_the_joints_own_friction_uses_up_is_told(tmp_path: 
     )
     assert "and damping of 1 N m s/rad, is enough for at most 0.2 m/s" in told
     assert "effort limit" not in remarks(imported(tmp_path, description(DIFFERENTIAL)))
+
+
+def test_topics_are_below_the_namespace_of_a_plugin_but_for_absolute_ones(tmp_path: Path) -> None:
+    ros = "<ros><namespace>/demo</namespace><remapping>odom:=/odometry</remapping></ros>"
+    found = parameters(tmp_path, description(DIFFERENTIAL, PLUGIN.replace("</plugin>", f"{ros}</plugin>")))
+    assert (found["cmd_vel"], found["odom"]) == ("demo/cmd_vel", "odometry")
+
+
+def test_a_wheel_that_is_named_twice_counts_once(tmp_path: Path) -> None:
+    twice = PLUGIN.replace("<left_joint>", "<left_joint>left_joint</left_joint><left_joint>")
+    assert parameters(tmp_path, description(DIFFERENTIAL, twice)) == parameters(tmp_path, description(DIFFERENTIAL))
+
+
+def test_left_and_right_are_those_of_the_middle_of_the_wheels(tmp_path: Path) -> None:
+    beside = Base("beside", (Wheel("a", 0.0, 0.5), Wheel("b", 0.0, 0.2)), 0.05, 0.03, 5.0)
+    found = parameters(tmp_path, description(beside))
+    assert (found["left"], found["right"], found["center"]) == (["a_joint"], ["b_joint"], [0.0, 0.35])
+
+
+def test_steering_axes_of_opposite_directions_are_told(tmp_path: Path) -> None:
+    before, name, after = description(CAR).partition('"front_right_steer"')
+    found = imported(tmp_path, before + name + after.replace('"0 0 -1"', '"0 0 1"', 1))
+    assert "graphs" not in robot_file(found)
+    assert "its steering joints turn about opposite axes: no graph drives them" in remarks(found)
+
+
+def test_a_fixed_joint_drives_no_base(tmp_path: Path) -> None:
+    text = description(DIFFERENTIAL, PLUGIN.replace(">left_joint<", ">front_ball_joint<"))
+    assert "lost: Gazebo's plugin DiffDrive: joint 'front_ball_joint' is fixed" in remarks(imported(tmp_path, text))
+
+
+def test_a_transform_that_a_controller_does_not_publish_is_told(tmp_path: Path) -> None:
+    silent = CONTROLLERS + "    enable_odom_tf: false\n"
+    assert "enable_odom_tf is false" in remarks(imported(tmp_path, description(DIFFERENTIAL), silent))
+
+
+def test_a_static_robot_has_no_graph_of_a_base(tmp_path: Path) -> None:
+    found = robot_file(imported(tmp_path, description(DIFFERENTIAL, "<gazebo><static>true</static></gazebo>")))
+    assert found["fixed_base"] is True
+    assert "graphs" not in found
+
+
+def test_a_start_outside_of_limits_becomes_the_nearest_legal_one(tmp_path: Path) -> None:
+    arm = f"""<link name="arm"><inertial><mass value="0.1"/>{INERTIA}</inertial></link>
+<joint name="arm_joint" type="revolute">
+  <parent link="base_link"/><child link="arm"/><limit lower="-1" upper="1" effort="1" velocity="1"/>
+</joint>"""
+    start = '<state_interface name="position"><param name="initial_value">5</param></state_interface>'
+    hardware = interfaces(arm_joint="position").replace("</joint>", f"{start}</joint>")
+    found = imported(tmp_path, description(DIFFERENTIAL, arm, hardware))
+    assert robot_file(found)["joints"]["arm_joint"]["start"] == 1.0
+    assert "guessed: joint arm_joint starts at 1, the legal position nearest to 5" in remarks(found)
+
+
+def test_a_long_chain_of_wheels_is_not_tried_on_a_floor(tmp_path: Path) -> None:
+    wheels = tuple(Wheel(f"w{number}", 0.3 * number, 0.2) for number in range(MOST_JOINTS + 1))
+    found = imported(tmp_path, description(Base("train", wheels, 0.05, 0.03, 5.0)))
+    assert f"noticed: with more than {MOST_JOINTS} moving joints the robot is not tried on a floor" in remarks(found)

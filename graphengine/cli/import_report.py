@@ -1,0 +1,79 @@
+"""The report on an import: what the robot is, what was carried over, guessed and lost, each with its place."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Collection, Sequence
+from itertools import zip_longest
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from graphengine.cli.common import counted
+from graphengine.format.diagnostics import Finding, Findings
+from graphengine.format.files import near
+from graphengine.format.wording import listing
+
+if TYPE_CHECKING:
+    from graphengine.physics.importing.draft import Remark
+    from graphengine.physics.importing.import_robot import Imported
+
+LONGEST = 10
+"""Maximum number of lines of one kind; the robot file has all."""
+WIDEST = 160
+"""Maximum number of characters of a remark."""
+
+
+def report(imported: Imported, findings: Findings) -> list[str]:
+    """Return the lines of the report on an imported robot."""
+    robot, urdf = imported.robot, imported.robot.urdf
+    draft = imported.draft
+    base = "free" if imported.free else "fixed to the world"
+    if imported.free and not draft.wheels:
+        base += "; --fixed-base bolts it to the world"
+    links, joints = counted(len(urdf.links), "link"), counted(len(urdf.joints), "joint")
+    lines = [f"wrote {', '.join(near(str(path)) for path in imported.files)}"]
+    lines += [f"{links}, {joints} of which {len(robot.moving)} move, {urdf.mass:.4g} kg"]
+    lines += [f"base link {urdf.root}, {base}"]
+    if imported.lowest is not None:
+        lines.append(f"lowest collider at z = {imported.lowest:.4f} m, all joints at zero")
+    outcomes = Counter(imported.library.outcomes.values())
+    lines.append(f"meshes: {', '.join(f'{number} {what}' for what, number in sorted(outcomes.items())) or 'none'}")
+    if followers := [joint.name for joint in robot.moving if joint.mimic is not None]:
+        lines.append(listing(followers, "joints that follow another"))
+    written = {str(path) for path in imported.files}  # notes on these files repeat the remarks
+    notes = [note for note in findings.items if note.severity == "note" and not _lies_in(note, written)]
+    lines += _some("note", [": ".join([note.message, *note.help]) for note in notes])
+    lines += _remarks("carried over", draft.carried)
+    lines += _remarks("noticed", draft.noticed)
+    lines += _remarks("guessed", draft.guessed)
+    lines += _remarks("not carried over", draft.lost)
+    if imported.outside:
+        allowed = " ".join(f"--allow {near(str(folder))}" for folder in imported.outside)
+        lines.append(f"scenes with this robot read files outside of their folder: run them with {allowed}")
+    return [line.replace("\n", " ") for line in lines]
+
+
+def example(imported: Imported) -> str:
+    """Return a line with an example scene that has the robot on the floor."""
+    lift = math.ceil(round(-(imported.lowest or 0.0), 4) * 1000) / 1000
+    place = f", position: [0, 0, {lift:g}]" if imported.free and lift else ""
+    return f"in a scene: robots: {{{imported.robot.name}: {{use: {imported.use}{place}}}}}"
+
+
+def _lies_in(finding: Finding, paths: Collection[str]) -> bool:
+    return finding.span is not None and finding.span.source.path in paths
+
+
+def _remarks(what: str, remarks: Sequence[Remark]) -> list[str]:
+    """Lines for the first remarks, each with its place."""
+    spans = [remark.span for remark in remarks]
+    places = [f" ({Path(span.source.path).name}:{span.line})" if span is not None else "" for span in spans]
+    return _some(what, [remark.text for remark in remarks], places)
+
+
+def _some(what: str, items: Sequence[str], ends: Sequence[str] = ()) -> list[str]:
+    """Lines for the first items, each cut to a maximum length and followed by its end."""
+    cut = [item if len(item) <= WIDEST else f"{item[: WIDEST - 1]}…" for item in items[:LONGEST]]
+    shown = [f"{what}: {item}{end}" for item, end in zip_longest(cut, ends[: len(cut)], fillvalue="")]
+    return [*shown, *([f"{what}: … ({len(items) - LONGEST} more)"] if len(items) > LONGEST else [])]

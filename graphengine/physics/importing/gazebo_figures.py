@@ -1,0 +1,53 @@
+"""What the profiles of all kinds of Gazebo's sensors have in common: their form, rates and noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from graphengine.format.wording import printable
+from graphengine.physics.importing.gazebo_values import Subject, Values
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """A sensor of a robot file.
+
+    Attributes:
+        type: kind of device.
+        graph: name of the graph in `graphs/publishers` that publishes it.
+        profile: its figures.
+        told: the same in a few words, for people.
+    """
+
+    type: str
+    graph: str
+    profile: dict[str, Any]
+    told: str
+
+
+def rate(values: Values, default: float, sensor: Subject) -> float:
+    """Return the rate (Hz) of a sensor; a default if the description gives none, with a remark."""
+    rate = values.number("update_rate") or values.number("plugin", "updateRate|update_rate")
+    if rate > 0.0:
+        return rate
+    sensor.guessed(f"no update_rate: {default:g} Hz")
+    return default
+
+
+def noise(values: Values, sensor: Subject, *paths: tuple[str, ...]) -> float:
+    """Return the standard deviation of the first noise at one of some paths."""
+    for path in paths:
+        if (found := values.find(*path)) is None:
+            continue
+        kind = found.get("type") or values.text(*path, "type") or "none"
+        mean, deviation = values.number(*path, "mean"), values.number(*path, "stddev")
+        if kind == "none" or not (mean or deviation):
+            return 0.0
+        if not kind.startswith("gaussian"):
+            sensor.lost(f"noise of type {printable(kind[:40])!r}", found.span)
+            return 0.0
+        if mean:
+            sensor.lost(f"mean {mean:g} of its noise; the profile has the standard deviation alone", found.span)
+        return deviation
+    return values.number("plugin", "gaussianNoise")
