@@ -22,7 +22,15 @@ PERIOD = 0.05
 """Time between two commands, s."""
 REST = 0.25
 """Time for which a robot stands before a trace begins, s."""
+FALLEN = math.radians(45.0)
+"""Tilt of a robot that has fallen over, rad."""
+BELOW = -1.0
+"""Height of a robot that has fallen through the floor, m."""
 STILL = Twist()
+
+
+class FallenError(Exception):
+    """A robot fell over, or through the floor, during a test drive; the text says why test drives stop."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,7 +96,11 @@ class DriveRecorder:
         del self._rows[:-1]
 
     def drive(self, twist: Twist, seconds: float) -> None:
-        """Command a velocity for a time, s; rounded to whole ticks."""
+        """Command a velocity for a time, s; rounded to whole ticks.
+
+        Raises:
+            FallenError: the robot fell over, or through the floor.
+        """
         self._since_command = math.inf
         for _ in range(max(1, round(seconds / self.dt))):
             if self._since_command >= PERIOD - 1e-9:
@@ -135,7 +147,9 @@ class DriveRecorder:
                 self._newest[topic] = data
                 self._take(topic, subscription.latest)
         frames = {topic: _planar(frame.pose()) for topic, frame in self._frames.items()}
-        self._rows.append((_planar(self._base.pose()), self.articulation.positions(), dict(self._poses), frames))
+        base = self._base.pose()
+        _check_upright(base)
+        self._rows.append((_planar(base), self.articulation.positions(), dict(self._poses), frames))
 
     def _take(self, topic: str, message: Any) -> None:
         self._poses[topic] = _planar_message(message.pose.pose)
@@ -167,6 +181,22 @@ def _path(rows: Sequence[tuple[float, float, float]]) -> Floats:
 def _planar(pose: Pose) -> tuple[float, float, float]:
     (x, y, _), (qx, qy, qz, qw) = pose
     return x, y, math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+
+
+def _check_upright(base: Pose) -> None:
+    if base[0][2] < BELOW:
+        raise FallenError("the robot falls through the floor: none of its links has a collider that rests on it")
+    if _tilt(base) > FALLEN:
+        look = "look at its centre of mass, its supports, and the acceleration limits of its controller"
+        raise FallenError(
+            f"the robot falls over: its base link tilts by more than {math.degrees(FALLEN):.0f} deg; {look}"
+        )
+
+
+def _tilt(pose: Pose) -> float:
+    """Angle between the z axis of a pose and the vertical, rad."""
+    _, (x, y, _, _) = pose
+    return 2.0 * math.asin(min(1.0, math.hypot(x, y)))
 
 
 def _planar_message(pose: Any) -> tuple[float, float, float]:

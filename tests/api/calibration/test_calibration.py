@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -121,7 +122,7 @@ def test_an_imu_has_the_noise_of_its_profile_and_rests_on_gravity(tmp_path: Path
     base.keys += "sensors: {imu: {type: imu, profile: noisy, parent: base_link}}\n"
     base.graphs["imu"] = "{use: graphs/imu.yaml, parameters: {imu: base_link/imu, parent: base_link}}"
     (imu,) = calibrate(base).imus
-    assert imu.rate == pytest.approx(100.0, rel=0.05)
+    assert imu.rate == pytest.approx(100.0, rel=0.005)
     assert imu.gyro_noise == pytest.approx(0.003, rel=0.2)
     assert imu.accelerometer_noise == pytest.approx(0.02, rel=0.2)
     assert imu.gravity == pytest.approx(9.81, rel=0.01)
@@ -221,3 +222,30 @@ def test_wheels_that_are_too_weak_are_told_so(tmp_path: Path) -> None:
     base = bases.differential(tmp_path)
     base.drives = dict.fromkeys(base.drives, "{drive: {damping: 50.0, max_force: 0.0001}, armature: 5.0}")
     assert "do not turn" in reason(base)
+
+
+def test_a_robot_that_falls_over_has_no_figures_to_write(tmp_path: Path) -> None:
+    base = bases.differential(tmp_path)
+    base.urdf = base.urdf.replace(
+        '<inertial><mass value="5.0"/>', '<inertial><origin xyz="0.2 0 0.5"/><mass value="5.0"/>'
+    )
+    assert reason(base).startswith("the robot falls over: its base link tilts by more than 45 deg")
+
+
+def test_a_robot_without_colliders_falls_through_the_floor(tmp_path: Path) -> None:
+    base = bases.differential(tmp_path)
+    base.urdf = re.sub("<collision>.*?</collision>", "", base.urdf)
+    base.wheels, base.keys = [], ""
+    assert reason(base).startswith("the robot falls through the floor")
+
+
+def test_wheels_on_springs_are_not_taken_for_steered_ones(tmp_path: Path) -> None:
+    base = bases.differential(tmp_path)
+    drop = '<joint name="drop" type="prismatic"><limit lower="-0.001" upper="0.001" effort="1" velocity="1"/>'
+    ends = '<parent link="base_link"/><child link="axle"/><axis xyz="0 0 1"/></joint>'
+    base.urdf = base.urdf.replace(
+        '<parent link="base_link"/><child link="left"/>', '<parent link="axle"/><child link="left"/>'
+    )
+    base.urdf += bases.link("axle", 0.1) + drop + ends
+    base.drives["drop"] = "{spring: {stiffness: 20000.0}}"
+    assert calibrate(base).track == pytest.approx(bases.TRACK, rel=0.01)

@@ -110,9 +110,11 @@ def test_a_mecanum_base_is_written_to_its_robot_file_for_the_controller_and_for_
     assert [(change.path.name, change.location[-1], change.new) for change in changes] == [
         ("bot.yaml", "radius", 0.049),
         ("bot.yaml", "track", 0.34),  # without the wheel base
+        ("bot.yaml", "distance_variance", 1e-4),
+        ("bot.yaml", "heading_variance_by_distance", 1e-5),
+        ("bot.yaml", "heading_variance_by_turn", 1e-6),
     ]
-    assert len(notes) == 3
-    assert all("Variance" in note and "ships with graphengine" in note for note in notes)
+    assert notes == []
     ge.load(base.scene)
 
 
