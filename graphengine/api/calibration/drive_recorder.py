@@ -41,7 +41,7 @@ class Trace:
         dt: time between two rows, s.
         base: x (m), y (m) and continuous yaw (rad) of the base link.
         joints: joint positions, rad or m, in the order of the articulation.
-        odometry: by topic, x, y and yaw as published; NaN before the first message.
+        odometry: by topic, x, y and yaw as published in this tick; NaN in ticks without a message.
         frames: by topic, the true pose of the odometry's child frame.
     """
 
@@ -76,8 +76,6 @@ class DriveRecorder:
         self._base = self._world.frame(runner.session.services.stage.find(self._prim.facts["base_link"]))
         self._odometry: dict[str, Subscription[Any]] = {topic: sim.subscribe(topic, keep=1) for topic in odometry}
         self._newest: dict[str, bytes | None] = dict.fromkeys(odometry)
-        self._poses: dict[str, tuple[float, float, float]] = {}
-        """Newest pose of each odometry topic since `begin`."""
         self.child_frames: dict[str, str] = {}
         """Child frame of each odometry topic, as published."""
         self._frames: dict[str, Frame] = {}
@@ -91,7 +89,6 @@ class DriveRecorder:
 
     def begin(self) -> None:
         """Let the robot stand until odometry is published, and start a new trace with the present as its first row."""
-        self._poses.clear()
         self.drive(STILL, REST)
         del self._rows[:-1]
 
@@ -141,21 +138,23 @@ class DriveRecorder:
         return self.articulation.set_points()[1]
 
     def _record(self) -> None:
+        published = {}
         for topic, subscription in self._odometry.items():
             data = subscription.latest_data
             if data is not self._newest[topic]:
                 self._newest[topic] = data
-                self._take(topic, subscription.latest)
+                published[topic] = self._pose(topic, subscription.latest)
         frames = {topic: _planar(frame.pose()) for topic, frame in self._frames.items()}
         base = self._base.pose()
         _check_upright(base)
-        self._rows.append((_planar(base), self.articulation.positions(), dict(self._poses), frames))
+        self._rows.append((_planar(base), self.articulation.positions(), published, frames))
 
-    def _take(self, topic: str, message: Any) -> None:
-        self._poses[topic] = _planar_message(message.pose.pose)
+    def _pose(self, topic: str, message: Any) -> tuple[float, float, float]:
+        """The pose in a message; the first message of a topic names its child frame."""
         if topic not in self._frames:
             self.child_frames[topic] = message.child_frame_id
             self._frames[topic] = self._frame(message.child_frame_id)
+        return _planar_message(message.pose.pose)
 
     def _frame(self, name: str) -> Frame:
         """The frame of the robot with a name in TF; the base link if there is none."""

@@ -81,6 +81,18 @@ def test_a_wrong_radius_shows_in_the_speed_and_the_wheels_have_the_true_one(tmp_
     assert odometry.alphas.alpha3 == pytest.approx(0.0004, rel=0.02)
 
 
+def test_odometry_at_a_lower_rate_is_compared_with_the_truth_of_its_ticks(tmp_path: Path) -> None:
+    base = bases.differential(tmp_path)
+    base.odometry(1.02)
+    path = tmp_path / "odom.yaml"
+    text = path.read_text(encoding="utf-8").replace("Tick.tick -> Odometry", "Gate.execOut -> Odometry")
+    text = text.replace("nodes:\n", "nodes:\n  Gate: {type: IsaacSimulationGate, inputs: {step: 5}}\n")
+    path.write_text(text + "  - Tick.tick -> Gate.execIn\n", encoding="utf-8")
+    (odometry,) = calibrate(base).odometry
+    assert odometry.distance_error == pytest.approx(0.02, rel=0.01)
+    assert odometry.alphas.alpha3 == pytest.approx(0.0004, rel=0.02)
+
+
 def test_a_wrong_track_shows_in_turns_only(tmp_path: Path) -> None:
     result = calibrate(bases.differential(tmp_path, track=0.9 * bases.TRACK))
     assert {motion.name for motion in result.outside(0.02)} == {"turn_left", "turn_right"}
