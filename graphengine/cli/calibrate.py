@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the figures; return 1 if the scene has errors, the robot does not move, or `--check` fails."""
+    """Print the figures; return 1 if the scene has errors, the robot does not move or falls over, or `--check` fails."""
     picture: Path | None = arguments.picture
     if picture is not None and (picture.suffix.lower() != ".svg" or picture.is_dir()):
         raise UsageError(f"--picture {picture}: write the name of an SVG file, such as square.svg")
@@ -152,7 +152,7 @@ def _check(result: Calibration, bound: float) -> int:
 def _report(result: Calibration) -> str:
     """The figures as tables."""
     if not result.moves:
-        return "\n".join([f"{result.robot} does not move", *(f"  {note}" for note in result.notes)])
+        return "\n".join([f"{result.robot} cannot be calibrated", *(f"  {note}" for note in result.notes)])
     kind = f", {result.kinematics}" if result.kinematics else ""
     parts = [f"{result.robot}: {result.command_topic} ({result.command_type}){kind}"]
     parts.append(table([_MOTION_HEAD, *map(_motion_row, result.motions)]))
@@ -162,12 +162,12 @@ def _report(result: Calibration) -> str:
     parts += [table(list(_odometry(one))) for one in result.odometry]
     parts += [table(list(_imu(one))) for one in result.imus]
     if result.notes:
-        parts.append("\n".join(["not measured, or to look at:", *(f"  {note}" for note in result.notes)]))
+        parts.append("\n".join(["NOTES", *(f"  {note}" for note in result.notes)]))
     return "\n\n".join(parts)
 
 
 _MOTION_HEAD = ("MOTION", "COMMANDED", "REACHED", "", "SETTLED", "DRIFT", "SLIP")
-_SQUARE_HEAD = ("SQUARE", "END OF THE TRUE PATH")
+_SQUARE_HEAD = ("SQUARE", "TRUE END MINUS COMMANDED END")
 
 
 def _motion_row(motion: Motion) -> Sequence[str]:
@@ -175,7 +175,7 @@ def _motion_row(motion: Motion) -> Sequence[str]:
     unit = "rad/s" if motion.kind == "turn" else "m/s"
     drift = "-"
     if motion.lateral_drift is not None and motion.heading_drift is not None:
-        drift = f"{_millimetres(motion.lateral_drift)}/m aside, {_degrees(motion.heading_drift)}/m"
+        drift = f"{_millimetres(motion.lateral_drift)}/m, {_degrees(motion.heading_drift)}/m"
     elif motion.position_drift is not None:
         drift = f"{_millimetres(motion.position_drift)}/turn"
     return (
@@ -190,7 +190,7 @@ def _motion_row(motion: Motion) -> Sequence[str]:
 
 
 def _geometry(result: Calibration) -> Iterator[Sequence[str]]:
-    yield "GEOMETRY", "with which odometry by the wheels is true"
+    yield "GEOMETRY", "effective values: wheel odometry with them equals the true motion"
     radii = [wheel.radius for wheel in result.wheels]
     spread = f" ({min(radii):.5f} to {max(radii):.5f})" if radii and max(radii) - min(radii) > 1e-5 else ""
     if result.wheel_radius is not None:
@@ -207,16 +207,18 @@ def _geometry(result: Calibration) -> Iterator[Sequence[str]]:
 
 def _squares(result: Calibration) -> Iterator[Sequence[str]]:
     for square in result.squares:
-        end = f"{_millimetres(square.position_error)}, {_degrees(square.heading_error)} from the commanded one"
-        yield square.direction, end
+        yield square.direction, f"{_millimetres(square.position_error)}, {_degrees(square.heading_error)}"
 
 
 def _odometry(one: Odometry) -> Iterator[Sequence[str]]:
-    yield "ODOMETRY", f"{one.topic} ({one.frame})"
+    yield "ODOMETRY", f"{one.topic} ({one.frame}) minus the true motion"
+    if one.is_true():
+        yield "all errors", "0"
+        return
     if one.distance_error is not None:
         yield "distance", f"{_percent(one.distance_error)}"
     if one.lateral_error is not None and one.heading_error is not None:
-        yield "straight", f"{_millimetres(one.lateral_error)}/m aside, {_degrees(one.heading_error)}/m"
+        yield "drift", f"{_millimetres(one.lateral_error)}/m, {_degrees(one.heading_error)}/m"
     if one.turn_error is not None:
         where = "" if one.turn_position_error is None else f", {_millimetres(one.turn_position_error)}/turn"
         yield "turn", f"{_degrees(one.turn_error)}/turn{where}"
@@ -233,13 +235,13 @@ def _odometry(one: Odometry) -> Iterator[Sequence[str]]:
         distance, heading = variances.distance_variance, variances.heading_variance_by_distance or 0.0
         straight = f"distance {_scientific(distance)} m2/m, heading {_scientific(heading)} rad2/m"
         turn = variances.heading_variance_by_turn
-        yield "covariance", straight + ("" if turn is None else f" and {_scientific(turn)} rad2/rad")
+        yield "variances", straight + ("" if turn is None else f" and {_scientific(turn)} rad2/rad")
 
 
 def _imu(one: ImuNoise) -> Iterator[Sequence[str]]:
     yield "IMU", f"{one.topic}, {one.rate:.4g} Hz, at rest"
-    yield "gyroscope", f"noise {one.gyro_noise:.3g} rad/s, bias {one.gyro_bias:.3g} rad/s"
-    yield "accelerometer", f"noise {one.accelerometer_noise:.3g} m/s2, gravity {one.gravity:.4f} m/s2"
+    yield "gyroscope", f"noise {_scientific(one.gyro_noise)} rad/s, bias {_scientific(one.gyro_bias)} rad/s"
+    yield "accelerometer", f"noise {_scientific(one.accelerometer_noise)} m/s2, gravity {one.gravity:.4f} m/s2"
 
 
 def _rounded(value: float, digits: int) -> str:
@@ -247,7 +249,7 @@ def _rounded(value: float, digits: int) -> str:
 
 
 def _scientific(value: float) -> str:
-    """A number with two digits; one below 1e-9, which is noise of the arithmetic, is 0."""
+    """A number with two digits; one below 1e-9, which is rounding error, is 0."""
     return f"{value:.2g}" if abs(value) >= 1e-9 else "0"
 
 

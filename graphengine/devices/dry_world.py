@@ -186,6 +186,8 @@ class BodyStub(Shared):
 class ArticulationStub(Shared):
     """Joints whose `state` tests write; `targets` are the commands of nodes, NaN for none."""
 
+    resets = 0
+
     def __init__(self, robot: Prim) -> None:
         self.prim_path = robot.path
         self.joint_names: tuple[str, ...] = tuple(robot.facts.get("joints", ()))

@@ -97,6 +97,10 @@ class Articulation(Protocol):
     def prismatic(self) -> tuple[bool, ...]:
         """Whether each joint is prismatic."""
 
+    @property
+    def resets(self) -> int:
+        """Number of resets so far: positions before and after a reset differ without a motion."""
+
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelection:
         """Select the joints with these names, else those with these indices, else all.
 

@@ -33,7 +33,8 @@ _UNKNOWN = read_only(np.zeros(36))
 class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWheelOdometry"):
     """Computes odometry from wheel encoders, as the controllers of real robots do; IsaacComputeOdometry outputs the ground truth.
 
-    The base moves in a plane. Its pose is relative to that at the first execution after play, and drifts as wheels slip.
+    The base moves in a plane. Its pose is relative to that at the first execution after play, and drifts as wheels slip. A reset
+    of the world's state alone does not roll the wheels, so the pose stays.
     `kinematics` is one of:
 
     - `differential`: left and right wheels that do not steer, any number on each side. For a skid-steered base with track T and
@@ -119,7 +120,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
     wheels: list[int] = Bound()
     steering: list[int] = Bound()
     random: np.random.Generator = Bound()
-    last: tuple[float, Floats] | None = State(default=None)
+    last: tuple[float, Floats, int] | None = State(default=None)
     pose: Planar = State(default=(0.0, 0.0, 0.0))
     covariance: Floats = State(factory=lambda: np.zeros((3, 3)))
     window: tuple[Floats, ...] = State(default=())
@@ -146,17 +147,17 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
             BadValueError: the inputs do not describe a base with these kinematics, or a number is not legal.
         """
         self.check_numbers()
-        positions, now = self.articulation.positions(), self.clock.time
+        positions, now, resets = self.articulation.positions(), self.clock.time, self.articulation.resets
         with np.errstate(all="ignore"):
             travel_per_count = self.travel_per_count()
             forward = self.forward_kinematics(positions[self.steering] * self.steering_multiplier)
             counts = self.counted(positions[self.wheels])
-            if self.last is None:
-                self.last = (now, counts)
+            if self.last is None or self.last[2] != resets:
+                self.last, self.window = (now, counts, resets), ()
             elif now > (before := self.last[0]):
                 travel = self.with_slip(travel_per_count * (counts - self.last[1]))
                 self.advance(forward @ travel, now - before, forward * travel_per_count)
-                self.last = (now, counts)
+                self.last = (now, counts, resets)
 
     def check_numbers(self) -> None:
         """Check inputs that wires may set to any number.

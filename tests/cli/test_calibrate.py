@@ -47,7 +47,7 @@ def test_a_robot_that_does_not_move_is_an_error_with_the_reason(graphrun: Graphr
     base = bases.differential(tmp_path)
     base.graphs.clear()
     result = graphrun("calibrate", str(base.write().scene), code=1)
-    assert result.lines[0] == "bot does not move"
+    assert result.lines[0] == "bot cannot be calibrated"
     assert result.lines[1].startswith("  no command topic")
 
 

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import graphengine as ge
+from graphengine.messages.messages import Odometry
 from graphengine.nodes.wheeled_robots.wheel_odometry import ComputeWheelOdometry
 from tests.jobs.harness import Job, assemble, yaw
 
@@ -89,3 +91,19 @@ def state(job: Job) -> tuple[bytes, ...]:
     (node,) = (node for node in nodes if isinstance(node, ComputeWheelOdometry))
     outputs = node.position, node.orientation, node.linear_velocity, node.pose_covariance, node.twist_covariance
     return tuple(np.array(output).tobytes() for output in outputs)
+
+
+def test_a_reset_of_the_state_does_not_roll_the_wheels(scene: Path) -> None:
+    with ge.load(scene, set=EXACT).session(transport="memory") as sim:
+        odometry = sim.subscribe(ODOM, Odometry)
+        sim.publish(CMD_VEL, {"linear": {"x": 0.5}}, every=0.1)
+        sim.run(2.0)
+        assert odometry.latest is not None
+        before = odometry.latest.pose.pose.position.x
+        sim.reset("state")
+        sim.run(1.0)
+        after = odometry.latest
+    assert before > 0.5
+    assert after is not None
+    assert after.pose.pose.position.x >= before
+    assert 0.0 <= after.twist.twist.linear.x <= 0.6

@@ -388,3 +388,16 @@ def test_the_shipped_graph_publishes_wheel_odometry_with_covariances_and_the_tru
     transform = playing.published("/dd100_0000/tf")[-1].transforms[0]
     assert vector(transform.transform.translation) == vector(odometry.pose.pose.position)
     assert vector(playing.published("/dd100_0000/ground_truth/odom")[-1].pose.pose.position) == (0.0, 0.0, 0.0)
+
+
+def test_a_reset_of_the_joints_is_no_motion() -> None:
+    car = two_wheels()
+    car.roll(sides(1.0, 0.5), 10)
+    before = car.pose
+    car.angles = dict.fromkeys(car.angles, 0.0)
+    car.joints.resets += 1
+    car.tick()
+    assert car.pose == before
+    car.roll(sides(0.5, 0.0))
+    assert car.twist == pytest.approx((0.5 / DT, 0.0, 0.0))
+    assert math.dist(car.pose[:2], before[:2]) == pytest.approx(0.5)

@@ -24,6 +24,8 @@ from graphengine.node import (
     Vector3d,
     node,
 )
+from graphengine.nodes.ros2.imu import ROS2PublishImu
+from graphengine.nodes.ros2.state import ROS2PublishOdometry
 
 
 class Gain(Node, type="typing.Gain", gated=True):
@@ -76,6 +78,8 @@ right.compute()
 result: float = right.scaled
 count: int = right.exec_in
 place = Place(position=(1.0, 2.0, 3.0))
+ROS2PublishOdometry(position=(1.0, 0.0, 0.0)).pose_covariance.sum()  # an input of an array may have a default too
+ROS2PublishImu(linear_acceleration=(0.0, 0.0, 9.81)).orientation_covariance.sum()
 
 Gain(speed=1.0)  # error: call-arg reportCallIssue
 Gain(factor=2.0, sped=1.0)  # error: call-arg reportCallIssue

@@ -7,19 +7,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from graphengine.api.calibration import diagnosis, imu_noise
-from graphengine.api.calibration.drive_recorder import STILL, DriveRecorder, Trace
-from graphengine.api.calibration.figures import Calibration, ImuNoise, Kind, Kinematics, Motion, Square, Twist
+from graphengine.api.calibration.drive_recorder import STILL, DriveRecorder, FallenError
+from graphengine.api.calibration.figures import Calibration, Kind, Kinematics, Motion, Square, Twist
 from graphengine.api.calibration.flat_scene import on_flat_floor
 from graphengine.api.calibration.measuring import (
-    at_offset,
-    displacement,
-    ideal_path,
-    in_first_frame,
-    increments,
+    LEAST,
     is_steady,
     mean_velocity,
-    one_turn,
     settle_time,
+    share,
+    turning_centre,
+    with_drift,
 )
 from graphengine.api.calibration.odometry_errors import OdometryMeter
 from graphengine.api.calibration.robot_interface import (
@@ -32,6 +30,7 @@ from graphengine.api.calibration.robot_interface import (
     limit_of,
     published,
 )
+from graphengine.api.calibration.square_drive import drive_square
 from graphengine.api.calibration.wheel_geometry import WheelMeter
 from graphengine.api.run_options import Log, RunOptions, log_to_logging
 from graphengine.api.runner import Runner
@@ -49,10 +48,6 @@ STRAIGHT = 4.0
 """Time for which a steady straight motion is measured, s."""
 ARC = 1.0
 """Angle of an arc, rad."""
-SIDE = 1.0
-"""Side of the square, m."""
-LEAST = 0.05
-"""Share of a command below which a robot does not follow it at all."""
 
 Progress = Callable[[float], None]
 
@@ -163,8 +158,16 @@ class _Calibrator:
         self._mark: Checkpoint
 
     def run(self) -> Calibration:
-        """Drive all motions; stop after the first if the robot does not move."""
+        """Drive all motions; stop if the robot does not move, or falls."""
+        try:
+            return self._run()
+        except FallenError as error:
+            self._notes.insert(0, str(error))
+            return self._finished(moves=False)
+
+    def _run(self) -> Calibration:
         imus = imu_noise.measure(self._sim, self._imus, self._drives, REST)
+        self._result = replace(self._result, imus=imus)
         self._at_rest = mean_velocity(self._drives.trace(round(1.0 / self._drives.dt)))
         self._notes += diagnosis.rolls_away(self._at_rest)
         self._mark = self._sim.checkpoint()
@@ -175,7 +178,7 @@ class _Calibrator:
             reasons = diagnosis.stands_still(self._drives, self._wheels, load)
             if not self._responds(turn, by_wheels=False):
                 self._notes[:0] = reasons
-                return self._finished(imus, moves=False)
+                return self._finished(moves=False)
         self._measure("backward", "straight", Twist(x=-speed))
         on_the_spot = self._result.command_type != ACKERMANN and self._responds(turn)
         if on_the_spot:
@@ -188,14 +191,17 @@ class _Calibrator:
             self._measure("sideways_right", "sideways", Twist(y=-speed))
         squares: list[Square] = []
         for sign in (1.0, -1.0) if on_the_spot or steered else ():
-            squares.append(self._square(sign, steered=steered))
+            self._begin()
+            command = Twist(x=speed, yaw=sign * (self._arc_rate if steered else self._result.turn_speed))
+            centre = turning_centre(self._motions) or (0.0, 0.0)
+            squares.append(drive_square(self._drives, self._meters.values(), command, centre, steered=steered))
             self._progress(0.8)
         kinematics: Kinematics = (
             "mecanum" if sideways else "differential" if on_the_spot else "ackermann" if steered else ""
         )
-        return replace(self._finished(imus, kinematics), squares=tuple(squares))
+        return replace(self._finished(kinematics), squares=tuple(squares))
 
-    def _finished(self, imus: tuple[ImuNoise, ...], kinematics: Kinematics = "", *, moves: bool = True) -> Calibration:
+    def _finished(self, kinematics: Kinematics = "", *, moves: bool = True) -> Calibration:
         """The result, with the figures of all drives so far."""
         omni, wheels = kinematics == "mecanum", self._wheels
         notes = self._notes + (wheels.notes() if moves else []) + diagnosis.clamped(self._sim)
@@ -212,9 +218,8 @@ class _Calibrator:
             wheel_radius=wheels.radius,
             track=wheels.track,
             wheel_base=wheels.wheel_base,
-            turning_centre=_turning_centre(self._motions),
+            turning_centre=turning_centre(self._motions),
             odometry=tuple(odometry),
-            imus=imus,
             notes=tuple(notes),
         )
 
@@ -230,7 +235,7 @@ class _Calibrator:
 
     def _follows(self, twist: Twist, reached: Twist) -> bool:
         """Whether a command changes the velocity by `LEAST` of it; a robot may move by itself."""
-        return abs(_share(twist, reached) - _share(twist, self._at_rest)) >= LEAST
+        return abs(share(twist, reached) - share(twist, self._at_rest)) >= LEAST
 
     def _begin(self) -> None:
         self._sim.restore(self._mark)
@@ -260,12 +265,12 @@ class _Calibrator:
         trace = self._drives.trace()
         window = trace.part(begin)
         reached = mean_velocity(window)
-        motion = Motion(name, kind, twist, reached, _share(twist, reached))
+        motion = Motion(name, kind, twist, reached, share(twist, reached))
         if steady and abs(motion.share) >= LEAST:
             motion = replace(
                 motion, settle_time=settle_time(trace, component, (reached.x, reached.y, reached.yaw)[component])
             )
-        motion = _with_drift(motion, window)
+        motion = with_drift(motion, window)
         self._motions.append(motion)
         self._progress(0.1 * len(self._motions))
         self._wheels.take(motion, window)
@@ -283,84 +288,9 @@ class _Calibrator:
         if 0.0 < needed <= LONGEST_TURN:
             self._drives.drive(twist, needed)
 
-    def _square(self, sign: float, *, steered: bool) -> Square:
-        """Drive a square by time: counter-clockwise for sign 1, clockwise for -1."""
-        straight, corner = self._segments(sign, steered=steered)
-        self._begin()
-        for _ in range(4):
-            for twist, seconds in (straight, corner):
-                self._drives.drive(twist, seconds)
-                if not steered:
-                    self._stop()
-        self._stop()
-        trace, centre = self._drives.trace(), _turning_centre(self._motions) or (0.0, 0.0)
-        truth = in_first_frame(at_offset(trace.base, centre))
-        commanded = ideal_path([straight, corner] * 4, self._drives.dt)
-        for meter in self._meters.values():
-            meter.take_square(trace)
-        return Square(
-            "counterclockwise" if sign > 0 else "clockwise",
-            SIDE,
-            math.dist(truth[-1, :2], commanded[-1, :2]),
-            float(truth[-1, 2] - commanded[-1, 2]),
-            commanded,
-            truth,
-            {topic: in_first_frame(at_offset(path, centre)) for topic, path in trace.odometry.items()},
-        )
-
-    def _segments(self, sign: float, *, steered: bool) -> list[tuple[Twist, float]]:
-        """The commands of one side and one corner, with their times, which are whole numbers of ticks."""
-        dt = self._drives.dt
-        side = math.ceil(SIDE / self._result.speed / dt) * dt
-        rate = self._arc_rate if steered else self._result.turn_speed
-        corner = math.ceil(math.pi / 2.0 / rate / dt) * dt
-        speed = SIDE / side
-        return [
-            (Twist(x=speed), side),
-            (Twist(x=speed if steered else 0.0, yaw=sign * math.pi / 2.0 / corner), corner),
-        ]
-
-    def _stop(self) -> None:
-        """Command zero until the robot stands."""
-        self._drives.drive_until(STILL, _stands, 3.0, block=0.25)
-
 
 def _arc_radius(wheel_base: float | None, steering_limit: float) -> float:
     """Radius of arcs, m: 2 to 5 wheel bases, at 0.8 of the steering limit, rad; 3 wheel bases if that is not known."""
     if wheel_base is None:
         return 1.5
     return wheel_base * (min(max(1.0 / math.tan(0.8 * steering_limit), 2.0), 5.0) if steering_limit < 1.2 else 3.0)
-
-
-def _share(twist: Twist, reached: Twist) -> float:
-    """Reached / commanded of the component that counts: the turn rate if one is commanded."""
-    if twist.yaw:
-        return reached.yaw / twist.yaw
-    return reached.x / twist.x if twist.x else reached.y / twist.y
-
-
-def _with_drift(motion: Motion, window: Trace) -> Motion:
-    """The motion with its drift; None where the robot does not move far enough to measure it."""
-    if motion.kind == "turn":
-        moved = one_turn(window.base) if not motion.commanded.x else None
-        return replace(motion, position_drift=math.hypot(*moved) if moved is not None else None)
-    forward, left, turn = increments(window.base).sum(axis=0).tolist()
-    along, across = (forward, left) if motion.kind == "straight" else (left, -forward)
-    if abs(along) < 0.01:
-        return motion
-    return replace(motion, lateral_drift=across / abs(along), heading_drift=turn / abs(along))
-
-
-def _turning_centre(motions: Sequence[Motion]) -> tuple[float, float] | None:
-    """The point of the base link's frame that stands still in turns on the spot, the mean of both directions."""
-    turns = [one for one in motions if one.kind == "turn" and not one.commanded.x and abs(one.share) >= LEAST]
-    if not turns:
-        return None
-    x = sum(-one.reached.y / one.reached.yaw for one in turns) / len(turns)
-    return x, sum(one.reached.x / one.reached.yaw for one in turns) / len(turns)
-
-
-def _stands(trace: Trace) -> bool:
-    """Whether the robot has not moved in the last tenth of a second."""
-    x, y, turn = displacement(trace.base[-max(2, round(0.1 / trace.dt)) :])
-    return math.hypot(x, y) < 1e-5 and abs(turn) < 1e-5

@@ -22,7 +22,15 @@ PERIOD = 0.05
 """Time between two commands, s."""
 REST = 0.25
 """Time for which a robot stands before a trace begins, s."""
+FALLEN = math.radians(45.0)
+"""Tilt of a robot that has fallen over, rad."""
+BELOW = -1.0
+"""Height of a robot that has fallen through the floor, m."""
 STILL = Twist()
+
+
+class FallenError(Exception):
+    """A robot fell over, or through the floor, during a test drive; the text says why test drives stop."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,7 +41,7 @@ class Trace:
         dt: time between two rows, s.
         base: x (m), y (m) and continuous yaw (rad) of the base link.
         joints: joint positions, rad or m, in the order of the articulation.
-        odometry: by topic, x, y and yaw as published; NaN before the first message.
+        odometry: by topic, x, y and yaw as published in this tick; NaN in ticks without a message.
         frames: by topic, the true pose of the odometry's child frame.
     """
 
@@ -68,8 +76,6 @@ class DriveRecorder:
         self._base = self._world.frame(runner.session.services.stage.find(self._prim.facts["base_link"]))
         self._odometry: dict[str, Subscription[Any]] = {topic: sim.subscribe(topic, keep=1) for topic in odometry}
         self._newest: dict[str, bytes | None] = dict.fromkeys(odometry)
-        self._poses: dict[str, tuple[float, float, float]] = {}
-        """Newest pose of each odometry topic since `begin`."""
         self.child_frames: dict[str, str] = {}
         """Child frame of each odometry topic, as published."""
         self._frames: dict[str, Frame] = {}
@@ -83,12 +89,15 @@ class DriveRecorder:
 
     def begin(self) -> None:
         """Let the robot stand until odometry is published, and start a new trace with the present as its first row."""
-        self._poses.clear()
         self.drive(STILL, REST)
         del self._rows[:-1]
 
     def drive(self, twist: Twist, seconds: float) -> None:
-        """Command a velocity for a time, s; rounded to whole ticks."""
+        """Command a velocity for a time, s; rounded to whole ticks.
+
+        Raises:
+            FallenError: the robot fell over, or through the floor.
+        """
         self._since_command = math.inf
         for _ in range(max(1, round(seconds / self.dt))):
             if self._since_command >= PERIOD - 1e-9:
@@ -129,19 +138,23 @@ class DriveRecorder:
         return self.articulation.set_points()[1]
 
     def _record(self) -> None:
+        published = {}
         for topic, subscription in self._odometry.items():
             data = subscription.latest_data
             if data is not self._newest[topic]:
                 self._newest[topic] = data
-                self._take(topic, subscription.latest)
+                published[topic] = self._pose(topic, subscription.latest)
         frames = {topic: _planar(frame.pose()) for topic, frame in self._frames.items()}
-        self._rows.append((_planar(self._base.pose()), self.articulation.positions(), dict(self._poses), frames))
+        base = self._base.pose()
+        _check_upright(base)
+        self._rows.append((_planar(base), self.articulation.positions(), published, frames))
 
-    def _take(self, topic: str, message: Any) -> None:
-        self._poses[topic] = _planar_message(message.pose.pose)
+    def _pose(self, topic: str, message: Any) -> tuple[float, float, float]:
+        """The pose in a message; the first message of a topic names its child frame."""
         if topic not in self._frames:
             self.child_frames[topic] = message.child_frame_id
             self._frames[topic] = self._frame(message.child_frame_id)
+        return _planar_message(message.pose.pose)
 
     def _frame(self, name: str) -> Frame:
         """The frame of the robot with a name in TF; the base link if there is none."""
@@ -167,6 +180,22 @@ def _path(rows: Sequence[tuple[float, float, float]]) -> Floats:
 def _planar(pose: Pose) -> tuple[float, float, float]:
     (x, y, _), (qx, qy, qz, qw) = pose
     return x, y, math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+
+
+def _check_upright(base: Pose) -> None:
+    if base[0][2] < BELOW:
+        raise FallenError("the robot falls through the floor: none of its links has a collider that rests on it")
+    if _tilt(base) > FALLEN:
+        look = "look at its centre of mass, its supports, and the acceleration limits of its controller"
+        raise FallenError(
+            f"the robot falls over: its base link tilts by more than {math.degrees(FALLEN):.0f} deg; {look}"
+        )
+
+
+def _tilt(pose: Pose) -> float:
+    """Angle between the z axis of a pose and the vertical, rad."""
+    _, (x, y, _, _) = pose
+    return 2.0 * math.asin(min(1.0, math.hypot(x, y)))
 
 
 def _planar_message(pose: Any) -> tuple[float, float, float]:

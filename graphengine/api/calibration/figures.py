@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Literal
 
 import numpy as np
@@ -153,6 +153,12 @@ class Odometry:
     alphas: Alphas = Alphas()
     covariances: Covariances = Covariances()
 
+    def is_true(self) -> bool:
+        """Return whether the odometry equals the true motion: its errors are below 5e-5 in their units."""
+        errors = [getattr(self, one.name) for one in fields(self) if one.name.endswith("_error")]
+        measured = [abs(error) for error in errors if error is not None]
+        return bool(measured) and max(measured) < 5e-5
+
 
 @dataclass(frozen=True, slots=True)
 class ImuNoise:
@@ -185,7 +191,7 @@ class Calibration:
         command_type: its message type.
         speed: commanded speed, m/s.
         turn_speed: commanded turn rate, rad/s.
-        moves: whether the robot moves at all; `notes` has the reason if not.
+        moves: whether the robot moves and stays upright; `notes` has the reason if not.
         kinematics: by what the robot can do: `differential` turns on the spot, `mecanum` also goes sideways, `ackermann`
             turns in arcs only; empty if it does not turn.
         motions: test drives with a constant command.

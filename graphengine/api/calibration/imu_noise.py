@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -26,22 +27,28 @@ def measure(sim: Session, topics: Sequence[str], drives: DriveRecorder, seconds:
     return tuple(imu for imu in found if imu is not None)
 
 
-def _noise(subscription: Subscription[object], seconds: float) -> ImuNoise | None:
+def _noise(subscription: Subscription[Any], seconds: float) -> ImuNoise | None:
     messages = subscription.messages
     if len(messages) < 2:
         return None
+    stamped = _stamp(messages[-1]) - _stamp(messages[0])
     gyro, acceleration = (
         np.array([_components(getattr(message, name)) for message in messages])
         for name in ("angular_velocity", "linear_acceleration")
     )
     return ImuNoise(
         subscription.topic,
-        len(messages) / seconds,
+        (len(messages) - 1) / (stamped if stamped > 0.0 else seconds),  # a graph may leave stamps at 0
         _largest_deviation(gyro),
         float(np.linalg.norm(gyro.mean(axis=0))),
         _largest_deviation(acceleration),
         float(np.linalg.norm(acceleration.mean(axis=0))),
     )
+
+
+def _stamp(message: Any) -> float:
+    stamp = message.header.stamp
+    return float(stamp.sec + 1e-9 * stamp.nanosec)
 
 
 def _components(vector: object) -> tuple[float, ...]:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from graphengine.api.calibration.drive_recorder import Trace
-from graphengine.api.calibration.figures import Floats, Twist
+from graphengine.api.calibration.figures import Floats, Motion, Twist
 
 SETTLED = 0.05
 """Relative deviation of a velocity that has settled."""
+LEAST = 0.05
+"""Share of a command below which a robot does not follow it at all."""
 SMOOTHING = 0.1
 """Time over which velocities are averaged to find the settle time, s."""
 
@@ -128,3 +131,31 @@ def in_first_frame(path: Floats) -> Floats:
     return np.column_stack(
         (cosine * moved[:, 0] + sine * moved[:, 1], cosine * moved[:, 1] - sine * moved[:, 0], moved[:, 2])
     )
+
+
+def share(twist: Twist, reached: Twist) -> float:
+    """Return reached / commanded of the component that counts: the turn rate if one is commanded."""
+    if twist.yaw:
+        return reached.yaw / twist.yaw
+    return reached.x / twist.x if twist.x else reached.y / twist.y
+
+
+def with_drift(motion: Motion, window: Trace) -> Motion:
+    """Return the motion with its drift; None where the robot does not move far enough to measure it."""
+    if motion.kind == "turn":
+        moved = one_turn(window.base) if not motion.commanded.x else None
+        return replace(motion, position_drift=math.hypot(*moved) if moved is not None else None)
+    forward, left, turn = increments(window.base).sum(axis=0).tolist()
+    along, across = (forward, left) if motion.kind == "straight" else (left, -forward)
+    if abs(along) < 0.01:
+        return motion
+    return replace(motion, lateral_drift=across / abs(along), heading_drift=turn / abs(along))
+
+
+def turning_centre(motions: Sequence[Motion]) -> tuple[float, float] | None:
+    """Return the point of the base link's frame that stands still in turns on the spot, the mean of both directions."""
+    turns = [one for one in motions if one.kind == "turn" and not one.commanded.x and abs(one.share) >= LEAST]
+    if not turns:
+        return None
+    x = sum(-one.reached.y / one.reached.yaw for one in turns) / len(turns)
+    return x, sum(one.reached.x / one.reached.yaw for one in turns) / len(turns)

@@ -33,8 +33,8 @@ class OdometryMeter:
 
     def take(self, motion: Motion, window: Trace) -> None:
         """Add a steady motion; one without messages, or hardly any motion, is ignored."""
-        truth, odometry = window.frames[self.topic], window.odometry[self.topic]
-        if not np.isfinite(odometry).all():
+        truth, odometry = self._published(window)
+        if len(odometry) < 2:
             self.notes = [f"{self.topic}: not published during the test drives"]
             return
         true = displacement(truth)
@@ -60,6 +60,12 @@ class OdometryMeter:
             self._sideways += steps
             self._errors["sideways"].append(relative)
 
+    def _published(self, trace: Trace) -> tuple[Floats, Floats]:
+        """True and published poses in the ticks with a message."""
+        odometry = trace.odometry[self.topic]
+        known = np.isfinite(odometry).all(axis=1)
+        return trace.frames[self.topic][known], odometry[known]
+
     def _take_turn(self, motion: Motion, true: Floats, error: Floats) -> None:
         angle = abs(true[2])
         if angle < ANGLE:
@@ -70,9 +76,8 @@ class OdometryMeter:
 
     def take_square(self, trace: Trace) -> None:
         """Add the error at the end of a square, and the steps in which the robot drives straight, or turns on the spot."""
-        known = np.isfinite(trace.odometry[self.topic]).all(axis=1)
-        if known.any():
-            truth, odometry = (in_first_frame(paths[self.topic][known]) for paths in (trace.frames, trace.odometry))
+        truth, odometry = map(in_first_frame, self._published(trace))
+        if len(odometry):
             for true, error in pieces(truth, odometry, STEP, ANGLE):
                 if abs(true[2]) < STRAIGHT:
                     self._straight.append((abs(true[0]), error[0], error[1], error[2]))

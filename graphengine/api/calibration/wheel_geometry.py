@@ -11,8 +11,8 @@ import numpy as np
 from graphengine.api.calibration.drive_recorder import Trace
 from graphengine.api.calibration.figures import DrivenWheel, Floats, Motion
 from graphengine.api.calibration.measuring import increments, mean
-from graphengine.physics.description.urdf import track
-from graphengine.physics.model.robot import RobotInstance
+from graphengine.physics.description.urdf import TURNING, track
+from graphengine.physics.model.robot import RobotInstance, wheel_shapes
 
 SLOWEST = 0.05
 """Speed of a joint that turns, rad/s."""
@@ -104,12 +104,12 @@ class WheelMeter:
         return not is_wheel and self._robot.urdf.joints[name].type != "prismatic"
 
     def _is_steered(self, index: int) -> bool:
-        """Whether a joint between the wheel and the root link moves, and so may steer the wheel."""
+        """Whether a joint between the wheel and the root link turns, and so may steer it; a prismatic one is a suspension."""
         joints = self._robot.urdf.joints
         carriers = {joint.child: joint for joint in joints.values()}
         link = joints[self._names[index]].parent
         while link in carriers:
-            if carriers[link].name in self._names:
+            if carriers[link].type in TURNING and carriers[link].name in self._names:
                 return True
             link = carriers[link].parent
         return False
@@ -182,7 +182,7 @@ class WheelMeter:
 
     def _described_track(self, *, omni: bool) -> float | None:
         joints = [self._robot.urdf.joints[self._names[index]] for index in self._offsets]
-        distance = track(self._robot.urdf.wheels(joints))
+        distance = track(self._robot.urdf.wheels(joints, wheel_shapes(self._robot.spec)))
         if distance is None or not omni:
             return distance
         places = [_place(self._robot, joint.name)[0] for joint in joints]

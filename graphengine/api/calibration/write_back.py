@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,8 @@ from graphengine.format.yaml_patch import PatchError, set_value
 from graphengine.physics.description.robot_file import RobotFile
 from graphengine.scene.loaded_scene import LoadedScene
 
+SLIPPING = 0.2
+"""Slip of a straight motion from which on rolling radius, track and wheel base are not properties of the wheels."""
 SAME = 5e-4
 """Relative difference up to which a value in a file is left as it is."""
 LEAST = 1e-12
@@ -100,6 +103,10 @@ def find_changes(scene: LoadedScene, calibration: Calibration) -> tuple[list[Cha
     file = scene.world.robots[calibration.robot].file
     changes: dict[tuple[Path, Location], Change] = {}
     notes = []
+    slipping = [one.name for one in calibration.motions if one.kind == "straight" and abs(one.slip or 0.0) > SLIPPING]
+    if slipping:
+        calibration = replace(calibration, wheel_radius=None, track=None, wheel_base=None)
+        notes.append(f"wheel radius, track and wheel base are not written: the wheels slip ({', '.join(slipping)})")
     for graph, instance, name, index, old, new in _wanted(scene, calibration):
         label = f"{graph.name.partition('/')[2]}/{instance.id}.{name}"
         if new < LEAST:
@@ -107,7 +114,8 @@ def find_changes(scene: LoadedScene, calibration: Calibration) -> tuple[list[Cha
         place = _find_place(graph, instance, name, index, file)
         if place is not None and (value := place.document.find(*place.location)) is not None:
             old = float(value.data)  # an override of `--set` is not in the file
-        if abs(new - abs(old)) <= SAME * new:
+        new = math.copysign(new, old)
+        if abs(new - old) <= SAME * abs(new):
             continue
         if place is None and old == 0.0 and name not in _COVARIANCES:
             continue  # not set; another input of the node replaces it

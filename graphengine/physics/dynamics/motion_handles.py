@@ -67,12 +67,20 @@ class CarriedPrim(Handle):
 class Joints(Handle):
     """The moving joints of a robot prim."""
 
+    kept = ("resets",)
+
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self.joint_names: tuple[str, ...] = prim.facts["joints"]
         """Names in the articulation's order, without the robot's prefix."""
         self.prismatic: tuple[bool, ...] = prim.facts["prismatic"]
         """For each joint, whether it slides."""
+        self.resets = 0
+        """Number of resets so far."""
         super().__init__(simulation, prim)
+
+    def reset(self) -> None:
+        """Count a reset."""
+        self.resets += 1
 
     def bind(self) -> None:
         """Find the joints and the servos of their drives."""

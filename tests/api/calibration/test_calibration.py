@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -80,6 +81,18 @@ def test_a_wrong_radius_shows_in_the_speed_and_the_wheels_have_the_true_one(tmp_
     assert odometry.alphas.alpha3 == pytest.approx(0.0004, rel=0.02)
 
 
+def test_odometry_at_a_lower_rate_is_compared_with_the_truth_of_its_ticks(tmp_path: Path) -> None:
+    base = bases.differential(tmp_path)
+    base.odometry(1.02)
+    path = tmp_path / "odom.yaml"
+    text = path.read_text(encoding="utf-8").replace("Tick.tick -> Odometry", "Gate.execOut -> Odometry")
+    text = text.replace("nodes:\n", "nodes:\n  Gate: {type: IsaacSimulationGate, inputs: {step: 5}}\n")
+    path.write_text(text + "  - Tick.tick -> Gate.execIn\n", encoding="utf-8")
+    (odometry,) = calibrate(base).odometry
+    assert odometry.distance_error == pytest.approx(0.02, rel=0.01)
+    assert odometry.alphas.alpha3 == pytest.approx(0.0004, rel=0.02)
+
+
 def test_a_wrong_track_shows_in_turns_only(tmp_path: Path) -> None:
     result = calibrate(bases.differential(tmp_path, track=0.9 * bases.TRACK))
     assert {motion.name for motion in result.outside(0.02)} == {"turn_left", "turn_right"}
@@ -121,7 +134,7 @@ def test_an_imu_has_the_noise_of_its_profile_and_rests_on_gravity(tmp_path: Path
     base.keys += "sensors: {imu: {type: imu, profile: noisy, parent: base_link}}\n"
     base.graphs["imu"] = "{use: graphs/imu.yaml, parameters: {imu: base_link/imu, parent: base_link}}"
     (imu,) = calibrate(base).imus
-    assert imu.rate == pytest.approx(100.0, rel=0.05)
+    assert imu.rate == pytest.approx(100.0, rel=0.005)
     assert imu.gyro_noise == pytest.approx(0.003, rel=0.2)
     assert imu.accelerometer_noise == pytest.approx(0.02, rel=0.2)
     assert imu.gravity == pytest.approx(9.81, rel=0.01)
@@ -221,3 +234,30 @@ def test_wheels_that_are_too_weak_are_told_so(tmp_path: Path) -> None:
     base = bases.differential(tmp_path)
     base.drives = dict.fromkeys(base.drives, "{drive: {damping: 50.0, max_force: 0.0001}, armature: 5.0}")
     assert "do not turn" in reason(base)
+
+
+def test_a_robot_that_falls_over_has_no_figures_to_write(tmp_path: Path) -> None:
+    base = bases.differential(tmp_path)
+    base.urdf = base.urdf.replace(
+        '<inertial><mass value="5.0"/>', '<inertial><origin xyz="0.2 0 0.5"/><mass value="5.0"/>'
+    )
+    assert reason(base).startswith("the robot falls over: its base link tilts by more than 45 deg")
+
+
+def test_a_robot_without_colliders_falls_through_the_floor(tmp_path: Path) -> None:
+    base = bases.differential(tmp_path)
+    base.urdf = re.sub("<collision>.*?</collision>", "", base.urdf)
+    base.wheels, base.keys = [], ""
+    assert reason(base).startswith("the robot falls through the floor")
+
+
+def test_wheels_on_springs_are_not_taken_for_steered_ones(tmp_path: Path) -> None:
+    base = bases.differential(tmp_path)
+    drop = '<joint name="drop" type="prismatic"><limit lower="-0.001" upper="0.001" effort="1" velocity="1"/>'
+    ends = '<parent link="base_link"/><child link="axle"/><axis xyz="0 0 1"/></joint>'
+    base.urdf = base.urdf.replace(
+        '<parent link="base_link"/><child link="left"/>', '<parent link="axle"/><child link="left"/>'
+    )
+    base.urdf += bases.link("axle", 0.1) + drop + ends
+    base.drives["drop"] = "{spring: {stiffness: 20000.0}}"
+    assert calibrate(base).track == pytest.approx(bases.TRACK, rel=0.01)

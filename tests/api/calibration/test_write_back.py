@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import graphengine as ge
-from graphengine.api.calibration.figures import Calibration, Covariances, Odometry
+from graphengine.api.calibration.figures import Calibration, Covariances, Motion, Odometry, Twist
 from graphengine.api.calibration.write_back import write_figures
 from graphengine.api.scene import loaded_of
 from tests.api.calibration import bases
@@ -65,6 +66,21 @@ def test_a_parameter_of_a_graph_in_a_graph_is_replaced_in_the_robot_file(tmp_pat
     assert notes[0].startswith("outer/Inner/DiffController.wheelDistance: not written")
 
 
+def test_a_negative_radius_stays_negative(tmp_path: Path) -> None:
+    base = bases.differential(tmp_path)
+    base.graphs["drive"] = "{use: drive.yaml, parameters: {wheels: [left_joint, right_joint], radius: -0.05}}"
+    changes, _ = write_figures(loaded_of(ge.load(base.write().scene)), MEASURED)
+    assert [change.new for change in changes if change.input == "wheelRadius"] == [-0.049123]
+
+
+def test_the_geometry_of_wheels_that_slip_is_not_written(tmp_path: Path) -> None:
+    base = bases.differential(tmp_path).write()
+    slips = Motion("forward", "straight", Twist(x=0.3), Twist(x=0.1), 0.33, slip=0.67)
+    changes, notes = write_figures(loaded_of(ge.load(base.scene)), replace(MEASURED, motions=(slips,)))
+    assert changes == []
+    assert notes == ["wheel radius, track and wheel base are not written: the wheels slip (forward)"]
+
+
 def test_what_is_right_already_is_left_alone(tmp_path: Path) -> None:
     base = bases.differential(tmp_path).write()
     right = Calibration("bot", "", "", 0.3, 0.6, moves=True, wheel_radius=bases.RADIUS * 1.0004, track=bases.TRACK)
@@ -110,9 +126,11 @@ def test_a_mecanum_base_is_written_to_its_robot_file_for_the_controller_and_for_
     assert [(change.path.name, change.location[-1], change.new) for change in changes] == [
         ("bot.yaml", "radius", 0.049),
         ("bot.yaml", "track", 0.34),  # without the wheel base
+        ("bot.yaml", "distance_variance", 1e-4),
+        ("bot.yaml", "heading_variance_by_distance", 1e-5),
+        ("bot.yaml", "heading_variance_by_turn", 1e-6),
     ]
-    assert len(notes) == 3
-    assert all("Variance" in note and "ships with graphengine" in note for note in notes)
+    assert notes == []
     ge.load(base.scene)
 
 
