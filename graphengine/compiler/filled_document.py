@@ -98,7 +98,10 @@ class FilledDocument(Document):
             return self.use.value_span(name, *rest)
         if name in self.bound or self.find("parameters", name, "default") is None:
             return None
-        return super().span("parameters", name, "default", *rest)
+        default = super().span("parameters", name, "default", *rest)
+        if self.use is None:
+            return default
+        return replace(default, through=((self.use.span, f"the graph is used here without {name}"),))
 
     def _reader(self, location: Location) -> str:
         """The name of what uses a value, such as `State/Odometry.wheelRadius`."""
