@@ -107,7 +107,9 @@ class FilledDocument(Document):
         """The name of what uses a value, such as `State/Odometry.wheelRadius`."""
         names = [str(part) for part in location if isinstance(part, str)]
         within = self.use.within if self.use is not None else ""
-        return f"{within}{names[1]}.{names[-1]}" if names[0] == "nodes" else f"{within}{'.'.join(names)}"
+        if names[0] == "variables":
+            return f"variable {within}{names[1]}"
+        return f"{within}{names[1]}.{names[-1]}" if names[0] == "nodes" else f"{within}{names[0]}"
 
 
 def is_literal(location: Location, value: Value) -> bool:

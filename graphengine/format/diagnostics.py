@@ -108,9 +108,9 @@ class Span:
     line: int
     column: int
     length: int = 1
-    parameter: str = ""
+    parameter: str = field(default="", kw_only=True)
     """Name of the parameter whose value is written here, if a graph uses the value through a parameter."""
-    through: tuple[tuple[Span, str], ...] = ()
+    through: tuple[tuple[Span, str], ...] = field(default=(), kw_only=True)
     """Places of the parameter in graph files, from here to the node that uses the value."""
 
     def __str__(self) -> str:

@@ -46,9 +46,9 @@ def test_sessions_of_a_scene_are_apart(scene: ge.Scene) -> None:
 
 def test_errors_come_together_with_what_else_was_found() -> None:
     with pytest.raises(ge.CheckError) as caught:
-        ge.load("dd100_flat", set={"D*Controller.maxLinearSpeed": "fast"})
+        ge.load("tutorial/flat_grid", set={"D*Controller.maxLinearSpeed": "fast"})
     severities = [finding.severity for finding in caught.value.findings]
-    assert (severities.count("error"), severities.count("note")) == (1, 3)
+    assert (severities.count("error"), severities.count("note")) == (1, 6)
     assert "DiffController.maxLinearSpeed is a double: expected a number" in str(caught.value)
 
 

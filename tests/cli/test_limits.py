@@ -74,6 +74,18 @@ VERBS = {
 }
 
 
+@pytest.mark.parametrize("verb", ["run", "show", "topics"])
+def test_a_folder_in_place_of_a_scene_is_refused_with_its_scenes(
+    graphrun: Graphrun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("home").mkdir()
+    for name, text in {"a": "format: 1\nscene: a\n", "b": "scene: b\n", "c": "graph: c\nscene: a.yaml\n"}.items():
+        Path("home", f"{name}.yaml").write_text(text)
+    told = f"graphrun {verb}: home: a folder, not a file\n  try home/a.yaml or home/b.yaml\n"
+    assert graphrun(verb, "home") == Result(2, "", told)
+
+
 @pytest.mark.parametrize(
     ("verb", "kind"),
     [(verb, kind) for verb in VERBS for kind in ("pipe", "device", "folder") if (verb, kind) != ("check", "folder")],
