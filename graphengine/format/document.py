@@ -81,11 +81,12 @@ class Value:
 
     def child(self, part: str | int) -> Value | None:
         """Return the value at a key of a mapping or an index of a list, or None."""
+        found: Value | None = None
         if isinstance(self.data, dict):
-            return self.data.get(str(part))
-        if isinstance(self.data, list) and isinstance(part, int) and 0 <= part < len(self.data):
-            return self.data[part]
-        return None
+            found = self.data.get(part)
+        elif isinstance(self.data, list) and isinstance(part, int) and 0 <= part < len(self.data):
+            found = self.data[part]
+        return found
 
     def to_data(self) -> Any:
         """Return plain Python data without places."""
