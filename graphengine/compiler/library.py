@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from graphengine.compiler.budget import Budget
-from graphengine.compiler.substitution import Use, fill
+from graphengine.compiler.filled_document import FilledDocument, Use
+from graphengine.compiler.substitution import fill
 from graphengine.format import document as documents
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import Document
@@ -71,7 +72,9 @@ class GraphLibrary:
             if len(findings.items) > before:  # errors are reported at the place of each use
                 return filled
             self._filled[key] = filled
-        return self._filled[key]
+            return filled
+        known = self._filled[key]
+        return Loaded(known.spec, FilledDocument(document, bindings.keys(), use)) if known is not None else None
 
 
 def _hashable(value: Any) -> object:

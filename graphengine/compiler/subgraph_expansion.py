@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from graphengine.compiler.budget import Budget, OverBudgetError, Via
+from graphengine.compiler.filled_document import FilledDocument, Use
 from graphengine.compiler.library import GraphLibrary
-from graphengine.compiler.substitution import Use
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Document, Location
 from graphengine.format.files import NotFoundError
@@ -58,6 +58,11 @@ class NodeEntry:
         """Return the place of a key below the node."""
         given = self._given(location)
         return given.key_span if given else self.document.key_span(*self.location, *location)
+
+    def is_written(self, *location: str | int) -> bool:
+        """Return whether a file contains the value below the node; the engine sets some parameters, such as `robot`."""
+        document, location = self.document, (*self.location, *location)
+        return not isinstance(document, FilledDocument) or document.origin(*location) is not None
 
     def _given(self, location: tuple[str | int, ...]) -> Given | None:
         return self.given.get(str(location[1])) if location[:1] == ("inputs",) and len(location) > 1 else None
@@ -240,8 +245,8 @@ class _Expansion:
             self.findings.add("G214", f"subgraphs nested more than {MAX_SUBGRAPH_DEPTH} deep", span)
             return None
         given = entry.spec.parameters
-        keys = {name: entry.key_span("parameters", name) for name in given}
-        use = Use(span, keys, {name: entry.span("parameters", name) for name in given})
+        written = {name for name in given if entry.is_written("parameters", name)}
+        use = Use(span, entry, ("parameters",), written, f"{entry.id}/")
         inner = self.library.load(path, given, self.findings, use, self.budget)
         if inner is None:
             return None

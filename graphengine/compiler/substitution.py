@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 from graphengine.compiler.budget import Budget
-from graphengine.format.diagnostics import Findings, Span
+from graphengine.compiler.filled_document import PARAMETER, FilledDocument, Use, is_literal
+from graphengine.format.diagnostics import Findings
 from graphengine.format.document import MAX_BYTES, Document, Location, Value
 from graphengine.format.spec import FORMAT, GraphSpec
 from graphengine.format.spec_reader import Loaded, validate
@@ -17,17 +17,6 @@ from graphengine.node import types
 
 UNKNOWN: Any = type("Unknown", (), {"__repr__": lambda _: "UNKNOWN"})()
 """Value of an input that is unknown because of an error that was reported already."""
-
-_PARAMETER = re.compile(r"\$\$|\$\(([^$()]*)\)")
-
-
-@dataclass(frozen=True, slots=True)
-class Use:
-    """The place where a file uses a graph, and the places of its parameter values."""
-
-    span: Span
-    keys: Mapping[str, Span] = field(default_factory=dict)
-    values: Mapping[str, Span] = field(default_factory=dict)
 
 
 def fill(
@@ -46,8 +35,9 @@ def fill(
     if not isinstance(data, dict) or data.get("format", FORMAT) == FORMAT:  # another may mean other things by the rest
         values = _parameter_values(document, bindings, findings, use)
         data = _Filler(values, findings, budget).fill(document.root)
-    spec = validate(GraphSpec, document, data, findings)
-    return Loaded(spec, document) if spec is not None else None
+    filled = FilledDocument(document, bindings.keys(), use)
+    spec = validate(GraphSpec, filled, data, findings)
+    return Loaded(spec, filled) if spec is not None else None
 
 
 def _parameter_values(
@@ -58,7 +48,7 @@ def _parameter_values(
     names = declared.data if declared is not None and isinstance(declared.data, dict) else {}
     for name in bindings:
         if name not in names:
-            where = use.keys.get(name, use.span) if use else document.span("graph")
+            where = use.key_span(name) if use else document.span("graph")
             near = findings.guess(name, names) or listing(names, "parameters")
             findings.add("G111", f"the graph has no parameter {name!r}", where, near)
     values: dict[str, Any] = {}
@@ -85,7 +75,7 @@ def _parameter_values(
         except (TypeError, ValueError) as error:
             where = document.span("parameters", name, "default")
             if use and name in bindings:
-                where = use.values.get(name, use.span)
+                where = use.value_span(name)
             findings.add("G211", f"parameter {name!r} is a {port_type}: {error}, got {shown(given)}", where)
             continue
         values[name] = coerced[0] if port_type == types.TARGET and len(coerced) == 1 else coerced
@@ -117,7 +107,7 @@ class _Filler:
 
     def _mapping(self, data: Mapping[str, Value], location: Location) -> Any:
         filled = {
-            key: item.to_data() if _is_literal((*location, key), item) else self.fill(item, (*location, key))
+            key: item.to_data() if is_literal((*location, key), item) else self.fill(item, (*location, key))
             for key, item in data.items()
         }
         if location[:1] == ("nodes",) and location[2:3] in (("inputs",), ("parameters",)):
@@ -128,7 +118,7 @@ class _Filler:
 
     def _text(self, value: Value) -> Any:
         before, known = self.budget.text, True
-        whole = _PARAMETER.fullmatch(value.data)
+        whole = PARAMETER.fullmatch(value.data)
         if whole and whole[1] in self.texts:
             found = self.values[whole[1]]
             self.budget.text += getattr(found, "nbytes", len(self.texts[whole[1]]))
@@ -146,7 +136,7 @@ class _Filler:
                 self.budget.text += len(text or "")
                 return text or "" if self.budget.text <= MAX_BYTES else ""
 
-            filled = _PARAMETER.sub(replacement, value.data)
+            filled = PARAMETER.sub(replacement, value.data)
         if before <= MAX_BYTES < self.budget.text:
             what = f"more than {MAX_BYTES // 1_000_000} MB when the parameters are filled in"
             self.findings.add("G105", what, value.span, "split the file, or repeat less")
@@ -161,11 +151,3 @@ class _Filler:
 
 def _holds_unknown(values: Iterable[Any]) -> bool:
     return any(value is UNKNOWN for value in values)
-
-
-def _is_literal(location: Location, value: Value) -> bool:
-    """Whether `$(name)` is not replaced at this location: in keys, wires and types."""
-    if location[0] in ("parameters", "graph", "format", "connections", "layout"):
-        return True
-    short_form = len(location) == 2 and isinstance(value.data, str)
-    return location[0] == "nodes" and (short_form or (len(location) == 3 and location[2] in ("type", "subgraph")))

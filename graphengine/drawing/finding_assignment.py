@@ -49,6 +49,8 @@ def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
     ends = _ends(graph)
     for finding in findings.sorted():
         span = finding.span
+        if span is not None and span.through:
+            span, _ = span.through[-1]  # the node that uses the parameter whose value is wrong
         if finding.severity == "note" or span is None or span.source.path not in paths:
             continue
         circle = _circle(finding, graph) if finding.code in CIRCLES else ()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import unicodedata
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from graphengine.format.errors import CheckError
@@ -108,13 +108,17 @@ class Span:
     line: int
     column: int
     length: int = 1
+    parameter: str = field(default="", kw_only=True)
+    """Name of the parameter whose value is written here, if a graph uses the value through a parameter."""
+    through: tuple[tuple[Span, str], ...] = field(default=(), kw_only=True)
+    """Places of the parameter in graph files, from here to the node that uses the value."""
 
     def __str__(self) -> str:
         return f"{printable(self.source.path)}:{self.line}:{self.column}"
 
     def part(self, offset: int, length: int) -> Span:
         """Return a part of this place, on the same line."""
-        return Span(self.source, self.line, self.column + offset, max(length, 1))
+        return replace(self, column=self.column + offset, length=max(length, 1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,10 +226,13 @@ class Findings:
         self.put(Finding(code, message, span, tuple(line for line in help if line), tuple(related)))
 
     def put(self, finding: Finding) -> None:
-        """Append a finding; equal findings are kept once."""
+        """Append a finding; equal findings are kept once, and so are those of several nodes about one parameter's value."""
         if self.full:
             return
-        key = (finding.code, finding.message, str(finding.span), finding.help, tuple(map(str, finding.related)))
+        key: object = (finding.code, finding.message, str(finding.span), finding.help, tuple(map(str, finding.related)))
+        if finding.span is not None and finding.span.through:
+            key = (finding.code, str(finding.span), finding.message.partition(": ")[2] or finding.message)
+            finding = replace(finding, related=(*finding.span.through, *finding.related))
         if key in self._known:
             return
         self._known.add(key)

@@ -79,6 +79,15 @@ class Value:
     plain: bool = True
     """False for a quoted or block scalar, whose characters are not one to one those of the file."""
 
+    def child(self, part: str | int) -> Value | None:
+        """Return the value at a key of a mapping or an index of a list, or None."""
+        found: Value | None = None
+        if isinstance(self.data, dict):
+            found = self.data.get(part)
+        elif isinstance(self.data, list) and isinstance(part, int) and 0 <= part < len(self.data):
+            found = self.data[part]
+        return found
+
     def to_data(self) -> Any:
         """Return plain Python data without places."""
         if isinstance(self.data, dict):
@@ -107,13 +116,7 @@ class Document:
         """Return the value at a location such as `("nodes", "Diff", "inputs")`, or None."""
         value: Value | None = self.root
         for part in location:
-            data = value.data if value is not None else None
-            if isinstance(data, dict):
-                value = data.get(part)
-            elif isinstance(data, list) and isinstance(part, int) and 0 <= part < len(data):
-                value = data[part]
-            else:
-                return None
+            value = value.child(part) if value is not None else None
         return value
 
     def span(self, *location: str | int) -> Span:

@@ -7,13 +7,16 @@ cannot read other files.
 
 from __future__ import annotations
 
+import contextlib
 import os
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import UsageError
+from graphengine.format.regular_files import open_regular
 from graphengine.format.wording import did_you_mean
 
 
@@ -35,6 +38,13 @@ def signature(path: str | os.PathLike[str]) -> Signature:
     except (OSError, ValueError):
         return None
     return found.st_mode, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+
+
+MAX_NAMED = 5
+"""Maximum number of scene files to name for a folder."""
+MAX_SEARCHED = 10_000
+"""Number of bytes of a file in which its key `scene` or `graph` is searched."""
+_SCENE, _GRAPH = re.compile(rb"^scene\s*:", re.MULTILINE), re.compile(rb"^graph\s*:", re.MULTILINE)
 
 
 class NotFoundError(Exception):
@@ -219,6 +229,8 @@ def find_file(name: str) -> Path:
             return Path(near(str(find_given(name, folder))))
         except NotFoundError as error:
             failures.append(error)
+    if os.path.isdir(name) and (scenes := _scenes_in(Path(name))):
+        raise UsageError(f"{name}: a folder, not a file\n  try {' or '.join(scenes)}")
     if os.path.exists(name):
         require_file(name)
     hints = [_beside(name), *(line for failure in failures for line in failure.help)]
@@ -233,7 +245,20 @@ def require_file(path: str | Path) -> None:
         UsageError: the path does not exist, or is a folder, pipe or device.
     """
     if not os.path.isfile(path):
-        raise UsageError(f"{path}: not a regular file" if os.path.exists(path) else f"no file {str(path)!r}")
+        what = "a folder, not a file" if os.path.isdir(path) else "not a regular file"
+        raise UsageError(f"{path}: {what}" if os.path.exists(path) else f"no file {str(path)!r}")
+
+
+def _scenes_in(folder: Path) -> list[str]:
+    """The first scene files of a folder, without those in folders below it."""
+    scenes: list[str] = []
+    with contextlib.suppress(OSError):
+        for path in sorted(folder.glob("*.y*ml")):
+            if len(scenes) < MAX_NAMED and path.is_file():
+                with open_regular(path) as file:
+                    begins = file.read(MAX_SEARCHED)
+                scenes += [str(path)] if _SCENE.search(begins) and not _GRAPH.search(begins) else []
+    return scenes
 
 
 def _beside(name: str) -> str:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from graphengine.compiler.every_gates import EveryHz, rate
 from graphengine.compiler.graph import Graph, Instance
 from graphengine.compiler.lint_registry import LINTS, LintContext
-from graphengine.compiler.subgraph_expansion import WireEntry
+from graphengine.compiler.subgraph_expansion import NodeEntry, WireEntry
 from graphengine.devices.backend import World
 from graphengine.devices.dry_world import DryWorld
 from graphengine.devices.stage import at_or_below
@@ -115,12 +115,17 @@ def _faulty(graph: Graph, findings: Findings) -> set[int]:
     refused = {wire.target.node for wire in _refused(graph)}
     faulty = set()
     for instance in graph.instances:
-        entry = instance.entry
-        places = [entry.key_span(), *(entry.span("inputs", name) for name in entry.spec.inputs)]
-        places += [entry.key_span("inputs", name) for name in entry.spec.inputs]
-        if instance.refused or instance.id in refused or any(str(place) in told for place in places):
+        if instance.refused or instance.id in refused or (told and not told.isdisjoint(_places(instance.entry))):
             faulty.add(instance.index)
     return faulty
+
+
+def _places(entry: NodeEntry) -> Iterator[str]:
+    """Yield the places of a node and of its inputs, as text."""
+    yield str(entry.key_span())
+    for name in entry.spec.inputs:
+        yield str(entry.span("inputs", name))
+        yield str(entry.key_span("inputs", name))
 
 
 def _follows(instance: Instance, error: GraphError) -> bool:
@@ -192,7 +197,9 @@ def lint_claims(context: LintContext) -> None:
     _check_servers(context)
     _check_transforms(context)
     for code in sorted(LINTS):
-        for function in LINTS[code]:
+        for function in sorted(
+            LINTS[code], key=lambda function: function.__module__
+        ):  # in whatever order they were imported
             function(context)
 
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from graphengine.compiler.filled_document import Use
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.library import GraphLibrary
 from graphengine.compiler.literals import Override
 from graphengine.compiler.registry import Registry
 from graphengine.compiler.resolve import resolve
 from graphengine.compiler.subgraph_expansion import load_graph
-from graphengine.compiler.substitution import Use
 from graphengine.devices.stage import Stage, normalize
 from graphengine.format import document
 from graphengine.format.diagnostics import Findings
@@ -60,11 +60,8 @@ def robot_uses(
 
 
 def use_place(file: document.Document | RobotFile, graph: str, use: GraphUse) -> Use:
-    """Return the file positions of a graph's `use` key and of its parameters, for error messages."""
-    location = ("graphs", graph, "parameters")
-    keys = {name: file.key_span(*location, name) for name in use.parameters}
-    values = {name: file.span(*location, name) for name in use.parameters}
-    return Use(file.span("graphs", graph, "use"), keys, values)
+    """Return the places of a graph's `use` key and of its parameters, for error messages."""
+    return Use(file.span("graphs", graph, "use"), file, ("graphs", graph, "parameters"), use.parameters.keys())
 
 
 def find_use(

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from graphengine.compiler.graph import Instance
     from graphengine.compiler.lint_registry import LintContext
     from graphengine.devices.stage import Prim
+    from graphengine.format.diagnostics import Span
 
 TOLERANCE = 0.01
 """Largest accepted relative difference between the geometry of a node and of its robot."""
@@ -41,12 +42,16 @@ def compare_geometry(
     if known and _differs(radius, known[0]):
         span, effect = node.entry.span("inputs", "wheelRadius"), effects[0](abs(radius) / known[0])
         what = f"wheelRadius is {radius:g} m, but the wheels of {robot.path} have {known[0]:g} m"
-        context.findings.add("W201", what, span, effect, f"write wheelRadius: {known[0]:g}")
+        context.findings.add("W201", what, span, effect, _remedy(span, "wheelRadius", known[0]))
     true = robot.facts.get("wheel_distance")
     if true and _differs(distance, true):
         span, effect = node.entry.span("inputs", "wheelDistance"), effects[1](abs(distance) / true)
         what = f"wheelDistance is {distance:g} m, but the wheels of {robot.path} are {true:g} m apart"
-        context.findings.add("W202", what, span, effect, f"write wheelDistance: {true:g}")
+        context.findings.add("W202", what, span, effect, _remedy(span, "wheelDistance", true))
+
+
+def _remedy(span: Span, name: str, true: float) -> str:
+    return f"set the parameter {span.parameter} to {true:g}" if span.parameter else f"write {name}: {true:g}"
 
 
 def _differs(value: float, true: float) -> bool:

@@ -57,7 +57,7 @@ def test_warnings_are_errors_when_strict(graphrun: Graphrun, warned: str) -> Non
 
 
 def test_notes_are_no_errors_when_strict(graphrun: Graphrun) -> None:
-    result = graphrun("check", "dd100_warehouse", "--strict", code=0)
+    result = graphrun("check", "dd100/joint_states", "--strict", code=0)
     assert " note N" in result.out
 
 

@@ -74,6 +74,18 @@ VERBS = {
 }
 
 
+@pytest.mark.parametrize("verb", ["run", "show", "topics"])
+def test_a_folder_in_place_of_a_scene_is_refused_with_its_scenes(
+    graphrun: Graphrun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("home").mkdir()
+    for name, text in {"a": "format: 1\nscene: a\n", "b": "scene: b\n", "c": "graph: c\nscene: a.yaml\n"}.items():
+        Path("home", f"{name}.yaml").write_text(text)
+    told = f"graphrun {verb}: home: a folder, not a file\n  try home/a.yaml or home/b.yaml\n"
+    assert graphrun(verb, "home") == Result(2, "", told)
+
+
 @pytest.mark.parametrize(
     ("verb", "kind"),
     [(verb, kind) for verb in VERBS for kind in ("pipe", "device", "folder") if (verb, kind) != ("check", "folder")],
@@ -90,5 +102,6 @@ def test_what_is_no_regular_file_is_refused_at_once(
     else:
         given.mkdir()
     result = graphrun(verb, *VERBS[verb], code=2, out="")
-    assert "not a regular file" in result.err or (kind == "folder" and "Is a directory" in result.err)
+    folder = "a folder, not a file" in result.err or "Is a directory" in result.err
+    assert folder if kind == "folder" else "not a regular file" in result.err
     assert "did you mean" not in result.err

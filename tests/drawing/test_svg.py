@@ -104,6 +104,15 @@ def test_findings_are_painted_on_the_nodes_that_they_are_about(drawn: Draw) -> N
     assert "error" not in told(made["Tick"])
 
 
+def test_a_wrong_value_of_a_parameter_is_painted_on_the_node_that_uses_it(drawn: Draw) -> None:
+    part = (
+        "graph: part\nparameters: {size: {type: any, default: 1}}\ninputs: {go: Clock.execIn}\nnodes:\n"
+        "  Clock: {type: PublishClock, inputs: {topicName: clock, queueSize: $(size)}}\n"
+    )
+    use = "  Part: {subgraph: part.yaml, parameters: {size: -1}}\nconnections: [Tick.tick -> Part.go]\n"
+    assert failed(nodes(drawn(f"{TICK}{use}", part=part))) == ["Clock"]
+
+
 def test_a_warning_is_painted_as_one(drawn: Draw) -> None:
     made = nodes(drawn(f"{TICK}  Idle: {{type: Counter}}\n"))
     assert made["Idle"].attrib["class"].split() == ["node", "action", "warning"]

@@ -67,7 +67,7 @@ def test_geometry_that_is_not_the_robots_is_a_warning(scene: Path) -> None:
     wrong = {"WheelOdometry.wheelRadius": 0.098, "WheelOdometry.wheelDistance": 0.4}
     radius, distance = (f for f in assemble(scene, wrong).findings.items if f.code in ("W201", "W202"))
     assert radius.message == "wheelRadius is 0.098 m, but the wheels of /dd100 have 0.049 m"
-    assert radius.help == ("odometry will report 2 of the true distance", "write wheelRadius: 0.049")
+    assert radius.help == ("odometry will report 2 of the true distance", "set the parameter radius to 0.049")
     assert distance.help[0] == "odometry will report 1.13 of the true turn"
 
 

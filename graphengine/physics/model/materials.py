@@ -87,7 +87,7 @@ def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Conta
 
 
 def sentences(name: str, material: MaterialSpec, floor: float) -> tuple[str, ...]:
-    """What was resolved, then what was left out, for people."""
+    """Return a text on the friction that results, then one on what was left out; empty if the file says all of it."""
     static, restitution, dynamic = material.static_friction, material.restitution, greatest_friction(material)
     rule = stronger(material.combine, FLOOR_RULE)
     friction = combine(dynamic, floor, rule)
@@ -97,6 +97,12 @@ def sentences(name: str, material: MaterialSpec, floor: float) -> tuple[str, ...
         along, across = (friction * part / dynamic for part in (material.dynamic_friction, material.across))
         outcome = f"friction {along:g} along its direction and {across:g} across it"
     text = f"material {name!r}: {outcome} on the floor, the {RULES[rule]} of {own} and the floor's {floor:g}"
-    lost = [f"static friction ({static:g})"] if static != dynamic else []
+    chosen = "combine" in material.model_fields_set and rule in ("min", "max")
+    if chosen and friction != dynamic and material.across is None:
+        text += ": the material's value has no effect"
+    written = "static_friction" in material.model_fields_set
+    lost = [f"static friction ({static:g})"] if written and static != dynamic else []
     lost += [f"restitution ({restitution:g})"] if restitution else []
+    if chosen and friction == dynamic and not lost:
+        return ()
     return (text, f"left out, as MuJoCo has no such thing: {', '.join(lost)}") if lost else (text,)

@@ -189,9 +189,8 @@ def _apply_materials(spec: mujoco.MjSpec, robot: RobotInstance, floor: float, fi
             contact = against_floor(material, floor, wheel=link in robot.spec.wheel_colliders)
             for geom in _colliders(spec.body(link)):
                 contact.tell(geom)
-        if material.bind:
-            text, *left_out = sentences(name, material, floor)
-            findings.add("N103", text, robot.file.key_span("materials", name), *left_out)
+        if material.bind and (told := sentences(name, material, floor)):
+            findings.add("N103", told[0], robot.file.key_span("materials", name), *told[1:])
 
 
 def _exclude_contacts(spec: mujoco.MjSpec, robot: RobotInstance) -> None:

@@ -33,7 +33,7 @@ def bound(project: Project, material: str) -> Project:
         ("average", 0.5, "the average of its dynamic 0.2 and the floor's 0.8"),
         ("min", 0.2, "the lesser of its dynamic 0.2 and the floor's 0.8"),
         ("multiply", 0.16, "the product of its dynamic 0.2 and the floor's 0.8"),
-        ("max", 0.8, "the greater of its dynamic 0.2 and the floor's 0.8"),
+        ("max", 0.8, "the greater of its dynamic 0.2 and the floor's 0.8: the material's value has no effect"),
     ],
 )
 def test_a_material_is_mixed_with_the_floor_as_physx_would(
@@ -63,7 +63,37 @@ def test_the_friction_of_the_floor_is_the_worlds(project: Project) -> None:
 def test_a_contact_without_friction_wins_over_every_other(project: Project, material: str) -> None:
     geom = collider(bound(project, material))
     assert (geom.condim[0], geom.priority[0]) == (1, 2)
-    assert "material 'Rubber': no friction on the floor" in project.try_load()[1].items[0].message
+
+
+MIXED = "its 1 and the floor's 0.8"
+
+
+@pytest.mark.parametrize(
+    ("material", "messages"),
+    [
+        ("static_friction: 1, dynamic_friction: 1, combine: max", []),
+        ("dynamic_friction: 0, combine: min", []),
+        (
+            "dynamic_friction: 0, combine: multiply",
+            ["material 'Rubber': no friction on the floor, the product of its dynamic 0 and the floor's 0.8"],
+        ),
+        ("static_friction: 0.8, dynamic_friction: 0.8, combine: max", []),
+        (
+            "static_friction: 1, dynamic_friction: 1, combine: min",
+            [
+                f"material 'Rubber': friction 0.8 on the floor, the lesser of {MIXED}: the material's value has no effect"
+            ],
+        ),
+        (
+            "static_friction: 1, dynamic_friction: 1",
+            [f"material 'Rubber': friction 0.9 on the floor, the average of {MIXED}"],
+        ),
+    ],
+)
+def test_a_note_on_friction_says_only_what_the_file_does_not(
+    project: Project, material: str, messages: list[str]
+) -> None:
+    assert [note.message for note in bound(project, material).try_load()[1].items] == messages
 
 
 def test_what_has_no_counterpart_is_told_with_its_numbers() -> None:

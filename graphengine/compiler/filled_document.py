@@ -1,0 +1,120 @@
+"""The places of the values in a graph file whose parameters are filled in."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+from graphengine.format.diagnostics import Span
+from graphengine.format.document import Document, Location, Value
+
+PARAMETER = re.compile(r"\$\$|\$\(([^$()]*)\)")
+"""A parameter `$(name)` in a text, or `$$`, which stands for `$`."""
+
+
+class Places(Protocol):
+    """A file, or a part of it, whose values and keys have places."""
+
+    def span(self, *location: str | int) -> Span:
+        """Return the place of a value."""
+
+    def key_span(self, *location: str | int) -> Span:
+        """Return the place of a key."""
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """The use of a graph in another file, which gives values to its parameters.
+
+    Attributes:
+        span: place of the graph's path.
+        file: file or node that uses the graph.
+        location: location of the parameters in `file`.
+        given: names of the parameters whose values are written in a file.
+        within: id of the subgraph with a `/`; empty for the graph of a scene or robot.
+    """
+
+    span: Span
+    file: Places
+    location: Location
+    given: Collection[str]
+    within: str = ""
+
+    def value_span(self, name: str, *rest: str | int) -> Span:
+        """Return the place of a parameter's value, or of a part of it."""
+        return self.file.span(*self.location, name, *rest)
+
+    def key_span(self, name: str) -> Span:
+        """Return the place of a parameter's name."""
+        return self.file.key_span(*self.location, name)
+
+
+class FilledDocument(Document):
+    """A graph file in which a value that is a parameter has the place where the parameter's value is written."""
+
+    def __init__(self, document: Document, bound: Collection[str], use: Use | None) -> None:
+        self.source, self.root, self.size, self.data = document.source, document.root, document.size, document.data
+        self.bound = bound
+        """Names of the parameters that the use of the graph sets, in a file or not."""
+        self.use = use
+
+    def span(self, *location: str | int) -> Span:
+        """Return the place of the value at a location: of the literal, if it is a parameter that a file sets."""
+        return self.origin(*location) or super().span(*location)
+
+    def origin(self, *location: str | int) -> Span | None:
+        """Return the place of the literal at a location; None if the engine sets the parameter that stands there."""
+        value, here = self.root, super().span
+        for end, part in enumerate(location, 1):
+            inner = value.child(part)
+            if inner is None:
+                break
+            value = inner
+            if isinstance(value.data, str) and "$" in value.data and not is_literal(location[:end], value):
+                return self._lead_out(value, location[:end], location[end:])
+        return here(*location)
+
+    def _lead_out(self, value: Value, location: Location, rest: Location) -> Span | None:
+        """The place of the literal that a text with parameters gets its value from."""
+        whole = PARAMETER.fullmatch(value.data)
+        if whole and whole[1]:
+            name, origin = whole[1], self._parameter_span(whole[1], rest)
+            if origin is None:
+                return None
+        else:
+            given = {match[1] for match in PARAMETER.finditer(value.data) if self.use and match[1] in self.use.given}
+            if self.use is None or len(given) != 1:  # the mistake can be in any part of the text
+                return value.span
+            name = given.pop()
+            origin = self.use.value_span(name)
+        link = (value.span, f"through $({name}) to {self._reader(location)}")
+        return replace(origin, parameter=origin.parameter or name, through=(*origin.through, link))
+
+    def _parameter_span(self, name: str, rest: Location) -> Span | None:
+        """The place of a parameter's value, given or default; None if the engine sets it."""
+        if self.use is not None and name in self.use.given:
+            return self.use.value_span(name, *rest)
+        if name in self.bound or self.find("parameters", name, "default") is None:
+            return None
+        default = super().span("parameters", name, "default", *rest)
+        if self.use is None:
+            return default
+        return replace(default, through=((self.use.span, f"the graph is used here without {name}"),))
+
+    def _reader(self, location: Location) -> str:
+        """The name of what uses a value, such as `State/Odometry.wheelRadius`."""
+        names = [str(part) for part in location if isinstance(part, str)]
+        within = self.use.within if self.use is not None else ""
+        if names[0] == "variables":
+            return f"variable {within}{names[1]}"
+        return f"{within}{names[1]}.{names[-1]}" if names[0] == "nodes" else f"{within}{names[0]}"
+
+
+def is_literal(location: Location, value: Value) -> bool:
+    """Return whether `$(name)` is not replaced at this location: in keys, wires and types."""
+    if location[0] in ("parameters", "graph", "format", "connections", "layout"):
+        return True
+    short_form = len(location) == 2 and isinstance(value.data, str)
+    return location[0] == "nodes" and (short_form or (len(location) == 3 and location[2] in ("type", "subgraph")))
