@@ -247,7 +247,7 @@ def _copied(running: _Running, kept: Sequence[dict[str, Any]] | None = None) -> 
 
 
 def declared(node: ScriptNode, side: Literal["inputs", "outputs"]) -> list[Port]:
-    """Return the inputs or the outputs that a graph declares for the script of a node."""
+    """Return the ports of one side that the graph file declares for a script node."""
     own = ScriptNode.fields
     return [port for field, port in type(node).fields.items() if port.side == side and field not in own]
 

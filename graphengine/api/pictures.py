@@ -38,12 +38,12 @@ def simulated(world: World) -> Simulation:
 
 
 def find_camera(world: Simulation, name: str) -> Prim | None:
-    """Return the camera prim with this name or path, or None if the name is a view: `top`, `perspective` or a MuJoCo camera.
+    """Return the camera prim with this name or path, or None for a view: `top`, `perspective` or a MuJoCo camera.
 
-    A view takes precedence over a prim of the same name.
+    A view takes precedence over a camera prim of the same name.
 
     Raises:
-        UsageError: no camera or view has the name, or several cameras have it.
+        UsageError: no view and no camera prim has the name, or several camera prims have it.
     """
     from graphengine.physics.pictures import views
 

@@ -159,7 +159,7 @@ def State(*, default: Any = MISSING, factory: Callable[[], Any] | None = None, i
 
 
 def Bound(*, init: Literal[False] = False) -> Any:
-    """A value that `setup` assigns: a handle of the context or a value derived from one. Stop and `restore` do not change it.
+    """A field that `setup` assigns, such as a handle from the context. Stop and `restore` do not change it.
 
     Args:
         init: for type checkers; not an argument of the node's constructor.

@@ -259,7 +259,7 @@ def lint_commands_without_drive(context: LintContext) -> None:
 
 @lint("W211")
 def lint_robots_without_joints(context: LintContext) -> None:
-    """Warn of controllers of robots that have no joint to control."""
+    """Warn about nodes that command the joints of a robot without joints that move."""
     for command in _commands(context):
         if not command.joints:
             message = f"{command.instance.id} commands the joints of {command.robot.path}, none of which moves"

@@ -80,7 +80,7 @@ _ROLE = "role of the output; ignored if it has no tuples of the value's length"
 
 
 class RoledConversion(Conversion):
-    """Base of conversions to real numbers with an optional role, which is ignored if it has no tuples of that length."""
+    """Base of nodes that convert to real numbers. The output has the chosen role if the role has tuples of the value's length."""
 
     role: Token
 

@@ -102,7 +102,7 @@ class Elementwise(TypedNode):
 
 
 class Folded(Elementwise):
-    """Base of nodes that combine `a`, `b` and any inputs `input2`, `input3`, … of the graph file, from left to right."""
+    """Base of nodes that combine their inputs from left to right: `a`, `b`, then `input2`, `input3`, … if the graph has them."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=NUMERICS, required=True)}
 

@@ -32,7 +32,8 @@ def matrix_of_quaternions(quaternions: Array) -> Array:
 def quaternions_of(matrices: Array) -> Array:
     """Return unit quaternions (..., 4) with w >= 0 of rotation matrices (..., 3, 3).
 
-    A rotation matrix gives all products q_i q_j. The row of the largest q_i^2 is the quaternion times q_i, and is normalized.
+    A rotation matrix determines the 4 x 4 matrix of all products q_i q_j. Its row with the largest q_i^2 is the quaternion times
+    q_i; this row is normalized.
     """
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.moveaxis(matrices, (-2, -1), (0, 1))
     products = np.array(

@@ -39,7 +39,7 @@ def parent_of(path: str) -> str:
 
 
 def below(path: str, suffix: str) -> str:
-    """Return the path with the names of the suffix appended; an empty path stays empty."""
+    """Return the path with the suffix path appended; an empty path stays empty."""
     between = "" if suffix.startswith(".") else "/"
     return f"{path.rstrip('/')}{between}{suffix}" if path and suffix else path
 
@@ -82,7 +82,7 @@ class GetParentPath(Node, type="omni.graph.nodes.GetParentPath"):
 
 
 class GraphPathNode(Node):
-    """Base of nodes that output the prim of the graph that contains them."""
+    """Base of nodes that output the prim path of their own graph."""
 
     path: str = Bound()
 

@@ -151,7 +151,7 @@ class SplitString(Node, type="omni.graph.nodes.SplitString"):
 class StartsWith(Node, type="omni.graph.nodes.StartsWith"):
     """Whether a string starts with a prefix."""
 
-    prefix: String = In(default="", doc="start to look for; every string starts with the empty string")
+    prefix: String = In(default="", doc="prefix to look for; an empty prefix matches every string")
     value: String = In(default="", doc="string to check")
     is_prefix: bool = Out(doc="whether `value` starts with `prefix`")
 

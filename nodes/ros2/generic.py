@@ -35,8 +35,9 @@ class GenericNode(TopicNode):
 class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
     """Publishes a message of any type; its fields are inputs, such as `linear:x` of a Twist.
 
-    `graphrun nodes ROS2Publisher --message geometry_msgs/msg/Twist` lists them. An array of messages is an array of tokens, each
-    of which is one message as JSON. Inputs that are not set have ROS 2's default of their field: zero, 1 for w of a quaternion.
+    `graphrun nodes ROS2Publisher --message geometry_msgs/msg/Twist` lists them. An input for an array of messages takes
+    tokens, each with one message as JSON. An input that is not set has the ROS 2 default of its field: 0, but 1 for the w of a
+    quaternion.
     """
 
     exec_out = ExecOut()

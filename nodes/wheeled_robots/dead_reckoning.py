@@ -21,9 +21,10 @@ NOT_MEASURED = 1e6
 
 
 def moved(pose: Planar, motion: Planar) -> Planar:
-    """Return the pose after a motion.
+    """Return the pose after a motion along a circular arc.
 
-    The chord of an arc has the yaw halfway, and is sin(turn / 2) / (turn / 2) times as long as the arc.
+    The displacement is the arc's chord: its direction is the first yaw plus turn / 2, and it is sin(turn / 2) / (turn / 2)
+    times as long as the arc.
     """
     (x, y, yaw), (ahead, left, turn) = pose, motion
     halfway = yaw + turn / 2.0

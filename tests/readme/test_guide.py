@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 from pathlib import Path
 
 import pytest
+import yaml
 
 from tests.cli.harness import ROOT, process
 from tests.physics.importing.imported_bases import DIFFERENTIAL, description
@@ -34,6 +36,15 @@ def test_the_four_commands_work_one_after_the_other(tmp_path: Path) -> None:
     for line in rest:
         command = line.removeprefix("graphrun ")
         assert process(*shlex.split(HEADLESS.get(command, command)), cwd=folder).code == 0, line
+    robot = folder / "robots" / f"{folder.name}.yaml"
+    data = yaml.safe_load(robot.read_text(encoding="utf-8"))
+    example = next(block for block in blocks(GUIDE, "yaml") if "sensors:" in block)
+    for section, entries in yaml.safe_load(
+        example.replace("base_footprint/", "")
+    ).items():  # which the small robot has not
+        data[section] = data.get(section, {}) | entries
+    robot.write_text(json.dumps(data), encoding="utf-8")
+    assert "/imu " in process("topics", f"{folder.name}.yaml", cwd=folder, code=0).out
     check = next(text for text in quoted(GUIDE) if "--check" in text)
     assert process(*shlex.split(check)[1:], cwd=folder).code == 0
 

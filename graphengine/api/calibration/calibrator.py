@@ -105,10 +105,10 @@ def calibrate(
 
 
 def choose_robot(scene: LoadedScene, name: str | None) -> RobotInstance:
-    """Return the robot with a name; without a name the only robot, or the first if all are made from one file.
+    """Return the robot with the given name; without a name, the only robot, or the first one if all have the same robot file.
 
     Raises:
-        UsageError: no robot has the name, or the scene has none, or several different ones.
+        UsageError: the scene has no robot, no robot has the name, or no name is given and the robot files differ.
     """
     robots = scene.world.robots if scene.world is not None else {}
     if not robots:

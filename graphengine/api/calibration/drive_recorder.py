@@ -88,7 +88,7 @@ class DriveRecorder:
         return len(self._rows)
 
     def begin(self) -> None:
-        """Let the robot stand until odometry is published, and start a new trace with the present as its first row."""
+        """Let the robot stand until odometry is published, then start a new trace with the present state as its first row."""
         self.drive(STILL, REST)
         del self._rows[:-1]
 

@@ -183,7 +183,7 @@ class ImuNoise:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """Figures of a robot, measured by test drives on a flat floor. `Scene.calibrate` returns them.
+    """What test drives on a flat floor measured on a robot; returned by `Scene.calibrate`.
 
     Attributes:
         robot: name of the robot in its scene.
@@ -192,11 +192,11 @@ class Calibration:
         speed: commanded speed, m/s.
         turn_speed: commanded turn rate, rad/s.
         moves: whether the robot moves and stays upright; `notes` has the reason if not.
-        kinematics: by what the robot can do: `differential` turns on the spot, `mecanum` also goes sideways, `ackermann`
+        kinematics: `differential` if the robot turns on the spot, `mecanum` if it also goes sideways, `ackermann` if it
             turns in arcs only; empty if it does not turn.
         motions: test drives with a constant command.
         wheels: driven wheels.
-        wheel_radius: mean rolling radius of the wheels, m; odometry with it measures the true distance.
+        wheel_radius: mean rolling radius of the wheels, m, with which wheel odometry measures the true distance.
         track: distance between left and right wheels with which odometry measures the true turn, m; for mecanum wheels the
             sum of track and wheel base.
         wheel_base: distance between the axles with which the steering angles give the true turn rate, m; ackermann only.
