@@ -27,8 +27,8 @@ def manifest_name(folder: Path) -> str | None:
 
 def package_folder(path: Path) -> Path:
     """Return the folder of the package that a file lies in; outside of packages, the file's own folder."""
-    folders = path.resolve().parents
-    return next((folder for folder in folders if (folder / MANIFEST).is_file()), folders[0])
+    resolved = path.resolve()
+    return next((folder for folder in resolved.parents if (folder / MANIFEST).is_file()), resolved.parent)
 
 
 def walk(top: Path, depth: int, closes: Callable[[Sequence[str]], bool]) -> Iterator[tuple[Path, list[str]]]:
