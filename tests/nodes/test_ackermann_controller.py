@@ -97,7 +97,7 @@ def test_of_sizes_the_absolute_values_count() -> None:
 
 @pytest.mark.parametrize("missing", [{"wheel_base": 0.0}, {"front_wheel_radius": 0.0, "back_wheel_radius": 0.0}])
 def test_without_a_size_it_refuses_and_says_which(missing: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match="must be .*not 0|must be other than 0"):
+    with pytest.raises(ValueError, match=r"must be .*not 0|must be other than 0"):
         controller(**missing).compute()
 
 
