@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Collection, Sequence
 from itertools import zip_longest
@@ -56,8 +55,7 @@ def report(imported: Imported, findings: Findings) -> list[str]:
 
 def example(imported: Imported) -> str:
     """Return a line with an example scene that has the robot on the floor."""
-    lift = math.ceil(round(-(imported.lowest or 0.0), 4) * 1000) / 1000
-    place = f", position: [0, 0, {lift:g}]" if imported.free and lift else ""
+    place = f", position: [0, 0, {imported.lift:g}]" if imported.lift else ""
     return f"in a scene: robots: {{{imported.robot.name}: {{use: {imported.use}{place}}}}}"
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from graphengine.cli.common import clean
+from graphengine.cli.common import clean, table
 from graphengine.format.atomic_write import write_together
 from graphengine.format.files import near, shipped
 from graphengine.format.version import __version__
@@ -29,7 +28,7 @@ SCENE = """\
 # What `graphrun run {name}.yaml` runs.
 format: 1
 scene: {key}
-world: {world}    # one that comes with graphengine; an MJCF file of yours in this folder does as well
+world: {world}    # a world of graphengine; or an MJCF file in this folder
 physics: {{tick_rate: 60, substeps: 4}}
 settle: true    # the robot comes to rest before t = 0
 robots:
@@ -37,7 +36,7 @@ robots:
     use: robots/{name}.yaml
     position: [{x:g}, {y:g}, {z:g}]    # m
     orientation: {{rpy_deg: [0, 0, 0]}}
-    robot_state: true    # publishes what robot_state_publisher does: /robot_description, /tf and /tf_static
+    robot_state: true    # publishes /robot_description, /tf and /tf_static, as robot_state_publisher does
     # namespace: {name}    # puts its topics below /{name}
 graphs:
   clock: {{use: graphs/clock.yaml, at: /World/clock}}
@@ -53,7 +52,7 @@ graphs:
 """
 
 TEST = '''\
-"""The robot moves as it is told, on a flat floor."""
+"""The robot follows its commands on a flat floor."""
 
 from pathlib import Path
 
@@ -66,7 +65,7 @@ def test_the_files_have_no_mistakes() -> None:
     assert main(["check", str(SCENE)]) == 0
 
 
-def test_the_robot_moves_as_told_within_two_percent() -> None:
+def test_the_robot_follows_its_commands_within_two_percent() -> None:
     assert main(["calibrate", str(SCENE), "--check", "0.02"]) == 0
 '''
 
@@ -75,14 +74,19 @@ README = """\
 
 {source}, run by graphengine {version}: `pip install -r requirements.txt`, then in this folder
 
-    graphrun run {name}.yaml --view      # in a browser: the robot, and the graphs that drive it; --watch takes over what you save
-    graphrun teleop                     # in another terminal: drive it from the keyboard
-    graphrun topics {name}.yaml          # what it publishes and listens to
-    graphrun calibrate {name}.yaml       # what it was told against what it did, and how true its odometry is
-    graphrun check {name}.yaml && pytest # before you commit
+{commands}
 
 `{name}.yaml` is the scene: the world and where the robot stands, `robots/{name}.yaml` the robot, `graphs/` what it does.
 """
+
+
+COMMANDS = (
+    ("graphrun run {name}.yaml --view", "# the robot and its graphs in a browser; --watch reloads files that you save"),
+    ("graphrun teleop", "# in another terminal: drive it from the keyboard"),
+    ("graphrun topics {name}.yaml", "# the topics that it publishes and subscribes to"),
+    ("graphrun calibrate {name}.yaml", "# commanded against reached motion, and the errors of its odometry"),
+    ("graphrun check {name}.yaml && pytest", "# before you commit"),
+)
 
 
 class Project:
@@ -113,8 +117,7 @@ class Project:
             self._add(path, text)
         for path, source in imported.copies.items():
             self._contents[path] = source.read_bytes()
-        lift = math.ceil(-(imported.lowest or 0.0) * 1000) / 1000 if imported.free else 0.0
-        self._add_rest(f"The robot of {imported.draft.source}", lift)
+        self._add_rest(f"The robot of {imported.draft.source}", imported.lift)
 
     def write(self) -> None:
         """Write all files or none."""
@@ -137,4 +140,6 @@ class Project:
         self._add(self.folder / f"{self.name}.yaml", scene)
         self._add(self.folder / "test_drive.py", TEST.format(name=self.name))
         self._add(self.folder / "requirements.txt", f"graphengine[view]=={__version__}\npytest\n")
-        self._add(self.folder / "README.md", README.format(name=self.name, source=source, version=__version__))
+        commands = table([(command.format(name=self.name), about) for command, about in COMMANDS], indent="    ")
+        readme = README.format(name=self.name, source=source, version=__version__, commands=commands)
+        self._add(self.folder / "README.md", readme)

@@ -273,13 +273,22 @@ def _commands(context: LintContext) -> Iterator[_Command]:
         wired = {wire.target_field for wire in wires if wire.target == index}
         if index not in graph.plan.order or ({"joint_names", "joint_indices"} & wired and not node.joint_names):
             continue
+        robot = robot_of(context, node)
+        if robot is None:
+            continue
+        joints: tuple[str, ...] = robot.facts.get("joints", ())
         try:
-            robot = context.stage.stands_for_robot(context.stage.find(node.prim()))
-            joints: tuple[str, ...] = robot.facts.get("joints", ()) if robot else ()
             chosen = node.joint_names or tuple(joints[number] for number in node.joint_indices) or joints
-        except (GraphError, IndexError):  # reported by the dry setup
+        except IndexError:  # reported by the dry setup
             continue
         kinds = tuple(kind for kind in _KINDS if kind in wired or len(getattr(node, kind)))
-        if robot is not None:
-            by_choice = bool(node.joint_names or len(node.joint_indices))
-            yield _Command(graph, instance, robot, tuple(chosen), kinds, by_choice)
+        by_choice = bool(node.joint_names or len(node.joint_indices))
+        yield _Command(graph, instance, robot, tuple(chosen), kinds, by_choice)
+
+
+def robot_of(context: LintContext, node: RobotNode) -> Prim | None:
+    """Return the robot of a node; None if its inputs do not name one, which the dry setup reports."""
+    try:
+        return context.stage.stands_for_robot(context.stage.find(node.prim()))
+    except GraphError:
+        return None

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graphengine.compiler.lint_registry import lint
-from graphengine.format.errors import BadValueError, PrimError
+from graphengine.format.errors import BadValueError
 from graphengine.node import Doubles, ExecIn, In, Node, Out, State
 from graphengine.nodes.checked import check_outcome
-from graphengine.nodes.core.articulation import IsaacArticulationController
+from graphengine.nodes.core.articulation import IsaacArticulationController, robot_of
 from graphengine.nodes.wheeled_robots.geometry_check import Effects, compare_geometry
 from graphengine.nodes.wheeled_robots.limits import limited, ramped
 
@@ -106,9 +106,6 @@ def _driven(context: LintContext) -> Iterator[tuple[Instance, DifferentialContro
             drives = graph.instances[wire.target].make_node()
             if not isinstance(drives, IsaacArticulationController):
                 continue
-            try:
-                robot = context.stage.stands_for_robot(context.stage.find(drives.prim()))
-            except (PrimError, IndexError):  # reported by the dry setup
-                continue
+            robot = robot_of(context, drives)
             if robot is not None:
                 yield source, node, robot, drives.joint_names or tuple(robot.facts.get("joints", ()))

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graphengine.compiler.lint_registry import lint
-from graphengine.format.errors import PrimError
 from graphengine.node import BadValueError, Bound, Clock, Context, ContextError, ExecOut, In, Out, State
 from graphengine.node.types import Double2, Doubles, Int, Quaterniond, Token, Tokens, Vector3d, read_only
 from graphengine.nodes.checked import check_finite, check_outcome
-from graphengine.nodes.core.articulation import RobotNode
+from graphengine.nodes.core.articulation import RobotNode, robot_of
 from graphengine.nodes.wheeled_robots import wheel_motion
 from graphengine.nodes.wheeled_robots.dead_reckoning import Floats, Planar, in_space, moved, to_origin, uncertainty
 from graphengine.nodes.wheeled_robots.geometry_check import Effects, compare_geometry
@@ -266,10 +265,7 @@ def lint_geometry_of_odometry(context: LintContext) -> None:
         joints = node.left_joints + node.right_joints
         if node.kinematics != "differential" or len(joints) != 2:
             continue
-        try:
-            robot = context.stage.stands_for_robot(context.stage.find(node.prim()))
-        except (PrimError, BadValueError):  # reported by the dry setup
-            continue
+        robot = robot_of(context, node)
         if robot is not None:
             compare_geometry(context, source, node, robot, joints, _EFFECTS)
 

@@ -56,7 +56,7 @@ def rolls_away(velocity: Twist) -> list[str]:
 
 
 def stands_still(drives: DriveRecorder, wheels: WheelMeter, load: dict[str, float]) -> list[str]:
-    """Explain why a robot does not move although it is commanded; the last drive of `drives` was such a command."""
+    """Explain why a robot did not move in the last drive of `drives`, which commanded a motion."""
     trace = drives.trace(drives.rows // 2)
     rates = {name: rate for name, rate in wheels.rates(trace).items() if abs(rate) > 0.05}
     if rates:

@@ -157,7 +157,7 @@ class DriveRecorder:
         return _planar_message(message.pose.pose)
 
     def _frame(self, name: str) -> Frame:
-        """The frame of the robot with a name in TF; the base link if there is none."""
+        """Return the robot's frame that has this name in TF, or the base link's frame if none has it."""
         named = [prim for prim in self._prim.descendants() if _can_be_frame(prim) and prim.frame_name == name]
         return self._world.frame(named[0]) if named else self._base
 

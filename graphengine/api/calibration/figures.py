@@ -1,4 +1,4 @@
-"""The results of a calibration. SI units; a figure that could not be measured is None."""
+"""The results of a calibration, in SI units. A value that could not be measured is None."""
 
 from __future__ import annotations
 

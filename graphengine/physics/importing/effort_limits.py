@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from graphengine.physics.description.urdf import UrdfJoint
-from graphengine.physics.files.xml import numbers
+from graphengine.physics.files.xml import number
 from graphengine.physics.importing.draft import Draft, Remark
 
 _FAST = 1.0
@@ -35,5 +35,4 @@ def _dynamics(joint: UrdfJoint) -> tuple[float, float]:
     dynamics = joint.element.first("dynamics")
     if dynamics is None:
         return 0.0, 0.0
-    damping, friction = (numbers(dynamics.get(name, "0"), 1) or (0.0,) for name in ("damping", "friction"))
-    return damping[0], friction[0]
+    return number(dynamics.get("damping")) or 0.0, number(dynamics.get("friction")) or 0.0

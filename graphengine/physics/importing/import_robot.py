@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -112,6 +113,11 @@ class Imported:
     outside: list[Path]
     use: str
     draft: Draft
+
+    @property
+    def lift(self) -> float:
+        """Height (m) of the root link at which the robot stands on a floor, rounded up to 1 mm; 0 for a fixed base."""
+        return math.ceil(round(-(self.lowest or 0.0), 4) * 1000) / 1000 if self.free else 0.0
 
 
 def import_robot(origin: Origin, findings: Findings) -> Imported | None:
