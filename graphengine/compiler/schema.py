@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 from graphengine.compiler.registry import Registry, short_names
-from graphengine.format.spec import KINDS
+from graphengine.format.spec_reader import KINDS
 from graphengine.node.node_class import Node
 from graphengine.node.port import Port
 from graphengine.node.types import PortType, brief

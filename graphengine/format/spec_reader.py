@@ -16,10 +16,14 @@ from pydantic import BaseModel, ValidationError
 from graphengine.format import document as documents
 from graphengine.format.diagnostics import MAX_ERRORS, Findings
 from graphengine.format.document import Document, Location
-from graphengine.format.spec import FORMAT, KINDS, NodeSpec, Spec
+from graphengine.format.robot_spec import RobotSpec
+from graphengine.format.spec import FORMAT, GraphSpec, NodeSpec, SceneSpec, Spec
 from graphengine.format.wording import listing, shown
 
 S = TypeVar("S", bound=Spec)
+
+KINDS: dict[str, type[Spec]] = {"graph": GraphSpec, "scene": SceneSpec, "robot": RobotSpec}
+"""Specs by kind of file, whose name is a key of all files of the kind."""
 
 _PLAIN: Mapping[str, tuple[str, str]] = {
     "missing": ("G107", "missing key {name!r}"),

@@ -13,10 +13,11 @@ import pytest
 
 from graphengine.compiler.registry import default_registry
 from graphengine.compiler.schema import make_schema
-from graphengine.format import document, spec, spec_reader
+from graphengine.format import document, spec_reader
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import shipped
-from graphengine.format.spec import GraphSpec, RobotSpec, SceneSpec, Spec
+from graphengine.format.robot_spec import RobotSpec
+from graphengine.format.spec import GraphSpec, SceneSpec, Spec
 
 SHIPPED = [path for folder in ("graphs", "scenes") for path in sorted((shipped() / folder).rglob("*.yaml"))]
 FILES = [path for path in SHIPPED if "sensors" not in path.parts]
@@ -89,7 +90,7 @@ def test_the_schema_refuses_what_check_refuses(kind: str, data: dict[str, Any]) 
 def test_specs_survive_pickling(path: Path) -> None:
     kind, _ = read(path)
     findings = Findings()
-    loaded = spec_reader.read(spec.KINDS[kind], path, findings)
+    loaded = spec_reader.read(spec_reader.KINDS[kind], path, findings)
     assert not findings.items
     assert loaded is not None
     again = pickle.loads(pickle.dumps(loaded.spec))

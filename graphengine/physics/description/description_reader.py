@@ -7,7 +7,7 @@ from pathlib import Path
 from graphengine.format import document
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
-from graphengine.format.spec import RobotSpec
+from graphengine.format.robot_spec import RobotSpec
 from graphengine.format.spec_reader import Loaded, validate
 from graphengine.physics.description import xacro
 from graphengine.physics.description.robot_file import RobotFile

@@ -9,7 +9,7 @@ from typing import Any
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Document
 from graphengine.format.files import Files
-from graphengine.format.spec import RobotSpec
+from graphengine.format.robot_spec import RobotSpec
 from graphengine.format.spec_reader import Loaded, read, validate
 
 MAX_CHAIN = 10

@@ -15,7 +15,7 @@ import numpy as np
 
 from graphengine.devices.backend import Friction, Light
 from graphengine.devices.stage import Prim, Stage
-from graphengine.format.spec import MaterialSpec
+from graphengine.format.robot_spec import MaterialSpec
 from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import collides, mujoco
 from graphengine.physics.model.materials import against_floor

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graphengine.format.spec import JointSpec
+from graphengine.format.robot_spec import JointSpec
 from graphengine.physics.engine import Indices, mujoco
 
 DEGREES = 180 / math.pi

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.spec import JointSpec, JointStartSpec, RobotUse
+from graphengine.format.robot_spec import JointSpec
+from graphengine.format.spec import JointStartSpec, RobotUse
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.description.urdf import Urdf, UrdfJoint
 

@@ -20,7 +20,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from graphengine.format.spec import MaterialSpec
+from graphengine.format.robot_spec import MaterialSpec
 
 RULES = {"average": "average", "min": "lesser", "multiply": "product", "max": "greater"}
 """Ways to combine two numbers, in words; where two materials differ in it, the later one counts."""

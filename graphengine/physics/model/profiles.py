@@ -16,7 +16,8 @@ from graphengine.format.document import Document, Value
 from graphengine.format.files import Files, NotFoundError, shipped
 from graphengine.format.kinds import DEVICES
 from graphengine.format.legal_names import Name
-from graphengine.format.spec import UPRIGHT, Format, Orientation, Share, Spec, Vector
+from graphengine.format.robot_spec import Share
+from graphengine.format.spec import UPRIGHT, Format, Orientation, Spec, Vector
 from graphengine.format.spec_reader import Loaded, read, validate
 from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS, Offsets, Profile

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from graphengine.devices.rotation import Quaternion, Vector3, rotate
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.files import Files
-from graphengine.format.spec import RobotSpec, WheelColliderSpec
+from graphengine.format.robot_spec import RobotSpec, WheelColliderSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.description.description_reader import read_description
 from graphengine.physics.description.robot_file import RobotFile

@@ -9,7 +9,7 @@ import numpy as np
 
 from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
-from graphengine.format.spec import SpringSpec, WheelColliderSpec
+from graphengine.format.robot_spec import SpringSpec, WheelColliderSpec
 from graphengine.physics.description.for_mujoco import for_mujoco
 from graphengine.physics.description.mjcf import parse
 from graphengine.physics.description.urdf import WORLD, Mimic, Urdf

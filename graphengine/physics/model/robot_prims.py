@@ -13,7 +13,7 @@ from graphengine.devices.rotation import from_orientation
 from graphengine.devices.stage import Prim, PrimKind, Stage
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import AmbiguousPrimError, PrimError
-from graphengine.format.spec import MaterialSpec, SensorSpec
+from graphengine.format.robot_spec import MaterialSpec, SensorSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.model.profiles import RigProfile
 from graphengine.physics.model.robot import RobotInstance

@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from graphengine.format.spec import MaterialSpec, RobotUse
+from graphengine.format.robot_spec import MaterialSpec
+from graphengine.format.spec import RobotUse
 from graphengine.physics.dynamics.directed_friction import _compiled, turn_contacts
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.materials import sentences

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.format.spec import MaterialSpec
+from graphengine.format.robot_spec import MaterialSpec
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.materials import against_floor, combine, sentences, stronger
 from graphengine.physics.simulation import Simulation
