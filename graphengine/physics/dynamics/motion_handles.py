@@ -6,6 +6,7 @@ was recompiled.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -74,6 +75,13 @@ class Joints(Handle):
         """Names in the articulation's order, without the robot's prefix."""
         self.prismatic: tuple[bool, ...] = prim.facts["prismatic"]
         """For each joint, whether it slides."""
+        joints = len(self.joint_names)
+        self.ranges: tuple[tuple[float, float], ...] = prim.facts.get("ranges", ((-math.inf, math.inf),) * joints)
+        """Lowest and highest position of each joint, rad or m."""
+        self.max_velocities: tuple[float, ...] = prim.facts.get("max_velocities", (math.inf,) * joints)
+        """Velocity limit of each joint, rad/s or m/s."""
+        self.leaders: tuple[str, ...] = prim.facts.get("leaders", ("",) * joints)
+        """Name of the joint that each joint mimics, or an empty string."""
         self.resets = 0
         """Number of resets so far."""
         super().__init__(simulation, prim)
