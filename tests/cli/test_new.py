@@ -54,6 +54,7 @@ def test_a_project_from_a_description_holds_all_its_files(graphrun: Graphrun, wo
         "cart.yaml",
         "graphs/base/differential.yaml",
         "graphs/base/state.yaml",
+        "graphs/joint_commands.yaml",
         "graphs/publishers/camera.yaml",
         "graphs/publishers/frame.yaml",
         "requirements.txt",
@@ -62,7 +63,8 @@ def test_a_project_from_a_description_holds_all_its_files(graphrun: Graphrun, wo
         "robots/cart/meshes/body.obj",
         "robots/lid/meshes/body.obj",
         "robots/meshes/body.obj",
-        "test_drive.py",
+        "ros2_control.xacro",
+        "test_robot.py",
     ]
     shutil.rmtree("ws")
     (workspace / "elsewhere").mkdir()

@@ -97,6 +97,7 @@ class Draft:
         guessed: what the description does not say and the file needs.
         lost: what the description says and the file cannot hold, with the reason.
         noticed: what the robot does as it is described, such as a weight that rests on its chassis.
+        commanded: joints that a topic commands, apart from those of a base.
         mujoco_warnings: of the models that the draft was tried as, as keys.
     """
 
@@ -115,6 +116,7 @@ class Draft:
     guessed: list[Remark] = field(default_factory=list)
     lost: list[Remark] = field(default_factory=list)
     noticed: list[Remark] = field(default_factory=list)
+    commanded: list[str] = field(default_factory=list)
     mujoco_warnings: dict[str, None] = field(default_factory=dict)
     _used: dict[int, Element] = field(default_factory=dict)
 
