@@ -1,9 +1,8 @@
 """How an arm holds a pose, follows a trajectory and answers goals: `python -m tests.bench.arm_figures SCENE [--flange LINK]`.
 
-SCENE has one robot with the graph `arm/trajectory`, which starts in the pose to measure. The trajectory has 50 points with positions
-and velocities; each joint swings about its start at half its speed limit. Errors are those at the time of a point, of the joint
-with the largest. The payload is a point of 1 kg at the flange, which the model of the arm's gravity compensation does not have.
-Prints JSON.
+SCENE has one robot with the graph `arm/trajectory`, which starts in the pose to measure. The trajectory has 50 points with
+positions and velocities; each joint swings about its start at half its speed limit. Errors are those at the time of a point, of
+the joint with the largest. The payload is a point of 1 kg at the flange, unknown to the arm's gravity compensation. Prints JSON.
 """
 
 from __future__ import annotations
@@ -187,6 +186,7 @@ def figures(path: Path, flange: str) -> dict[str, Any]:
         with started(scene, flange, payload) as arm:
             start = np.array([arm.handle.set_points()[0][arm.handle.joint_names.index(name)] for name in arm.joints])
             arm.sim.run(HOLD)
+            found["joints"] = len(arm.joints)
             found[f"hold{kind}"] = float(np.abs(arm.positions() - start).max() * 1000)
             errors, code = arm.follow(arm.swings())
             found |= {f"points{kind}": float(np.abs(errors).max() * 1000), f"code{kind}": code}

@@ -44,20 +44,35 @@ class Arm:
 
 
 def fill(draft: Draft, controllers: Sequence[Controller], drivetrain: Drivetrain | None) -> None:
-    """Add the graphs that publish and command joints with drives, unless they are those of a base."""
-    base = {joint.joint for joint in drivetrain.wheels} if drivetrain is not None else set()
+    """Add the graphs of joints with drives, apart from those of a base."""
+    base = {wheel.joint for wheel in drivetrain.wheels} if drivetrain is not None else set()
     base |= {joint.name for joint in drivetrain.steering} if drivetrain is not None else set()
     drives = {name: entry.value.get("drive") for name, entry in draft.sections["joints"].items()}
     driven = [name for name, drive in drives.items() if drive and name not in base]
     held = [name for name in driven if "stiffness" in drives[name]]
+    add_graphs(draft, driven, held, controllers, on_base=drivetrain is not None)
+
+
+def add_graphs(
+    draft: Draft, driven: list[str], held: Collection[str], controllers: Sequence[Controller] = (), *, on_base: bool
+) -> None:
+    """Add the graphs of some joints.
+
+    Args:
+        draft: takes the graphs, and remarks on them.
+        driven: joints that take commands.
+        held: those of them that take positions.
+        controllers: of ros2_control.
+        on_base: whether the robot has a base, whose graph publishes the states of all joints.
+    """
     if not driven:
         return
     draft.commanded = driven
-    if drivetrain is None:  # the graph of a base publishes the joints itself
+    if not on_base:
         _add(draft, STATES, f"graphs/{STATES}.yaml", {})
     _add(draft, COMMANDS, f"graphs/{COMMANDS}.yaml", {})
     arms = list(_of_controllers(draft, controllers, held))
-    if not arms and (draft.fixed_base or draft.urdf.root == WORLD or drivetrain is not None):
+    if not arms and (draft.fixed_base or draft.urdf.root == WORLD or on_base):
         arms = list(_of_chains(draft, held))
     for arm in arms:
         _add_arm(draft, arm, "arm" if len(arms) == 1 else arm.controller.removesuffix("_controller"))
