@@ -34,7 +34,10 @@ def urdf() -> str:
     grip = '<limit lower="0" upper="0.04" effort="20" velocity="0.2"/>'
     mimic = f'{grip}<mimic joint="{FINGER}"/>'
     parts += [_link("left", 0.05, 0.05), _joint(FINGER, "prismatic", parent, "left", "0 1 0", "0 0.01 0.05", grip)]
-    parts += [_link("right", 0.05, 0.05), _joint(FOLLOWER, "prismatic", parent, "right", "0 -1 0", "0 -0.01 0.05", mimic)]
+    parts += [
+        _link("right", 0.05, 0.05),
+        _joint(FOLLOWER, "prismatic", parent, "right", "0 -1 0", "0 -0.01 0.05", mimic),
+    ]
     return "\n".join([*parts, "</robot>\n"])
 
 
