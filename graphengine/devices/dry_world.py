@@ -196,9 +196,10 @@ class ArticulationStub(Shared):
         self.ranges: tuple[tuple[float, float], ...] = robot.facts.get("ranges", ((-math.inf, math.inf),) * joints)
         self.max_velocities: tuple[float, ...] = robot.facts.get("max_velocities", (math.inf,) * joints)
         self.leaders: tuple[str, ...] = robot.facts.get("leaders", ("",) * joints)
-        at_rest = np.zeros(len(self.joint_names))
+        self.stiffness: NDArray[np.float64] = np.array(robot.facts.get("stiffness", (0.0,) * joints))
+        at_rest = np.zeros(joints)
         self.state: dict[str, ArrayLike] = {"position": at_rest, "velocity": at_rest, "effort": at_rest}
-        self.targets = {kind: [math.nan] * len(self.joint_names) for kind in self.state}
+        self.targets = {kind: [math.nan] * joints for kind in self.state}
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelectionStub:
         """Select the joints with these names, else those with these indices, else all."""

@@ -110,6 +110,10 @@ class Articulation(Protocol):
         """Name of the joint that each joint mimics; empty for a joint that moves by itself."""
 
     @property
+    def stiffness(self) -> NDArray[np.float64]:
+        """Stiffness of each joint's drive, N m/rad or N/m; 0 without a position drive."""
+
+    @property
     def resets(self) -> int:
         """Number of resets so far: positions before and after a reset differ without a motion."""
 

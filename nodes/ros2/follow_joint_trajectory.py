@@ -101,14 +101,13 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         published = context.joint_names(self.prim())
         self.joints = ControlledJoints.of(robot, names, published)
         joints = len(names)
-        for port in ("path_tolerances", "goal_tolerances"):
-            given = getattr(self, port)
+        for port, given in (("pathTolerances", self.path_tolerances), ("goalTolerances", self.goal_tolerances)):
             if len(given) not in (0, 1, joints) or not (given >= 0.0).all():
                 raise ContextError(f"{port} must be one number, or {joints}, that are not negative", given.tolist())
         self.defaults = Tolerances.by_default(
             joints, self.path_tolerances, self.goal_tolerances, self.stopped_velocity_tolerance, self.goal_time
         )
-        self.joint_names_out = tuple(names)
+        self.commanded = tuple(names)
 
     def compute(self) -> Fire:
         """Take trajectories that arrived, and follow the present one."""
@@ -136,7 +135,9 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
             if len(trajectory.points):
                 spline = read_trajectory(trajectory, self.joints, start, partial=self.allow_partial_joints_goal)
         except TrajectoryError as error:
-            self.refuse(goal, self.result(error.code, str(error)), str(error))
+            self.logger.log("warning", f"{self.server.action}: {error}")
+            if goal is not None:
+                goal.abort(self.result(error.code, str(error)))
             return None
         if self.goal is not None:
             by = "a new goal" if goal is not None else "a trajectory from the topic"

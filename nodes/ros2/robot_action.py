@@ -32,6 +32,7 @@ class RobotActionNode(RobotNode):
     clock: Clock = Bound()
     logger: Context = Bound()
     server: ActionServer = Bound()
+    commanded: Tokens = Bound()
     goal: Goal | None = State(default=None)
 
     def bind(self, context: Context, action_type: str, action: str) -> None:
@@ -44,14 +45,9 @@ class RobotActionNode(RobotNode):
         """Return the options of topics and actions that the inputs set: namespace and domain."""
         return {"namespace": self.node_namespace, "ros_context": self.context}
 
-    def refuse(self, goal: Goal | None, result: Any, reason: str) -> None:
-        """Log why a goal or a message cannot be followed, and end the goal."""
-        self.logger.log("warning", f"{self.server.action}: {reason}")
-        if goal is not None:
-            goal.abort(result)
-
     def command(self, positions: Floats, velocities: Floats) -> int:
-        """Output set points, and return the port to fire."""
+        """Output set points of the joints `commanded`, and return the port to fire."""
+        self.joint_names_out = self.commanded
         self.position_command = np.clip(positions, -_LARGEST, _LARGEST)
         self.velocity_command = np.clip(velocities, -_LARGEST, _LARGEST)
         return self.exec_out

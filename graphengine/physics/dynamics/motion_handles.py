@@ -106,9 +106,9 @@ class Joints(Handle):
         self._qpos, self.dofs = model.jnt_qposadr[ids].astype(np.intp), model.jnt_dofadr[ids].astype(np.intp)
         self._children = model.jnt_bodyid[ids]
         self._trees = model.body_rootid[self._children]
-        self._stiffness, self._damping = np.array([(d.stiffness, d.damping) for d in own], float).reshape(-1, 2).T
+        self.stiffness, self._damping = np.array([(d.stiffness, d.damping) for d in own], float).reshape(-1, 2).T
         self.limits = command_limits(model, robot, ids.tolist())
-        self._has_springs = bool(self._stiffness.any())
+        self._has_springs = bool(self.stiffness.any())
         self.position_servos, self.velocity_servos = servo_ids(model, zip(joints, own, strict=True))
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> SelectedJoints:
@@ -142,7 +142,7 @@ class Joints(Handle):
         """
         force = self._damping * (self._control[self.velocity_servos] - self.velocities())
         if self._has_springs:
-            force += self._stiffness * (self._control[self.position_servos] - self.positions())
+            force += self.stiffness * (self._control[self.position_servos] - self.positions())
         efforts: Floats = force + self._data.qfrc_applied[self.dofs]
         return efforts
 
