@@ -1,4 +1,4 @@
-"""The arms of a robot: chains of joints with position drives, each without its gripper."""
+"""The arms of a robot, which are chains of joints with position drives, and their grippers."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def arm_chains(urdf: Urdf, driven: Collection[str]) -> list[tuple[str, ...]]:
         driven: joints with position drives, except those of a base and those that follow another.
     """
     above = {joint.name: _above(urdf, joint) for joint in urdf.moving()}
-    paths = {name: [each for each in [*above[name], name] if each in driven] for name in above if name in driven}
+    paths = _paths(above, driven)
     inner = {name for path in paths.values() for name in path[:-1]}
-    fingers = _fingers(above, paths)
+    fingers = {name for hand in _hands(above, paths) for name in hand}
     chains: dict[tuple[str, ...], None] = {}
     for path in (path for name, path in paths.items() if name not in inner):
         first = next((number for number, name in enumerate(path) if name in fingers), len(path))
@@ -36,6 +36,19 @@ def arm_chains(urdf: Urdf, driven: Collection[str]) -> list[tuple[str, ...]]:
     own = {chain: _own(chain, chains) for chain in chains}
     arms = [chain for chain in chains if len(own[chain]) >= _ARM]
     return arms if len(arms) == 1 else [own[chain] for chain in arms]
+
+
+def gripper_joints(urdf: Urdf, driven: Collection[str]) -> list[str]:
+    """Return the joint of each gripper: the only one with a drive of some fingers, which the others follow."""
+    above = {joint.name: _above(urdf, joint) for joint in urdf.moving()}
+    hands = _hands(above, _paths(above, driven))
+    leaders = [[name for name in hand if name in driven] for hand in hands]
+    return [hand[0] for hand in leaders if len(hand) == 1]
+
+
+def _paths(above: dict[str, list[str]], driven: Collection[str]) -> dict[str, list[str]]:
+    """The driven joints from the root to each driven joint."""
+    return {name: [each for each in [*above[name], name] if each in driven] for name in above if name in driven}
 
 
 def _above(urdf: Urdf, joint: UrdfJoint) -> list[str]:
@@ -49,18 +62,17 @@ def _above(urdf: Urdf, joint: UrdfJoint) -> list[str]:
     return found[::-1]
 
 
-def _fingers(above: dict[str, list[str]], paths: dict[str, list[str]]) -> set[str]:
-    """Joints at which an arm branches into fingers: into several branches, none of which is long enough for an arm."""
-    branches: defaultdict[str, set[str]] = defaultdict(set)
+def _hands(above: dict[str, list[str]], paths: dict[str, list[str]]) -> list[list[str]]:
+    """The joints at which an arm branches into fingers: into several branches, none of which is long enough for an arm."""
+    branches: defaultdict[str, list[str]] = defaultdict(list)
     depths: defaultdict[str, int] = defaultdict(int)
     for name, carriers in above.items():
         if carriers:
-            branches[carriers[-1]].add(name)
+            branches[carriers[-1]].append(name)
     for path in paths.values():
         for number, name in enumerate(path):
             depths[name] = max(depths[name], len(path) - number)
-    split = (each for each in branches.values() if len(each) > 1 and max(depths[name] for name in each) <= _FINGER)
-    return {name for each in split for name in each}
+    return [hand for hand in branches.values() if len(hand) > 1 and max(depths[name] for name in hand) <= _FINGER]
 
 
 def _own(chain: tuple[str, ...], chains: Collection[tuple[str, ...]]) -> tuple[str, ...]:

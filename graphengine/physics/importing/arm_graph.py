@@ -1,4 +1,4 @@
-"""The graphs of joints that no base drives: their states, their commands, and the trajectories of arms."""
+"""The graphs by which arms follow trajectories."""
 
 from __future__ import annotations
 
@@ -8,16 +8,10 @@ from typing import Any
 
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import did_you_mean, printable
-from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.importing.arm_chains import arm_chains
-from graphengine.physics.importing.base import Drivetrain
 from graphengine.physics.importing.controllers_file import Controller
-from graphengine.physics.importing.draft import Draft, Entry, Remark
+from graphengine.physics.importing.draft import Draft, Remark
 
-TRAJECTORY = "graphs/arm/trajectory.yaml"
-"""The graph of an arm."""
-STATES, COMMANDS = "joint_states", "joint_commands"
-"""Names of the graphs of joints in the robot file."""
 CONTROLLER = "joint_trajectory_controller"
 """Name of the controller in the graph of an arm, unless a parameter names another."""
 
@@ -27,7 +21,7 @@ class Arm:
     """An arm as a source describes it.
 
     Attributes:
-        controller: name of the controller whose actions and topics move it.
+        controller: name of the controller whose action and topic move it.
         joints: from its base to its flange, or in the controller's order.
         source: what says so, for people.
         span: its place.
@@ -43,72 +37,34 @@ class Arm:
     guessed: bool = False
 
 
-def fill(draft: Draft, controllers: Sequence[Controller], drivetrain: Drivetrain | None) -> None:
-    """Add the graphs of joints with drives, apart from those of a base."""
-    base = {wheel.joint for wheel in drivetrain.wheels} if drivetrain is not None else set()
-    base |= {joint.name for joint in drivetrain.steering} if drivetrain is not None else set()
-    drives = {name: entry.value.get("drive") for name, entry in draft.sections["joints"].items()}
-    driven = [name for name, drive in drives.items() if drive and name not in base]
-    held = [name for name in driven if "stiffness" in drives[name]]
-    add_graphs(draft, driven, held, controllers, on_base=drivetrain is not None)
-
-
-def add_graphs(
-    draft: Draft, driven: list[str], held: Collection[str], controllers: Sequence[Controller] = (), *, on_base: bool
-) -> None:
-    """Add the graphs of some joints.
+def fill(draft: Draft, held: Collection[str], controllers: Iterable[Controller], *, guess: bool) -> set[str]:
+    """Add a graph for each arm.
 
     Args:
         draft: takes the graphs, and remarks on them.
-        driven: joints that take commands.
-        held: those of them that take positions.
-        controllers: of ros2_control.
-        on_base: whether the robot has a base, whose graph publishes the states of all joints.
+        held: joints that take positions.
+        controllers: that may name the arms.
+        guess: whether chains of joints are arms if no controller names any.
+
+    Returns:
+        the joints of all arms.
     """
-    if not driven:
-        return
-    draft.commanded = driven
-    if not on_base:
-        _add(draft, STATES, f"graphs/{STATES}.yaml", {})
-    _add(draft, COMMANDS, f"graphs/{COMMANDS}.yaml", {})
-    arms = list(_of_controllers(draft, controllers, held))
-    if not arms and (draft.fixed_base or draft.urdf.root == WORLD or on_base):
+    arms = list(_of_controllers(draft, held, controllers))
+    if not arms and guess:
         arms = list(_of_chains(draft, held))
     for arm in arms:
-        _add_arm(draft, arm, "arm" if len(arms) == 1 else arm.controller.removesuffix("_controller"))
+        name = "arm" if len(arms) == 1 else printable(arm.controller.removesuffix("_controller"))
+        controller = {"controller": arm.controller} if arm.controller != CONTROLLER else {}
+        parameters = controller | {"joints": list(arm.joints)} | arm.parameters
+        count = f"{len(arm.joints)} joints"
+        draft.add_graph(name, "graphs/arm/trajectory.yaml", parameters, f"{count}, from {arm.source}")
+        remark = Remark(f"arm: trajectories of {count} on {printable(arm.controller)}, from {arm.source}", arm.span)
+        (draft.guessed if arm.guessed else draft.carried).append(remark)
+    return {name for arm in arms for name in arm.joints}
 
 
-def _add(draft: Draft, name: str, use: str, parameters: dict[str, Any], *comments: str) -> None:
-    parameters = {"base": draft.urdf.root} | parameters
-    if parameters["base"] == "base_link":  # the graph's default
-        del parameters["base"]
-    value: dict[str, Any] = {"use": use} | ({"parameters": parameters} if parameters else {})
-    draft.sections["graphs"][name] = Entry(value, list(comments))
-
-
-def _add_arm(draft: Draft, arm: Arm, name: str) -> None:
-    controller = {"controller": arm.controller} if arm.controller != CONTROLLER else {}
-    parameters = controller | {"joints": list(arm.joints)} | arm.parameters
-    _add(draft, printable(name), TRAJECTORY, parameters, f"{len(arm.joints)} joints, from {arm.source}")
-    text = f"arm: trajectories of {len(arm.joints)} joints on {printable(arm.controller)}, from {arm.source}"
-    (draft.guessed if arm.guessed else draft.carried).append(Remark(text, arm.span))
-
-
-def _of_controllers(draft: Draft, controllers: Iterable[Controller], held: Collection[str]) -> Iterator[Arm]:
-    """The arms of the trajectory controllers whose joints the description has."""
-    for controller in controllers:
-        word = controller.type.rpartition("/")[2]
-        if not word.endswith("JointTrajectoryController"):
-            continue
-        joints, source = controller.texts("joints"), printable(f"{word} {controller.name}")
-        if reason := _flaw(draft, joints, held):
-            draft.lost.append(Remark(f"{source}: {reason}", controller.span))
-        else:
-            yield Arm(controller.name, joints, source, controller.span, _parameters(controller, joints))
-
-
-def _flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
-    """Why a controller cannot move some joints; empty if it can."""
+def flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
+    """Return why a controller cannot move some joints; empty if it can."""
     for name in joints:
         if name not in draft.urdf.joints:
             near = did_you_mean(name, draft.urdf.joints)
@@ -118,8 +74,21 @@ def _flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
     return "" if joints else "it names no joints"
 
 
+def _of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[Controller]) -> Iterator[Arm]:
+    """The arms of the trajectory controllers whose joints the description has."""
+    for controller in controllers:
+        word = controller.type.rpartition("/")[2]
+        if not word.endswith("JointTrajectoryController"):
+            continue
+        joints, source = controller.texts("joints"), printable(f"{word} {controller.name}")
+        if reason := flaw(draft, joints, held):
+            draft.lost.append(Remark(f"{source}: {reason}", controller.span))
+        else:
+            yield Arm(controller.name, joints, source, controller.span, _parameters(controller, joints))
+
+
 def _parameters(controller: Controller, joints: Sequence[str]) -> dict[str, Any]:
-    """The constraints of a controller as parameters of the graph; those with the controller's defaults are left out."""
+    """The constraints of a controller as parameters of the graph."""
     tolerances = {
         f"{graph}_tolerances": [controller.positive(f"constraints.{joint}.{kind}") or 0.0 for joint in joints]
         for graph, kind in (("path", "trajectory"), ("goal", "goal"))

@@ -128,6 +128,13 @@ class Draft:
         """Return the entry of a section with this key; a new one if there is none."""
         return self.sections[section].setdefault(key, Entry())
 
+    def add_graph(self, name: str, use: str, parameters: dict[str, Any], *comments: str) -> None:
+        """Use an included graph with the parameter `base`, the root link, and others; comments stand above it."""
+        if self.urdf.root != "base_link":  # the default of the graphs
+            parameters = {"base": self.urdf.root} | parameters
+        value: dict[str, Any] = {"use": use} | ({"parameters": parameters} if parameters else {})
+        self.sections["graphs"][name] = Entry(value, list(comments))
+
     def use(self, element: Element) -> None:
         """Mark an element of the description, and all in it, as used, so that it is not listed as left behind."""
         self._used.update((id(part), part) for part in element.walk())

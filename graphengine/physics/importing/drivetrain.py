@@ -1,10 +1,10 @@
-"""Decides what drives a robot: the drives of its joints, and the graphs of its base and its arms."""
+"""Decides what drives a robot: the drives of its joints, and the graphs of its base, arms and grippers."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 
-from graphengine.physics.importing import arm_graph, base_graph, joint_drives
+from graphengine.physics.importing import base_graph, joint_drives, joint_graphs
 from graphengine.physics.importing.base import Base
 from graphengine.physics.importing.base_controllers import base_of_controllers
 from graphengine.physics.importing.base_guess import base_of_wheels
@@ -29,7 +29,7 @@ def fill(draft: Draft) -> None:
     if drivetrain is not None:
         base_graph.fill(draft, drivetrain)
     joint_drives.fill(draft, commands, wheels, drivetrain)
-    arm_graph.fill(draft, known, drivetrain)
+    joint_graphs.fill(draft, known, drivetrain)
 
 
 def _bases(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +17,14 @@ from tests.physics.importing.imported_bases import (
 )
 
 PLATE = f'<link name="plate"><inertial><mass value="5"/>{INERTIA}</inertial></link>'
+BALL = '<collision><geometry><sphere radius="0.03"/></geometry></collision>'
 LIMIT = '<limit lower="-2" upper="2" effort="20" velocity="1"/>'
 MIMIC = '<mimic joint="{0}finger"/>'
 
 
 def joint(name: str, parent: str, more: str = LIMIT, kind: str = "revolute") -> str:
     """A link that turns on another one; both have the name of the joint."""
-    return f"""<link name="{name}"><inertial><mass value="0.2"/>{INERTIA}</inertial></link>
+    return f"""<link name="{name}"><inertial><mass value="0.2"/>{INERTIA}</inertial>{BALL}</link>
 <joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{name}"/>
   <origin xyz="0 0 0.1"/><axis xyz="0 1 0"/>{more}
 </joint>"""
@@ -31,7 +33,7 @@ def joint(name: str, parent: str, more: str = LIMIT, kind: str = "revolute") -> 
 def arm(length: int, parent: str, prefix: str = "", *, gripper: bool = False) -> str:
     """A chain of joints prefix_joint_1, …, and two fingers, the second of which follows the first."""
     names = [parent, *(f"{prefix}joint_{number}" for number in range(1, length + 1))]
-    parts = [joint(name, carrier) for carrier, name in zip(names, names[1:], strict=False)]
+    parts = [joint(name, carrier) for carrier, name in pairwise(names)]
     if gripper:
         parts.append(joint(f"{prefix}finger", names[-1]))
         parts.append(joint(f"{prefix}other_finger", names[-1], LIMIT + MIMIC.format(prefix)))
@@ -58,6 +60,7 @@ def test_a_bolted_arm_gets_states_commands_and_trajectories_without_its_gripper(
         "joint_states": {"use": "graphs/joint_states.yaml", "parameters": {"base": "world"}},
         "joint_commands": {"use": "graphs/joint_commands.yaml", "parameters": {"base": "world"}},
         "arm": {"use": "graphs/arm/trajectory.yaml", "parameters": {"base": "world", "joints": joints(6)}},
+        "gripper": {"use": "graphs/arm/gripper.yaml", "parameters": {"base": "world", "joint": "finger"}},
     }
 
 
@@ -127,6 +130,44 @@ def test_a_trajectory_controller_gives_joints_and_tolerances(tmp_path: Path) -> 
 def test_legs_with_a_trajectory_controller_follow_trajectories(tmp_path: Path) -> None:
     text = f'<robot name="bot">{PLATE}{arm(2, "plate")}</robot>'
     assert graphs(tmp_path, text, ARM)["arm"]["parameters"]["joints"] == ["joint_2", "joint_1"]
+
+
+@pytest.mark.parametrize(
+    ("package", "more"),
+    [("position_controllers", {}), ("parallel_gripper_action_controller", {"action_type": "ParallelGripperCommand"})],
+)
+def test_a_gripper_controller_gives_joint_and_tolerance(tmp_path: Path, package: str, more: dict[str, str]) -> None:
+    hand = f"""hand_controller:
+  ros__parameters:
+    type: {package}/GripperActionController
+    joint: finger
+    goal_tolerance: 0.02
+    allow_stalling: true
+"""
+    found = graphs(tmp_path, bolted(arm(2, "plate", gripper=True)), ARM + hand)
+    assert found["gripper"]["parameters"] == {
+        "base": "world",
+        "joint": "finger",
+        "controller": "hand_controller",
+        "goal_tolerance": 0.02,
+        **more,
+        "allow_stalling": True,
+    }
+
+
+def test_each_of_two_grippers_has_a_controller(tmp_path: Path) -> None:
+    arms = arm(4, "plate", "left_", gripper=True), arm(4, "plate", "right_", gripper=True)
+    found = graphs(tmp_path, bolted(*arms))
+    assert {name: each["parameters"]["joint"] for name, each in found.items() if "gripper" in name} == {
+        "gripper_1": "left_finger",
+        "gripper_2": "right_finger",
+    }
+
+
+def test_fingers_that_do_not_follow_one_another_get_no_gripper(tmp_path: Path) -> None:
+    fingers = joint("left", "joint_3"), joint("right", "joint_3")
+    found = graphs(tmp_path, bolted(arm(3, "plate"), *fingers))
+    assert [*found] == ["joint_states", "joint_commands", "arm"]
 
 
 @pytest.mark.parametrize("interface", ["position", "velocity", "effort"])
