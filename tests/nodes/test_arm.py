@@ -17,7 +17,7 @@ from tests.action_peer import ActionPeer
 from tests.nodes.harness import Player, Playing
 from tests.nodes.trajectories import FOLLOW, point, trajectory
 
-RATE, DURATION, POINTS = 500, 4.0, 50
+RATE, DURATION, POINTS = 200, 4.0, 50
 SCENE = """
     format: 1
     scene: arm
