@@ -91,6 +91,7 @@ class Draft:
         controllers: parameters of ros2_control that the user gave.
         library: reads the meshes; None for a description that is not imported.
         wheels: by joint, in order of the joints.
+        servos: joints whose drives hold a position, with gains that the description does not give.
         settings: keys at the top level of the file with plain values, such as `self_collision`.
         sections: entries by section (`joints`, `materials`, `sensors`, `graphs`, …) and key, in order of the file.
         carried: what the description says and the file repeats.
@@ -109,6 +110,7 @@ class Draft:
     controllers: Document | None = None
     library: Library | None = None
     wheels: dict[str, WheelShape] = field(default_factory=dict)
+    servos: list[str] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)
     sections: defaultdict[str, dict[str, Entry]] = field(default_factory=lambda: defaultdict(dict))
     carried: list[Remark] = field(default_factory=list)
