@@ -192,9 +192,11 @@ class ArticulationStub(Shared):
         self.prim_path = robot.path
         self.joint_names: tuple[str, ...] = tuple(robot.facts.get("joints", ()))
         self.prismatic: tuple[bool, ...] = tuple(robot.facts.get("prismatic", (False,) * len(self.joint_names)))
+        self.actuators: Mapping[str, str] = robot.facts.get("actuators", {})
+        self.commanded_names = (*self.joint_names, *robot.facts.get("other_actuators", {}))
         at_rest = np.zeros(len(self.joint_names))
         self.state: dict[str, ArrayLike] = {"position": at_rest, "velocity": at_rest, "effort": at_rest}
-        self.targets = {kind: [math.nan] * len(self.joint_names) for kind in self.state}
+        self.targets = {kind: [math.nan] * len(self.commanded_names) for kind in self.state}
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelectionStub:
         """Select the joints with these names, else those with these indices, else all."""
@@ -220,7 +222,7 @@ class JointSelectionStub(Shared):
     """Selected joints, whose commands are written to the articulation's `targets`."""
 
     def __init__(self, robot: ArticulationStub, joints: Sequence[int]) -> None:
-        self.names = tuple(robot.joint_names[joint] for joint in joints)
+        self.names = tuple(robot.commanded_names[joint] for joint in joints)
         self.robot, self.joints = robot, joints
 
     def command(self, positions: Any = None, velocities: Any = None, efforts: Any = None) -> None:

@@ -138,7 +138,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     text = render(draft)
     file = robot_file(text, origin.target, findings)
     (placement,) = place(name, RobotUse(use=str(origin.target)))
-    robot = load_robot(placement, file, files, findings, urdf) if file is not None else None
+    robot = load_robot(placement, file, library, urdf) if file is not None else None
     spec = robot_spec(robot, library, FLOOR_FRICTION, findings) if robot is not None else None
     model = _compiled(spec, draft, findings) if spec is not None else None
     if robot is None or model is None:
