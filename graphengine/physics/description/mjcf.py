@@ -100,10 +100,10 @@ def _is_robot(spec: mujoco.MjSpec, span: Span, findings: Findings) -> bool:
         names = [geom.name or "a geom of no body" for geom in world.geoms]
         findings.add("S102", "the model of a robot or object must contain a body", span, listing(names, "it contains"))
         return False
-    floors = [geom.name or "one without a name" for geom in spec.geoms if geom.type in _ENDLESS]
+    floors = [geom.name or "one without a name" for geom in world.geoms if geom.type in _ENDLESS]
     if floors:
         advice = "name the file of the robot alone, which this one may include; `world:` takes a model with a floor"
-        text = "the model of a robot or object cannot have a plane or height field: these belong to the scene's world"
+        text = "the model of a robot or object has a floor, which belongs to the scene's world"
         findings.add("S102", text, span, listing(floors, "it contains"), advice)
         return False
     return True
