@@ -248,7 +248,8 @@ class SimulationCore(Stateful):
         given: set[str] = set()
         for prim in self.stage.prims("robot"):
             if "keyframe" in prim.facts:
-                given |= begin_in(prim.facts["keyframe"], prim, model, data)
+                place = (prim.position, prim.orientation)
+                given |= begin_in(prim.facts["keyframe"], f"{prim.entity_name}/", place, model, data)
         for prim in self.stage.prims("joint"):
             robot, start = self.stage.robot_of(prim), prim.facts.get("start")
             if robot is None or start is None:

@@ -72,6 +72,8 @@ class Library:
         self.assets: dict[str, bytes] = {}
         self.models: dict[str, bytes] = {}
         self._keys: dict[Path, str] = {}
+        self._included_files: dict[Path, str] = {}
+        """As keys."""
         self._meshes: dict[_FileKind, _Mesh] = {}
         self._heaviest = 0.0
         """Cells of the heaviest model so far, as `bounds` counts them."""
@@ -94,6 +96,10 @@ class Library:
         before = len(self.findings.errors)
         root = self._model(path, [], text)
         return root if len(self.findings.errors) == before else None
+
+    def read_files(self) -> list[Path]:
+        """Return the files that models include or refer to, without links."""
+        return list(dict.fromkeys([*self._included_files, *self._keys]))
 
     def source(self, key: str) -> Path | None:
         """Return the file of an asset in a model."""
@@ -213,6 +219,7 @@ class Library:
             self.findings.add("S102", f"{reference!r} is included twice", include.place("file"))
             return []
         seen.append(path.resolve())
+        self._included_files[path.resolve()] = ""
         root = read(path, self.findings, "S102")
         if root is None:
             return []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 
-from graphengine.physics.importing import base_graph, joint_drives
+from graphengine.physics.importing import base_graph, joint_drives, legs_graph
 from graphengine.physics.importing.base import Base
 from graphengine.physics.importing.base_controllers import base_of_controllers
 from graphengine.physics.importing.base_guess import base_of_wheels
@@ -28,7 +28,10 @@ def fill(draft: Draft) -> None:
         drivetrain = next((found for found in tried if found is not None), None)
     if drivetrain is not None:
         base_graph.fill(draft, drivetrain)
-    joint_drives.fill(draft, commands, wheels, drivetrain)
+    if draft.urdf.mjcf is None:  # a MuJoCo model has its own drives
+        joint_drives.fill(draft, commands, wheels, drivetrain)
+    elif drivetrain is None:
+        legs_graph.fill(draft)
 
 
 def _bases(

@@ -12,6 +12,7 @@ from graphengine.format.wording import printable
 from graphengine.physics.description.mjcf_model import MjcfModel
 from graphengine.physics.engine import mujoco
 from graphengine.physics.importing.draft import Draft, Remark, rounded
+from graphengine.physics.importing.legs_graph import KEYFRAME
 from graphengine.physics.model.drives import Drive
 
 _SENSOR = mujoco.mjtSensor
@@ -50,6 +51,8 @@ def fill(draft: Draft) -> None:
         draft.carried.append(
             Remark(f"{kind} {printable(actuator.name)}: commanded by its name, as it moves no single joint")
         )
+    if KEYFRAME in model.keyframes and draft.library is not None:
+        draft.settings["start"] = KEYFRAME
     if model.keyframes:
         names = ", ".join(map(printable, model.keyframes))
         draft.carried.append(Remark(f"keyframes, to begin in with `start:`: {names}"))

@@ -20,7 +20,7 @@ _SECTIONS = ("links", "wheel_colliders", "materials", "frames", "sensors", "name
 def render(draft: Draft) -> str:
     """Return the text of the robot file."""
     urdf = draft.urdf
-    lines = [f"# Imported by `graphrun import-urdf` from {printable(draft.source)}."]
+    lines = [f"# Imported by `graphrun import-robot` from {printable(draft.source)}."]
     lines += [
         "format: 1",
         f"robot: {scalar(draft.name)}",
