@@ -18,7 +18,7 @@ SCHEMES = ("package://", "model://")
 """Beginnings of a reference into a package."""
 MAX_DEPTH = 4
 """Folders below a search path in which packages are looked for, as in `src/repository/package`."""
-REMEDY = "give its folder: package_paths in the robot file, --package-path of import-urdf"
+REMEDY = "give its folder: package_paths in the robot file, --package-path of import-robot"
 """What to do about a package that is not found."""
 
 
