@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--from", metavar="URDF|XACRO", dest="file", help="robot description file (default: begin with the Dingo-D)"
     )
     parser.add_argument(
-        "--world", choices=WORLDS, default="flat", help="the world that the scene begins with (default flat)"
+        "--world", choices=WORLDS, help="the world that the scene begins with (default flat; table for an arm)"
     )
     import_urdf.add_source_arguments(parser)
 

@@ -191,10 +191,15 @@ class ArticulationStub(Shared):
     def __init__(self, robot: Prim) -> None:
         self.prim_path = robot.path
         self.joint_names: tuple[str, ...] = tuple(robot.facts.get("joints", ()))
-        self.prismatic: tuple[bool, ...] = tuple(robot.facts.get("prismatic", (False,) * len(self.joint_names)))
-        at_rest = np.zeros(len(self.joint_names))
+        joints = len(self.joint_names)
+        self.prismatic: tuple[bool, ...] = tuple(robot.facts.get("prismatic", (False,) * joints))
+        self.ranges: tuple[tuple[float, float], ...] = robot.facts.get("ranges", ((-math.inf, math.inf),) * joints)
+        self.max_velocities: tuple[float, ...] = robot.facts.get("max_velocities", (math.inf,) * joints)
+        self.leaders: tuple[str, ...] = robot.facts.get("leaders", ("",) * joints)
+        self.stiffness: NDArray[np.float64] = np.array(robot.facts.get("stiffness", (0.0,) * joints))
+        at_rest = np.zeros(joints)
         self.state: dict[str, ArrayLike] = {"position": at_rest, "velocity": at_rest, "effort": at_rest}
-        self.targets = {kind: [math.nan] * len(self.joint_names) for kind in self.state}
+        self.targets = {kind: [math.nan] * joints for kind in self.state}
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelectionStub:
         """Select the joints with these names, else those with these indices, else all."""

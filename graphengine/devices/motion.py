@@ -98,6 +98,22 @@ class Articulation(Protocol):
         """Whether each joint is prismatic."""
 
     @property
+    def ranges(self) -> tuple[tuple[float, float], ...]:
+        """Lowest and highest position of each joint by its description, rad or m; infinite without limits."""
+
+    @property
+    def max_velocities(self) -> tuple[float, ...]:
+        """Velocity limit of each joint by its description, rad/s or m/s; infinite without one."""
+
+    @property
+    def leaders(self) -> tuple[str, ...]:
+        """Name of the joint that each joint mimics; empty for a joint that moves by itself."""
+
+    @property
+    def stiffness(self) -> NDArray[np.float64]:
+        """Stiffness of each joint's drive, N m/rad or N/m; 0 without a position drive."""
+
+    @property
     def resets(self) -> int:
         """Number of resets so far: positions before and after a reset differ without a motion."""
 

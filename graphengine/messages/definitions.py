@@ -4,9 +4,10 @@ Known types are those of ROS 2 Jazzy (from rosbags), those in `share/` beside th
 a file is read when its type is first used. Folders add types but never change a known type, so what a node publishes does not
 depend on them.
 
-`share/` has the bare fields and constants of ackermann_msgs 2.0.2, vision_msgs 4.1.1, simulation_interfaces 1.5.1, of the
-services in Isaac Sim's isaac_ros2_messages (github.com/isaac-sim/IsaacSim-ros_workspaces, jazzy_ws), and of the types in Jazzy's
-common interfaces that rosbags lacks: nav_msgs/Goals and services.
+`share/` has the bare fields and constants of ackermann_msgs 2.0.2, vision_msgs 4.1.1, simulation_interfaces 1.5.1, control_msgs
+5.8.0 (trajectories, grippers, single joints), of the services in Isaac Sim's isaac_ros2_messages
+(github.com/isaac-sim/IsaacSim-ros_workspaces, jazzy_ws), and of the types in Jazzy's common interfaces that rosbags lacks:
+nav_msgs/Goals, services, and example_interfaces/Fibonacci.
 """
 
 from __future__ import annotations

@@ -10,6 +10,8 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+
 
 @dataclass(frozen=True, slots=True)
 class QoS:
@@ -157,6 +159,9 @@ class ServiceClient(ServiceEndpoint):
 
 class Network:
     """Creates the endpoints that nodes claim."""
+
+    definitions: Definitions = DEFINITIONS
+    """Message types."""
 
     sent = 0
     """Messages sent since the start."""

@@ -16,6 +16,7 @@ from graphengine.format.stateful import Stateful
 from graphengine.physics.dynamics.directed_friction import DirectedFriction
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.forces import Forces
+from graphengine.physics.dynamics.gravity_compensation import GravityCompensation
 from graphengine.physics.dynamics.handle_table import Handle, HandleTable
 from graphengine.physics.dynamics.held_bodies import PlacedBody
 from graphengine.physics.dynamics.model_overrides import Frictions, Lights
@@ -171,6 +172,7 @@ class SimulationCore(Stateful):
         drives = list(self._drives())
         self.set_points = SetPoints(model, data, drives)
         self.limits = ForceLimits(model, data, drives)
+        self.compensation = GravityCompensation(model, data, drives)
         # A model that is close to singular from the start was told to be, when it was built; most of them do move.
         singular = bool(data.warning[mujoco.mjtWarning.mjWARN_INERTIA].number)
         self._warnings = data.warning.number[mujoco.mjtWarning.mjWARN_INERTIA + singular :]
@@ -288,9 +290,11 @@ class SimulationCore(Stateful):
         """
         if self.limits.joints:
             self.limits.observe()
-        self.set_points.take_over()
+        self.set_points.take_over(self.substeps - self.steps % self.substeps)
+        efforts = self.set_points.efforts
+        compensation = self.compensation.apply(efforts) if self.compensation.joints else None
         if self.limits.joints:
-            self.limits.apply(self.set_points.efforts)
+            self.limits.apply(efforts, compensation)
         try:
             mujoco.mj_step2(self.model, self.data)
             self.steps += 1

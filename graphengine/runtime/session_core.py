@@ -399,7 +399,7 @@ class SessionCore:
         self.clock, self.step_clock = ticker.clock, ticker.step_clock
         self._begin_version()
         ticker.close(before.graphs)
-        ticker.services.network.forget_calls()
+        ticker.services.forget_calls()
         before.services.world.close()
         self.pace = self._pace
         self._set(self.state)

@@ -270,7 +270,7 @@ class Ticker:
         if "time" not in scopes:
             return
         world.reset_time()
-        services.network.forget_calls()
+        services.forget_calls()
         for run in self.graphs:
             run.executor.stop()
             for variable in run.variables.values():

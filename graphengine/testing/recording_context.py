@@ -53,7 +53,7 @@ class RecordingContext(Context):
 
     def stop(self, *nodes: Node) -> None:
         """Stop as a session does: reset time to 0, and the node's outputs and state to their defaults."""
-        self.services.network.forget_calls()
+        self.services.forget_calls()
         for node in nodes:
             node.reset()
             node.clear()

@@ -10,15 +10,15 @@ import numpy as np
 
 from graphengine.format.stateful import Shared
 from graphengine.node.clock import Clock
+from graphengine.node.context.action_access import OwnedActions
 from graphengine.node.context.device_access import WorldHandles
-from graphengine.node.context.endpoint_access import OwnedEndpoints
 from graphengine.node.context.session_services import Services
 from graphengine.node.keys import Keyboard
 from graphengine.node.mailbox import EventQueue, Mailbox
 from graphengine.node.variable import Variable, find_variable
 
 
-class Context(WorldHandles, OwnedEndpoints, Shared):
+class Context(WorldHandles, OwnedActions, Shared):
     """The handles, endpoints and services that a node can get in `setup`. The context owns them, and closes endpoints.
 
     Handles stay valid for the life of the session; the engine rebinds them when a robot is added or removed. Units are SI;
@@ -45,7 +45,7 @@ class Context(WorldHandles, OwnedEndpoints, Shared):
         folder: Path = Path(),
     ) -> None:
         WorldHandles.__init__(self, services, runs)
-        OwnedEndpoints.__init__(self, services, graph, prim_path, rate)
+        OwnedActions.__init__(self, services, graph, prim_path, rate)
         self.clock = clock
         self.graph_path = graph_path or prim_path.rpartition("/")[0]
         self._wired = wired

@@ -79,9 +79,17 @@ class UrdfJoint:
     @property
     def effort(self) -> float | None:
         """Effort limit, N m or N; a limit of zero or less is ignored, as in MuJoCo."""
+        return self._positive("effort")
+
+    @property
+    def velocity(self) -> float | None:
+        """Velocity limit, rad/s or m/s; a limit of zero or less is ignored."""
+        return self._positive("velocity")
+
+    def _positive(self, name: str) -> float | None:
         limit = self.element.first("limit")
-        effort = number(limit.get("effort")) if limit is not None else None
-        return effort if effort and effort > 0 else None
+        value = number(limit.get(name)) if limit is not None else None
+        return value if value and value > 0 else None
 
     def limit(self, lowest: float, highest: float) -> None:
         """Give the joint other limits, rad or m, in the XML element too."""

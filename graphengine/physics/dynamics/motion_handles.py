@@ -6,6 +6,7 @@ was recompiled.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -74,6 +75,13 @@ class Joints(Handle):
         """Names in the articulation's order, without the robot's prefix."""
         self.prismatic: tuple[bool, ...] = prim.facts["prismatic"]
         """For each joint, whether it slides."""
+        joints = len(self.joint_names)
+        self.ranges: tuple[tuple[float, float], ...] = prim.facts.get("ranges", ((-math.inf, math.inf),) * joints)
+        """Lowest and highest position of each joint, rad or m."""
+        self.max_velocities: tuple[float, ...] = prim.facts.get("max_velocities", (math.inf,) * joints)
+        """Velocity limit of each joint, rad/s or m/s."""
+        self.leaders: tuple[str, ...] = prim.facts.get("leaders", ("",) * joints)
+        """Name of the joint that each joint mimics, or an empty string."""
         self.resets = 0
         """Number of resets so far."""
         super().__init__(simulation, prim)
@@ -98,9 +106,9 @@ class Joints(Handle):
         self._qpos, self.dofs = model.jnt_qposadr[ids].astype(np.intp), model.jnt_dofadr[ids].astype(np.intp)
         self._children = model.jnt_bodyid[ids]
         self._trees = model.body_rootid[self._children]
-        self._stiffness, self._damping = np.array([(d.stiffness, d.damping) for d in own], float).reshape(-1, 2).T
+        self.stiffness, self._damping = np.array([(d.stiffness, d.damping) for d in own], float).reshape(-1, 2).T
         self.limits = command_limits(model, robot, ids.tolist())
-        self._has_springs = bool(self._stiffness.any())
+        self._has_springs = bool(self.stiffness.any())
         self.position_servos, self.velocity_servos = servo_ids(model, zip(joints, own, strict=True))
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> SelectedJoints:
@@ -134,7 +142,7 @@ class Joints(Handle):
         """
         force = self._damping * (self._control[self.velocity_servos] - self.velocities())
         if self._has_springs:
-            force += self._stiffness * (self._control[self.position_servos] - self.positions())
+            force += self.stiffness * (self._control[self.position_servos] - self.positions())
         efforts: Floats = force + self._data.qfrc_applied[self.dofs]
         return efforts
 

@@ -25,6 +25,8 @@ from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
 from graphengine.physics.importing import (
+    arm_base,
+    arm_gains,
     drivetrain,
     effort_limits,
     gazebo_links,
@@ -49,8 +51,10 @@ from graphengine.physics.model.robot_prims import add_robot
 _PARTS = (
     wheels.fill,
     gazebo_links.fill,
+    arm_base.fill,
     drivetrain.fill,
     joint_dynamics.fill,
+    arm_gains.fill,
     effort_limits.fill,
     wheel_material.fill,
     resting.fill,

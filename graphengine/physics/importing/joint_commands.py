@@ -12,9 +12,10 @@ from graphengine.physics.importing.controllers_file import Controller
 from graphengine.physics.importing.draft import Draft, Remark
 
 KINDS = ("position", "velocity", "effort")
+_SERVOS = ("TrajectoryController", "GripperActionController")
+"""Ends of the types of controllers that hold positions by whichever command; a position drive takes their place."""
 _CONTROLLERS = {
     "PositionController": "position",
-    "TrajectoryController": "position",
     "VelocityController": "velocity",
     "EffortController": "effort",
 }
@@ -54,8 +55,8 @@ def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str,
 
 def _controller(draft: Draft, controller: Controller, found: dict[str, JointCommands]) -> None:
     """The joints of a controller that commands each of them alone, such as a JointGroupVelocityController."""
-    kinds = controller.texts("command_interfaces", "interface_name")
     word = controller.type.rpartition("/")[2]
+    kinds = ("position",) if word.endswith(_SERVOS) else controller.texts("command_interfaces", "interface_name")
     kinds = kinds or tuple(kind for part, kind in _CONTROLLERS.items() if part in word)
     for name in controller.texts("joint", "joints"):
         if name not in draft.urdf.joints or not draft.urdf.joints[name].moves:

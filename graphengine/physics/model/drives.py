@@ -36,6 +36,10 @@ class Drive:
     max_force: float = math.inf
     carries: float = 0.0
     """What a wheel moves of the mass of its robot, by its radius: inertia over mass, m²."""
+    interpolate: bool = False
+    """Whether set points reach a new target at the end of a tick, not at its beginning."""
+    gravity_compensation: bool = False
+    """Whether the drive carries the weight of the links beyond its joint."""
 
 
 def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | None:
@@ -49,7 +53,8 @@ def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | Non
     if joint.drive is not None:
         drive = joint.drive
         limits = drive.max_acceleration or math.inf, drive.max_velocity or math.inf, drive.max_force or effort
-        return Drive(drive.stiffness, drive.damping, drive.target_velocity, *limits)
+        habits = {"interpolate": drive.interpolate, "gravity_compensation": drive.gravity_compensation}
+        return Drive(drive.stiffness, drive.damping, drive.target_velocity, *limits, **habits)
     if joint.usd_drive is not None:
         usd, factor = joint.usd_drive, 1.0 if prismatic else DEGREES
         velocity, most = usd.target_velocity / factor, usd.max_force or effort

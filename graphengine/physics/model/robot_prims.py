@@ -5,6 +5,7 @@ Mounts of sensors and frames are prims only. Physics knows nothing of them; thei
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection
 from typing import Any
@@ -81,6 +82,9 @@ class _PrimBuilder:
             joints=tuple(joint.name for joint in robot.moving),
             moving_links=tuple(links[joint.child] for joint in robot.moving),
             prismatic=tuple(joint.type == "prismatic" for joint in robot.moving),
+            ranges=tuple(joint.limits or (-math.inf, math.inf) for joint in robot.moving),
+            max_velocities=tuple(joint.velocity or math.inf for joint in robot.moving),
+            leaders=tuple(joint.mimic.leader if joint.mimic is not None else "" for joint in robot.moving),
             wheel_radii=robot.wheel_radii,
             wheel_distance=robot.wheel_distance,
             urdf=robot.urdf_text,

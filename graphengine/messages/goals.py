@@ -1,0 +1,244 @@
+"""Goals of an action server: their states, and the answers to clients, by the rules of rcl_action.
+
+An action consists of three services and two topics (design.ros2.org/articles/actions.html). Nothing here sends a message: an
+action server passes requests in, and sends the messages that come out.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Mapping
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from graphengine.format.stateful import Stateful
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.qos import LATCHED
+
+# Of action_msgs/msg/GoalStatus.
+UNKNOWN, ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(7)
+STATUS_NAMES = ("unknown", "accepted", "executing", "canceling", "succeeded", "canceled", "aborted")
+# Of action_msgs/srv/CancelGoal.
+_NONE, _REJECTED, _UNKNOWN_GOAL, _TERMINATED = range(4)
+
+_HIDDEN = "/_action/"
+"""What separates an action's name from those of its services and topics."""
+CANCEL_GOAL = "action_msgs/srv/CancelGoal"
+STATUS_ARRAY = "action_msgs/msg/GoalStatusArray"
+STATUS_QOS = LATCHED
+FEEDBACK_QOS = QoS()
+
+MAX_ACTIVE = 100
+"""Goals of an action server that have not ended."""
+MAX_ENDED = 100
+"""Ended goals whose results are kept."""
+RESULT_TIMEOUT = 900.0
+"""Time for which the result of a goal is kept after its end, s; rclpy's default."""
+MAX_WAITING = 100
+"""Requests for the result of one goal that wait for its end."""
+
+
+class TrackedGoal(Stateful):
+    """A goal as its action server knows it; the status is UNKNOWN until the goal is accepted.
+
+    Args:
+        identity: the client's UUID of the goal, 16 bytes.
+    """
+
+    kept = ("ended_at", "result", "stamp", "status", "waiting")
+
+    def __init__(self, identity: bytes) -> None:
+        self.identity = identity
+        self.status = UNKNOWN
+        self.stamp: Any = None
+        """Time of acceptance as a message."""
+        self.result: Any = None
+        """Response of the service get_result; None until the goal has ended."""
+        self.ended_at: float | None = None
+        """Time since which the result is kept, s."""
+        self.waiting: deque[Any] = deque(maxlen=MAX_WAITING)
+        """Requests for the result that came before the end, as the action server represents them."""
+
+    @property
+    def active(self) -> bool:
+        """Whether the goal was accepted and has not ended."""
+        return self.status in (ACCEPTED, EXECUTING, CANCELING)
+
+    @property
+    def ended(self) -> bool:
+        """Whether the goal has succeeded, was canceled or was aborted."""
+        return self.status >= SUCCEEDED
+
+
+G = TypeVar("G", bound=TrackedGoal)
+
+
+class Goals(Stateful, Generic[G]):
+    """The goals of an action server. Not thread-safe.
+
+    Args:
+        action_type: ROS 2 name, such as `control_msgs/action/FollowJointTrajectory`.
+        definitions: message types.
+    """
+
+    kept = ("_goals",)
+
+    def __init__(self, action_type: str, definitions: Definitions = DEFINITIONS) -> None:
+        self.action_type = action_type
+        self._definitions = definitions
+        self._goals: dict[bytes, G] = {}
+
+    def __iter__(self) -> Iterator[G]:
+        """Iterate over a copy of the goals in order of arrival, including those that wait for acceptance."""
+        return iter(tuple(self._goals.values()))
+
+    def save(self) -> Any:
+        """Return a copy of the state of the table and of its goals."""
+        return super().save(), [goal.save() for goal in self]
+
+    def restore(self, saved: Any) -> None:
+        """Return to a saved state; the goals of that time are the same objects."""
+        table, states = saved
+        super().restore(table)
+        for goal, state in zip(self, states, strict=True):
+            goal.restore(state)
+
+    def find(self, identity: bytes) -> G | None:
+        """Return the accepted goal with this UUID; None if there is none."""
+        goal = self._goals.get(identity)
+        return goal if goal is not None and goal.status != UNKNOWN else None
+
+    def admit(self, goal: G) -> bool:
+        """Add a requested goal; return False if its UUID is known or too many goals are active."""
+        if goal.identity in self._goals or sum(not other.ended for other in self) >= MAX_ACTIVE:
+            return False
+        self._goals[goal.identity] = goal
+        return True
+
+    def accept(self, goal: G, stamp: Any, status: int = EXECUTING) -> Any:
+        """Accept a requested goal; return the response of the service send_goal."""
+        goal.stamp, goal.status = stamp, status
+        return self._sent(accepted=True, stamp=stamp)
+
+    def reject(self, goal: G) -> Any:
+        """Return the response of the service send_goal for a goal that is not accepted."""
+        if self._goals.get(goal.identity) is goal:
+            del self._goals[goal.identity]
+        return self._sent(accepted=False)
+
+    def _sent(self, *, accepted: bool, stamp: Any = None) -> Any:
+        response = self._definitions.initial(f"{self.action_type}_SendGoal_Response")
+        response.accepted = accepted
+        response.stamp = response.stamp if stamp is None else stamp
+        return response
+
+    def end(self, goal: G, status: int, result: Any = None) -> Any:
+        """End an active goal; return the response of the service get_result.
+
+        Args:
+            goal: active goal.
+            status: SUCCEEDED, CANCELED or ABORTED.
+            result: result of the action; None: with default values.
+
+        Raises:
+            ValueError: the goal is not active, or nobody has asked to cancel it.
+            MessageError: the result does not fit the action.
+        """
+        if not goal.active or (status == CANCELED and goal.status != CANCELING):
+            raise ValueError(f"a goal that is {STATUS_NAMES[goal.status]} cannot become {STATUS_NAMES[status]}")
+        response = self._definitions.initial(f"{self.action_type}_GetResult_Response")
+        response.status = status
+        if result is not None:
+            response.result = result
+        messages.check(response, self._definitions)
+        goal.status, goal.result = status, response
+        return response
+
+    def unknown_result(self) -> Any:
+        """Return the response of the service get_result for an unknown goal."""
+        return self._definitions.initial(f"{self.action_type}_GetResult_Response")
+
+    def cancel(self, request: Any) -> Any:
+        """Ask active goals to end: the given one, and those accepted up to a time; without both, all. Return the response."""
+        response = self._definitions.initial(f"{CANCEL_GOAL}_Response")
+        identity, stamp = bytes(request.goal_info.goal_id.uuid), _order(request.goal_info.stamp)
+        one, every = any(identity) and not any(stamp), not any(identity) and not any(stamp)
+        known = self.find(identity)
+        for goal in self:
+            meant = goal is known or every or (not one and goal.active and _order(goal.stamp) <= stamp)
+            if meant and goal.status in (ACCEPTED, EXECUTING):
+                goal.status = CANCELING
+                response.goals_canceling.append(self._info(goal))
+        if one and not response.goals_canceling:
+            response.return_code = _TERMINATED if known else _UNKNOWN_GOAL
+        return response
+
+    def expire(self, now: float) -> bool:
+        """Discard goals that ended too long ago, and the oldest ended ones of too many; return whether there were any."""
+        ended = [goal for goal in self if goal.ended]
+        for goal in ended:
+            goal.ended_at = now if goal.ended_at is None else goal.ended_at
+        old = ended[: max(len(ended) - MAX_ENDED, 0)]
+        old += [goal for goal in ended if goal not in old and now - (goal.ended_at or 0.0) > RESULT_TIMEOUT]
+        for goal in old:
+            del self._goals[goal.identity]
+        return bool(old)
+
+    def restart(self) -> None:
+        """Keep results for their whole time again, because the clock restarts at 0."""
+        for goal in self:
+            goal.ended_at = None
+
+    def feedback(self, goal: G, feedback: Any) -> Any:
+        """Return the message of the topic feedback for a goal."""
+        message = self._definitions.initial(f"{self.action_type}_FeedbackMessage")
+        message.goal_id.uuid[:] = list(goal.identity)
+        message.feedback = feedback
+        return message
+
+    def status_array(self) -> Any:
+        """Return the message of the topic status: all accepted goals whose result is kept."""
+        message = self._definitions.initial(STATUS_ARRAY)
+        for goal in self:
+            if goal.status != UNKNOWN:
+                status = self._definitions.initial("action_msgs/msg/GoalStatus")
+                status.goal_info, status.status = self._info(goal), goal.status
+                message.status_list.append(status)
+        return message
+
+    def _info(self, goal: G) -> Any:
+        info = self._definitions.initial("action_msgs/msg/GoalInfo")
+        info.goal_id.uuid[:] = list(goal.identity)
+        info.stamp = goal.stamp
+        return info
+
+
+class Part(NamedTuple):
+    """Name and type of a service or topic of an action."""
+
+    name: str
+    message_type: str
+
+
+def parts(action: str, action_type: str) -> Mapping[str, Part]:
+    """Return the services and topics of an action by their role: send_goal, cancel_goal, get_result, feedback, status."""
+    types = {
+        "send_goal": f"{action_type}_SendGoal",
+        "cancel_goal": CANCEL_GOAL,
+        "get_result": f"{action_type}_GetResult",
+        "feedback": f"{action_type}_FeedbackMessage",
+        "status": STATUS_ARRAY,
+    }
+    return {part: Part(f"{action}{_HIDDEN}{part}", message_type) for part, message_type in types.items()}
+
+
+def action_of(name: str) -> str:
+    """Return the action that a service or topic belongs to; empty if it belongs to none."""
+    action, hidden, part = name.rpartition(_HIDDEN)
+    return action if hidden and part in ("send_goal", "cancel_goal", "get_result", "feedback", "status") else ""
+
+
+def _order(stamp: Any) -> tuple[int, int]:
+    """Return a time message as numbers that can be compared."""
+    return stamp.sec, stamp.nanosec
