@@ -143,7 +143,7 @@ def _how_to_run(manifest: Manifest, warn: Callable[[str], None], log: Log) -> Ru
         bad_values=manifest.bad_values,
         domain=manifest.domain_id,
         environ={} if domain is None else {"ROS_DOMAIN_ID": str(domain)},
-        join=lambda joined: SilentTransport(definitions=joined.definitions),
+        join=lambda joined: SilentTransport(bytes.fromhex(manifest.identity), joined.definitions),
         log=log,
         complain=warn,
     )

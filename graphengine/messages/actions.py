@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from graphengine.format.stateful import Stateful
 from graphengine.messages import messages
@@ -23,9 +23,41 @@ class ServerEndpoints:
     feedback: Publisher
     status: Publisher
 
-    def same(self, other: ServerEndpoints) -> bool:
-        """Whether both consist of the same open endpoints."""
-        return all(getattr(self, name) is getattr(other, name) for name in self.__slots__)
+
+E = TypeVar("E")
+
+
+class ActionEndpoint(Stateful, Generic[E]):
+    """An action server or client of a node; it stays open until every node that holds it has closed it.
+
+    Args:
+        action: full name.
+        action_type: ROS 2 name.
+        endpoints: services and topics of the action.
+    """
+
+    def __init__(self, action: str, action_type: str, endpoints: E) -> None:
+        self.action = action
+        self.action_type = action_type
+        self.endpoints = endpoints
+        self.holders = 1
+        """Nodes that hold it: two while a changed graph replaces the running one."""
+
+    def has(self, endpoints: E) -> bool:
+        """Return whether it consists of these very endpoints, which are then handed over."""
+        names = type(endpoints).__slots__  # type: ignore[attr-defined]
+        return all(getattr(self.endpoints, name, None) is getattr(endpoints, name) for name in names)
+
+    def restart(self) -> None:
+        """End all goals, because the graph restarts at time 0."""
+        raise NotImplementedError
+
+    def close(self) -> bool:
+        """Remove one holder; return whether it was the last one, in which case all goals have ended."""
+        self.holders -= 1
+        if self.holders == 0:
+            self.restart()
+        return self.holders <= 0
 
 
 class Goal(TrackedGoal):
@@ -36,10 +68,14 @@ class Goal(TrackedGoal):
         message: the goal's message, such as a `control_msgs/action/FollowJointTrajectory_Goal`.
     """
 
+    kept = (*TrackedGoal.kept, "pending")
+
     def __init__(self, server: ActionServer, identity: bytes, message: Any, request_id: bytes) -> None:
         super().__init__(identity)
         self.message = message
         self.request_id = request_id
+        self.pending = True
+        """Whether the goal was neither accepted nor rejected."""
         self._server = server
 
     @property
@@ -81,7 +117,7 @@ class Goal(TrackedGoal):
         self._server.end(self, CANCELED, result)
 
 
-class ActionServer(Stateful):
+class ActionServer(ActionEndpoint[ServerEndpoints]):
     """An action server of a node.
 
         for goal in self.server.goals():
@@ -105,11 +141,11 @@ class ActionServer(Stateful):
         now: Callable[[], float],
         definitions: Definitions = DEFINITIONS,
     ) -> None:
-        self.action = action
-        self.action_type = action_type
-        self.endpoints = endpoints
-        self.holders = 1
-        """Nodes that hold the server: two while a changed graph replaces the running one."""
+        super().__init__(action, action_type, endpoints)
+        self.handle = endpoints.send_goal.handle
+        """Number by which `Context.action` finds it; never 0."""
+        self.current: Goal | None = None
+        """Goal that the graph pursues."""
         self._now = now
         self._goals: Goals[Goal] = Goals(action_type, definitions)
         self._changed = False
@@ -117,11 +153,11 @@ class ActionServer(Stateful):
 
     def save(self) -> Any:
         """Return a copy of the goals' state."""
-        return self._changed, self._goals.save()
+        return self.current, self._goals.save()
 
     def restore(self, saved: Any) -> None:
         """Return to a saved state; the next `update` publishes it."""
-        _, goals = saved
+        self.current, goals = saved
         self._goals.restore(goals)
         self._changed = True
 
@@ -157,21 +193,26 @@ class ActionServer(Stateful):
     def update(self) -> None:
         """Publish the goals' status if it changed, and discard old results. Call it once per execution, after anything else."""
         self._changed |= self._goals.expire(self._now())
+        self._publish()
+
+    def _publish(self) -> None:
         if self._changed:
             self._changed = False
             self.endpoints.status.publish(self._goals.status_array())
 
     def accept(self, goal: Goal) -> None:
         """Accept a goal; nothing happens if it was answered before."""
-        if goal.status or goal not in self._goals:
+        if not goal.pending:
             return
+        goal.pending = False
         response = self._goals.accept(goal, messages.stamp(self._now()))
         self.endpoints.send_goal.answer(goal.request_id, response)
         self._changed = True
 
     def reject(self, goal: Goal) -> None:
-        """Reject a goal; nothing happens if it was accepted before."""
-        if not goal.status:
+        """Reject a goal; nothing happens if it was answered before."""
+        if goal.pending:
+            goal.pending = False
             self.endpoints.send_goal.answer(goal.request_id, self._goals.reject(goal))
 
     def publish_feedback(self, goal: Goal, message: Any) -> None:
@@ -192,15 +233,8 @@ class ActionServer(Stateful):
         for goal in self._goals:
             if goal.active:
                 goal.abort()
-            elif not goal.ended:
+            else:
                 goal.reject()
+        self.current = None
         self._goals.restart()
-        if self._changed:
-            self._changed = False
-            self.endpoints.status.publish(self._goals.status_array())
-
-    def close(self) -> None:
-        """Abort all active goals, unless another node holds the server too; the node's context closes the endpoints."""
-        self.holders -= 1
-        if self.holders == 0:
-            self.restart()
+        self._publish()

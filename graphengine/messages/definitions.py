@@ -167,6 +167,18 @@ class Definitions:
             raise MessageTypeError(f"{service_type} is not a service type", service_type.rpartition("/")[2])
         return request, response
 
+    def action_parts(self, action_type: str) -> tuple[str, str, str]:
+        """Return the goal, result and feedback types of an action type, as in `tf2_msgs/action/LookupTransform_Goal`.
+
+        Raises:
+            MessageTypeError: as for `definition`, or the type is not an action.
+        """
+        goal, result, feedback = (f"{action_type}_{part}" for part in ("Goal", "Result", "Feedback"))
+        definition = self.definition(action_type)
+        if definition.is_message or not {goal, result, feedback} <= set(_parts(definition.fields)):
+            raise MessageTypeError(f"{action_type} is not an action type", action_type.rpartition("/")[2])
+        return goal, result, feedback
+
     def fields(self, message_type: str) -> list[Field]:
         """Return attribute names and types of a message's fields; names that are Python keywords get a trailing `_`."""
         return [(normalize_fieldname(name), kind) for name, kind in self.definition(message_type).fields]

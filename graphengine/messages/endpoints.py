@@ -162,6 +162,8 @@ class Network:
 
     definitions: Definitions = DEFINITIONS
     """Message types."""
+    identity = b""
+    """Distinguishes the session on its network; empty if all peers are in the session."""
 
     sent = 0
     """Messages sent since the start."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Mapping
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
 from graphengine.format.stateful import Stateful
 from graphengine.messages import messages
@@ -28,6 +28,8 @@ CANCEL_GOAL = "action_msgs/srv/CancelGoal"
 STATUS_ARRAY = "action_msgs/msg/GoalStatusArray"
 STATUS_QOS = LATCHED
 FEEDBACK_QOS = QoS()
+FEEDBACK_READER_QOS = QoS(depth=100)
+"""Profile of a client, which reads once a tick what a server may send at a higher rate."""
 
 MAX_ACTIVE = 100
 """Goals of an action server that have not ended."""
@@ -46,7 +48,7 @@ class TrackedGoal(Stateful):
         identity: the client's UUID of the goal, 16 bytes.
     """
 
-    kept = ("ended_at", "result", "stamp", "status", "waiting")
+    kept: ClassVar[tuple[str, ...]] = ("ended_at", "result", "stamp", "status", "waiting")
 
     def __init__(self, identity: bytes) -> None:
         self.identity = identity

@@ -42,6 +42,8 @@ class Manifest(BaseModel):
     """Python modules with node types, which a replay has to be given again."""
     domain_id: DomainId = 0
     domain_from_environment: DomainId | None = None
+    identity: Annotated[str, Field(pattern=r"^([0-9a-f]{2}){0,64}$")] = ""
+    """What distinguished the session on its network, in hexadecimal; UUIDs of goals of actions depend on it."""
     period: tuple[Positive, Positive]
     """Seconds between two ticks as numerator and denominator."""
     machine: dict[str, str] = {}
@@ -94,6 +96,7 @@ def describe_run(
         modules=tuple(modules),
         domain_id=services.domain_id,
         domain_from_environment=services.domain_from_environment,
+        identity=services.network.identity.hex(),
         period=services.world.tick_period,
         machine=platform_info.describe(scene, services.world),
     )

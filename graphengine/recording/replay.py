@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from graphengine.format.errors import GraphError, RecordingError, UsageError
+from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.messages.qos import settled
 from graphengine.recording.difference import differences
@@ -51,7 +52,16 @@ class Difference:
 
 
 class SilentTransport(MemoryTransport):
-    """A transport without peers: nodes receive only recorded messages, even from other nodes of the session."""
+    """A transport without peers: nodes receive only recorded messages, even from other nodes of the session.
+
+    Args:
+        identity: identity of the recorded session on its network.
+        definitions: message types.
+    """
+
+    def __init__(self, identity: bytes = b"", definitions: Definitions = DEFINITIONS) -> None:
+        super().__init__(definitions=definitions)
+        self.identity = identity
 
     def send(self, writer: MemoryWriter, data: bytes) -> None:
         """Discard the message."""

@@ -62,7 +62,7 @@ class LiveNetwork(Network):
         self._servers: list[LiveServer] = []
         self._clients: list[LiveClient] = []
         self._handover: Handover | None = None
-        self.transport(0)
+        self.identity = self.transport(0).identity
 
     def tap(self, sink: Sink) -> None:
         """Add a sink for messages that are sent or received anyway; publishers do not count it as a reader."""

@@ -155,6 +155,10 @@ class Transport(Protocol):
         """Typical time for the discovery of existing peers, s."""
 
     @property
+    def identity(self) -> bytes:
+        """Random bytes that distinguish this process on the network; empty if messages stay in the process."""
+
+    @property
     def source(self) -> bytes:
         """GID of the writer of the message that is being delivered, for use in `deliver`; empty if unknown."""
 

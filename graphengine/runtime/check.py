@@ -15,6 +15,7 @@ from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import ContextError, GraphError, JointError, PrimError
 from graphengine.format.permissions import Permissions
 from graphengine.messages.endpoints import EndpointClaim, Network
+from graphengine.messages.goals import action_of
 from graphengine.node.clock import Clock
 from graphengine.node.context.session_services import Services
 from graphengine.runtime.graph_run import make_clock, make_graph_run
@@ -228,22 +229,39 @@ def _check_topic_types(context: LintContext) -> None:
     users_last = sorted(context.claims, key=lambda claim: claim.direction in ("subscribe", "call"))
     for claim in users_last:
         other = first.setdefault((claim.ros_context, claim.topic, claim.is_service), claim)
-        if other.message_type != claim.message_type:
-            message = f"{claim.topic} is {claim.message_type} here and {other.message_type} at {other.node}"
-            rule = "service has one type" if claim.is_service else "topic has one message type"
-            context.disagree("G305", message, claim, other, f"a {rule}; rename one of them")
+        if other.message_type != claim.message_type and not _is_told_elsewhere(claim):
+            _, name, here = _what(claim)
+            message = f"{name} is {here} here and {_what(other)[2]} at {other.node}"
+            rule = "a topic has one message type"
+            if claim.is_service:
+                rule = "an action has one type" if action_of(claim.topic) else "a service has one type"
+            context.disagree("G305", message, claim, other, f"{rule}; rename one of them")
 
 
 def _check_servers(context: LintContext) -> None:
     servers: dict[tuple[int, str], EndpointClaim] = {}
     for claim in context.claims:
-        if claim.direction != "serve":
+        if claim.direction != "serve" or _is_told_elsewhere(claim):
             continue
         other = servers.setdefault((claim.ros_context, claim.topic), claim)
         if other is not claim:
-            message = f"the service {claim.topic} is offered here and by {other.node}"
-            remedy = "a service has one server; rename one of the two, or set its nodeNamespace"
+            what, name, _ = _what(claim)
+            message = f"the {what} {name} is offered here and by {other.node}"
+            article = "an" if what == "action" else "a"
+            remedy = f"{article} {what} has one server; rename one of the two, or set its nodeNamespace"
             context.disagree("G309", message, claim, other, remedy)
+
+
+def _what(claim: EndpointClaim) -> tuple[str, str, str]:
+    """Return kind, name and type of what a claim belongs to, such as an action."""
+    if action := action_of(claim.topic):
+        return "action", action, claim.message_type.rpartition("_")[0]
+    return "service" if claim.is_service else "topic", claim.topic, claim.message_type
+
+
+def _is_told_elsewhere(claim: EndpointClaim) -> bool:
+    """Return whether a claim belongs to an action and is not the one for which the action's faults are reported."""
+    return bool(action_of(claim.topic)) and not claim.topic.endswith("/send_goal")
 
 
 def _check_transforms(context: LintContext) -> None:

@@ -33,6 +33,7 @@ class GraphContexts:
             self._wired[wire.source][wire.source_field] += 1
         for wire in graph.exec_wires:
             self._wired[wire.target][wire.target_field] += 1
+            self._wired[wire.source][wire.source_field] += 1
 
     def __call__(self, index: int) -> Context:
         """Return a new context for a node."""

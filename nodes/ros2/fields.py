@@ -58,7 +58,7 @@ class Leaf:
         attributes: Python names of these fields.
         kind: type of the field.
         definitions: message types.
-        part: `Request` or `Response` of a service; empty for a message.
+        part: `Request` or `Response` of a service, `Goal`, `Result` or `Feedback` of an action; empty for a message.
     """
 
     def __init__(
@@ -157,7 +157,7 @@ class Layout:
     Args:
         message_class: class of the message.
         definitions: message types.
-        part: `Request` or `Response` of a service, used as prefix of port names; empty for a message.
+        part: as for `Leaf`, used as prefix of port names.
     """
 
     message_class: type[Any]
@@ -280,8 +280,18 @@ def find_service(literals: Mapping[str, Any], definitions: Definitions) -> tuple
     return Layout(request, definitions, "Request"), Layout(response, definitions, "Response")
 
 
+def find_action(literals: Mapping[str, Any], definitions: Definitions) -> tuple[Layout, Layout, Layout]:
+    """Return the goal, result and feedback layouts of the action type that a node's message inputs select.
+
+    The inputs are those of `find_service`; takes the same arguments and raises the same errors.
+    """
+    parts = zip(definitions.action_parts(_named(literals, "action")), ("Goal", "Result", "Feedback"), strict=True)
+    goal, result, feedback = (Layout(definitions.message_class(kind), definitions, part) for kind, part in parts)
+    return goal, result, feedback
+
+
 def expect(layout: Layout | None, package: str, subfolder: str, name: str) -> str:
-    """Return the message or service type that a node's inputs name, after checking that the node's ports fit this type.
+    """Return the message, service or action type that a node's inputs name, after checking that the node's ports fit this type.
 
     Raises:
         ContextError: the ports were made for another type.

@@ -204,7 +204,7 @@ def test_closing_aborts_goals(served: Served) -> None:
     served.tick()
     served.context.close()
     assert [answer.status for answer in served.peer.results] == [ABORTED]
-    assert served.context.services.action_servers == []
+    assert served.context.services.actions == []
 
 
 def test_a_server_that_is_handed_over_keeps_its_goals(served: Served) -> None:

@@ -98,6 +98,10 @@ UNWIRED |= {
     "OgnROS2ServiceClient",
     "OgnROS2ServiceServerRequest",
     "OgnROS2ServiceServerResponse",
+    "ROS2ActionClient",
+    "ROS2ActionServerFeedback",
+    "ROS2ActionServerGoal",
+    "ROS2ActionServerResult",
     "ROS2PublishLaserScan",
 }
 """Types that need literals before the first tick, or the surroundings of a trial."""

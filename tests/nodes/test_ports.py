@@ -116,6 +116,7 @@ def test_short_names_mean_one_type_each() -> None:
 HERE_AND_LEVEL = {"current_position": (0.0, 0.0, 0.0), "current_orientation": (0.0, 0.0, 0.0, 1.0)}
 
 ONE, LINK = np.array([1.0]), "/robot/Geometry/base_link"
+FIBONACCI = {"message_package": "example_interfaces", "message_name": "Fibonacci"}
 SHARED: dict[str, dict[str, Any]] = {
     "ArrayRemoveIndex ArrayResize ArrayRotate ArraySlice": {"array_in": ONE},
     "ArrayAppendValue ArrayInsertValue ArraySetIndex": {"array_in": ONE, "value": 2.0},
@@ -131,6 +132,7 @@ SHARED: dict[str, dict[str, Any]] = {
     "IsaacComputeRTXLidarFlatScan ROS2RtxLidarHelper": {"render_product_path": f"{LINK}/Lidar"},
     "IsaacReadCameraInfo ROS2CameraHelper ROS2CameraInfoHelper": {"render_product_path": f"{LINK}/Camera"},
     "OgnROS2ServiceClient OgnROS2ServiceServerRequest": {"message_package": "std_srvs", "message_name": "SetBool"},
+    "ROS2ActionClient ROS2ActionServerGoal": FIBONACCI,
     "ROS2Publisher ROS2Subscriber": {"message_package": "geometry_msgs", "message_name": "Twist"},
     "OnVariableChange ReadVariable": {"variable_name": "speed"},
 }
@@ -170,6 +172,8 @@ NEEDED: dict[str, dict[str, Any]] = {
     "IsaacTimeSplitter": {"time": 1.5},
     "OgnIsaacScaleToFromStageUnit": {"value": 2.5},
     "OgnROS2ServiceServerResponse": {"message_package": "std_srvs", "message_name": "SetBool", "server_handle": 1},
+    "ROS2ActionServerFeedback": {**FIBONACCI, "server_handle": 2},
+    "ROS2ActionServerResult": {**FIBONACCI, "server_handle": 2},
     "ROS2SubscribeTransformTree": {"frame_names_map": ["/robot", "base_link"]},
     "RangePublisher": {"range_prim": "/robot/Geometry/base_link/Range"},
     "WriteVariable": {"variable_name": "speed", "value_in": 2.0},

@@ -63,6 +63,7 @@ class Trial:
         self.context.runs = "physics_step" if name.endswith("OnPhysicsStep") else "tick"
         self.context.world.add_body("/World/box")
         self.context.service_server("std_srvs/srv/SetBool", "/served")
+        self.context.action_server("example_interfaces/action/Fibonacci", "/pursued")
         self.node: Any = self.cls(**self.good)
         unions = {p.field for p in inputs_of(self.cls) if isinstance(p.type, UnionType)}
         known = {field: kind for field, kind in self.types.items() if field in unions}

@@ -98,6 +98,8 @@ LEGAL: dict[str, dict[str, Range | None]] = {
     },
     "StanleyControlPID": {"wheel_base": _SIZE, "step": _SIZE, "gains": None, "path_arrays": None},
     "OgnROS2ServiceServerResponse": {"server_handle": None},
+    "ROS2ActionServerFeedback": {"server_handle": None},
+    "ROS2ActionServerResult": {"server_handle": None},
     "ROS2PublishLaserScan": {"num_rows": None, "num_cols": None},
     "Clamp": {"lower": (-1000.0, 0.0), "upper": (2.0, 1000.0)},
     **{name: {"index": (-1, 0)} for name in ("ArrayIndex", "ArrayRemoveIndex", "ArraySetIndex")},

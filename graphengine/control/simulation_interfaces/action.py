@@ -1,6 +1,6 @@
 """The action SimulateSteps: runs single ticks with feedback after each; goals can be cancelled.
 
-An action consists of three services and two topics (design.ros2.org/articles/actions.html). Only one goal is active at a time.
+Only one goal is active at a time.
 """
 
 from __future__ import annotations
@@ -8,46 +8,28 @@ from __future__ import annotations
 import threading
 import time
 from concurrent.futures import Future
-from dataclasses import dataclass, field
 from typing import Any
 
-from graphengine.control.service_host import SERVICES, Offers
+from graphengine.control.service_host import Offers
 from graphengine.control.simulation_interfaces import states
 from graphengine.control.simulation_interfaces.results import FAILED, OK, text_of
-from graphengine.messages import messages
+from graphengine.messages import goals, messages
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.messages.qos import LATCHED
+from graphengine.messages.goals import ABORTED, ACCEPTED, CANCELED, CANCELING, EXECUTING, SUCCEEDED, Goals, TrackedGoal
 from graphengine.ros.transport import Transport
 from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.commands import MAX_TICKS
 
 TYPE = "simulation_interfaces/action/SimulateSteps"
-KEPT = 100
-"""Goals whose results are kept."""
-
-# Of action_msgs/msg/GoalStatus.
-UNKNOWN, ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(7)
-# Of action_msgs/srv/CancelGoal.
-_NONE, _REJECTED, _UNKNOWN_GOAL, _TERMINATED = range(4)
 
 
-@dataclass(eq=False, slots=True)
-class _Goal:
-    """An accepted goal."""
+class _Goal(TrackedGoal):
+    """A number of steps to run."""
 
-    identity: bytes
-    steps: int
-    done: int = 0
-    status: int = ACCEPTED
-    error: str = ""
-    stamp: Any = field(default_factory=lambda: messages.stamp(time.time()))
-    """When it was accepted, by the wall clock."""
-    ended: Future[None] = field(default_factory=Future)
-
-    @property
-    def active(self) -> bool:
-        """Whether the goal has not ended yet."""
-        return self.status in (ACCEPTED, EXECUTING, CANCELING)
+    def __init__(self, identity: bytes, steps: int) -> None:
+        super().__init__(identity)
+        self.steps = steps
+        self.done = 0
 
 
 class SimulateSteps:
@@ -66,14 +48,15 @@ class SimulateSteps:
     def __init__(self, desk: Desk, transport: Transport, offers: Offers, name: str) -> None:
         self._desk = desk
         self._lock = threading.RLock()
-        self._goals: dict[bytes, _Goal] = {}
+        """Held while goals are read or changed, which several threads do."""
+        self._goals: Goals[_Goal] = Goals(TYPE)
         self._closed = False
-        hidden = f"{name}/_action"
-        self._feedback = transport.writer(f"{hidden}/feedback", f"{TYPE}_FeedbackMessage", SERVICES)
-        self._status = transport.writer(f"{hidden}/status", "action_msgs/msg/GoalStatusArray", LATCHED)
-        offers.add(f"{hidden}/send_goal", f"{TYPE}_SendGoal", self._accept, then=self._begin)
-        offers.add(f"{hidden}/cancel_goal", "action_msgs/srv/CancelGoal", self._cancel, then=self._tell_status)
-        offers.add(f"{hidden}/get_result", f"{TYPE}_GetResult", self._result)
+        parts = goals.parts(name, TYPE)
+        self._feedback = transport.writer(*parts["feedback"], goals.FEEDBACK_QOS)
+        self._status = transport.writer(*parts["status"], goals.STATUS_QOS)
+        offers.add(*parts["send_goal"], self._accept, then=self._begin)
+        offers.add(*parts["cancel_goal"], self._cancel, then=self._tell_status)
+        offers.add(*parts["get_result"], self._result)
 
     def close(self) -> None:
         """Close the topics of the action; active goals do not continue."""
@@ -83,19 +66,19 @@ class SimulateSteps:
 
     def _accept(self, request: Any, response: Any) -> None:
         goal = _Goal(bytes(request.goal_id.uuid), int(request.goal.steps))
-        response.stamp = goal.stamp
         with self._lock:
-            busy = any(other.active for other in self._goals.values())
-            response.accepted = not busy and 0 < goal.steps <= MAX_TICKS and goal.identity not in self._goals
-            if response.accepted:
-                self._goals[goal.identity] = goal
-                for old in list(self._goals)[:-KEPT]:
-                    del self._goals[old]
+            self._goals.expire(time.monotonic())
+            busy = any(other.active for other in self._goals)
+            if not busy and 0 < goal.steps <= MAX_TICKS and self._goals.admit(goal):
+                sent = self._goals.accept(goal, messages.stamp(time.time()), ACCEPTED)
+                response.accepted, response.stamp = sent.accepted, sent.stamp
 
     def _begin(self, request: Any, response: Any) -> None:
-        if response.accepted:
+        with self._lock:
+            goal = self._goals.find(bytes(request.goal_id.uuid))
+        if response.accepted and goal is not None:
             self._tell_status()
-            self._next(self._goals[bytes(request.goal_id.uuid)])
+            self._next(goal)
 
     def _next(self, goal: _Goal) -> None:
         """Queue the next tick of a goal."""
@@ -108,8 +91,7 @@ class SimulateSteps:
             return
         error = future.exception()
         if error is not None:
-            goal.error = text_of(error)
-            self._end(goal, CANCELED if goal.status == CANCELING else ABORTED)
+            self._end(goal, CANCELED if goal.status == CANCELING else ABORTED, text_of(error))
             return
         goal.done += 1
         self._tell_feedback(goal)
@@ -122,66 +104,52 @@ class SimulateSteps:
         if goal.done == goal.steps:
             self._end(goal, SUCCEEDED)
         elif cancelled:
-            goal.error = f"cancelled after {goal.done} of {goal.steps} steps"
-            self._end(goal, CANCELED)
+            self._end(goal, CANCELED, f"cancelled after {goal.done} of {goal.steps} steps")
         else:
             self._next(goal)
 
-    def _end(self, goal: _Goal, status: int) -> None:
+    def _end(self, goal: _Goal, status: int, error: str = "") -> None:
+        outcome = DEFINITIONS.initial(f"{TYPE}_Result")
+        outcome.result.result = OK if status == SUCCEEDED else FAILED
+        outcome.result.error_message = error
         with self._lock:  # else one who cancels just then could write over it
-            goal.status = status
+            self._goals.end(goal, status, outcome)
+            waiting = list(goal.waiting)
         self._tell_status()
-        goal.ended.set_result(None)
+        for ended in waiting:
+            ended.set_result(None)
 
-    def _result(self, request: Any, response: Any) -> Future[None] | None:
+    def _result(self, request: Any, response: Any) -> Future[None]:
         """Answer with the result of a goal when it has ended; unknown goals have the status 0."""
-        goal = self._goals.get(bytes(request.goal_id.uuid))
-        if goal is None:
-            return None
+        ended = Future[None]()
+        with self._lock:
+            goal = self._goals.find(bytes(request.goal_id.uuid))
 
-        def fill(_: Future[None]) -> None:
-            response.status = goal.status
-            response.result.result.result = OK if goal.status == SUCCEEDED else FAILED
-            response.result.result.error_message = goal.error
+            def fill(_: Future[None]) -> None:
+                if goal is not None:
+                    response.status, response.result = goal.result.status, goal.result.result
 
-        goal.ended.add_done_callback(fill)  # before the answer leaves, as callbacks run in the order they were added
-        return goal.ended
+            ended.add_done_callback(fill)  # before the answer leaves, as callbacks run in the order they were added
+            if goal is not None and not goal.ended:
+                goal.waiting.append(ended)
+            else:
+                ended.set_result(None)
+        return ended
 
     def _cancel(self, request: Any, response: Any) -> None:
         """Cancel active goals after their current tick: the given goal, goals accepted up to a time, or all."""
-        identity, before = bytes(request.goal_info.goal_id.uuid), messages.seconds(request.goal_info.stamp)
-        every = not any(identity) and not before
         with self._lock:
-            known = self._goals.get(identity)
-            active = [goal for goal in self._goals.values() if goal.active]
-            meant = [goal for goal in active if every or goal is known or messages.seconds(goal.stamp) <= before]
-            for goal in meant:
-                goal.status = CANCELING
-            if not meant:
-                response.return_code = _TERMINATED if known else _UNKNOWN_GOAL if any(identity) else _REJECTED
-        response.goals_canceling = [_info(goal) for goal in meant]
+            answer = self._goals.cancel(request)
+        response.return_code, response.goals_canceling = answer.return_code, answer.goals_canceling
 
     def _tell_feedback(self, goal: _Goal) -> None:
         if not self._feedback.matched:
             return
-        message = DEFINITIONS.initial(f"{TYPE}_FeedbackMessage")
-        message.goal_id.uuid[:] = list(goal.identity)
-        message.feedback.completed_steps = goal.done
-        message.feedback.remaining_steps = goal.steps - goal.done
-        self._feedback.write(messages.encode(message))
+        feedback = DEFINITIONS.initial(f"{TYPE}_Feedback")
+        feedback.completed_steps, feedback.remaining_steps = goal.done, goal.steps - goal.done
+        self._feedback.write(messages.encode(self._goals.feedback(goal, feedback)))
 
     def _tell_status(self, *_: object) -> None:
-        message = DEFINITIONS.initial("action_msgs/msg/GoalStatusArray")
         with self._lock:
-            for goal in self._goals.values():
-                status = DEFINITIONS.initial("action_msgs/msg/GoalStatus")
-                status.goal_info, status.status = _info(goal), goal.status
-                message.status_list.append(status)
+            message = self._goals.status_array()
         self._status.write(messages.encode(message))
-
-
-def _info(goal: _Goal) -> Any:
-    info = DEFINITIONS.initial("action_msgs/msg/GoalInfo")
-    info.goal_id.uuid[:] = list(goal.identity)
-    info.stamp = goal.stamp
-    return info

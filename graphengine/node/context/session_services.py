@@ -12,6 +12,7 @@ from graphengine.devices.backend import World
 from graphengine.devices.random_streams import key_of
 from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.permissions import Permissions
+from graphengine.messages.action_client import ActionClient
 from graphengine.messages.actions import ActionServer
 from graphengine.messages.endpoints import EndpointClaim, Network, ServiceServer
 from graphengine.node.context.render_product import RenderProduct
@@ -37,8 +38,8 @@ class Services:
     """Open servers, by handle; the last one answers, those before it belong to nodes that are being replaced."""
     handles: dict[tuple[str, int], int] = field(default_factory=dict)
     """Handle of each server, by prim path of the node and number of the server; kept when a node is set up again."""
-    action_servers: list[ActionServer] = field(default_factory=list)
-    """Open action servers."""
+    actions: list[ActionServer | ActionClient] = field(default_factory=list)
+    """Open action servers and clients."""
     queues: dict[str, EventQueue] = field(default_factory=dict)
     permissions: Permissions = field(default_factory=Permissions)
     keys: Keyboard = field(default_factory=Keyboard)
@@ -62,13 +63,13 @@ class Services:
             {path: generator.bit_generator.state for path, generator in self.generators.items()},
             {path: (product, product.save()) for path, product in self.render_products.items()},
             dict(self.handles),
-            [(server, server.save()) for server in self.action_servers],
+            [(action, action.save()) for action in self.actions],
             self.seed,
         )
 
     def restore(self, saved: Any) -> None:
         """Return to a saved state; queues, generators and render products created since are discarded."""
-        keys, dropped, queues, generators, products, handles, servers, self.seed = saved
+        keys, dropped, queues, generators, products, handles, actions, self.seed = saved
         self.keys.restore(keys)
         if self.dropped is not None:
             self.dropped.restore(dropped)
@@ -87,15 +88,15 @@ class Services:
             if self.render_products[path] is product:  # the other one has cameras of another world
                 product.restore(state)
         self.handles = dict(handles)
-        for server, state in servers:
-            if server in self.action_servers:
-                server.restore(state)
+        for action, state in actions:
+            if action in self.actions:
+                action.restore(state)
 
     def forget_calls(self) -> None:
         """End active goals of actions, and discard unanswered requests and calls, because graphs restart."""
-        for server in self.action_servers:
-            server.restart()
-        if self.action_servers:
+        for action in self.actions:
+            action.restart()
+        if self.actions:
             self.network.flush()
         self.network.forget_calls()
 

@@ -93,6 +93,11 @@ class FoxgloveTransport:
         return self._inner.spin_time
 
     @property
+    def identity(self) -> bytes:
+        """Random bytes that distinguish this process on the network."""
+        return self._inner.identity
+
+    @property
     def source(self) -> bytes:
         """GID of the writer of the message that is being delivered; not set for messages of Foxglove clients."""
         return self._inner.source

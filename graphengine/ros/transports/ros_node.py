@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import os
 import threading
 import time
 from collections import Counter
@@ -41,6 +42,7 @@ class RosNode(Stateful):
         self.node = full_name(self._namespace, self._name)
         self._definitions = options.definitions
         self._patient = options.patient
+        self.identity = os.urandom(8)
         self._lock = threading.RLock()
         self._closed = False
         self._writers: list[Any] = []

@@ -103,6 +103,7 @@ class MemoryTransport:
     description = "memory: nothing leaves this process"
     spin_time = 0.0
     node = ""
+    identity = b""
     malformed: Mapping[str, int] = MappingProxyType({})
     foreign_services: Mapping[str, str] = MappingProxyType({})
     rival_services: Sequence[str] = ()

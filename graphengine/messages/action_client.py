@@ -1,0 +1,159 @@
+"""Action clients of nodes, on top of service clients and subscriptions: a tick sees what arrived before it."""
+
+from __future__ import annotations
+
+import hashlib
+import uuid
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+from graphengine.messages.actions import ActionEndpoint
+from graphengine.messages.definitions import Definitions
+from graphengine.messages.endpoints import ServiceClient, Subscription
+from graphengine.messages.goals import ACCEPTED, CANCEL_GOAL, STATUS_NAMES, UNKNOWN
+
+MAX_OPEN = 1000
+"""Goals without a result that a client keeps; beyond, the oldest are forgotten."""
+
+
+@dataclass(frozen=True, slots=True)
+class ClientEndpoints:
+    """The services and topics of an action client."""
+
+    send_goal: ServiceClient
+    cancel_goal: ServiceClient
+    get_result: ServiceClient
+    feedback: Subscription
+    status: Subscription
+
+
+class ActionEvent(NamedTuple):
+    """A message of the server about a goal."""
+
+    kind: Literal["accepted", "rejected", "feedback", "status", "result"]
+    goal: bytes
+    """UUID of the goal, as `ActionClient.send` returned it."""
+    status: int
+    """Status of the goal, as in action_msgs/msg/GoalStatus; 0 if the goal was rejected."""
+    message: Any = None
+    """Feedback or result of the action."""
+
+
+class ActionClient(ActionEndpoint[ClientEndpoints]):
+    """An action client of a node.
+
+        goal = self.client.send(message)
+        ...
+        for event in self.client.events():
+            ...
+
+    Args:
+        action: full name, such as `/arm_controller/follow_joint_trajectory`.
+        action_type: ROS 2 name, such as `control_msgs/action/FollowJointTrajectory`.
+        endpoints: services and topics of the action.
+        definitions: message types.
+        node: prim path of the node.
+        identity: distinguishes the session on its network; empty if all peers are in the session.
+    """
+
+    kept = ("_asked", "_count", "_open", "_sent")
+
+    def __init__(
+        self,
+        action: str,
+        action_type: str,
+        endpoints: ClientEndpoints,
+        definitions: Definitions,
+        node: str,
+        identity: bytes,
+    ) -> None:
+        super().__init__(action, action_type, endpoints)
+        self._definitions = definitions
+        self._origin = hashlib.blake2b(b"\0".join((identity, node.encode(), action.encode())))
+        self._repeats = not identity
+        self._count = 0
+        """Goals that were sent since the start of the session; peers may know each of them."""
+        self._sent: dict[int, bytes] = {}
+        """UUIDs of goals without an answer, by the number of the call."""
+        self._asked: dict[int, bytes] = {}
+        """UUIDs of goals without a result, by the number of the call."""
+        self._open: dict[bytes, int] = {}
+        """Status of each accepted goal without a result."""
+
+    def restore(self, saved: Any) -> None:
+        """Return to a saved state; peers outside of the session have not forgotten the UUIDs used since."""
+        count = self._count
+        super().restore(saved)
+        self._count = self._count if self._repeats else count
+
+    def send(self, goal: Any) -> bytes:
+        """Send a goal at the end of the tick, or as soon as a server exists; return its UUID.
+
+        Raises:
+            MessageError: the message is not a goal of the action.
+        """
+        made = self._origin.copy()
+        made.update(self._count.to_bytes(8, "big"))
+        identity = uuid.UUID(bytes=made.digest()[:16], version=4).bytes
+        request = self._request(f"{self.action_type}_SendGoal", identity)
+        request.goal = goal
+        self._sent[self.endpoints.send_goal.call(request)] = identity
+        self._count += 1
+        _limit(self._sent)
+        return identity
+
+    def cancel(self, goal: bytes) -> None:
+        """Ask the server to cancel a goal; ask again if it may not have accepted the goal yet."""
+        request = self._definitions.initial(f"{CANCEL_GOAL}_Request")
+        request.goal_info.goal_id.uuid[:] = list(goal)
+        self.endpoints.cancel_goal.call(request)
+
+    def events(self) -> Sequence[ActionEvent]:
+        """Return what the server said since the last call: answers, feedback, statuses, then results."""
+        found: list[ActionEvent] = []
+        ends = self.endpoints
+        ends.cancel_goal.take()  # the status tells what came of it
+        for number, response in ends.send_goal.take():
+            goal = self._sent.pop(number, None)
+            if goal is None:
+                continue
+            if response.accepted:
+                self._open[goal] = ACCEPTED
+                self._asked[ends.get_result.call(self._request(f"{self.action_type}_GetResult", goal))] = goal
+                _limit(self._open)
+                _limit(self._asked)
+            found.append(ActionEvent("accepted" if response.accepted else "rejected", goal, int(response.accepted)))
+        for message in ends.feedback.take():
+            goal = bytes(message.goal_id.uuid)
+            if goal in self._open:
+                found.append(ActionEvent("feedback", goal, self._open[goal], message.feedback))
+        for array in ends.status.take():
+            for told in array.status_list:
+                goal = bytes(told.goal_info.goal_id.uuid)
+                if self._open.get(goal, told.status) != told.status and told.status in range(len(STATUS_NAMES)):
+                    self._open[goal] = told.status
+                    found.append(ActionEvent("status", goal, told.status))
+        for number, response in ends.get_result.take():
+            goal = self._asked.pop(number, None)
+            if goal is not None:
+                self._open.pop(goal, None)
+                status = response.status if response.status in range(len(STATUS_NAMES)) else UNKNOWN
+                found.append(ActionEvent("result", goal, status, response.result))
+        return found
+
+    def restart(self) -> None:
+        """Forget all goals, because the graph restarts at time 0; the server goes on with them."""
+        for known in (self._sent, self._asked, self._open):
+            known.clear()
+
+    def _request(self, service: str, goal: bytes) -> Any:
+        request = self._definitions.initial(f"{service}_Request")
+        request.goal_id.uuid[:] = list(goal)
+        return request
+
+
+def _limit(known: dict[Any, Any]) -> None:
+    """Forget the oldest entries."""
+    while len(known) > MAX_OPEN:
+        del known[next(iter(known))]

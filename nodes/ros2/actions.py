@@ -1,0 +1,317 @@
+"""Actions of any type, with a port for each field: a client, and a server of three nodes that share a handle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from graphengine.format.errors import BadValueError, ContextError
+from graphengine.messages.action_client import ActionClient
+from graphengine.messages.actions import ActionServer, Goal
+from graphengine.messages.definitions import Definitions
+from graphengine.messages.goals import STATUS_NAMES
+from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State, String, Token, UInt64
+from graphengine.nodes.ros2.fields import Layout, expect, find_action
+
+
+class ActionNode(Node):
+    """Base of nodes for one action of any type, which the graph file sets: ports are made before wires are read."""
+
+    goal: ClassVar[Layout]
+    result: ClassVar[Layout]
+    feedback: ClassVar[Layout]
+
+    message_package: String = In(required=True, setup=True, doc="package of the action type, such as control_msgs")
+    message_subfolder: String = In(default="action", setup=True, doc="folder of the action type in the package")
+    message_name: String = In(required=True, setup=True, doc="name of the action type, such as FollowJointTrajectory")
+
+    def bind(self) -> str:
+        """Return the action type that the inputs name, such as control_msgs/action/FollowJointTrajectory.
+
+        Raises:
+            ContextError: the ports were made for another action type.
+        """
+        parts = (getattr(self, part, None) for part in ("goal", "result", "feedback"))
+        layout: Layout | None = next((part for part in parts if part is not None), None)
+        return expect(layout, self.message_package, self.message_subfolder, self.message_name)
+
+
+class NamedActionNode(ActionNode):
+    """Base of nodes that open an action."""
+
+    exec_in = ExecIn()
+    context: UInt64 = In(default=0, setup=True, doc="domain handle from a ROS2Context; 0: the session's domain")
+    node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
+    action_name: String = In(default="/action_name", setup=True, doc="name of the action")
+    qos_profile: String = In(
+        default="", setup=True, doc="JSON from a ROS2QoSProfile for the services; if empty: reliable, volatile, depth 10"
+    )
+
+    def endpoint(self) -> dict[str, Any]:
+        """Return the options of the action that the inputs set: namespace, QoS and domain."""
+        return {"namespace": self.node_namespace, "qos_profile": self.qos_profile, "ros_context": self.context}
+
+
+class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionServerGoal"):
+    """Offers an action; the fields of a goal are outputs, such as `Goal:order` of a Fibonacci. Execute it in every tick.
+
+    `graphrun nodes ROS2ActionServerGoal --message example_interfaces/action/Fibonacci` lists these outputs. Each goal that arrived
+    in a tick fires `onGoal` once, oldest first. A goal is accepted unless a ROS2ActionServerResult downstream of `onGoal` ends it
+    as `rejected`. One goal is active at a time: a new goal aborts it. Nodes with the same `serverHandle` send feedback
+    (ROS2ActionServerFeedback) and end the goal (ROS2ActionServerResult). A stop aborts the goal.
+    """
+
+    preempts: bool = In(default=True, doc="whether a new goal aborts the active one; otherwise new goals are rejected")
+    on_goal = ExecOut(doc="fires for each goal")
+    on_cancel = ExecOut(doc="fires once when a client asks to cancel the active goal; unwired: the goal ends as canceled")
+    server_handle: UInt64 = Out(default=0, doc="handle of this server; wire it to the nodes for feedback and result")
+    is_active: bool = Out(default=False, doc="whether a goal is active")
+
+    server: ActionServer = Bound()
+    tells_of_cancel: bool = Bound()
+    cancelling: bytes = State(default=b"")
+
+    @classmethod
+    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
+        """Make an output for each field of the goal."""
+        goal, _, _ = find_action(literals, definitions)
+        return {"goal": goal, **goal.ports(Out)}
+
+    def setup(self, context: Context) -> None:
+        """Offer the action."""
+        self.server = context.action_server(self.bind(), self.action_name, **self.endpoint())
+        self.server_handle = self.server.handle
+        self.tells_of_cancel = context.wired("on_cancel")
+
+    def compute(self) -> Pushes:
+        """Yield when the active goal is to be cancelled, then once for each goal, after setting the outputs."""
+        server = self.server
+        self.server_handle = server.handle
+        arrived, active = server.goals(), server.current
+        if active is not None and active.cancel_requested and active.identity != self.cancelling:
+            self.cancelling = active.identity
+            if self.tells_of_cancel:
+                yield self.on_cancel
+            else:
+                active.canceled()
+        for goal in arrived:
+            before = server.current if server.current is not None and server.current.active else None
+            if before is not None and not self.preempts:
+                goal.reject()
+                continue
+            server.current = goal
+            self.goal.write(self, goal.message)
+            self.is_active = True
+            yield self.on_goal
+            if goal.pending:
+                goal.accept()
+            if not goal.status:
+                server.current = before
+            elif before is not None and before.active:
+                before.abort()
+        self.is_active = server.current is not None and server.current.active
+        server.update()
+
+
+class PursuingNode(ActionNode):
+    """Base of nodes that work on the goal of a ROS2ActionServerGoal."""
+
+    exec_in = ExecIn()
+    server_handle: UInt64 = In(required=True, doc="handle from the ROS2ActionServerGoal")
+
+    door: Context = Bound()
+
+    def setup(self, context: Context) -> None:
+        """Check that the server has the same type, if its handle is known."""
+        self.door = context
+        self.bind()
+        if self.server_handle:
+            self._find()
+
+    def _find(self) -> ActionServer:
+        server, action_type = self.door.action(self.server_handle), self.bind()
+        if server.action_type != action_type:
+            raise ContextError(
+                f"it is for {action_type}, and the action {server.action} is {server.action_type}",
+                self.message_name,
+                "name the same action type in both nodes",
+            )
+        return server
+
+    def find(self) -> ActionServer:
+        """Return the action server whose handle is `serverHandle`.
+
+        Raises:
+            BadValueError: no server has the handle, or its type differs.
+        """
+        try:
+            return self._find()
+        except ContextError as error:
+            raise BadValueError("serverHandle", self.server_handle) from error
+
+
+class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionServerFeedback", gated=True):
+    """Sends feedback on the active goal of a ROS2ActionServerGoal; the fields of the feedback are inputs.
+
+    `graphrun nodes ROS2ActionServerFeedback --message example_interfaces/action/Fibonacci` lists these inputs. Without an active
+    goal, nothing is sent and nothing fires.
+    """
+
+    exec_out = ExecOut(doc="fires if a goal is active")
+
+    @classmethod
+    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
+        """Make an input for each field of the feedback."""
+        _, _, feedback = find_action(literals, definitions)
+        return {"feedback": feedback, **feedback.ports(In)}
+
+    def setup(self, context: Context) -> None:
+        """Check that the inputs' values can be sent."""
+        super().setup(context)
+        self.feedback.check(self)
+
+    def compute(self) -> Fire:
+        """Send feedback if anybody listens.
+
+        Raises:
+            BadValueError: no server has the handle, or the feedback cannot hold an input's value.
+        """
+        server = self.find()
+        goal = server.current
+        if goal is None or not goal.active:
+            return None
+        if server.endpoints.feedback.wanted:
+            self.feedback.send(self, goal.feedback)
+        return self.exec_out
+
+
+class ROS2ActionServerResult(PursuingNode, type="graphengine.ros2.ROS2ActionServerResult", gated=True):
+    """Ends the goal of a ROS2ActionServerGoal; the fields of the result are inputs.
+
+    `graphrun nodes ROS2ActionServerResult --message example_interfaces/action/Fibonacci` lists these inputs. Without a goal,
+    nothing is sent and nothing fires.
+    """
+
+    status: Token = In(
+        default="succeeded",
+        tokens=("succeeded", "aborted", "canceled", "rejected"),
+        doc="how the goal ends: `canceled` only if a client asked for it, `rejected` only downstream of `onGoal`;"
+        " otherwise both count as `aborted`",
+    )
+    exec_out = ExecOut(doc="fires after the end of a goal")
+
+    @classmethod
+    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
+        """Make an input for each field of the result."""
+        _, result, _ = find_action(literals, definitions)
+        return {"result": result, **result.ports(In)}
+
+    def setup(self, context: Context) -> None:
+        """Check that the inputs' values can be sent."""
+        super().setup(context)
+        self.result.check(self)
+
+    def compute(self) -> Fire:
+        """End the goal.
+
+        Raises:
+            BadValueError: no server has the handle, or the result cannot hold an input's value.
+        """
+        server = self.find()
+        goal = server.current
+        if goal is None or not (goal.pending or goal.active):
+            return None
+        if goal.pending and self.status == "rejected":
+            goal.reject()
+            return self.exec_out
+        self.result.send(self, lambda message: self._end(goal, message))
+        server.update()
+        return self.exec_out
+
+    def _end(self, goal: Goal, message: Any) -> None:
+        if goal.pending:
+            goal.accept()
+        if self.status == "succeeded":
+            goal.succeed(message)
+        elif self.status == "canceled" and goal.cancel_requested:
+            goal.canceled(message)
+        else:
+            goal.abort(message)
+
+
+class ROS2ActionClient(NamedActionNode, type="graphengine.ros2.ROS2ActionClient"):
+    """Sends goals to an action server; goal fields are inputs, feedback and result fields are outputs, such as `Result:sequence`.
+
+    `graphrun nodes ROS2ActionClient --message example_interfaces/action/Fibonacci` lists these ports. Every execution sends a
+    goal, at the end of the tick if a server exists, otherwise when one appears. Outputs tell about the latest goal only. A tick
+    outputs only the newest feedback.
+    """
+
+    cancel = ExecIn(control=True, doc="asks the server to cancel the latest goal")
+    on_accepted = ExecOut(doc="fires when the server has accepted the goal")
+    on_rejected = ExecOut(doc="fires when the server has rejected the goal")
+    on_feedback = ExecOut(doc="fires in each tick with feedback")
+    on_result = ExecOut(doc="fires when the goal has ended; `status` says how")
+    status: Token = Out(
+        default="",
+        doc="state of the latest goal: sent, rejected, accepted, executing, canceling, succeeded, canceled, aborted, unknown",
+    )
+
+    client: ActionClient = Bound()
+    latest: bytes = State(default=b"")
+    cancelling: bool = State(default=False)
+
+    @classmethod
+    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
+        """Make an input for each field of the goal, and an output for each field of feedback and result."""
+        goal, result, feedback = find_action(literals, definitions)
+        made = {"goal": goal, "result": result, "feedback": feedback}
+        return {**made, **goal.ports(In), **feedback.ports(Out), **result.ports(Out)}
+
+    def setup(self, context: Context) -> None:
+        """Open the client."""
+        action_type = self.bind()
+        self.goal.check(self)
+        self.client = context.action_client(action_type, self.action_name, **self.endpoint())
+
+    def compute(self) -> None:
+        """Cancel the latest goal, or send a new one.
+
+        Raises:
+            BadValueError: the goal cannot hold an input's value.
+        """
+        if self.cancel and self.active and not self.cancelling:
+            self.cancelling = True
+            if self.status != "sent":
+                self.client.cancel(self.latest)
+        if self.exec_in:
+            self.goal.send(self, self._send)
+
+    def _send(self, message: Any) -> None:
+        self.latest, self.cancelling = self.client.send(message), False
+        self.status = "sent"
+        self.active = True
+
+    def update(self) -> Fire:
+        """Output what the server said about the latest goal, and fire."""
+        fired = 0
+        for event in self.client.events():
+            if event.goal != self.latest:
+                continue
+            self.status = "rejected" if event.kind == "rejected" else STATUS_NAMES[event.status]
+            match event.kind:
+                case "accepted":
+                    fired |= self.on_accepted
+                    if self.cancelling:
+                        self.client.cancel(self.latest)
+                case "rejected":
+                    fired |= self.on_rejected
+                    self.active = False
+                case "feedback":
+                    self.feedback.write(self, event.message)
+                    fired |= self.on_feedback
+                case "result":
+                    self.result.write(self, event.message)
+                    fired |= self.on_result
+                    self.active = False
+        return fired or None
