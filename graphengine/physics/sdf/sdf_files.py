@@ -28,7 +28,9 @@ OLDEST, NEWEST = 4, 12
 """Minor numbers of the versions 1.N that are read."""
 MAX_DEPTH = 20
 """Models in models."""
-MAX_MODELS = 1000
+MAX_MODELS = 5000
+MAX_URI = 1000
+"""Characters of the name of a file."""
 _MAX_NEIGHBOURS = 1000
 _VERSION = re.compile(r"1\.(\d{1,3})(?:\.\d+)?")
 _FUEL = re.compile(r"https?://[^/]+/.*/models/([^/]+)(?:/(?:\d+|tip))?(/files/.*)?/?")
@@ -156,8 +158,8 @@ class SdfFiles:
 
     def _include(self, include: Element, outer: Scope, file: _File, stack: list[Path]) -> None:
         uri = include.first("uri")
-        if uri is None or not uri.text:
-            raise SdfError("an include without <uri>", include.span)
+        if uri is None or not 0 < len(uri.text) <= MAX_URI:
+            raise SdfError(f"an include without <uri>, or with one longer than {MAX_URI} characters", include.span)
         found = self._find(uri.text, file, uri.span)
         if found.path is not None and found.path in stack:
             raise SdfError(f"{printable(uri.text)!r} includes itself", uri.span)
@@ -200,7 +202,9 @@ class SdfFiles:
         advice = (
             "give the folder of its models: --package-path of import-urdf, package_paths in the robot file, --allow"
         )
-        if "://" in uri and name is None:
+        if uri.startswith("http") and name is not None:
+            advice = f"nothing is downloaded: put its folder {printable(name)!r} beside the file, or allow the one it is in by --allow"
+        elif "://" in uri and name is None:
             searched, advice = "", "write model://NAME, file:// or a path; nothing is downloaded"
         raise SdfError(f"no model {printable(uri[:200])!r}", span, *filter(None, [searched, advice]))
 

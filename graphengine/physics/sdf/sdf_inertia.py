@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.rotation import Pose, compose, relative, rotate
+from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import printable
 from graphengine.physics.files.xml import Element
@@ -34,6 +35,20 @@ _DEFAULTS = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 Matrix = NDArray[np.float64]
 
 
+class Mass(NamedTuple):
+    """What a link weighs.
+
+    Attributes:
+        mass: kg.
+        moments: ixx, iyy, izz, ixy, ixz and iyz about the centre of mass, kg m2.
+        pose: of the centre of mass, along whose axes the moments are, in the outermost scope.
+    """
+
+    mass: float
+    moments: tuple[float, ...]
+    pose: Pose
+
+
 def inertial(link: Frame, frame: Pose, findings: Findings) -> Iterator[Element]:
     """Yield the `<inertial>` of a link for URDF.
 
@@ -52,49 +67,72 @@ def inertial(link: Frame, frame: Pose, findings: Findings) -> Iterator[Element]:
         findings.add("N103", text, link.element.span)
         return
     span = element.span if element is not None else link.element.span
-    if element is not None and flag(element.get("auto")):
-        mass, moments, pose = _of_collisions(link, element)
-    else:
-        mass = number_at(element, "mass", default=1.0)
-        inertia = find(element, "inertia")
-        moments = tuple(number_at(inertia, term, default=usual) for term, usual in zip(_TERMS, _DEFAULTS, strict=True))
-        pose = compose(link.place, pose_of(find(element, "pose")))
+    mass, moments, pose = mass_of(link)
     terms = {term: written(moment) for term, moment in zip(_TERMS, moments, strict=True)}
     children = [Element("mass", {"value": written(mass)}, span), Element("inertia", terms, span)]
     yield Element("inertial", {}, span, [*origin(relative(frame, pose), span), *children])
 
 
-def _of_collisions(link: Frame, element: Element) -> tuple[float, tuple[float, ...], Pose]:
-    """Return mass, moments about the centre of mass, and its pose in the outermost scope, of a link's collisions."""
+def mass_of(link: Frame) -> Mass:
+    """Return what a link weighs.
+
+    Raises:
+        SdfError: a value is no number, or the inertia of a shape is unknown.
+    """
+    element = link.element.first("inertial")
+    if element is not None and flag(element.get("auto")):
+        return _of_collisions(link, element)
+    inertia = find(element, "inertia")
+    moments = (number_at(inertia, term, default=usual) for term, usual in zip(_TERMS, _DEFAULTS, strict=True))
+    pose = compose(link.place, pose_of(find(element, "pose")))
+    return Mass(number_at(element, "mass", default=1.0), tuple(moments), pose)
+
+
+def _of_collisions(link: Frame, element: Element) -> Mass:
+    """Return what the collisions of a link weigh."""
     usual = number_at(element, "density", default=WATER)
     masses, centres, matrices = [], [], []
     for collision in link.element.all("collision"):
         shape = shape_of(collision)
         if shape is not None:
             volume, moments = _body(shape)
-            density = number_at(collision, "density", default=usual)
-            (x, y, z), rotation = relative(link.place, place_of(collision, link))
-            axes = np.array([rotate(rotation, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
-            masses.append(volume * density)
-            centres.append(np.array((x, y, z)))
-            matrices.append(volume * density * (axes.T * np.array(moments)) @ axes)
+            mass = volume * number_at(collision, "density", default=usual)
+            centre, rotation = relative(link.place, place_of(collision, link))
+            masses.append(mass)
+            centres.append(np.array(centre))
+            matrices.append(mass * _matrix(turned((*moments, 0.0, 0.0, 0.0), rotation)))
     total = math.fsum(masses)
     if not total > 0.0:
         raise SdfError(
             f"link {printable(link.name)!r}: an automatic inertia needs a collision with a volume", element.span
         )
-    centre = sum((mass * place for mass, place in zip(masses, centres, strict=True)), np.zeros(3)) / total
+    middle = sum((mass * place for mass, place in zip(masses, centres, strict=True)), np.zeros(3)) / total
     matrix: Matrix = np.zeros((3, 3))
     for mass, place, own in zip(masses, centres, matrices, strict=True):
-        apart = place - centre
+        apart = place - middle
         matrix += own + mass * (np.dot(apart, apart) * np.eye(3) - np.outer(apart, apart))
     mass = total
     if text_at(element, "mass"):
         mass = number_at(element, "mass", default=total)
         matrix *= mass / total
-    terms = (matrix[0, 0], matrix[1, 1], matrix[2, 2], matrix[0, 1], matrix[0, 2], matrix[1, 2])
-    x, y, z = centre.tolist()
-    return mass, tuple(map(float, terms)), compose(link.place, ((x, y, z), (0.0, 0.0, 0.0, 1.0)))
+    x, y, z = middle.tolist()
+    return Mass(mass, _terms(matrix), compose(link.place, ((x, y, z), IDENTITY)))
+
+
+def turned(moments: tuple[float, ...], rotation: Quaternion) -> tuple[float, ...]:
+    """Return ixx, iyy, izz, ixy, ixz and iyz about the axes of a frame in which the given ones are rotated."""
+    axes = np.array([rotate(rotation, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
+    return _terms(axes.T @ _matrix(moments) @ axes)
+
+
+def _matrix(moments: tuple[float, ...]) -> Matrix:
+    xx, yy, zz, xy, xz, yz = moments
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _terms(matrix: Matrix) -> tuple[float, ...]:
+    places = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    return tuple(float(matrix[place]) for place in places)
 
 
 def _body(shape: Element) -> tuple[float, tuple[float, float, float]]:
