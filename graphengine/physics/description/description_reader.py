@@ -97,6 +97,7 @@ def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[
     if urdf is None:
         return None
     draft = Draft(urdf, "bare", path.name, path.name)
+    draft.fixed_base = any(each.first("static") is not None for each in urdf.element.all("gazebo"))
     joint_drives.plain(draft)
     file = robot_file(render(draft), path, findings)
     return (file, urdf) if file is not None else None

@@ -16,8 +16,8 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing, printable
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.xml import MAX_ELEMENTS, Element, parse, read
-from graphengine.physics.sdf.sdf_frames import Frame, Scope
-from graphengine.physics.sdf.sdf_values import SdfError, leaf, text_at
+from graphengine.physics.sdf.sdf_frames import Frame, Kind, Scope
+from graphengine.physics.sdf.sdf_values import SdfError, leaf, reported, text_at
 
 SUFFIXES = (".sdf", ".world")
 TAG = "sdf"
@@ -123,20 +123,22 @@ class SdfFiles:
             limit = f"{MAX_DEPTH} levels deep" if depth > MAX_DEPTH else f"{MAX_MODELS} models"
             raise SdfError(f"models in models: more than {limit}", element.span)
         made = Scope(element, name, file.version, outer, file.references)
-        kinds = {"link": made.links, "joint": made.joints, "frame": made.frames}
         for child in element.children:
-            if child.tag in kinds:
-                self._add(kinds[child.tag], child, made)
+            if child.tag == "link":
+                self._add("link", made.links, child, made)
+            elif child.tag == "joint":
+                self._add("joint", made.joints, child, made)
+            elif child.tag == "frame":
+                self._add("frame", made.frames, child, made)
             elif child.tag == "model":
                 self._add_model(made, self._scope(child, child.get("name"), file, made, stack))
             elif child.tag == "include":
-                try:
+                with reported(self.findings):
                     self._include(child, made, file, stack)
-                except SdfError as error:
-                    self.findings.add("S103", error.message, error.span, *error.help)
+        made.index()
         return made
 
-    def _add(self, named: dict[str, Frame], element: Element, scope: Scope) -> None:
+    def _add(self, kind: Kind, named: dict[str, Frame], element: Element, scope: Scope) -> None:
         name = element.get("name")
         if not name:
             self.findings.add("S103", f"a {element.tag} without a name", element.span)
@@ -145,7 +147,6 @@ class SdfFiles:
             text = f"two {element.tag}s named {printable(name)!r}"
             self.findings.add("S105", text, element.place("name"), related=first)
         else:
-            kind = "link" if element.tag == "link" else "joint" if element.tag == "joint" else "frame"
             named[name] = Frame(kind, name, element, scope)
 
     def _add_model(self, outer: Scope, scope: Scope) -> None:
@@ -203,7 +204,9 @@ class SdfFiles:
             "give the folder of its models: --package-path of import-urdf, package_paths in the robot file, --allow"
         )
         if uri.startswith("http") and name is not None:
-            advice = f"nothing is downloaded: put its folder {printable(name)!r} beside the file, or allow the one it is in by --allow"
+            advice = (
+                f"nothing is downloaded: put its folder {printable(name)!r} beside the file, or allow it by --allow"
+            )
         elif "://" in uri and name is None:
             searched, advice = "", "write model://NAME, file:// or a path; nothing is downloaded"
         raise SdfError(f"no model {printable(uri[:200])!r}", span, *filter(None, [searched, advice]))

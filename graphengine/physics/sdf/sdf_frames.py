@@ -6,6 +6,7 @@ Each model is a scope of names. It has a frame of its own (`__model__`), and one
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Literal
@@ -16,8 +17,16 @@ from graphengine.format.wording import did_you_mean, listing, printable
 from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_values import SdfError, flag_at, pose_of, text_at
 
+_MAX_ATTACHED = 1000
+"""Frames that are attached to each other, one after the other."""
+_MAX_COMPARED = 200
+"""Names that a wrong one is compared with."""
 FIRST_WITH_FRAMES = 7
 """SDF 1.7 defined `relative_to`; before, `<pose frame="…">` stood for it."""
+
+
+Kind = Literal["scope", "link", "joint", "frame"]
+"""What has a frame; a model or world is a scope."""
 
 
 @dataclass(slots=True, eq=False)
@@ -31,7 +40,7 @@ class Frame:
         scope: which its name belongs to; for a model or a world the scope that it makes.
     """
 
-    kind: Literal["scope", "link", "joint", "frame"]
+    kind: Kind
     name: str
     element: Element
     scope: Scope
@@ -90,8 +99,8 @@ class Frame:
                 at = at.scope.frame
             else:
                 at = at.scope.canonical_link()
-            if at in seen:
-                raise SdfError(f"frame {printable(self.name)!r} is attached to itself", self.element.span)
+            if at in seen or len(seen) > _MAX_ATTACHED:
+                raise SdfError(f"frame {printable(self.name)!r} leads to no link", self.element.span)
             seen.add(at)
         return at
 
@@ -148,6 +157,8 @@ class Scope:
     frames: dict[str, Frame] = field(default_factory=dict)
     models: dict[str, Scope] = field(default_factory=dict)
     merges: list[Scope] = field(default_factory=list)
+    known: dict[str, Frame] = field(default_factory=dict)
+    """All frames by name, without those in nested models."""
     frame: Frame = field(init=False)
 
     def __post_init__(self) -> None:
@@ -183,20 +194,21 @@ class Scope:
         """Return the frame that a name means; None without."""
         if name == "__model__" or (name == "world" and self.is_world):
             return self.frame
-        for named in (self.links, self.frames, self.joints):
-            if name in named:
-                return named[name]
-        if name in self.models:
-            return self.models[name].frame
-        for scope in self.merges:
-            if name != scope.frame.name and (found := scope.find(name)) is not None:
-                return found
+        if name in self.known:
+            return self.known[name]
         end = name.find("::")
         while end >= 0:  # before 1.7, a name itself may contain ::
-            if name[:end] in self.models and (found := self.models[name[:end]].find(name[end + 2 :])) is not None:
+            outer = self.known.get(name[:end])
+            if outer is not None and outer.kind == "scope" and (found := outer.scope.find(name[end + 2 :])) is not None:
                 return found
             end = name.find("::", end + 2)
         return None
+
+    def index(self) -> None:
+        """Make all names known; of one that is used twice, as was legal before 1.7, a link comes first, then a frame."""
+        self.known |= {name: frame for scope in self.merges for name, frame in scope.known.items()}
+        self.known |= {name: scope.frame for name, scope in self.models.items()}
+        self.known |= {**self.joints, **self.frames, **self.links}
 
     def require(self, name: str, span: Span) -> Frame:
         """Return the frame that a name means.
@@ -206,15 +218,10 @@ class Scope:
         """
         found = self.find(name)
         if found is None:
-            known = ["__model__", *self.names()]
-            near = did_you_mean(name, known) or listing(map(printable, known), "known")
+            known = ["__model__", *itertools.islice(self.known, _MAX_COMPARED)]
+            near = did_you_mean(name[:80], known) or listing(map(printable, known), "known")
             raise SdfError(f"{self._described()} has no frame {printable(name[:80])!r}", span, near)
         return found
-
-    def names(self) -> list[str]:
-        """Return the names in the scope."""
-        own = (*self.links, *self.joints, *self.frames, *self.models)
-        return [*own, *(name for scope in self.merges for name in scope.names())]
 
     def child_of(self, joint: Element) -> Frame:
         """Return the frame that a joint's `<child>` names.

@@ -58,7 +58,7 @@ def urdf_shape(part: Element, shape: Element, references: str, findings: Finding
         made = urdf_mesh(shape, references, findings)
     else:
         advice = "write a sphere or a mesh" if shape.tag == "ellipsoid" else "write a box"
-        raise SdfError(f"{part.tag} {_name(part)}: a robot's link cannot be a {shape.tag}", shape.span, advice)
+        raise SdfError(f"{part.tag} {_name(part)}: a robot's link cannot be of shape {shape.tag!r}", shape.span, advice)
     return Element("geometry", {}, shape.span, [made])
 
 

@@ -155,6 +155,12 @@ def to_rpy(rotation: Quaternion) -> Vector3:
     return roll, pitch, yaw
 
 
+def placed(pose: Pose, **more: str) -> dict[str, str]:
+    """Return a pose as attributes of MJCF, after others."""
+    x, y, z, w = pose[1]
+    return {**more, "pos": written(*pose[0]), "quat": written(w, x, y, z)}
+
+
 def origin(pose: Pose, span: Span) -> list[Element]:
     """Return the `<origin>` of a pose for URDF; none for the identity."""
     if pose == NOWHERE:
