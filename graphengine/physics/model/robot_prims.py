@@ -15,6 +15,7 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import AmbiguousPrimError, PrimError
 from graphengine.format.robot_spec import MaterialSpec, SensorSpec
 from graphengine.format.wording import did_you_mean, listing
+from graphengine.physics.model.holonomic_wheels import holonomic_wheels
 from graphengine.physics.model.profiles import RigProfile
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.sensors.implementations import Profile
@@ -83,6 +84,7 @@ class _PrimBuilder:
             prismatic=tuple(joint.type == "prismatic" for joint in robot.moving),
             wheel_radii=robot.wheel_radii,
             wheel_distance=robot.wheel_distance,
+            holonomic_wheels=tuple(holonomic_wheels(robot)),
             urdf=robot.urdf_text,
             fixed_transforms=robot.fixed_transforms,
         )
