@@ -16,7 +16,6 @@ from graphengine.devices.device import TickSensor
 from graphengine.devices.lidar import Lidar
 from graphengine.devices.motion import Frame
 from graphengine.devices.radar import Radar
-from graphengine.format.wording import listing
 from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
 from graphengine.node.types import Buffer, Float, Float3, Int, Matrix4d, Token, UChar, UInt, UInt64, UInts, read_only
 from graphengine.nodes.lidar import beams_of_a_ring, points_of
@@ -241,7 +240,7 @@ class IsaacCreateRTXLidarScanBuffer(
         self.bind(context, self.render_product_path)
         lost = [f"output{name[0].upper()}{name[1:]}" for name in _MISSING if self.is_selected(name)]
         if lost:
-            context.log("warning", f"without effect, as rays do not provide it: {listing(lost)}")
+            context.log("warning", f"without effect, as rays do not provide it: {', '.join(lost)}")
 
     def is_selected(self, name: str) -> bool:
         """Return whether the input for this metadata is true."""

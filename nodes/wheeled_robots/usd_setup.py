@@ -84,5 +84,7 @@ class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.Holonomic
 def _from_axle(axle: Vector3) -> Quaternion:
     """Return the shortest rotation of the y axis to a unit vector; to the opposite direction, it is about the z axis."""
     x, y, z = axle
-    length = math.sqrt(2.0 * (1.0 + y)) if y > -1.0 else 0.0
-    return (z / length, 0.0, -x / length, length / 2.0) if length > 1e-9 else (0.0, 0.0, 1.0, 0.0)
+    across = math.hypot(x, z)
+    half = math.atan2(across, y) / 2.0
+    i, k = (z / across, -x / across) if across else (0.0, 1.0)
+    return i * math.sin(half), 0.0, k * math.sin(half), math.cos(half)

@@ -37,8 +37,8 @@ class RadarProfile(LidarProfile):
     """A radar, which measures radial velocities. Its beams and rings are the rays that are cast, as of a lidar."""
 
     velocity_std: Deviation = Field(default=0.0, description="Standard deviation of a radial velocity, m/s.")
-    angle_std_deg: Deviation = Field(
-        default=0.0, le=45.0, description="Standard deviation of azimuth and elevation, degrees."
+    angle_std_deg: float = Field(
+        default=0.0, ge=0.0, le=45.0, description="Standard deviation of azimuth and elevation, degrees."
     )
     velocity_resolution: NotNegative = Field(
         default=0.0, description="Radial velocities are multiples of it, m/s; 0: they are not rounded."
