@@ -9,6 +9,7 @@ from typing import Any, Literal, TypeVar, cast
 
 from graphengine.devices.camera import LARGEST_PICTURE, Camera
 from graphengine.devices.device import Device, device_of
+from graphengine.devices.holonomic_wheels import HolonomicWheel
 from graphengine.devices.motion import Articulation, Body, Frame, FrameLink, Placement
 from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.devices.stage import Prim, PrimKind
@@ -45,7 +46,7 @@ def _expect_size(width: int, height: int) -> None:
             raise ContextError(f"a picture cannot have {width} x {height} pixels", pixels, legal)
 
 
-_RENDERED = ("lidar", "camera")
+_RENDERED = ("lidar", "camera", "radar")
 """Kinds of device that have render products."""
 _VIEWPORTS = "/Render/viewports/"
 """Path prefix of the render products of viewports."""
@@ -67,7 +68,8 @@ class WorldHandles:
         prim = self._services.stage.find(path)
         self.asked[path] = prim
         if kinds and prim.kind not in kinds:
-            wanted = " or ".join((_named(kinds[0]), *kinds[1:]))
+            *first, last = (_named(kinds[0]), *kinds[1:])
+            wanted = f"{', '.join(first)} or {last}" if first else last
             inside = [child.path for child in prim.descendants() if child.kind in kinds]
             others = [other.path for kind in kinds for other in self._services.stage.prims(kind)]
             near = listing(inside, "below it") if inside else listing(others, "those there are")
@@ -129,6 +131,14 @@ class WorldHandles:
         overrides = {p.facts.get("joint", p.name): p.name_override for p in robot.descendants() if p.kind == "joint"}
         return tuple(overrides.get(name) or name for name in robot.facts.get("joints", ()))
 
+    def holonomic_wheels(self, prim: str) -> Sequence[HolonomicWheel]:
+        """Return the mecanum and omnidirectional wheels of a robot, given by its root prim, base link or articulation root."""
+        return tuple(self._robot(prim).facts.get("holonomic_wheels", ()))
+
+    def base_link(self, prim: str) -> Frame:
+        """Return a handle to the pose of a robot's base link; the robot is given as for `holonomic_wheels`."""
+        return self.frame(self._robot(prim).facts["base_link"])
+
     def robot_description(self, prim: str) -> RobotDescription:
         """Return the description of a robot, given by its root prim, base link or articulation root."""
         robot = self._robot(prim)
@@ -143,7 +153,7 @@ class WorldHandles:
         return RobotDescription(robot.facts.get("urdf", ""), tuple(robot.facts.get("fixed_transforms", ())), carried)
 
     def render_product(self, prim: str, width: int, height: int) -> str:
-        """Return the path of the render product of a lidar or camera prim; equal arguments give the same path.
+        """Return the path of the render product of a lidar, radar or camera prim; equal arguments give the same path.
 
         Args:
             prim: path of the prim.
@@ -157,7 +167,7 @@ class WorldHandles:
         if found.kind == "camera":
             _expect_size(width, height)
         slug = found.path.strip("/").replace("/", "_")
-        path = f"/Render/{slug}" if found.kind == "lidar" else f"/Render/{slug}_{width}x{height}"
+        path = f"/Render/{slug}_{width}x{height}" if found.kind == "camera" else f"/Render/{slug}"
         numbered = (f"{path}_{number}" for number in itertools.count(2))  # /a/b_c and /a_b/c give the same path
         products, product = self._services.render_products, RenderProduct(found.path, (width, height))
         return next(p for p in itertools.chain([path], numbered) if products.setdefault(p, product).prim == found.path)
@@ -197,8 +207,13 @@ class WorldHandles:
                 "put the node into a graph with `runs: tick`",
             )
 
+    def kind(self, prim: str) -> PrimKind:
+        """Return the kind of a prim, or of the sensor of a render product, such as `lidar`."""
+        product = self._services.render_products.get(prim)
+        return self._find(product.prim if product is not None and product.prim else prim).kind
+
     def device(self, interface: Callable[..., D], prim: str, **options: Any) -> D:
-        """Return the device at a prim, or the lidar or camera of a render product with the product's picture size.
+        """Return the device at a prim, or the sensor of a render product, a camera with the product's picture size.
 
         Args:
             interface: Protocol of the device, such as `Lidar` of `graphengine.devices.lidar`.
