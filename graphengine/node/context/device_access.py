@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeVar, cast
 
 from graphengine.devices.camera import LARGEST_PICTURE, Camera
 from graphengine.devices.device import Device, device_of
-from graphengine.devices.motion import Articulation, Body, Frame, FrameLink, Placement
+from graphengine.devices.motion import Articulation, Body, Frame, FrameLink, Placement, Surface
 from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.devices.stage import Prim, PrimKind
 from graphengine.format.errors import ContextError, PrimError
@@ -93,6 +93,18 @@ class WorldHandles:
     def placement(self, prim: str) -> Placement | None:
         """Return a handle that places a prim and holds it there, or None if the prim belongs to no free body or movable robot."""
         return self._services.world.placement(self._find(prim))
+
+    def conveyor(self, prim: str) -> Surface:
+        """Return a handle to the surface velocity of a body or link, which carries along what lies on it.
+
+        Raises:
+            ContextError: a joint moves the body.
+        """
+        found = self._find(prim)
+        if found.body is None:
+            bodies = [p.path for p in self._services.stage.prims() if p.body is not None and p.kind in ("body", "link")]
+            raise PrimError(f"{prim!r} is {_named(found.kind)} without a body of its own", prim, listing(bodies, "bodies"))
+        return self._services.world.conveyor(found)
 
     def transform_tree(self, targets: Sequence[str], parent: str = "", *, loops: bool = True) -> Sequence[FrameLink]:
         """Return the TF edges of target prims: one for each link of a robot, one for any other prim.
