@@ -1,7 +1,8 @@
 """Welds that hold one body to another while the simulation runs, such as those of grippers.
 
 Each is compiled into the model of a robot, inactive and with an excluded pair of bodies. When it holds a body, both get the
-body's number: the two bodies no longer collide, since contacts would act against the weld.
+body's number: the two bodies no longer collide, since contacts would act against the weld. A weld on the world itself has no such
+pair, because the held body would pass through all of the world.
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ def add_weld(spec: mujoco.MjSpec, name: str, body: str) -> None:
     weld.name1, weld.name2 = body, "world"
     weld.data[_TURN], weld.data[10] = (1.0, 0.0, 0.0, 0.0), 1.0
     weld.solref, weld.solimp[:2] = _TIGHT_SOLREF, _TIGHT_SOLIMP
-    spec.add_exclude(name=name, bodyname1="world", bodyname2="world")
+    if body != "world":
+        spec.add_exclude(name=name, bodyname1=body, bodyname2=body)  # a pair that never collides
 
 
 class Welds(Stateful):
@@ -71,14 +73,13 @@ class Welds(Stateful):
             body: id of the body.
             point: anchor in the world frame, m, at which the weld's force acts.
         """
-        model, state, numbers = self._model, self._data, np.zeros(11)
-        own = int(model.eq_obj1id[model.equality(weld).id])
+        model, state, number = self._model, self._data, self._model.equality(weld).id
+        own, numbers = int(model.eq_obj1id[number]), model.eq_data[number].copy()
         numbers[_ANCHOR] = state.xmat[body].reshape(3, 3).T @ (point - state.xpos[body])
         numbers[_PLACE] = state.xmat[own].reshape(3, 3).T @ (point - state.xpos[own])
         back = np.zeros(4)
         mujoco.mju_negQuat(back, state.xquat[own])
         mujoco.mju_mulQuat(numbers[_TURN], back, state.xquat[body])
-        numbers[10] = 1.0
         self.held[weld] = model.body(body).name, numbers
         self._write()
 
@@ -103,13 +104,15 @@ class Welds(Stateful):
     def _write(self) -> None:
         """Write all active welds into the model and the state."""
         model, excluded = self._model, self._built.copy()
-        for number, (name, (other, numbers)) in enumerate(self.held.items()):
+        spare = np.flatnonzero(excluded >> 16 == excluded & 0xFFFF).tolist()
+        for name, (other, numbers) in self.held.items():
             weld, body = model.equality(name).id, model.body(other).id
             model.eq_obj2id[weld], model.eq_data[weld] = body, numbers
             self._data.eq_active[weld] = True
-            low, high = sorted((int(model.eq_obj1id[weld]), body))
-            excluded[number] = (low << 16) + high  # in place of one that excludes nothing, of which there is one a weld
-        model.exclude_signature[:] = np.sort(excluded)  # as MuJoCo looks them up
+            own = int(model.eq_obj1id[weld])
+            if own:
+                excluded[spare.pop()] = (min(own, body) << 16) + max(own, body)
+        model.exclude_signature[:] = np.sort(excluded)  # the order in which MuJoCo looks them up
 
 
 def _has(model: mujoco.MjModel, weld: str, body: str) -> bool:

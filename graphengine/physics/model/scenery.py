@@ -25,7 +25,7 @@ from graphengine.physics.model.joint_starts import check_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
-from graphengine.physics.model.sensor_bodies import add_housings
+from graphengine.physics.model.sensor_bodies import add_sensors
 
 _DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")
 
@@ -118,7 +118,7 @@ class Scenery:
             return None
         if is_mjcf(use) or urdf is not None:
             self._tell_joints(robot, model, placement, findings)
-        add_housings(model, robot)
+        add_sensors(model, robot)
         return _RobotKind(robot, model)
 
     def _tell_joints(
