@@ -296,6 +296,12 @@ class SimulationCore(Stateful):
         return self.tick * self.tick_period[0] / self.tick_period[1]
 
     @property
+    def step_time(self) -> float:
+        """Simulation time of the current state, s: of this tick, or of the last physics step while the steps of a tick run."""
+        seconds, ticks = self.tick_period
+        return self.steps * seconds / (ticks * self.substeps) if self.stepping else self.time
+
+    @property
     def stepping(self) -> bool:
         """Whether the physics steps of a tick are running: then a graph that runs per physics step is calling."""
         return self.steps > self.tick * self.substeps

@@ -103,7 +103,9 @@ class WorldHandles:
         found = self._find(prim)
         if found.body is None:
             bodies = [p.path for p in self._services.stage.prims() if p.body is not None and p.kind in ("body", "link")]
-            raise PrimError(f"{prim!r} is {_named(found.kind)} without a body of its own", prim, listing(bodies, "bodies"))
+            raise PrimError(
+                f"{prim!r} is {_named(found.kind)} without a body of its own", prim, listing(bodies, "bodies")
+            )
         return self._services.world.conveyor(found)
 
     def transform_tree(self, targets: Sequence[str], parent: str = "", *, loops: bool = True) -> Sequence[FrameLink]:
@@ -134,6 +136,15 @@ class WorldHandles:
     def articulation(self, prim: str) -> Articulation:
         """Return the joints of a robot, given by its root prim, base link or articulation root."""
         return self._services.world.articulation(self._robot(prim))
+
+    def joint(self, prim: str) -> tuple[Articulation, int]:
+        """Return the joints of the robot to which a joint's prim belongs, and the index of the joint among them."""
+        found = self._find(prim, "joint")
+        robot = self._services.stage.robot_of(found)
+        names = robot.facts.get("joints", ()) if robot is not None else ()
+        if robot is None or found.facts.get("joint", found.name) not in names:
+            raise PrimError(f"{prim!r} is a joint that does not move", prim, listing(names, "joints that move"))
+        return self._services.world.articulation(robot), names.index(found.facts.get("joint", found.name))
 
     def joint_names(self, prim: str) -> Sequence[str]:
         """Return the published names of a robot's joints: `isaac:nameOverride`, or else the joint's own name."""

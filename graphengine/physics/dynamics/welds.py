@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graphengine.devices.rotation import Vector3
 from graphengine.format.stateful import Stateful
@@ -42,6 +43,10 @@ class Welds(Stateful):
     """
 
     kept = ("held",)
+    _model: mujoco.MjModel
+    _data: mujoco.MjData
+    _built: NDArray[np.signedinteger]
+    """Excluded pairs of bodies of the compiled model."""
 
     def __init__(self) -> None:
         self.held: dict[str, tuple[str, Floats]] = {}
@@ -119,4 +124,4 @@ def _has(model: mujoco.MjModel, weld: str, body: str) -> bool:
     """Return whether a model has a weld and the body that it holds."""
     kinds = mujoco.mjtObj
     found = (mujoco.mj_name2id(model, kinds.mjOBJ_EQUALITY, weld), mujoco.mj_name2id(model, kinds.mjOBJ_BODY, body))
-    return min(found) >= 0
+    return bool(min(found) >= 0)

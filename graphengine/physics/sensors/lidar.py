@@ -193,4 +193,3 @@ class RayLidar(RaySensor[Scan]):
         np.copyto(ranges, np.inf, where=missed)
         np.copyto(intensities, 0.0, where=missed)
         return Scan(self._simulation.time, index, ranges, intensities)
-
