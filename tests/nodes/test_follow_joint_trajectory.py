@@ -298,7 +298,7 @@ def test_the_class_is_sound() -> None:
 
 
 WILD = st.one_of(st.floats(-3.0, 3.0), st.sampled_from((math.nan, math.inf, -1e300, 1e6, 5e-324)))
-TIMES = st.one_of(st.floats(0.0, 1.0), st.floats(-2.0**31, 2.0**31 - 1.0), st.sampled_from((1e-9, 2e-9, 0.0)))
+TIMES = st.one_of(st.floats(0.0, 1.0), st.floats(-(2.0**31), 2.0**31 - 1.0), st.sampled_from((1e-9, 2e-9, 0.0)))
 
 
 @st.composite
@@ -307,7 +307,9 @@ def wild_trajectories(draw: st.DrawFn) -> Any:
     joints = draw(st.lists(st.sampled_from((*NAMES, "finger", "x" * 3000, "\0")), max_size=3)) or NAMES
     sizes = st.sampled_from((0, len(joints), len(joints), 1))
     points = [
-        point(draw(TIMES), *(draw(st.lists(WILD, min_size=n, max_size=n)) for n in draw(st.tuples(sizes, sizes, sizes))))
+        point(
+            draw(TIMES), *(draw(st.lists(WILD, min_size=n, max_size=n)) for n in draw(st.tuples(sizes, sizes, sizes)))
+        )
         for _ in range(draw(st.integers(0, 4)))
     ]
     return trajectory(joints, *points, stamp=draw(TIMES))

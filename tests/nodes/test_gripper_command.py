@@ -76,7 +76,9 @@ class Hand:
         return response.status, response.result.stalled, response.result.reached_goal
 
 
-def joint_state(position: list[float], effort: list[float] = [], velocity: list[float] = [], name: list[str] = []) -> Any:  # noqa: B006
+def joint_state(
+    position: list[float], effort: list[float] = [], velocity: list[float] = [], name: list[str] = []
+) -> Any:  # noqa: B006
     header = DEFINITIONS.initial("std_msgs/msg/Header")
     return message("sensor_msgs/msg/JointState", header, name, *map(np.array, (position, velocity, effort)))
 

@@ -169,7 +169,9 @@ def test_one_tolerance_is_for_all_joints_and_zero_is_none() -> None:
     )
     assert violation(DEFAULTS, 99.0, 0.2, 0.3) == ""
     assert violation(DEFAULTS, 0.0, 0.0, 0.31) == "joint slide: position error 0.31 m, tolerance 0.3 m"
-    assert violation(DEFAULTS, 0.0, 0.0, 0.0, speed=0.02) == "joint pan: velocity error 0.02 rad/s, tolerance 0.01 rad/s"
+    assert (
+        violation(DEFAULTS, 0.0, 0.0, 0.0, speed=0.02) == "joint pan: velocity error 0.02 rad/s, tolerance 0.01 rad/s"
+    )
     assert DEFAULTS.goal_time == math.inf
 
 

@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeVar, cast
 from graphengine.devices.camera import LARGEST_PICTURE, Camera
 from graphengine.devices.device import Device, device_of
 from graphengine.devices.holonomic_wheels import HolonomicWheel
-from graphengine.devices.motion import Articulation, Body, Frame, FrameLink, Placement
+from graphengine.devices.motion import Articulation, Body, Frame, FrameLink, Placement, Surface
 from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.devices.stage import Prim, PrimKind
 from graphengine.format.errors import ContextError, PrimError
@@ -96,6 +96,20 @@ class WorldHandles:
         """Return a handle that places a prim and holds it there, or None if the prim belongs to no free body or movable robot."""
         return self._services.world.placement(self._find(prim))
 
+    def conveyor(self, prim: str) -> Surface:
+        """Return a handle to the surface velocity of a body or link, which carries along what lies on it.
+
+        Raises:
+            ContextError: a joint moves the body.
+        """
+        found = self._find(prim)
+        if found.body is None:
+            bodies = [p.path for p in self._services.stage.prims() if p.body is not None and p.kind in ("body", "link")]
+            raise PrimError(
+                f"{prim!r} is {_named(found.kind)} without a body of its own", prim, listing(bodies, "bodies")
+            )
+        return self._services.world.conveyor(found)
+
     def transform_tree(self, targets: Sequence[str], parent: str = "", *, loops: bool = True) -> Sequence[FrameLink]:
         """Return the TF edges of target prims: one for each link of a robot, one for any other prim.
 
@@ -124,6 +138,15 @@ class WorldHandles:
     def articulation(self, prim: str) -> Articulation:
         """Return the joints of a robot, given by its root prim, base link or articulation root."""
         return self._services.world.articulation(self._robot(prim))
+
+    def joint(self, prim: str) -> tuple[Articulation, int]:
+        """Return the joints of the robot to which a joint's prim belongs, and the index of the joint among them."""
+        found = self._find(prim, "joint")
+        robot = self._services.stage.robot_of(found)
+        names = robot.facts.get("joints", ()) if robot is not None else ()
+        if robot is None or found.facts.get("joint", found.name) not in names:
+            raise PrimError(f"{prim!r} is a joint that does not move", prim, listing(names, "joints that move"))
+        return self._services.world.articulation(robot), names.index(found.facts.get("joint", found.name))
 
     def joint_names(self, prim: str) -> Sequence[str]:
         """Return the published names of a robot's joints: `isaac:nameOverride`, or else the joint's own name."""

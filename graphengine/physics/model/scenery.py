@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from graphengine.format.wording import listing
 from graphengine.physics.description.description_reader import SUFFIXES, is_text, read_bare
 from graphengine.physics.description.mjcf import is_mjcf, read_mjcf
 from graphengine.physics.description.robot_file import read_robot
+from graphengine.physics.dynamics.moving_surfaces import add_surface_joints
 from graphengine.physics.engine import REFUSALS, compiled, mujoco
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, place_of
@@ -24,7 +25,7 @@ from graphengine.physics.model.joint_starts import check_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
-from graphengine.physics.model.sensor_bodies import add_housings
+from graphengine.physics.model.sensor_bodies import add_sensors
 
 _DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")
 
@@ -117,7 +118,7 @@ class Scenery:
             return None
         if is_mjcf(use) or urdf is not None:
             self._tell_joints(robot, model, placement, findings)
-        add_housings(model, robot)
+        add_sensors(model, robot)
         return _RobotKind(robot, model)
 
     def _tell_joints(
@@ -142,11 +143,20 @@ class Scenery:
             else "",
         )
 
-    def compile(self, robots: Mapping[str, RobotInstance], findings: Findings) -> mujoco.MjModel | None:
-        """Return one model of the world and robots from `robot`; None if MuJoCo refuses."""
+    def compile(
+        self, robots: Mapping[str, RobotInstance], findings: Findings, surfaces: Collection[str] = ()
+    ) -> mujoco.MjModel | None:
+        """Return one model of the world and robots from `robot`; None if MuJoCo refuses.
+
+        Args:
+            robots: robots by name.
+            findings: receives errors and warnings of MuJoCo.
+            surfaces: names of bodies that get a moving surface; names of no body are skipped.
+        """
         whole = self._assembled(robots, findings)
         if whole is None:
             return None
+        add_surface_joints(whole, surfaces)
         try:
             model, told = compiled(whole)
         except REFUSALS as error:
