@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 FINGER, FOLLOWER = "finger", "other_finger"
 LIMITS = {"shoulder_pan": 3.1, "shoulder_lift": 2.0, "elbow": 2.6, "wrist_1": 3.1, "wrist_2": 3.1}
@@ -41,15 +43,20 @@ def urdf() -> str:
     return "\n".join([*parts, "</robot>\n"])
 
 
-def robot_file(stiffness: float = 4000.0, damping: float = 200.0) -> str:
-    """The robot file: fixed to the world, without gravity as if compensated, with a position drive for each joint."""
+def robot_file(start: Mapping[str, float] | None = None) -> str:
+    """The robot file: fixed to the world, without gravity as if compensated, with drives of the joints but that of the follower.
+
+    Args:
+        start: positions at the start, rad; by default the bent pose.
+    """
+    start = start or dict(zip(JOINTS, BENT, strict=True))
     lines = ["format: 1", "robot: arm", "urdf: arm.urdf", "fixed_base: true", "joints:"]
-    for (name, *_), start, scale in zip(_PARTS, BENT, (1.0, 1.0, 1.0, 0.1, 0.1, 0.02), strict=True):
-        drive = f"{{stiffness: {stiffness * scale}, damping: {damping * scale}}}"
-        lines.append(f"  {name}: {{start: {start}, drive: {drive}}}")
+    for name, stiffness in zip(JOINTS, (8000, 8000, 4000, 800, 400, 200), strict=True):
+        drive = f"{{stiffness: {stiffness}, damping: {stiffness / 20}}}"
+        lines.append(f"  {name}: {{start: {start[name]}, drive: {drive}}}")
     lines += [f"  {FINGER}: {{drive: {{stiffness: 2000, damping: 60}}}}", "links:"]
-    links = [f"{name}_link" for name, *_ in _PARTS]
-    return "\n".join([*lines, *(f"  {name}: {{gravity: false}}" for name in (*links, "left", "right")), ""])
+    links = [*(f"{name}_link" for name in JOINTS), "left", "right"]
+    return "\n".join([*lines, *(f"  {name}: {{gravity: false}}" for name in links), ""])
 
 
 def _link(name: str, mass: float, length: float) -> str:

@@ -1,4 +1,7 @@
-"""`graphrun import-urdf`: make a robot file from a URDF, xacro or SDF file, or the description of a running ROS 2 system."""
+"""`graphrun import-robot`: make a robot file from a URDF, xacro, SDF or MJCF file, or the description of a running ROS 2 system.
+
+`import-urdf` is its old name.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,7 @@ TOPIC = "/robot_description"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     parser.add_argument(
-        "file", metavar="URDF|XACRO|SDF", nargs="?", help="robot description file; or use --topic or --node"
+        "file", metavar="URDF|XACRO|SDF|MJCF", nargs="?", help="robot description file; or use --topic or --node"
     )
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="robot file to write")
     parser.add_argument(
@@ -209,10 +212,14 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
     if element is None:
         return None
     packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
+    if arguments.model and not is_sdf(element):
+        raise UsageError(f"--model {arguments.model}: {path} is not SDF")
+    if element.tag == "mujoco":
+        if given := [*arguments.arguments, *filter(None, [arguments.macro]), *arguments.without]:
+            raise UsageError(f"{given[0]}: {path} is a MuJoCo model, which has no arguments, macros or packages")
+        return Origin(element, packages, path, str(path), target, arguments.fixed_base, model=path)
     sdf = is_sdf(element)
     is_xacro = not sdf and xacro.is_xacro(path, element)
-    if arguments.model and not sdf:
-        raise UsageError(f"--model {arguments.model}: {path} is not SDF")
     if is_xacro and path.resolve() == target.with_suffix(".urdf").resolve():
         raise UsageError(f"-o {target}: the URDF written beside it would overwrite {path}; choose another name")
     if not is_xacro and (given := [*arguments.arguments, *filter(None, [arguments.macro])]):
@@ -265,7 +272,7 @@ def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
     from graphengine.ros.transports.select import open_transport
 
     domain = Domain.from_environment(os.environ)
-    transport = open_transport(arguments.transport, JoinOptions(domain, "graphrun_import_urdf", environ=os.environ))
+    transport = open_transport(arguments.transport, JoinOptions(domain, "graphrun_import_robot", environ=os.environ))
     try:
         print(f"waiting for {arguments.node or arguments.topic}; {transport.description}", file=sys.stderr)
         if arguments.node:

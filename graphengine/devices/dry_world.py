@@ -214,9 +214,11 @@ class ArticulationStub(Shared):
         self.max_velocities: tuple[float, ...] = robot.facts.get("max_velocities", (math.inf,) * joints)
         self.leaders: tuple[str, ...] = robot.facts.get("leaders", ("",) * joints)
         self.stiffness: NDArray[np.float64] = np.array(robot.facts.get("stiffness", (0.0,) * joints))
+        self.actuators: Mapping[str, str] = robot.facts.get("actuators", {})
+        self.commanded_names = (*self.joint_names, *robot.facts.get("other_actuators", {}))
         at_rest = np.zeros(joints)
         self.state: dict[str, ArrayLike] = {"position": at_rest, "velocity": at_rest, "effort": at_rest}
-        self.targets = {kind: [math.nan] * joints for kind in self.state}
+        self.targets = {kind: [math.nan] * len(self.commanded_names) for kind in self.state}
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelectionStub:
         """Select the joints with these names, else those with these indices, else all."""
@@ -242,7 +244,7 @@ class JointSelectionStub(Shared):
     """Selected joints, whose commands are written to the articulation's `targets`."""
 
     def __init__(self, robot: ArticulationStub, joints: Sequence[int]) -> None:
-        self.names = tuple(robot.joint_names[joint] for joint in joints)
+        self.names = tuple(robot.commanded_names[joint] for joint in joints)
         self.robot, self.joints = robot, joints
 
     def command(self, positions: Any = None, velocities: Any = None, efforts: Any = None) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -107,6 +107,10 @@ class Articulation(Protocol):
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of all movable joints, in the articulation's order."""
+
+    @property
+    def actuators(self) -> Mapping[str, str]:
+        """Actuators by name, and the joint that each moves; empty for one that does not move a single joint."""
 
     @property
     def prismatic(self) -> tuple[bool, ...]:

@@ -191,6 +191,10 @@ class RobotSpec(FileSpec, defer_build=True):
     """Robot file that this file extends."""
     urdf: str = ""
     """URDF file, or a .xacro file that expands to one."""
+    mjcf: str = ""
+    """MuJoCo model of the robot, in place of `urdf`: attached as it is, with its actuators as drives."""
+    start: str = ""
+    """Keyframe of the MuJoCo model in which the robot starts."""
     xacro_arguments: dict[str, str | bool | int | float] = {}
     """Values of the xacro file's arguments, as in `xacro file name:=value`."""
     package_paths: tuple[str, ...] = Field(default=(), strict=False)

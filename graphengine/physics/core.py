@@ -19,6 +19,7 @@ from graphengine.physics.dynamics.forces import Forces
 from graphengine.physics.dynamics.gravity_compensation import GravityCompensation
 from graphengine.physics.dynamics.handle_table import Handle, HandleTable
 from graphengine.physics.dynamics.held_bodies import PlacedBody
+from graphengine.physics.dynamics.keyframes import begin_in
 from graphengine.physics.dynamics.model_overrides import Frictions, Lights
 from graphengine.physics.dynamics.mounts import Mounts
 from graphengine.physics.dynamics.moving_surfaces import MovingSurfaces
@@ -37,7 +38,7 @@ from graphengine.physics.engine import (
     sort_geoms,
     wake,
 )
-from graphengine.physics.model.drives import Drive, servo_ids
+from graphengine.physics.model.drives import Drive
 from graphengine.physics.sensors.rays import Rays, RaysChoice, select_rays
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # what it takes to go on bit by bit
@@ -266,6 +267,11 @@ class SimulationCore(Stateful):
     def _data_at_start(self, model: mujoco.MjModel) -> mujoco.MjData:
         """The state in which a model begins, with joints and their position drives where robots start."""
         data = data_at_start(model)
+        given: set[str] = set()
+        for prim in self.stage.prims("robot"):
+            if "keyframe" in prim.facts:
+                place = (prim.position, prim.orientation)
+                given |= begin_in(prim.facts["keyframe"], f"{prim.entity_name}/", place, model, data)
         for prim in self.stage.prims("joint"):
             robot, start = self.stage.robot_of(prim), prim.facts.get("start")
             if robot is None or start is None:
@@ -273,8 +279,9 @@ class SimulationCore(Stateful):
             name = f"{robot.entity_name}/{prim.facts['joint']}"
             data.qpos[model.jnt_qposadr[model.joint(name).id]] = start
             drive = prim.facts["drive"]
-            if drive is not None and drive.stiffness > 0:
-                data.ctrl[servo_ids(model, [(name, drive)])[0, 0]] = start
+            servo = drive.servo(name, "position") if drive is not None else None
+            if servo is not None and servo.name not in given:
+                data.ctrl[model.actuator(servo.name).id] = servo.control(start)
         return data
 
     def _remember_start(self) -> None:

@@ -30,8 +30,8 @@ Floats = NDArray[np.float64]
 POINTS = 50
 STEP = 6 / 60
 """Time from one point to the next, s: six ticks."""
-SWING = 0.6
-"""Largest distance between the ends of a swing, rad or m."""
+SWING = 0.4
+"""Largest way of a joint to either side, rad or m."""
 SPEED = 1.5
 """Limit of a joint whose description has none, rad/s or m/s."""
 HOLD = 5.0
@@ -83,7 +83,7 @@ class Arm:
         return np.array([joints[name].position for name in self.joints])
 
     def swings(self) -> Points:
-        """A trajectory that begins and ends at rest where the joints are."""
+        """A trajectory about where the joints are, which begins and ends with neither speed nor acceleration."""
         names = self.handle.joint_names
         span, times = POINTS * STEP, np.arange(1, POINTS + 1) * STEP
         positions, velocities = [], []
@@ -91,11 +91,14 @@ class Arm:
             low, high = self.handle.ranges[names.index(name)]
             limit = self.handle.max_velocities[names.index(name)]
             speed = 0.5 * (limit if math.isfinite(limit) else SPEED)
-            room = max((high - start, 1.0), (start - low, -1.0))
-            swings = max(1, math.ceil(speed * span / math.pi / min(SWING, 0.9 * room[0])))
-            swing, rate = room[1] * speed * span / math.pi / swings, 2 * math.pi * swings / span
-            positions.append(start + swing / 2 * (1 - np.cos(rate * times)))
-            velocities.append(swing / 2 * rate * np.sin(rate * times))
+            room = min(SWING, 0.9 * (high - start), 0.9 * (start - low))
+            swings = max(1, math.ceil(speed * span / (2 * math.pi * room)))
+            rate, slow = 2 * math.pi * swings / span, math.pi / span
+            wave, window = np.sin(rate * times), np.sin(slow * times) ** 2
+            change = rate * np.cos(rate * times) * window + wave * slow * np.sin(2 * slow * times)
+            reach = speed / np.abs(change).max()
+            positions.append(start + reach * wave * window)
+            velocities.append(reach * change)
         return Points(self.joints, np.array(positions).T, np.array(velocities).T)
 
     def follow(self, points: Points) -> tuple[Floats, int]:
@@ -190,6 +193,10 @@ def figures(path: Path, flange: str) -> dict[str, Any]:
             found[f"hold{kind}"] = float(np.abs(arm.positions() - start).max() * 1000)
             errors, code = arm.follow(arm.swings())
             found |= {f"points{kind}": float(np.abs(errors).max() * 1000), f"code{kind}": code}
+            worst = [
+                f"{name} {value:.2f}" for name, value in zip(arm.joints, np.abs(errors).max(0) * 1000, strict=True)
+            ]
+            found[f"worst{kind}"] = worst
             found[f"end{kind}"] = float(np.abs(errors[-1]).max() * 1000)
     with started(scene) as arm:
         found["goals"] = answers(arm)

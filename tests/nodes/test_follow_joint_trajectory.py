@@ -18,7 +18,7 @@ from graphengine.nodes.ros2.follow_joint_trajectory import ROS2FollowJointTrajec
 from graphengine.testing import RecordingContext, check_node
 from tests.action_peer import ActionPeer
 from tests.nodes.harness import ready
-from tests.nodes.trajectories import FOLLOW, duration, point, tolerance, trajectory
+from tests.nodes.trajectories import FOLLOW, point, tolerance, trajectory
 
 NAMES = ["lift", "elbow"]
 TO, REST = (0.4, -0.2), (0.0, 0.0)

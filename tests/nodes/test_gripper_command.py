@@ -78,7 +78,7 @@ class Hand:
 
 def joint_state(
     position: list[float], effort: list[float] = [], velocity: list[float] = [], name: list[str] = []
-) -> Any:  # noqa: B006
+) -> Any:
     header = DEFINITIONS.initial("std_msgs/msg/Header")
     return message("sensor_msgs/msg/JointState", header, name, *map(np.array, (position, velocity, effort)))
 

@@ -53,7 +53,7 @@ class ForceLimits(Stateful):
         ids = np.array([model.joint(name).id for name in self.joints], np.intp)
         table = [(drive.stiffness, drive.damping, drive.max_force, drive.carries) for _, drive in limited]
         self._stiffness, self._damping, self._most, carries = np.array(table, float).reshape(-1, 4).T
-        self._position_servos, self._velocity_servos = servo_ids(model, limited)
+        self._position_servos, self._velocity_servos, _ = servo_ids(model, limited)
         self._coordinates, self._dofs = model.jnt_qposadr[ids], model.jnt_dofadr[ids]
         self._data, self._step = data, model.opt.timestep
         masses = model.body_subtreemass[model.body_rootid[model.jnt_bodyid[ids]]]

@@ -28,7 +28,8 @@ def fill(draft: Draft) -> None:
         drivetrain = next((found for found in tried if found is not None), None)
     if drivetrain is not None:
         base_graph.fill(draft, drivetrain)
-    joint_drives.fill(draft, commands, wheels, drivetrain)
+    if draft.urdf.mjcf is None:  # a MuJoCo model has its own drives
+        joint_drives.fill(draft, commands, wheels, drivetrain)
     joint_graphs.fill(draft, known, drivetrain)
 
 

@@ -44,6 +44,12 @@ class JointCommands:
 def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str, JointCommands]:
     """Return the commands of each joint that controllers or the description list; what was read is marked as used."""
     found: dict[str, JointCommands] = {}
+    if draft.urdf.mjcf is not None:
+        for actuator in draft.urdf.mjcf.actuators:
+            if actuator.joint:
+                span = draft.urdf.joints[actuator.joint].element.span
+                source = f"actuator {printable(actuator.name)}"
+                found.setdefault(actuator.joint, JointCommands(source, span)).ranges[actuator.kind] = None, None
     for controller in controllers:
         _controller(draft, controller, found)
     for element in draft.urdf.element.all("ros2_control"):

@@ -76,12 +76,13 @@ class _PrimBuilder:
     def build(self) -> None:
         """Define the prims of the robot, then of its frames and sensors, and then set namespaces and names on prims."""
         robot, file = self.robot, self.robot.file
-        links = self._links()
+        links, keyframe = self._links(), robot.keyframe
+        floating = [joint for joint in robot.urdf.joints.values() if joint.type == "floating"]
         self.stage.find(robot.prim_path).facts.update(
             base_link=links[robot.spec.base_link],
             articulation_root=links[robot.articulation_root],
             joints=tuple(joint.name for joint in robot.moving),
-            moving_links=tuple(links[joint.child] for joint in robot.moving),
+            moving_links=tuple(links[joint.child] for joint in (*robot.moving, *floating)),
             prismatic=tuple(joint.type == "prismatic" for joint in robot.moving),
             ranges=tuple(joint.limits or (-math.inf, math.inf) for joint in robot.moving),
             max_velocities=tuple(joint.velocity or math.inf for joint in robot.moving),
@@ -91,6 +92,8 @@ class _PrimBuilder:
             holonomic_wheels=tuple(holonomic_wheels(robot)),
             urdf=robot.urdf_text,
             fixed_transforms=robot.fixed_transforms,
+            **({"actuators": robot.actuators, "other_actuators": robot.other_actuators} if robot.actuators else {}),
+            **({"keyframe": keyframe} if keyframe is not None else {}),
         )
         self._joints(links)
         for name, frame in robot.spec.frames.items():

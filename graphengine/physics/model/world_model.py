@@ -8,10 +8,11 @@ from pathlib import Path
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.spec import PhysicsSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded
+from graphengine.format.wording import listing
 from graphengine.physics.description.mjcf import parse
 from graphengine.physics.engine import mujoco
 from graphengine.physics.files.references import Library
-from graphengine.physics.files.xml import Element, read
+from graphengine.physics.files.xml import Element, number, read
 from graphengine.physics.sdf.sdf_files import SUFFIXES, is_sdf
 from graphengine.physics.sdf.sdf_world import read_world
 
@@ -73,6 +74,22 @@ def _set_options(spec: mujoco.MjSpec, root: Element, physics: PhysicsSpec, findi
         # A wheel that pushes slips by up to 0.6 % at MuJoCo's 1, by 0.08 % at 10.
         spec.option.impratio = 10.0
     _set_flags(spec, root, findings)
+
+
+def tell_overridden(model: Element, world: mujoco.MjSpec, findings: Findings) -> None:
+    """Report options of a robot's model that have no effect, because those of the world count; equal timesteps are not told."""
+    stated = {name: option for option in model.all("option") for name in option.attributes}
+    if (option := stated.pop("timestep", None)) is not None:
+        given = number(option.get("timestep"))
+        if given is not None and abs(given - world.option.timestep) > 1e-9 * world.option.timestep:
+            text = f"timestep {given:g} s is overridden by the scene's {world.option.timestep:g} s"
+            findings.add("W204", text, option.place("timestep"))
+    flags = [flag for option in model.all("option") for flag in option.all("flag")]
+    ignored = {name: option.place(name) for name, option in stated.items()}
+    ignored |= {name: flag.place(name) for flag in flags for name in flag.attributes}
+    if ignored:
+        text = "options of the model have no effect: those of the scene's world count for all that is in it"
+        findings.add("N103", text, next(iter(ignored.values())), listing(ignored, "options"))
 
 
 def _set_flags(spec: mujoco.MjSpec, root: Element, findings: Findings) -> None:
