@@ -57,10 +57,10 @@ class NamedActionNode(ActionNode):
 class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionServerGoal"):
     """Offers an action; the fields of a goal are outputs, such as `Goal:order` of a Fibonacci. Execute it in every tick.
 
-    `graphrun nodes ROS2ActionServerGoal --message example_interfaces/action/Fibonacci` lists these outputs. Each goal that arrived
-    in a tick fires `onGoal` once, oldest first. A goal is accepted unless a ROS2ActionServerResult downstream of `onGoal` ends it
-    as `rejected`. One goal is active at a time: a new goal aborts it. Nodes with the same `serverHandle` send feedback
-    (ROS2ActionServerFeedback) and end the goal (ROS2ActionServerResult). A stop aborts the goal.
+    `graphrun nodes ROS2ActionServerGoal --message example_interfaces/action/Fibonacci` lists these outputs. Each goal fires
+    `onGoal` once, and is accepted unless a ROS2ActionServerResult downstream of `onGoal` ends it as `rejected`. One goal is
+    active at a time: a new goal aborts it. Nodes with the same `serverHandle` send feedback (ROS2ActionServerFeedback) and
+    end the goal (ROS2ActionServerResult). A stop aborts the goal.
     """
 
     preempts: bool = In(default=True, doc="whether a new goal aborts the active one; otherwise new goals are rejected")
