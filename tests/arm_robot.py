@@ -44,19 +44,18 @@ def urdf() -> str:
 
 
 def robot_file(start: Mapping[str, float] | None = None) -> str:
-    """The robot file: fixed to the world, without gravity as if compensated, with drives of the joints but that of the follower.
+    """The robot file: fixed to the world, with drives as importers write them for arms; the follower has none.
 
     Args:
         start: positions at the start, rad; by default the bent pose.
     """
     start = start or dict(zip(JOINTS, BENT, strict=True))
     lines = ["format: 1", "robot: arm", "urdf: arm.urdf", "fixed_base: true", "joints:"]
+    habits = "gravity_compensation: true, interpolate: true"
     for name, stiffness in zip(JOINTS, (8000, 8000, 4000, 800, 400, 200), strict=True):
-        drive = f"{{stiffness: {stiffness}, damping: {stiffness / 20}}}"
+        drive = f"{{stiffness: {stiffness}, damping: {stiffness / 20}, {habits}}}"
         lines.append(f"  {name}: {{start: {start[name]}, drive: {drive}}}")
-    lines += [f"  {FINGER}: {{drive: {{stiffness: 2000, damping: 60}}}}", "links:"]
-    links = [*(f"{name}_link" for name in JOINTS), "left", "right"]
-    return "\n".join([*lines, *(f"  {name}: {{gravity: false}}" for name in links), ""])
+    return "\n".join([*lines, f"  {FINGER}: {{drive: {{stiffness: 2000, damping: 60, {habits}}}}}", ""])
 
 
 def _link(name: str, mass: float, length: float) -> str:

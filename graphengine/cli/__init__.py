@@ -31,6 +31,7 @@ VERBS = {
     "import-robot": "make a robot file from a URDF, xacro or MJCF file, or the description of a running ROS 2 system",
     "topics": "list the topics and services of a scene without running it: types, QoS, frames, rates",
     "topic": "inspect topics of a live network, with or without ROS: list, info, echo, hz, delay, pub",
+    "action": "list actions of a live network and send goals, with or without ROS: list, info, send_goal",
     "tf": "show the frame tree of a live network",
     "teleop": "drive a robot from the keyboard",
     "nodes": "list node types and their ports",

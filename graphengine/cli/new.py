@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", metavar="DIR", type=Path, help="folder of the project; it must be empty or not exist")
     parser.add_argument(
         "--from",
-        metavar="URDF|XACRO|MJCF",
+        metavar="URDF|XACRO|SDF|MJCF",
         dest="file",
         help="robot description file (default: begin with the Dingo-D)",
     )

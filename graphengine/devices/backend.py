@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from graphengine.devices.contact_points import Contacts
 from graphengine.devices.entity import Box, Entity, EntityState, Move, Overlap
-from graphengine.devices.motion import Articulation, Body, Frame, Placement
+from graphengine.devices.motion import Articulation, Body, Frame, Placement, Surface
 from graphengine.devices.rotation import Vector3
 from graphengine.devices.stage import Prim, Stage
 from graphengine.devices.visible import Bodies
@@ -124,6 +124,16 @@ class World(Protocol):
         Args:
             prim: prim of the material.
             friction: static and dynamic friction; finite, not negative.
+        """
+
+    def conveyor(self, prim: Prim) -> Surface:
+        """Return a handle to the surface velocity of a body, which is zero at first.
+
+        Args:
+            prim: prim of the body, which is fixed to the world or to another body.
+
+        Raises:
+            ContextError: a joint moves the body.
         """
 
     def light(self, prim: Prim) -> Light:

@@ -67,6 +67,7 @@ class DryWorld(Stateful):
         self._lights: dict[str, Light] = {}
         self._bodies: dict[Prim, BodyStub] = {}
         self._robots: dict[Prim, ArticulationStub] = {}
+        self._surfaces: dict[Prim, SurfaceStub] = {}
         self._devices: dict[tuple[Any, ...], Any] = {}
 
     def bodies(self) -> Bodies:
@@ -119,6 +120,10 @@ class DryWorld(Stateful):
         """Return the prim's stub, which stays where nodes place it; None for a prim that is neither a body nor a robot."""
         movable = prim.body is not None or self.stage.stands_for_robot(prim) is not None
         return self.body(prim) if movable else None
+
+    def conveyor(self, prim: Prim) -> SurfaceStub:
+        """Return the stub of a body's surface, always the same object."""
+        return self._surfaces.setdefault(prim, SurfaceStub())
 
     def articulation(self, robot: Prim) -> ArticulationStub:
         """Return the stub of the robot's joints, always the same object."""
@@ -181,6 +186,18 @@ class BodyStub(Shared):
         linear, angular = self.carrier.velocity()
         arm = rotation.rotate(self.carrier.pose()[1], self.position)
         return tuple(np.add(linear, np.cross(angular, arm)).tolist()), angular
+
+
+@dataclass(slots=True)
+class SurfaceStub(Shared):
+    """A surface whose velocity nodes write: linear and angular, in the body's frame."""
+
+    linear: Vector3 = (0.0, 0.0, 0.0)
+    angular: Vector3 = (0.0, 0.0, 0.0)
+
+    def move(self, linear: Vector3, angular: Vector3) -> None:
+        """Set the velocity."""
+        self.linear, self.angular = linear, angular
 
 
 class ArticulationStub(Shared):

@@ -43,6 +43,21 @@ class Placement(Protocol):
         """
 
 
+class Surface(Protocol):
+    """The surface of a body that carries along what touches it, like the belt of a conveyor, while the body stays in place."""
+
+    def move(self, linear: Vector3, angular: Vector3) -> None:
+        """Set the velocity of the surface from the next physics step on; a reset stops it.
+
+        Args:
+            linear: velocity in the body's frame, m/s.
+            angular: angular velocity about the origin of the body, in its frame, rad/s.
+
+        Raises:
+            PhysicsError: a number is too large for the physics; nothing has changed.
+        """
+
+
 @dataclass(frozen=True, slots=True)
 class FrameLink:
     """One edge of a transform tree: a named child frame below a named parent frame."""

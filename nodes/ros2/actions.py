@@ -44,7 +44,9 @@ class NamedActionNode(ActionNode):
     node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
     action_name: String = In(default="/action_name", setup=True, doc="name of the action")
     qos_profile: String = In(
-        default="", setup=True, doc="JSON from a ROS2QoSProfile for the services; if empty: reliable, volatile, depth 10"
+        default="",
+        setup=True,
+        doc="JSON from a ROS2QoSProfile for the services; if empty: reliable, volatile, depth 10",
     )
 
     def endpoint(self) -> dict[str, Any]:
@@ -55,15 +57,17 @@ class NamedActionNode(ActionNode):
 class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionServerGoal"):
     """Offers an action; the fields of a goal are outputs, such as `Goal:order` of a Fibonacci. Execute it in every tick.
 
-    `graphrun nodes ROS2ActionServerGoal --message example_interfaces/action/Fibonacci` lists these outputs. Each goal that arrived
-    in a tick fires `onGoal` once, oldest first. A goal is accepted unless a ROS2ActionServerResult downstream of `onGoal` ends it
-    as `rejected`. One goal is active at a time: a new goal aborts it. Nodes with the same `serverHandle` send feedback
-    (ROS2ActionServerFeedback) and end the goal (ROS2ActionServerResult). A stop aborts the goal.
+    `graphrun nodes ROS2ActionServerGoal --message example_interfaces/action/Fibonacci` lists these outputs. Each goal fires
+    `onGoal` once, and is accepted unless a ROS2ActionServerResult downstream of `onGoal` ends it as `rejected`. One goal is
+    active at a time: a new goal aborts it. Nodes with the same `serverHandle` send feedback (ROS2ActionServerFeedback) and
+    end the goal (ROS2ActionServerResult). A stop aborts the goal.
     """
 
     preempts: bool = In(default=True, doc="whether a new goal aborts the active one; otherwise new goals are rejected")
     on_goal = ExecOut(doc="fires for each goal")
-    on_cancel = ExecOut(doc="fires once when a client asks to cancel the active goal; unwired: the goal ends as canceled")
+    on_cancel = ExecOut(
+        doc="fires once when a client asks to cancel the active goal; unwired: the goal ends as canceled"
+    )
     server_handle: UInt64 = Out(default=0, doc="handle of this server; wire it to the nodes for feedback and result")
     is_active: bool = Out(default=False, doc="whether a goal is active")
 

@@ -205,7 +205,9 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return message(f"{ACTION}_Result", code, text)
 
     def report(self, goal: Goal, *states: tuple[Floats, Floats]) -> None:
-        """Publish feedback: desired and actual positions and velocities, and their differences."""
+        """Publish desired and actual positions and velocities, and their differences, if a client listens."""
+        if not self.server.endpoints.feedback.wanted:
+            return
         time, none = duration(self.clock.time - self.started), np.zeros(0)
         points = [message("trajectory_msgs/msg/JointTrajectoryPoint", *state, none, none, time) for state in states]
         feedback = DEFINITIONS.initial(f"{ACTION}_Feedback")

@@ -193,7 +193,9 @@ def figures(path: Path, flange: str) -> dict[str, Any]:
             found[f"hold{kind}"] = float(np.abs(arm.positions() - start).max() * 1000)
             errors, code = arm.follow(arm.swings())
             found |= {f"points{kind}": float(np.abs(errors).max() * 1000), f"code{kind}": code}
-            worst = [f"{name} {value:.2f}" for name, value in zip(arm.joints, np.abs(errors).max(0) * 1000, strict=True)]
+            worst = [
+                f"{name} {value:.2f}" for name, value in zip(arm.joints, np.abs(errors).max(0) * 1000, strict=True)
+            ]
             found[f"worst{kind}"] = worst
             found[f"end{kind}"] = float(np.abs(errors[-1]).max() * 1000)
     with started(scene) as arm:

@@ -1,76 +1,27 @@
-"""An arm with physics: a trajectory of 50 points by the action, a gripper whose second finger mimics the first, and the topics."""
+"""An arm with physics: a trajectory of fifty points, and a gripper whose second finger mimics the first."""
 
 from __future__ import annotations
 
-import math
 import uuid
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from graphengine.messages import goals, messages
-from tests import arm_robot
+from tests import arm_robot, arm_scene
 from tests.action_peer import ActionPeer
+from tests.arm_scene import DURATION, POINTS, RATE, Floats, fifty, motion
 from tests.nodes.harness import Player, Playing
-from tests.nodes.trajectories import FOLLOW, point, trajectory
-
-RATE, DURATION, POINTS = 200, 4.0, 50
-SCENE = """
-    format: 1
-    scene: arm
-    world: worlds/flat_grid.xml
-    physics: {{tick_rate: {rate}, substeps: 1}}
-    robots: {{arm: {{use: arm.yaml}}}}
-    graphs:
-      trajectory:
-        use: graphs/arm/trajectory.yaml
-        parameters: {{robot: /arm, joints: {joints}, goal_tolerances: [0.001]}}
-      gripper:
-        use: graphs/arm/gripper.yaml
-        parameters: {{robot: /arm, joint: {finger}, goal_tolerance: 0.0005}}
-      states: {{use: states.yaml}}
-"""
-STATES = """
-    format: 1
-    graph: states
-    at: /World/states
-    nodes:
-      Tick: omni.graph.action.OnPlaybackTick
-      States: {type: isaacsim.ros2.bridge.ROS2PublishJointState, inputs: {targetPrim: /arm, resolution: 0.0}}
-      Time: isaacsim.core.nodes.IsaacReadSimulationTime
-    connections: [Tick.tick -> States.execIn, Time.simulationTime -> States.timeStamp]
-"""
-Floats = NDArray[np.float64]
-
-
-def motion(time: float) -> tuple[Floats, Floats]:
-    """Positions and velocities that begin and end at rest, at half of each joint's speed limit in the middle."""
-    share = 2.0 * math.pi * time / DURATION
-    most = np.array([arm_robot.SPEEDS[name] for name in arm_robot.JOINTS]) / 2.0
-    turned = most * DURATION / (4.0 * math.pi) * (share - math.sin(share))
-    return np.array(arm_robot.BENT) + turned - most * DURATION / 4.0, most * (1.0 - math.cos(share)) / 2.0
-
-
-def fifty(speed: float = 1.0) -> Any:
-    times = np.linspace(0.0, DURATION, POINTS)
-    points = [
-        point(time / speed, *(state * factor for state, factor in zip(motion(time), (1.0, speed), strict=True)))
-        for time in times
-    ]
-    return trajectory(arm_robot.JOINTS, *points)
+from tests.trajectories import FOLLOW, point, trajectory
 
 
 class Arm:
     """A running scene with the arm."""
 
     def __init__(self, play: Player) -> None:
-        scene = SCENE.format(rate=RATE, joints=list(arm_robot.JOINTS), finger=arm_robot.FINGER).replace("'", "")
-        start = dict(zip(arm_robot.JOINTS, motion(0.0)[0], strict=True))
-        files = {"arm.urdf": arm_robot.urdf(), "arm.yaml": arm_robot.robot_file(start), "states.yaml": STATES}
-        self.playing: Playing = play.scene({**files, "scene.yaml": scene})
+        self.playing: Playing = play.scene(arm_scene.files())
         self.action = ActionPeer(self.playing.transport, "/joint_trajectory_controller/follow_joint_trajectory", FOLLOW)
         self.gripper = ActionPeer(
             self.playing.transport, "/gripper_controller/gripper_cmd", "control_msgs/action/GripperCommand"

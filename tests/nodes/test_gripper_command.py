@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import uuid
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -76,11 +77,9 @@ class Hand:
         return response.status, response.result.stalled, response.result.reached_goal
 
 
-def joint_state(
-    position: list[float], effort: list[float] = [], velocity: list[float] = [], name: list[str] = []
-) -> Any:  # noqa: B006
+def joint_state(position: Sequence[float], velocity: Sequence[float] = (), name: Sequence[str] = ()) -> Any:
     header = DEFINITIONS.initial("std_msgs/msg/Header")
-    return message("sensor_msgs/msg/JointState", header, name, *map(np.array, (position, velocity, effort)))
+    return message("sensor_msgs/msg/JointState", header, list(name), *map(np.array, (position, velocity, ())))
 
 
 def test_a_goal_is_reached_and_others_may_then_command_the_finger() -> None:
@@ -148,7 +147,7 @@ def test_a_new_goal_aborts_the_present_one() -> None:
 
 def test_a_parallel_gripper_moves_at_the_velocity_of_its_goal() -> None:
     hand = Hand(PARALLEL)
-    hand.send(joint_state([0.03], [], [0.06], ["finger"]))
+    hand.send(joint_state([0.03], [0.06], ["finger"]))
     assert hand.commands[-2:] == pytest.approx([0.001, 0.002])
     hand.tick(30)
     assert hand.result == (goals.SUCCEEDED, False, True)

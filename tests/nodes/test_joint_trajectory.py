@@ -14,7 +14,7 @@ from graphengine.nodes.ros2.joint_spline import JointPoint, JointSpline
 from graphengine.nodes.ros2.joint_trajectory import ControlledJoints, TrajectoryError, excess_speed, read_trajectory
 from graphengine.nodes.ros2.trajectory_tolerances import Tolerances
 from graphengine.testing import RecordingWorld
-from tests.nodes.trajectories import duration, goal, point, tolerance, trajectory
+from tests.trajectories import duration, goal, point, tolerance, trajectory
 
 NAMES = ("pan", "lift", "slide")
 NOW = 10.0

@@ -1,4 +1,4 @@
-"""Reads robot descriptions: those that robot files name, and those without a robot file, for which one is made."""
+"""Reads robot descriptions (URDF, xacro, SDF): those that robot files name, and others, for which a robot file is made."""
 
 from __future__ import annotations
 
@@ -20,9 +20,12 @@ from graphengine.physics.files.xml import parse, read
 from graphengine.physics.importing import joint_drives, mjcf_parts
 from graphengine.physics.importing.draft import Draft
 from graphengine.physics.importing.writer import render
+from graphengine.physics.sdf.sdf_files import SUFFIXES as SDF_SUFFIXES
+from graphengine.physics.sdf.sdf_files import is_sdf
+from graphengine.physics.sdf.sdf_reader import read_sdf
 
 MJCF_SUFFIX = ".xml"
-SUFFIXES = (".urdf", xacro.SUFFIX, MJCF_SUFFIX)
+SUFFIXES = (".urdf", xacro.SUFFIX, MJCF_SUFFIX, *SDF_SUFFIXES)
 
 
 def read_description(file: RobotFile, library: Library) -> Urdf | None:
@@ -43,7 +46,9 @@ def read_description(file: RobotFile, library: Library) -> Urdf | None:
     root = read(path, findings, "S103")
     if root is None:
         return None
-    if xacro.is_xacro(path, root):
+    if is_sdf(root) and not file.spec.xacro_arguments:
+        root = read_sdf(path, root, packages, findings)
+    elif xacro.is_xacro(path, root):
         arguments = {name: _as_text(value) for name, value in file.spec.xacro_arguments.items()}
         places = {name: file.key_span("xacro_arguments", name) for name in arguments}
         root = xacro.expand(path, arguments, packages, findings, places)
@@ -109,7 +114,9 @@ def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf] 
         return with_robot_file(urdf, path, findings)
     packages = Packages(path.parent, (), files)
     root = parse(use.encode(), path.name, findings, "S103") if is_text(use) else read(path, findings, "S103")
-    if root is not None and not is_text(use) and xacro.is_xacro(path, root):
+    if root is not None and is_sdf(root):
+        root = read_sdf(path, root, packages, findings)
+    elif root is not None and not is_text(use) and xacro.is_xacro(path, root):
         root = xacro.expand(path, {}, packages, findings)
     return with_robot_file(read_urdf(root, packages, findings) if root is not None else None, path, findings)
 
@@ -125,6 +132,7 @@ def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[
     if urdf.mjcf is not None:
         mjcf_parts.fill(draft)
     else:
+        draft.fixed_base = any(each.first("static") is not None for each in urdf.element.all("gazebo"))
         joint_drives.plain(draft)
     file = robot_file(render(draft), path, findings)
     return (file, urdf) if file is not None else None

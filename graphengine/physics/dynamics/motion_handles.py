@@ -49,6 +49,16 @@ class CarriedPrim(Handle):
         u, v, w = rotate((a, b, c, d), offset)
         return (x + u, y + v, z + w), multiply((a, b, c, d), turn)
 
+    def frame(self) -> tuple[Floats, Floats]:
+        """Return position (m) and rotation matrix in the world frame as fresh arrays, of shapes (3,) and (3, 3)."""
+        position, (x, y, z, w) = self.pose()
+        rotation = [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+        return np.array(position), np.array(rotation)
+
     def velocity(self) -> tuple[Vector3, Vector3]:
         """Return linear (m/s) and angular (rad/s) velocity of the prim's origin in the world frame: v + w x r."""
         a, b, c, u, v, w = self._twist.tolist()

@@ -16,6 +16,7 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import AmbiguousPrimError, PrimError
 from graphengine.format.robot_spec import MaterialSpec, SensorSpec
 from graphengine.format.wording import did_you_mean, listing
+from graphengine.physics.model.holonomic_wheels import holonomic_wheels
 from graphengine.physics.model.profiles import RigProfile
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.sensors.implementations import Profile
@@ -88,6 +89,7 @@ class _PrimBuilder:
             leaders=tuple(joint.mimic.leader if joint.mimic is not None else "" for joint in robot.moving),
             wheel_radii=robot.wheel_radii,
             wheel_distance=robot.wheel_distance,
+            holonomic_wheels=tuple(holonomic_wheels(robot)),
             urdf=robot.urdf_text,
             fixed_transforms=robot.fixed_transforms,
             **({"actuators": robot.actuators, "other_actuators": robot.other_actuators} if robot.actuators else {}),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
 from graphengine.physics.description.description_reader import SUFFIXES, is_text, read_bare
 from graphengine.physics.description.robot_file import read_robot
+from graphengine.physics.dynamics.moving_surfaces import add_surface_joints
 from graphengine.physics.engine import REFUSALS, compiled, mujoco
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, place_of
@@ -23,7 +24,7 @@ from graphengine.physics.model.joint_starts import check_keyframe, check_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
-from graphengine.physics.model.sensor_bodies import add_housings
+from graphengine.physics.model.sensor_bodies import add_sensors
 from graphengine.physics.model.world_model import tell_overridden
 
 _DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")
@@ -118,7 +119,7 @@ class Scenery:
             tell_overridden(robot.urdf.mjcf.element, self._world, findings)
         if urdf is not None:
             self._tell_joints(robot, placement, findings)
-        add_housings(model, robot)
+        add_sensors(model, robot)
         return _RobotKind(robot, model)
 
     def _tell_joints(self, robot: RobotInstance, placement: RobotPlacement, findings: Findings) -> None:
@@ -138,11 +139,20 @@ class Scenery:
             else "",
         )
 
-    def compile(self, robots: Mapping[str, RobotInstance], findings: Findings) -> mujoco.MjModel | None:
-        """Return one model of the world and robots from `robot`; None if MuJoCo refuses."""
+    def compile(
+        self, robots: Mapping[str, RobotInstance], findings: Findings, surfaces: Collection[str] = ()
+    ) -> mujoco.MjModel | None:
+        """Return one model of the world and robots from `robot`; None if MuJoCo refuses.
+
+        Args:
+            robots: robots by name.
+            findings: receives errors and warnings of MuJoCo.
+            surfaces: names of bodies that get a moving surface; names of no body are skipped.
+        """
         whole = self._assembled(robots, findings)
         if whole is None:
             return None
+        add_surface_joints(whole, surfaces)
         try:
             model, told = compiled(whole)
         except REFUSALS as error:

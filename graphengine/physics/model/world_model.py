@@ -1,8 +1,9 @@
-"""Builds the world of a scene as an MjSpec to which robots are attached."""
+"""Builds the world of a scene, MJCF or SDF, as an MjSpec to which robots are attached."""
 
 from __future__ import annotations
 
 from fractions import Fraction
+from pathlib import Path
 
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.spec import PhysicsSpec, SceneSpec
@@ -11,7 +12,9 @@ from graphengine.format.wording import listing
 from graphengine.physics.description.mjcf import parse
 from graphengine.physics.engine import mujoco
 from graphengine.physics.files.references import Library
-from graphengine.physics.files.xml import Element, number
+from graphengine.physics.files.xml import Element, number, read
+from graphengine.physics.sdf.sdf_files import SUFFIXES, is_sdf
+from graphengine.physics.sdf.sdf_world import read_world
 
 _DRIVEN_BY = {
     "spring": mujoco.mjtDisableBit.mjDSBL_SPRING,
@@ -24,7 +27,7 @@ _DRIVEN_BY = {
 def world_spec(
     scene: Loaded[SceneSpec], library: Library, findings: Findings
 ) -> tuple[mujoco.MjSpec | None, list[Span]]:
-    """Return the world's MJCF, parsed, with the options of all scenes, and the origin of each of its lines.
+    """Return the world's MJCF, parsed, or made of its SDF, with the options of all scenes, and the origin of each of its lines.
 
     Args:
         scene: scene that names the world and the step.
@@ -32,13 +35,24 @@ def world_spec(
         findings: receives errors, after which there is no world, and notes on overridden options.
     """
     path = library.files.look_up(scene.spec.world, scene.folder, findings, scene.document.span("world"))
-    root = library.world(path) if path is not None else None
+    root = _read(path, library, findings) if path is not None else None
     if root is None:
         return None, []
     spec, lines = parse(root, library)
     if spec is not None:
         _set_options(spec, root, scene.spec.physics, findings)
     return spec, lines
+
+
+def _read(path: Path, library: Library, findings: Findings) -> Element | None:
+    """Return a world as MJCF without references to other files; None after an error."""
+    if path.suffix not in SUFFIXES:
+        return library.world(path)
+    root = read(path, findings, "S102")
+    if root is not None and not is_sdf(root):
+        findings.add("S102", f"{path.suffix} files begin with <sdf>, not <{root.tag[:40]}>", root.span)
+        return None
+    return read_world(path, root, library, findings) if root is not None else None
 
 
 def _set_options(spec: mujoco.MjSpec, root: Element, physics: PhysicsSpec, findings: Findings) -> None:
