@@ -75,9 +75,7 @@ def test_the_floor_carries_an_arm_whose_drive_carries_its_weight(project: Projec
 
 def test_the_compensation_counts_towards_the_maximum_force(project: Project) -> None:
     most, inertia = 1.0, 0.01 + LEVER**2
-    simulation, joints = crane(
-        project, f"{DRIVE}, gravity_compensation: true", "fixed_base: true", most
-    ).load_joints()
+    simulation, joints = crane(project, f"{DRIVE}, gravity_compensation: true", "fixed_base: true", most).load_joints()
     for _ in range(10):
         before, angle = float(joints.velocities()[0]), float(joints.positions()[0])
         simulation.step()
