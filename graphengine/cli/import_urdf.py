@@ -209,9 +209,8 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
     if element is None:
         return None
     packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
-    sdf = is_sdf(element)
-    is_xacro = not sdf and xacro.is_xacro(path, element)
-    if arguments.model and not sdf:
+    is_xacro = xacro.is_xacro(path, element)
+    if arguments.model and not is_sdf(element):
         raise UsageError(f"--model {arguments.model}: {path} is not SDF")
     if is_xacro and path.resolve() == target.with_suffix(".urdf").resolve():
         raise UsageError(f"-o {target}: the URDF written beside it would overwrite {path}; choose another name")
