@@ -1,6 +1,7 @@
 """Mutants of descriptions through the importer: `python -m tests.bench.fuzz_import DESCRIPTION [--controllers YAML]`.
 
-Each mutant of the description, or of the controllers' YAML if one is given, is imported as `graphrun import-urdf` does. Printed
+Each mutant of the description, or of the controllers' YAML if one is given, is imported as `graphrun import-urdf` does; with
+`--world`, each mutant of an SDF file is read as the world of a scene. Printed
 are exceptions that are no errors of graphengine, imports that take more than `SLOW` seconds, and files that were opened outside
 of the folder of the description and the package.
 """
@@ -17,18 +18,23 @@ import tempfile
 import time
 import traceback
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 from graphengine.cli import import_urdf, make_parser
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import GraphError
-from graphengine.format.files import shipped
+from graphengine.format.files import Files, shipped
+from graphengine.format.spec import SceneSpec
+from graphengine.format.spec_reader import read
 from graphengine.physics.importing.import_robot import import_robot
+from graphengine.physics.loading import load_world
 
 SLOW = 5.0
 NASTY = (
     *("nan", "inf", "-1", "0", "1e308", "1e-320", "", " ", "-0.0", "99999999999999999999", "true", "[1, 2]", "{a: b}"),
     *("../../../etc/passwd", "/etc/passwd", "file:///etc/passwd", "package://x/y", "$(find x)", "${1/0}"),
+    *("model://x", "model://../../etc", "1e16", "-1e16", "1.79769e+308", "world", "__model__", "a::b", "0 0 0 0 0 0"),
     *("&amp;", "\u202e", "\x00", "*a", "!!python/object:x"),
 )
 
@@ -81,6 +87,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("description", type=Path)
     parser.add_argument("--controllers", type=Path)
+    parser.add_argument("--world", action="store_true")
     parser.add_argument("--mutants", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=0)
     given, more = parser.parse_known_args()
@@ -96,7 +103,8 @@ def main() -> None:
         try:
             for number in range(given.mutants):
                 mutant.write_text(mutated(text, random.Random(f"{given.seed}/{number}")), encoding="utf-8")
-                outcomes[_outcome(given, mutant, Path(scratch), more, number)] += 1
+                outcome = _world if given.world else _outcome
+                outcomes[outcome(given, mutant, Path(scratch), more, number)] += 1
         finally:
             mutant.unlink(missing_ok=True)
     print(f"{origin.name}: {dict(outcomes)}")
@@ -107,12 +115,35 @@ def _outcome(given: argparse.Namespace, mutant: Path, scratch: Path, more: list[
     """Import one mutant; say how it ended."""
     files = [str(given.description), "--controllers", str(mutant)] if given.controllers else [str(mutant)]
     arguments = make_parser("import-urdf").parse_args(["import-urdf", *files, "-o", str(scratch / "robot.yaml"), *more])
-    begin, findings = time.perf_counter(), Findings()
-    try:
+    findings = Findings()
+
+    def attempt() -> bool:
         import_urdf.check_source(arguments)
         source = import_urdf.find_origin(arguments, arguments.output, findings)
-        made = import_robot(source, findings) if source is not None else None
-        outcome = "imported" if made is not None else "refused"
+        return source is not None and import_robot(source, findings) is not None
+
+    return _tried(attempt, number)
+
+
+def _world(given: argparse.Namespace, mutant: Path, scratch: Path, more: list[str], number: int) -> str:
+    """Load a scene in one mutant of a world; say how it ended."""
+    scene, findings = mutant.with_suffix(".yaml"), Findings()
+    scene.write_text(f"scene: s\nworld: {mutant.name}\n", encoding="utf-8")
+
+    def attempt() -> bool:
+        loaded = read(SceneSpec, scene, findings)
+        return loaded is not None and load_world(loaded, Files.of(scene), findings) is not None
+
+    try:
+        return _tried(attempt, number)
+    finally:
+        scene.unlink()
+
+
+def _tried(attempt: Callable[[], bool], number: int) -> str:
+    begin = time.perf_counter()
+    try:
+        outcome = "imported" if attempt() else "refused"
     except GraphError:
         outcome = "refused"
     except Exception:
