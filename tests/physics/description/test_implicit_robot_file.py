@@ -140,7 +140,10 @@ def test_a_mujoco_model_stands_in_a_scene(project: Project, from_file: bool) -> 
             "<mujoco><worldbody><geom name='a' type='plane' size='1 1 1'/><body/></worldbody></mujoco>",
             "has a floor, which belongs to the scene's world\n  it contains: a",
         ),
-        ("<mujoco>\n<extension><plugin plugin='mujoco.pid'/></extension></mujoco>", "<extension>: plugins of MuJoCo are code"),
+        (
+            "<mujoco>\n<extension><plugin plugin='mujoco.pid'/></extension></mujoco>",
+            "<extension>: plugins of MuJoCo are code",
+        ),
         ("<mujoco><worldbody><body><geom size='-1'/></body></worldbody></mujoco>", "MuJoCo: size"),
         ("<mujoco><worldbody><blob/></worldbody></mujoco>", "MuJoCo: Schema violation"),
         ("<mujoco><include file='/etc/passwd'/></mujoco>", "lies outside the folder of the file you gave"),
