@@ -14,6 +14,7 @@ from graphengine.format.wording import listing
 from graphengine.physics.description.mjcf_actuators import read_actuators
 from graphengine.physics.description.mjcf_links import MjcfLinks
 from graphengine.physics.description.mjcf_model import MjcfModel, read_keyframes
+from graphengine.physics.description.mjcf_trial import reason_against
 from graphengine.physics.description.urdf import WORLD, Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
 from graphengine.physics.engine import REFUSALS, compiled, mujoco
@@ -35,6 +36,9 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     findings = library.findings
     root = library.world(path, text)
     if root is None:
+        return None
+    if against := reason_against(write(root)[0], library.models, library.assets):
+        findings.add("S102", f"MuJoCo: compiling the model {against}", root.span)
         return None
     spec, lines = parse(root, library)
     if spec is None or not _is_robot(spec, root.span, findings):
