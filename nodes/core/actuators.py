@@ -47,6 +47,8 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
         self.articulation = context.articulation(self.robot_path)
         positions, velocities = self.articulation.set_points()
         self.has_drive = ~(np.isnan(positions) & np.isnan(velocities))
+        if not self.auto_step_pre_physics:
+            context.log("warning", "autoStepPrePhysics: false has no effect, as drives act in every physics step")
         if not self.has_drive.any():
             context.log("warning", f"{self.robot_path} has no joint with a drive: feedforwardCommand has no effect")
 
