@@ -50,7 +50,7 @@ format: 1
 scene: {key}
 world: {world}    # a world of graphengine; or an MJCF file in this folder
 physics: {{tick_rate: 60, substeps: 4}}
-settle: true    # the robot comes to rest before t = 0
+settle: {settle}
 robots:
   {key}:
     use: robots/{name}.yaml
@@ -61,6 +61,9 @@ robots:
 graphs:
   clock: {{use: graphs/clock.yaml, at: /World/clock}}
 """
+
+SETTLE = "true    # the robot comes to rest before t = 0"
+ACTIVE = "false    # the robot stands by its graph, which runs from t = 0 on"
 
 DINGO_ROBOT = """\
 # The Clearpath Dingo-D that comes with graphengine. Keys that you write here replace or add to those of the extended file.
@@ -159,7 +162,8 @@ class Project:
     ) -> None:
         """Add the scene, with the robot at a place (m), its test, and what does not depend on the robot."""
         x, y, z = place
-        scene = SCENE.format(name=self.name, key=scalar(self.name), world=world.file, x=x, y=y, z=z)
+        settle = ACTIVE if any(skill.active for skill in skills) else SETTLE
+        scene = SCENE.format(name=self.name, key=scalar(self.name), world=world.file, settle=settle, x=x, y=y, z=z)
         self._add(self.folder / f"{self.name}.yaml", scene)
         self._add(self.folder / "test_robot.py", test_file(self.name, skills))
         self._add(self.folder / "requirements.txt", f"graphengine[view]=={__version__}\npytest\n")

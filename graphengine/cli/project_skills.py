@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from graphengine.physics.description.urdf import UrdfJoint
     from graphengine.physics.importing.import_robot import Imported
 
-_BASE, _TRAJECTORY = "base", "arm/trajectory.yaml"
-"""Name of the graph of a base in an imported robot file, and file of the graph of an arm."""
+_BASE, _STAND, _TRAJECTORY = "base", "stand", "arm/trajectory.yaml"
+"""Names of the graphs of a base and of legs in an imported robot file, and file of the graph of an arm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,12 +27,14 @@ class Skill:
     Attributes:
         commands: to try it, each with what it is for.
         example: a sentence with a longer command; empty without one.
+        active: whether the robot falls over unless its graphs run.
         test: Python code of its test, which may use the scene `SCENE`, the name `ROBOT` and what `_TEST_FILE` imports.
     """
 
     commands: tuple[tuple[str, str], ...]
     test: str
     example: str = ""
+    active: bool = False
 
 
 DRIVE = Skill(
@@ -54,6 +56,13 @@ def test_{name}_reaches_a_pose_within_two_milliradians() -> None:
         sim.run(5.0)
         reached = {{joint: state.position for joint, state in sim.robots[ROBOT].joints.items() if joint in pose}}
     assert reached == pytest.approx(pose, abs=0.002)
+"""
+_STANDS = """
+def test_the_robot_stands_for_ten_seconds() -> None:
+    with ge.load(SCENE).session() as sim:
+        height = sim.robots[ROBOT].pose.position[2]
+        sim.run(10.0)
+        assert sim.robots[ROBOT].pose.position[2] == pytest.approx(height, abs=0.02)    # m
 """
 _HOLD = """
 def test_the_joints_hold_where_they_start() -> None:
@@ -83,6 +92,8 @@ def skills_of(imported: Imported) -> list[Skill]:
     graphs, arms = imported.draft.sections["graphs"], _arms(imported)
     found = [DRIVE] if _BASE in graphs else []
     found += [_reach(imported, name, parameters) for name, parameters in arms.items()]
+    if _STAND in graphs:
+        found.append(Skill((), _STANDS, active=True))
     if not found and (joints := commanded(imported)):
         joint = joints[-1].name
         found.append(Skill((), _HOLD, _move(joint, imported.robot.starts.get(joint, 0.0))))

@@ -129,8 +129,13 @@ class Imported:
 
     @property
     def lift(self) -> float:
-        """Height (m) of the root link at which the robot stands on a floor, rounded up to 1 mm; 0 for a fixed base."""
-        return math.ceil(round(-(self.lowest or 0.0), 4) * 1000) / 1000 if self.free else 0.0
+        """Height (m) at which to place the robot on a floor, rounded up to 1 mm.
+
+        It is 0 for a fixed base, and for a robot that starts in a keyframe, which has the height of its root link.
+        """
+        if not self.free or "start" in self.draft.settings:
+            return 0.0
+        return math.ceil(round(-(self.lowest or 0.0), 4) * 1000) / 1000
 
 
 def import_robot(origin: Origin, findings: Findings) -> Imported | None:

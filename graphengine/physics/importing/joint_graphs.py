@@ -17,12 +17,12 @@ def fill(draft: Draft, controllers: Sequence[Controller], drivetrain: Drivetrain
     driven, held = ([name for name in names if name not in base] for names in _drives(draft))
     if not driven:
         return
-    draft.commanded = driven
     if drivetrain is None:
         draft.add_graph("joint_states", "graphs/joint_states.yaml", {})
         legs_graph.fill(draft)
     if legs_graph.GRAPH in draft.sections["graphs"]:  # which commands all joints itself
         return
+    draft.commanded = list(driven)
     draft.add_graph("joint_commands", "graphs/joint_commands.yaml", {})
     bolted = draft.fixed_base or not draft.urdf.moves_freely
     moved = arm_graph.fill(draft, held, controllers, guess=bolted or drivetrain is not None)
