@@ -7,16 +7,9 @@ from graphengine.format.diagnostics import Findings
 from graphengine.isaac.recorded_graph import RecordedNode, RecordedValue
 
 _PICTURES = "ROS2CameraHelper publishes pictures and point clouds from a renderProductPath; leave the node out"
-_ARM = "IsaacArticulationController commands the fingers' joints, with positions from ROS2SubscribeJointState"
 _OUTSIDE = "publish to ROS 2 in its place: ROS2PublishClock, ROS2PublishImu, ROS2PublishJointState, ROS2PublishOdometry"
 _RANDOM = "RandomNumeric, or WritePrimAttribute from a node of your own"
 REPLACEMENTS = {
-    "IsaacGripperController": _ARM,
-    "SurfaceGripper": "nothing here holds things by suction; a gripper with fingers is an articulation",
-    "IsaacReadLightBeam": "IsaacReadLidarBeams, with a lidar of few beams on the robot",
-    "IsaacReadRaycastSensor": "IsaacReadLidarBeams, with a lidar of few beams on the robot",
-    "IsaacReadEffortSensor": "IsaacReadJointState has the efforts of all joints",
-    "IsaacConveyor": "WritePrimAttribute, or a joint of the world's MJCF that a velocity drives",
     "ArticulationActuators": "drives of the robot file: joints: {NAME: {drive: {stiffness: …, damping: …}}}",
     "IsaacConvertDepthToPointCloud": "ROS2CameraHelper with type: depth_pcl",
     "IsaacConvertRGBAToRGB": _PICTURES,
