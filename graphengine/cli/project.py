@@ -83,6 +83,11 @@ README = """\
 
 `{name}.yaml` is the scene: the world and where the robot stands, `robots/{name}.yaml` the robot, `graphs/` what it does.
 """
+EXAMPLE = """\
+Move it while it runs, from another terminal:
+
+    {command}
+"""
 ROS2_CONTROL = """\
 `ros2_control.xacro` lets ros2_control, and so MoveIt, drive the joints.
 """
@@ -169,5 +174,5 @@ class Project:
         self._add(self.folder / "requirements.txt", f"graphengine[view]=={__version__}\npytest\n")
         commands = usage(self.name, skills)
         readme = README.format(name=self.name, source=source, version=__version__, commands=commands)
-        examples = [f"{skill.example}\n" for skill in skills if skill.example]
-        self._add(self.folder / "README.md", "".join([readme, *examples, more]))
+        examples = [EXAMPLE.format(command=skill.example) for skill in skills if skill.example]
+        self._add(self.folder / "README.md", "\n".join([readme, *examples, more]).rstrip("\n") + "\n")

@@ -26,7 +26,7 @@ class Skill:
 
     Attributes:
         commands: to try it, each with what it is for.
-        example: a sentence with a longer command; empty without one.
+        example: a longer command, which moves a joint or an arm; empty without one.
         active: whether the robot falls over unless its graphs run.
         test: Python code of its test, which may use the scene `SCENE`, the name `ROBOT` and what `_TEST_FILE` imports.
     """
@@ -144,13 +144,15 @@ def _reach(imported: Imported, name: str, parameters: Mapping[str, Any]) -> Skil
     from graphengine.physics.importing.arm_pose import raised_pose
 
     pose = raised_pose(imported.robot, parameters["joints"])
-    topic = f"{parameters.get('controller', 'joint_trajectory_controller')}/joint_trajectory"
+    controller = parameters.get("controller", "joint_trajectory_controller")
+    topic = f"{controller}/joint_trajectory"
     lines = "".join(f"        {json.dumps(joint)}: {position!r},\n" for joint, position in pose.items())
     test = _REACH.format(name=re.sub(r"\W", "_", name), pose=f"{{\n{lines}    }}", topic=json.dumps(topic))
-    return Skill((), test, _move(*list(pose.items())[-1]))
+    way = {"joint_names": [*pose], "points": [{"positions": [*pose.values()], "time_from_start": {"sec": 3}}]}
+    action = f"/{controller}/follow_joint_trajectory control_msgs/action/FollowJointTrajectory"
+    return Skill((), test, f"graphrun action send_goal {action} {shlex.quote(flow({'trajectory': way}))}")
 
 
 def _move(joint: str, position: float) -> str:
     message = shlex.quote(flow({"name": [joint], "position": [position]}))
-    command = f"graphrun topic pub -1 /joint_commands sensor_msgs/msg/JointState {message}"
-    return f"While it runs, `{command}` moves a joint."
+    return f"graphrun topic pub -1 /joint_commands sensor_msgs/msg/JointState {message}"

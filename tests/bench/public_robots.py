@@ -1,8 +1,9 @@
 """Public robots by `graphrun new`, as tables: `python -m tests.bench.public_robots FOLDER [NAME …]`.
 
 FOLDER holds clones of the repositories by their own names. Each description is imported with nothing but the arguments that its
-vendor's launch file passes; no file is edited. Bases are measured by `graphrun calibrate`, arms by tests/bench/arm_figures.py in
-a bent pose that the scene gives. `--write` renews the tables in docs/reference/robots.md. Nothing is asserted.
+vendor's launch file passes; no file is edited. `graphrun calibrate` measures bases, tests/bench/arm_figures.py arms in a bent pose
+that the scene gives, and tests/bench/leg_figures.py legs. `--write` renews the tables in docs/reference/robots.md. Nothing is
+asserted.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ class Robot:
         arguments: what `graphrun new` gets besides `--from` and the package path.
         pose: in which an arm starts, rad or m by joint; none for a base without an arm.
         flange: link that carries an arm's payload.
+        legs: whether it stands on legs.
     """
 
     name: str
@@ -44,6 +46,7 @@ class Robot:
     arguments: tuple[str, ...] = ()
     pose: dict[str, float] = field(default_factory=dict)
     flange: str = ""
+    legs: bool = False
 
     @property
     def folder(self) -> str:
@@ -134,6 +137,7 @@ ROBOTS = (
         {"joint_2": 0.26, "joint_3": 3.14, "joint_4": -2.2, "joint_6": 0.96, "joint_7": 1.57},
         "end_effector_link",
     ),
+    Robot("Go2", "unitreerobotics/unitree_mujoco", "unitree_robots/go2/go2.xml", legs=True),
 )
 NEVER_TUNED_TO = (
     Robot("Andino", "Ekumen-OS/andino", "andino_description/urdf/andino.urdf.xacro"),
@@ -167,9 +171,9 @@ def measure(robot: Robot, clones: Path, folder: Path) -> dict[str, dict[str, Any
     source = ["--from", str(clones / robot.folder / robot.file), "--package-path", str(clones)]
     made = graphrun("new", project, *source, *arguments, folder=folder)
     (folder / f"{project}.log").write_text(made.stdout + made.stderr)
-    names = ("arm",) if robot.pose else ("base",)
+    kind = "legs" if robot.legs else "arm" if robot.pose else "base"
     if made.returncode:
-        return {name: {"robot": robot.name, "result": f"not imported: {_first_error(made.stderr)}"} for name in names}
+        return {kind: {"robot": robot.name, "result": f"not imported: {_first_error(made.stderr)}"}}
     scene = folder / project / f"{project}.yaml"
     _bend(scene, robot.pose)
     checked = graphrun("check", scene.name, "--strict", folder=scene.parent)
@@ -183,6 +187,8 @@ def measure(robot: Robot, clones: Path, folder: Path) -> dict[str, dict[str, Any
         rows["base"] = row | _base(scene, folder / f"{project}.calibrate")
     if robot.pose:
         rows["arm"] = row | _arm(scene, robot.flange, folder / f"{project}.arm")
+    if robot.legs:
+        rows["legs"] = row | _legs(scene, folder / f"{project}.legs")
     seconds = f"{time.perf_counter() - begin:.0f}"
     return {name: cells | {"seconds": seconds} for name, cells in rows.items()}
 
@@ -219,12 +225,9 @@ BOUNDS = {"hold": 1.0, "points": 5.0, "end": 1.0, "points_payload": 10.0}
 
 def _arm(scene: Path, flange: str, log: Path) -> dict[str, Any]:
     """How the arm of a scene holds its pose and follows trajectories."""
-    command = [sys.executable, "-m", "tests.bench.arm_figures", str(scene.resolve()), "--flange", flange]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=LIMIT, check=False)
-    log.write_text(done.stdout + done.stderr)
-    if done.returncode:
-        return {"result": f"not measured: {done.stderr.strip().splitlines()[-1]}"}
-    found = json.loads(done.stdout)
+    found = _figures("arm_figures", [str(scene.resolve()), "--flange", flange], log)
+    if "result" in found:
+        return found
     good = all(found[name] <= bound for name, bound in BOUNDS.items()) and found["code"] == found["code_payload"] == 0
     return {
         "joints": found["joints"],
@@ -232,6 +235,35 @@ def _arm(scene: Path, flange: str, log: Path) -> dict[str, Any]:
         "goals": f"{sum(found['goals'].values())} of {len(found['goals'])}",
         "result": "in bounds" if good and all(found["goals"].values()) else "out of bounds",
     }
+
+
+STANDING = 20.0
+"""Largest change of the height of a robot on legs, mm."""
+
+
+def _legs(scene: Path, log: Path) -> dict[str, Any]:
+    """How the robot of a scene stands on its legs."""
+    found = _figures("leg_figures", [str(scene.resolve())], log)
+    if "result" in found:
+        return found
+    good = all(abs(found[kind]) <= STANDING and found[f"tilt_{kind}"] < 20.0 for kind in ("standing", "pushed"))
+    return {
+        "joints": found["joints"],
+        **{kind: f"{found[kind]:+.1f} mm, {found[f'tilt_{kind}']:.1f} degrees" for kind in ("standing", "pushed")},
+        "result": "in bounds" if good else "out of bounds",
+    }
+
+
+def _figures(module: str, arguments: list[str], log: Path) -> dict[str, Any]:
+    """Run a module of this folder; return what it prints, or a result that says why it does not."""
+    command = [sys.executable, "-m", f"tests.bench.{module}", *arguments]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=LIMIT, check=False)
+    log.write_text(done.stdout + done.stderr)
+    if done.returncode:
+        return {"result": f"not measured: {done.stderr.strip().splitlines()[-1]}"}
+    found = json.loads(done.stdout)
+    assert isinstance(found, dict)
+    return found
 
 
 def _first_error(text: str) -> str:
@@ -277,7 +309,16 @@ ARMS = {
     "result": "1, 5, 1 mrad, and 10 with 1 kg",
     "seconds": "all in, s",
 }
-TABLES = {"base": BASES, "arm": ARMS}
+LEGS = {
+    "robot": "robot",
+    "joints": "joints",
+    "standing": "after 10 s: height, tilt",
+    "pushed": "10 s after a push of 50 N for 0.1 s",
+    "check": "`check --strict`",
+    "result": "20 mm, 20 degrees",
+    "seconds": "all in, s",
+}
+TABLES = {"base": BASES, "arm": ARMS, "legs": LEGS}
 
 
 def table(columns: dict[str, str], rows: list[dict[str, Any]]) -> str:
@@ -304,8 +345,8 @@ def main() -> None:
         folder = given.keep or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
         rows = list(pool.map(lambda robot: measure(robot, given.folder.resolve(), folder), chosen))
-    tables = [table(columns, [row[kind] for row in rows if kind in row]) for kind, columns in TABLES.items()]
-    text = "\n\n".join(tables)
+    of_kind = {kind: [row[kind] for row in rows if kind in row] for kind in TABLES}
+    text = "\n\n".join(table(TABLES[kind], found) for kind, found in of_kind.items() if found)
     print(text)
     if given.write:
         page = PAGE.read_text(encoding="utf-8")

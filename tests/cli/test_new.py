@@ -14,8 +14,8 @@ import yaml
 import graphengine as ge
 from tests.cli.harness import Graphrun
 from tests.cli.test_import_urdf import TETRAHEDRON, URDF
+from tests.physics.importing.imported_arms import PLATE, arm, bolted
 from tests.physics.importing.imported_bases import DIFFERENTIAL, description
-from tests.physics.importing.test_arm_graph import PLATE, arm, bolted
 
 OTHER = '<visual><geometry><mesh filename="package://lid/meshes/body.obj"/></geometry></visual>'
 
@@ -159,7 +159,10 @@ def test_an_arm_stands_on_a_table_and_reaches_a_pose(graphrun: Graphrun, workspa
     graphrun("new", "arm", "--from", "arm.urdf", code=0, err="")
     scene = yaml.safe_load(Path("arm/arm.yaml").read_text())
     assert (scene["world"], scene["robots"]["arm"]["position"]) == ("worlds/table.xml", [0, 0, 0.75])
-    assert "/joint_commands sensor_msgs/msg/JointState" in Path("arm/README.md").read_text()
+    assert (
+        "graphrun action send_goal /joint_trajectory_controller/follow_joint_trajectory "
+        in Path("arm/README.md").read_text()
+    )
     done = pytest_in("arm")
     assert "2 passed" in done.stdout, done.stdout
     robot = Path("arm/robots/arm.yaml")

@@ -10,16 +10,20 @@ from pathlib import Path
 import pytest
 import yaml
 
+import graphengine as ge
 from tests.cli.harness import ROOT, process
+from tests.physics.importing.imported_arms import arm, bolted
 from tests.physics.importing.imported_bases import DIFFERENTIAL, description
 from tests.readme.test_readme import blocks, quoted
 
 GUIDE = (ROOT / "docs/guide/your_own_robot.md").read_text(encoding="utf-8")
-HEADLESS = {"run burger.yaml --view": "run burger.yaml --for 1s --transport memory"}
+BASE, _, REST = GUIDE.partition("## Arms and legs")
+ARM = REST.partition("\n## ")[0]
+HEADLESS = {f"run {name}.yaml --view": f"run {name}.yaml --for 1s --transport memory" for name in ("burger", "ur5e")}
 
 
 def test_the_four_commands_work_one_after_the_other(tmp_path: Path) -> None:
-    lines = [line for block in blocks(GUIDE, "sh") for line in block.splitlines()]
+    lines = [line for block in blocks(BASE, "sh") for line in block.splitlines()]
     new, change, *rest = lines
     source = tmp_path / shlex.split(new)[4]
     source.parent.mkdir(parents=True)
@@ -54,6 +58,43 @@ def test_the_words_of_the_guide_are_those_of_the_report() -> None:
     assert [what for what in re.findall(r"^- \*([^*]+)\*:", GUIDE, re.MULTILINE) if f'"{what}"' not in printed] == []
 
 
-@pytest.mark.parametrize("name", ["differential", "mecanum", "ackermann"])
-def test_the_graphs_of_bases_are_there(name: str) -> None:
-    assert (ROOT / f"graphs/base/{name}.yaml").is_file()
+def test_an_arm_is_made_run_and_moved(tmp_path: Path) -> None:
+    new, change, run, send = (line for block in blocks(ARM, "sh") for line in block.splitlines())
+    _, _, _, action, kind, goal = shlex.split(send)
+    trajectory = yaml.safe_load(goal)["trajectory"]
+    source = tmp_path / shlex.split(new)[4]
+    source.parent.mkdir(parents=True)
+    text = bolted(arm(6, "plate"))
+    for number, joint in enumerate(trajectory["joint_names"], 1):
+        text = text.replace(f'"joint_{number}"', f'"{joint}"')
+    arguments = '<xacro:arg name="name" default=""/><xacro:arg name="ur_type" default=""/>'
+    source.write_text(text.replace('<robot name="bot">', f'<robot name="bot" xmlns:xacro="xacro">{arguments}'))
+    assert (
+        f"next: {change} && {run.removesuffix(' --view')}" in process(*shlex.split(new)[1:], cwd=tmp_path, code=0).out
+    )
+    folder = tmp_path / shlex.split(change)[1]
+    process(*shlex.split(HEADLESS[run.removeprefix("graphrun ")]), cwd=folder, code=0)
+    with ge.load(folder / "ur5e.yaml").session() as sim:
+        request = {"goal_id": {"uuid": [7] * 16}, "goal": {"trajectory": trajectory}}
+        assert sim.call(f"{action}/_action/send_goal", request, type=f"{kind}_SendGoal").accepted
+        ended = sim.call(f"{action}/_action/get_result", {"goal_id": {"uuid": [7] * 16}}, type=f"{kind}_GetResult")
+        assert (ended.status, ended.result.error_code) == (4, ended.result.SUCCESSFUL)
+        reached = [sim.robots["ur5e"].joints[name].position for name in trajectory["joint_names"]]
+    assert reached == pytest.approx(trajectory["points"][0]["positions"], abs=0.01)
+    robot = folder / "robots/ur5e.yaml"
+    data = yaml.safe_load(robot.read_text(encoding="utf-8"))
+    data["graphs"] |= yaml.safe_load(next(block for block in blocks(ARM, "yaml")))["graphs"]
+    robot.write_text(json.dumps(data), encoding="utf-8")
+    seen = process("topics", "ur5e.yaml", cwd=folder, code=0).out
+    hardware = (folder / "ros2_control.xacro").read_text(encoding="utf-8")
+    topics = re.findall(r"_topic\">(/\w+)<", hardware)
+    assert len(topics) == 2
+    assert [topic for topic in topics if f"{topic} " not in seen] == []
+
+
+GRAPHS = [f"base/{name}" for name in ("differential", "mecanum", "ackermann")]
+
+
+@pytest.mark.parametrize("name", [*GRAPHS, *re.findall(r"^\| `([a-z_/]+)` \|", ARM, re.MULTILINE)])
+def test_the_graphs_that_the_guide_names_are_there(name: str) -> None:
+    assert (ROOT / f"graphs/{name}.yaml").is_file()

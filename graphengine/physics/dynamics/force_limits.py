@@ -10,6 +10,7 @@ step. With the inertia I that the joint moves, and the force b that gravity take
 a = (M - b) / I. So F stays within M if f stays between -M - s (M + b) G / I and M + s (M - b) G / I. Here s says how freely the
 joint moves: the share of its forces in the last step that went into acceleration, 1 for a free joint and 0 for one held fast. For
 a joint that comes free, 1 + s G / I at most doubles from step to step, or it would bounce off a wall and be thrown back at it.
+Where F and a have opposite signs, as when friction brakes a joint more than its drive, s is 1 if G a outweighs F, else 0.
 
 What comes as a surprise, as a wall that a joint runs into, is opposed with more than M, as by an additional inertia G.
 
@@ -85,6 +86,9 @@ class ForceLimits(Stateful):
         left = exerted - data.qfrc_bias[dofs]
         told = np.minimum(np.abs(exerted), np.abs(left)) > _NOTHING * self._most
         freely = np.divide(moved, left, out=np.ones_like(left), where=told)
+        if (turned := freely < 0.0).any():
+            # Something else turned F round: G a against it is more than F, unless a stop holds the joint.
+            freely[turned] = np.abs(self._implicit * moved)[turned] > np.abs(left)[turned]
         self._reach = np.minimum(1.0 + self._implicit * np.minimum(np.maximum(freely, 0.0), 1.0), 2.0 * self._reach)
 
     def apply(self, efforts: Floats, compensation: Floats | None = None) -> None:

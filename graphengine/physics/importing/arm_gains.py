@@ -89,18 +89,20 @@ def _loads(draft: Draft, joints: Sequence[UrdfJoint]) -> list[Load] | None:
     model = trial_model(draft, trial[0]) if trial is not None else None
     if model is None:
         return None
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     data, random = mujoco.MjData(model), np.random.default_rng(0)
     scalar = np.flatnonzero(model.jnt_type != mujoco.mjtJoint.mjJNT_FREE)
     places, dofs = model.jnt_qposadr[scalar], [int(model.joint(joint.name).dofadr[0]) for joint in joints]
     limited = model.jnt_limited[scalar] != 0
     lowest = np.where(limited, model.jnt_range[scalar, 0], -math.pi)
     highest = np.where(limited, model.jnt_range[scalar, 1], math.pi)
-    inertias, weights = np.zeros(len(joints)), np.zeros(len(joints))
+    inertias, weights, efforts = np.zeros(len(joints)), np.zeros(len(joints)), np.zeros(model.nv)
     diagonal = (model.M_rowadr + model.M_rownnz - 1)[dofs]
     for _ in range(POSES):
         data.qpos[places] = random.uniform(lowest, highest)
-        mujoco.mj_forward(model, data)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_crb(model, data)
+        mujoco.mj_rne(model, data, 0, efforts)
         inertias = np.maximum(inertias, data.M[diagonal])
-        weights = np.maximum(weights, np.abs(data.qfrc_bias[dofs]))
+        weights = np.maximum(weights, np.abs(efforts[dofs]))
     return [Load(inertia, weight) for inertia, weight in zip(inertias.tolist(), weights.tolist(), strict=True)]

@@ -211,3 +211,20 @@ def test_one_robot_file_used_twice_is_told_once(project: Project) -> None:
     world, findings = project.write("scene.yaml", scene).load_with_findings()
     assert len(world.simulation.limits.joints) == 3
     assert len(findings.items) == 1
+
+
+@pytest.mark.parametrize("drag", [0.4, -0.4, 2.0])
+def test_friction_does_not_keep_a_stiff_drive_from_its_force(drag: float) -> None:
+    # the drive brakes, and so does friction: while the drive has little force, it pushes against the deceleration
+    inertia, most, speed = 0.2, 8.0, 5.0
+    model, data, limits = rotor(inertia, Drive(0.0, 3600.0, max_force=most))
+    data.qvel[0] = speed
+    data.xfrc_applied[1, 4] = -drag
+    mujoco.mj_step1(model, data)
+    for _ in range(20):
+        step(model, data, limits, speed)
+    for _ in range(10):
+        step(model, data, limits, 0.0)
+    before = float(data.qvel[0])
+    step(model, data, limits, 0.0)
+    assert inertia * (data.qvel[0] - before) / STEP == pytest.approx(-most, rel=0.1)
