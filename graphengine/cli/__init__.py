@@ -29,7 +29,7 @@ VERBS = {
     "import": "convert the graphs of an Isaac Sim script or USD stage to YAML",
     "export": "convert a graph to a script that builds it in Isaac Sim",
     "import-urdf": "make a robot file from a URDF, a xacro file, or the description of a running ROS 2 system",
-    "topics": "list the topics and services of a scene without running it: types, QoS, frames, rates",
+    "topics": "list the topics, services and actions of a scene without running it: types, QoS, frames, rates",
     "topic": "inspect topics of a live network, with or without ROS: list, info, echo, hz, delay, pub",
     "action": "list actions of a live network and send goals, with or without ROS: list, info, send_goal",
     "tf": "show the frame tree of a live network",
