@@ -63,9 +63,9 @@ def parse(text: str, message_type: str, definitions: Definitions = DEFINITIONS) 
         raise
 
 
-def full_type(name: str) -> str:
+def full_type(name: str, folder: str = "msg") -> str:
     """Return the full type name for a short one: `geometry_msgs/msg/Twist` for `geometry_msgs/Twist`."""
-    return re.sub(r"\A([^/]+)/([^/]+)\Z", r"\1/msg/\2", name)
+    return re.sub(r"\A([^/]+)/([^/]+)\Z", rf"\1/{folder}/\2", name)
 
 
 class _MessageReader(Maker):

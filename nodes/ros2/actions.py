@@ -44,7 +44,9 @@ class NamedActionNode(ActionNode):
     node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
     action_name: String = In(default="/action_name", setup=True, doc="name of the action")
     qos_profile: String = In(
-        default="", setup=True, doc="JSON from a ROS2QoSProfile for the services; if empty: reliable, volatile, depth 10"
+        default="",
+        setup=True,
+        doc="JSON from a ROS2QoSProfile for the services; if empty: reliable, volatile, depth 10",
     )
 
     def endpoint(self) -> dict[str, Any]:
@@ -55,15 +57,17 @@ class NamedActionNode(ActionNode):
 class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionServerGoal"):
     """Offers an action; the fields of a goal are outputs, such as `Goal:order` of a Fibonacci. Execute it in every tick.
 
-    `graphrun nodes ROS2ActionServerGoal --message example_interfaces/action/Fibonacci` lists these outputs. Each goal that arrived
-    in a tick fires `onGoal` once, oldest first. A goal is accepted unless a ROS2ActionServerResult downstream of `onGoal` ends it
-    as `rejected`. One goal is active at a time: a new goal aborts it. Nodes with the same `serverHandle` send feedback
-    (ROS2ActionServerFeedback) and end the goal (ROS2ActionServerResult). A stop aborts the goal.
+    `graphrun nodes ROS2ActionServerGoal --message example_interfaces/action/Fibonacci` lists these outputs. Each goal fires
+    `onGoal` once, and is accepted unless a ROS2ActionServerResult downstream of `onGoal` ends it as `rejected`. One goal is
+    active at a time: a new goal aborts it. Nodes with the same `serverHandle` send feedback (ROS2ActionServerFeedback) and
+    end the goal (ROS2ActionServerResult). A stop aborts the goal.
     """
 
     preempts: bool = In(default=True, doc="whether a new goal aborts the active one; otherwise new goals are rejected")
     on_goal = ExecOut(doc="fires for each goal")
-    on_cancel = ExecOut(doc="fires once when a client asks to cancel the active goal; unwired: the goal ends as canceled")
+    on_cancel = ExecOut(
+        doc="fires once when a client asks to cancel the active goal; unwired: the goal ends as canceled"
+    )
     server_handle: UInt64 = Out(default=0, doc="handle of this server; wire it to the nodes for feedback and result")
     is_active: bool = Out(default=False, doc="whether a goal is active")
 
@@ -103,8 +107,7 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
             self.goal.write(self, goal.message)
             self.is_active = True
             yield self.on_goal
-            if goal.pending:
-                goal.accept()
+            goal.accept()
             if not goal.status:
                 server.current = before
             elif before is not None and before.active:
@@ -153,8 +156,8 @@ class PursuingNode(ActionNode):
 class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionServerFeedback", gated=True):
     """Sends feedback on the active goal of a ROS2ActionServerGoal; the fields of the feedback are inputs.
 
-    `graphrun nodes ROS2ActionServerFeedback --message example_interfaces/action/Fibonacci` lists these inputs. Without an active
-    goal, nothing is sent and nothing fires.
+    `graphrun nodes ROS2ActionServerFeedback --message example_interfaces/action/Fibonacci` lists these inputs. Downstream of
+    `onGoal`, it accepts the goal. Without an active goal, nothing is sent and nothing fires.
     """
 
     exec_out = ExecOut(doc="fires if a goal is active")
@@ -178,8 +181,9 @@ class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionSe
         """
         server = self.find()
         goal = server.current
-        if goal is None or not goal.active:
+        if goal is None or not (goal.pending or goal.active):
             return None
+        goal.accept()
         if server.endpoints.feedback.wanted:
             self.feedback.send(self, goal.feedback)
         return self.exec_out
@@ -229,8 +233,7 @@ class ROS2ActionServerResult(PursuingNode, type="graphengine.ros2.ROS2ActionServ
         return self.exec_out
 
     def _end(self, goal: Goal, message: Any) -> None:
-        if goal.pending:
-            goal.accept()
+        goal.accept()
         if self.status == "succeeded":
             goal.succeed(message)
         elif self.status == "canceled" and goal.cancel_requested:

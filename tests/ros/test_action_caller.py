@@ -79,8 +79,8 @@ def test_what_does_not_fit_the_action_is_refused(caller: ActionCaller, transport
 
 def test_a_malformed_answer_is_the_error_of_its_call(transport: MemoryTransport) -> None:
     name, kind = goals.parts("/fibonacci", FIBONACCI)["send_goal"]
-    server = transport.server(
-        name, kind, goals.FEEDBACK_QOS, lambda request_id, data: server.answer(request_id, b"\0\1")
+    broken = transport.server(
+        name, kind, goals.FEEDBACK_QOS, lambda request_id, data: broken.answer(request_id, b"\0\1")
     )
     call = ActionCaller(transport, "/fibonacci", FIBONACCI).send(GOAL(7))
     with pytest.raises(MessageError, match="cannot be decoded"):

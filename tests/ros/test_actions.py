@@ -44,7 +44,7 @@ class Run:
         path = folder / "graph.yaml"
         path.write_text(f"format: 1\ngraph: graph\n{text}", "utf-8")
         self.session: SessionCore = build.start(build.load(path), LiveNetwork(lambda _: transport, 0, print))
-        self.nodes = {
+        self.nodes: dict[str, Any] = {
             instance.id: node
             for run in self.session.graphs
             for instance, node in zip(run.executor.graph.instances, run.executor.nodes, strict=True)
@@ -134,7 +134,12 @@ def test_a_graph_sends_a_goal(play: Callable[[str], Run], alice: AnyTransport) -
     assert [message.order for message in server.messages] == [3]
     server.answer_goal()
     run.until(lambda: server.asked)
-    run.until(lambda: list(client.feedback__sequence) == [0] or server.say(server.goals[0], sequence=[0]))
+
+    def heard() -> bool:
+        server.say(server.goals[0], sequence=[0])
+        return list(client.feedback__sequence) == [0]
+
+    run.until(heard)
     server.answer_result(SUCCEEDED, sequence=[0, 1])
     run.until(lambda: client.status == "succeeded")
     assert list(client.result__sequence) == [0, 1]

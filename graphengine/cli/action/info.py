@@ -1,0 +1,39 @@
+"""`graphrun action info`: print the clients and servers of an action."""
+
+from __future__ import annotations
+
+import argparse
+
+from graphengine.cli.action.listing import FEEDBACK, action_types
+from graphengine.cli.live import Live, absolute, add_live_arguments, near_topic, show
+from graphengine.format.errors import TransportError
+from graphengine.format.wording import listing
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    parser.add_argument("action", metavar="ACTION", help="action, such as /fibonacci")
+    parser.add_argument("-t", "--show-types", action="store_true", help="print the type of each client and server too")
+    parser.add_argument("-c", "--count", action="store_true", help="print only the number of clients and servers")
+    add_live_arguments(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print the clients and servers; return 0 if there are any."""
+    action = absolute(arguments.action)
+    with Live(arguments) as live:
+        graph = live.graph(names=not arguments.count)
+        known = action_types(graph)
+        if action not in known:
+            hint = near_topic(action, known) or listing(known, "actions")
+            raise TransportError(f"unknown action {action!r}\n{hint}\nseen over {live.transport.description}")
+        show(f"Action: {action}")
+        for what, ends in (
+            ("clients", graph.subscribers(action + FEEDBACK)),
+            ("servers", graph.publishers(action + FEEDBACK)),
+        ):
+            show(f"Action {what}: {len(ends)}")
+            for end in () if arguments.count else ends:
+                kind = f" [{end.message_type.removesuffix('_FeedbackMessage')}]" if arguments.show_types else ""
+                show(f"    {end.full_node or '_NODE_NAME_UNKNOWN_'}{kind}")
+    return 0

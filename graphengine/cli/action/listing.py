@@ -1,0 +1,44 @@
+"""`graphrun action list`: list actions."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from graphengine.cli.live import Live, add_live_arguments, show
+from graphengine.ros.network_graph import NetworkGraph
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    parser.add_argument("-t", "--show-types", action="store_true", help="print the type of each action too")
+    parser.add_argument("-c", "--count-actions", action="store_true", help="print only the number of actions")
+    add_live_arguments(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print the actions; return 0, also without any."""
+    with Live(arguments) as live:
+        actions = action_types(live.graph())
+        if arguments.count_actions:
+            show(str(len(actions)))
+        elif actions:
+            types = {
+                action: f" [{', '.join(names)}]" if arguments.show_types else "" for action, names in actions.items()
+            }
+            show("\n".join(action + text for action, text in types.items()))
+        if not actions:
+            print(f"no actions; {live.transport.description}", file=sys.stderr)
+    return 0
+
+
+def action_types(graph: NetworkGraph) -> dict[str, list[str]]:
+    """Return the types of each action, known from its feedback topic."""
+    topics = {topic: types for topic, types in graph.types().items() if topic.endswith(FEEDBACK)}
+    return {
+        topic.removesuffix(FEEDBACK): [name.removesuffix("_FeedbackMessage") for name in types]
+        for topic, types in topics.items()
+    }
+
+
+FEEDBACK = "/_action/feedback"
