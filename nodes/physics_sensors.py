@@ -1,4 +1,4 @@
-"""IMUs, contact sensors and joint states (`isaacsim.sensors.physics`)."""
+"""IMUs, contact sensors, efforts and states of joints (`isaacsim.sensors.physics`)."""
 
 from __future__ import annotations
 
@@ -76,6 +76,36 @@ class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadConta
         """Read the sensor."""
         reading = self.sensor.reading()
         self.sensor_time, self.in_contact, self.value = reading.time, reading.in_contact, reading.force
+
+
+class IsaacReadEffortSensor(Node, type="isaacsim.sensors.physics.IsaacReadEffortSensor"):
+    """Reads the effort of a joint, as IsaacReadJointState does for all joints: that of its drive plus the commanded effort.
+
+    In Isaac Sim the effort includes what limits, friction and springs of the joint exert.
+    """
+
+    exec_in = ExecIn()
+    prim: Target = In(required=True, setup=True, doc="prim of the joint, such as `/robot/Physics/elbow`")
+    use_latest_data: bool = In(default=False, doc="no effect, as in Isaac Sim")
+    enabled: bool = In(default=True, doc="no effect, as in Isaac Sim")
+    sensor_period: Float = In(default=0.0, unit="s", doc="no effect, as in Isaac Sim")
+    exec_out = ExecOut()
+    sensor_time: Float = Out(default=0.0, unit="s", doc="simulation time of the reading")
+    value: Float = Out(default=0.0, unit="N m, N", doc="effort of the joint")
+
+    articulation: Articulation = Bound()
+    index: int = Bound()
+    clock: Clock = Bound()
+
+    def setup(self, context: Context) -> None:
+        """Bind the joint."""
+        self.articulation, self.index = context.joint(self.prim[0])
+        self.clock = context.clock
+
+    def compute(self) -> None:
+        """Read the effort."""
+        self.sensor_time = self.clock.time
+        self.value = float(self.articulation.efforts()[self.index])
 
 
 class IsaacReadJointState(Node, type="isaacsim.sensors.physics.IsaacReadJointState"):

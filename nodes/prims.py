@@ -5,6 +5,7 @@ Prims have these attributes, with USD's names and units:
 - any prim, as far as they apply: `xformOp:translate` (m) and `xformOp:orient` relative to the parent prim, `physics:mass` (kg),
   `physics:jointEnabled`, `isaac:namespace`, `isaac:nameOverride`;
 - cameras: `clippingRange`;
+- surface grippers: `isaac:status`, which is `Open`, `Closing` or `Closed`;
 - revolute joints, in degrees: `state:angular:physics:position` and `:velocity`, and `drive:angular:physics:targetPosition` and
   `targetVelocity` if the drive has them;
 - prismatic joints, in m: the same attributes with `linear` instead of `angular`;

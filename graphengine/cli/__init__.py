@@ -28,7 +28,7 @@ VERBS = {
     "map": "make an occupancy map of a scene for nav2's map_server",
     "import": "convert the graphs of an Isaac Sim script or USD stage to YAML",
     "export": "convert a graph to a script that builds it in Isaac Sim",
-    "import-urdf": "make a robot file from a URDF, a xacro file, or the description of a running ROS 2 system",
+    "import-robot": "make a robot file from a URDF, xacro or MJCF file, or the description of a running ROS 2 system",
     "topics": "list the topics, services and actions of a scene without running it: types, QoS, frames, rates",
     "topic": "inspect topics of a live network, with or without ROS: list, info, echo, hz, delay, pub",
     "action": "list actions of a live network and send goals, with or without ROS: list, info, send_goal",
@@ -42,8 +42,10 @@ VERBS = {
 OUT_OF_MEMORY = 3
 """Exit code."""
 
-MODULES = {"import": "import_graph"}
-"""Modules of verbs that are words of Python."""
+MODULES = {"import": "import_graph", "import-robot": "import_urdf"}
+"""Modules of verbs that have another name."""
+OLD_NAMES = {"import-urdf": "import-robot"}
+"""Former names of verbs, which still work."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -128,6 +130,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         atexit.register(gc.freeze)  # the collection at exit takes up to a second after a run, and frees nothing of use
     try:
         given = list(sys.argv[1:] if arguments is None else arguments)
+        verb = next((index for index, word in enumerate(given) if not word.startswith("-")), None)
+        if verb is not None:
+            given[verb] = OLD_NAMES.get(given[verb], given[verb])
         parser = make_parser(*[word for word in given if word in VERBS][:1])
         parser.set_defaults(verbose="--verbose" in given)
         return _execute(parser.parse_args(given))

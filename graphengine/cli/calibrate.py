@@ -158,7 +158,8 @@ def _report(result: Calibration) -> str:
     parts.append(table([_MOTION_HEAD, *map(_motion_row, result.motions)]))
     parts.append(table(list(_geometry(result))))
     if result.squares:
-        parts.append(table([_SQUARE_HEAD, *_squares(result)]))
+        head = f"SQUARE OF {result.squares[0].side:g} m", "TRUE END MINUS COMMANDED END"
+        parts.append(table([head, *_squares(result)]))
     parts += [table(list(_odometry(one))) for one in result.odometry]
     parts += [table(list(_imu(one))) for one in result.imus]
     if result.notes:
@@ -167,7 +168,6 @@ def _report(result: Calibration) -> str:
 
 
 _MOTION_HEAD = ("MOTION", "COMMANDED", "REACHED", "", "SETTLED", "DRIFT", "SLIP")
-_SQUARE_HEAD = ("SQUARE", "TRUE END MINUS COMMANDED END")
 
 
 def _motion_row(motion: Motion) -> Sequence[str]:

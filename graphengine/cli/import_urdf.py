@@ -1,4 +1,7 @@
-"""`graphrun import-urdf`: make a robot file from a URDF, a xacro file, or the description of a running ROS 2 system."""
+"""`graphrun import-robot`: make a robot file from a URDF, xacro, SDF or MJCF file, or the description of a running ROS 2 system.
+
+`import-urdf` is its old name.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,7 @@ TOPIC = "/robot_description"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     parser.add_argument(
-        "file", metavar="URDF|XACRO", nargs="?", help="robot description file; or use --topic or --node"
+        "file", metavar="URDF|XACRO|SDF|MJCF", nargs="?", help="robot description file; or use --topic or --node"
     )
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="robot file to write")
     parser.add_argument(
@@ -74,6 +77,7 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="parameters of ros2_control, such as ros2_controllers.yaml, which say how the base is driven",
     )
+    parser.add_argument("--model", metavar="NAME", default="", help="the model of an SDF file to make a robot of")
     parser.add_argument("--macro", metavar="NAME", help="the macro of a xacro file to make a robot of")
     left_out = "leave out what a package brings: included files, their macros, meshes"
     add_repeatable(parser, "--without", "PACKAGE", left_out)
@@ -200,6 +204,7 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
     from graphengine.physics.files.xml import read
     from graphengine.physics.importing.import_robot import Origin
     from graphengine.physics.importing.robot_source import Wishes, read_source
+    from graphengine.physics.sdf.sdf_files import is_sdf
 
     path = Path(near(arguments.file))
     require_file(path)
@@ -207,13 +212,19 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
     if element is None:
         return None
     packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
+    if arguments.model and not is_sdf(element):
+        raise UsageError(f"--model {arguments.model}: {path} is not SDF")
+    if element.tag == "mujoco":
+        if given := [*arguments.arguments, *filter(None, [arguments.macro]), *arguments.without]:
+            raise UsageError(f"{given[0]}: {path} is a MuJoCo model, which has no arguments, macros or packages")
+        return Origin(element, packages, path, str(path), target, arguments.fixed_base, model=path)
     is_xacro = xacro.is_xacro(path, element)
     if is_xacro and path.resolve() == target.with_suffix(".urdf").resolve():
         raise UsageError(f"-o {target}: the URDF written beside it would overwrite {path}; choose another name")
     if not is_xacro and (given := [*arguments.arguments, *filter(None, [arguments.macro])]):
         raise UsageError(f"{given[0]}: {path} does not use xacro")
     values = dict(text.split(":=", 1) for text in arguments.arguments)
-    wishes = Wishes(values, arguments.macro, arguments.without)
+    wishes = Wishes(values, arguments.macro, arguments.without, arguments.model)
     source = read_source(path, element, target, wishes, packages, findings)
     if source is None:
         return None
@@ -244,9 +255,12 @@ def _list_arguments(arguments: argparse.Namespace) -> int:
 
 
 def _files(given: Path, arguments: argparse.Namespace) -> Files:
-    """The files that may be read: the description's package, and those allowed on the command line."""
+    """The files that may be read: the description's package or the models around it, and those allowed on the command line."""
+    from graphengine.physics.sdf.sdf_files import model_folders
+
     package = next((folder for folder in given.absolute().parents if (folder / "package.xml").is_file()), None)
-    allowed = [*arguments.allow, *arguments.package_path, *([package] if package is not None else [])]
+    around = [package] if package is not None else model_folders(given)
+    allowed = [*arguments.allow, *arguments.package_path, *around]
     return Files.of(given, allowed, Path.cwd(), installed_packages())
 
 
@@ -257,7 +271,7 @@ def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
     from graphengine.ros.transports.select import open_transport
 
     domain = Domain.from_environment(os.environ)
-    transport = open_transport(arguments.transport, JoinOptions(domain, "graphrun_import_urdf", environ=os.environ))
+    transport = open_transport(arguments.transport, JoinOptions(domain, "graphrun_import_robot", environ=os.environ))
     try:
         print(f"waiting for {arguments.node or arguments.topic}; {transport.description}", file=sys.stderr)
         if arguments.node:

@@ -20,10 +20,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     parser.add_argument("folder", metavar="DIR", type=Path, help="folder of the project; it must be empty or not exist")
     parser.add_argument(
-        "--from", metavar="URDF|XACRO", dest="file", help="robot description file (default: begin with the Dingo-D)"
+        "--from",
+        metavar="URDF|XACRO|SDF|MJCF",
+        dest="file",
+        help="robot description file (default: begin with the Dingo-D)",
     )
     parser.add_argument(
-        "--world", choices=WORLDS, default="flat", help="the world that the scene begins with (default flat)"
+        "--world", choices=WORLDS, help="the world that the scene begins with (default flat; table for an arm)"
     )
     import_urdf.add_source_arguments(parser)
 

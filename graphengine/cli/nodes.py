@@ -79,6 +79,10 @@ def _find(name: str, registry: Registry) -> type[Node]:
     """
     found = registry.find(name)
     if found is None:
+        from graphengine.isaac.node_replacements import replacement
+
+        if advice := replacement(name):
+            raise UsageError(f"the node type {name!r} of Isaac Sim is not available; {advice}")
         part = name.lower()
         holding = [name for name in sorted(registry.types) if part and part in name.lower()]
         hint = f"types with it in their name: {', '.join(holding)}" if holding else registry.suggest(name)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from graphengine.cli.common import clean, table
+from graphengine.cli.common import clean
+from graphengine.cli.project_skills import DRIVE, Skill, commanded, is_arm, skills_of, test_file, usage
+from graphengine.devices.rotation import Vector3
 from graphengine.format.atomic_write import write_together
 from graphengine.format.files import near, shipped
 from graphengine.format.version import __version__
@@ -14,11 +18,27 @@ from graphengine.format.yaml_text import scalar
 if TYPE_CHECKING:
     from graphengine.physics.importing.import_robot import Imported
 
+
+@dataclass(frozen=True, slots=True)
+class WorldPlaces:
+    """A world of graphengine with room for a robot.
+
+    Attributes:
+        file: of the world.
+        stand: free place on the floor, m.
+        mount: place for a robot that is bolted down, m.
+    """
+
+    file: str
+    stand: tuple[float, float]
+    mount: Vector3
+
+
 WORLDS = {
-    "flat": ("worlds/flat_grid.xml", (0.0, 0.0)),
-    "warehouse": ("worlds/warehouse_features.xml", (-3.0, 6.0)),
+    "flat": WorldPlaces("worlds/flat_grid.xml", (0.0, 0.0), (0.0, 0.0, 0.0)),
+    "table": WorldPlaces("worlds/table.xml", (-0.9, 0.0), (0.0, 0.0, 0.75)),
+    "warehouse": WorldPlaces("worlds/warehouse_features.xml", (-3.0, 6.0), (-3.0, 6.0, 0.0)),
 }
-"""File of each world, and a free place (m) to begin at."""
 DINGO = Path("scenes/robots/dd100.yaml")
 DINGO_GRAPH = Path("graphs/dd100/cmd_vel.yaml")
 DINGO_LIFT = 0.025
@@ -30,7 +50,7 @@ format: 1
 scene: {key}
 world: {world}    # a world of graphengine; or an MJCF file in this folder
 physics: {{tick_rate: 60, substeps: 4}}
-settle: true    # the robot comes to rest before t = 0
+settle: {settle}
 robots:
   {key}:
     use: robots/{name}.yaml
@@ -42,6 +62,9 @@ graphs:
   clock: {{use: graphs/clock.yaml, at: /World/clock}}
 """
 
+SETTLE = "true    # the robot comes to rest before t = 0"
+ACTIVE = "false    # the robot stands by its graph, which runs from t = 0 on"
+
 DINGO_ROBOT = """\
 # The Clearpath Dingo-D that comes with graphengine. Keys that you write here replace or add to those of the extended file.
 format: 1
@@ -50,24 +73,6 @@ extends: robots/dd100.yaml
 graphs:
   cmd_vel: {{use: ../graphs/cmd_vel.yaml}}    # your copy: change a number and run again
 """
-
-TEST = '''\
-"""The robot follows its commands on a flat floor."""
-
-from pathlib import Path
-
-from graphengine.cli import main
-
-SCENE = Path(__file__).with_name("{name}.yaml")
-
-
-def test_the_files_have_no_mistakes() -> None:
-    assert main(["check", str(SCENE)]) == 0
-
-
-def test_the_robot_follows_its_commands_within_two_percent() -> None:
-    assert main(["calibrate", str(SCENE), "--check", "0.02"]) == 0
-'''
 
 README = """\
 # {name}
@@ -78,15 +83,18 @@ README = """\
 
 `{name}.yaml` is the scene: the world and where the robot stands, `robots/{name}.yaml` the robot, `graphs/` what it does.
 """
-
-
-COMMANDS = (
-    ("graphrun run {name}.yaml --view", "# the robot and its graphs in a browser; --watch reloads files that you save"),
-    ("graphrun teleop", "# in another terminal: drive it from the keyboard"),
-    ("graphrun topics {name}.yaml", "# the topics that it publishes and subscribes to"),
-    ("graphrun calibrate {name}.yaml", "# commanded against reached motion, and the errors of its odometry"),
-    ("graphrun check {name}.yaml && pytest", "# before you commit"),
-)
+ROS2_CONTROL = """\
+`ros2_control.xacro` lets ros2_control, and so MoveIt, drive the joints.
+"""
+ROS2_CONTROL_FILE = """\
+<?xml version="1.0"?>
+<!-- Controllers of ros2_control, and so MoveIt, drive the simulated joints if the description of your controller manager includes
+     this file, and the graphs of robots/{name}.yaml have its topics:
+       joint_states: parameters: joint_states: {states}
+       joint_commands: parameters: joint_commands: {commands} -->
+<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+{block}</robot>
+"""
 
 
 class Project:
@@ -95,10 +103,10 @@ class Project:
     Args:
         folder: where they go.
         name: of the robot and the scene.
-        world: a key of `WORLDS`.
+        world: a key of `WORLDS`; None: the one that suits the robot.
     """
 
-    def __init__(self, folder: Path, name: str, world: str) -> None:
+    def __init__(self, folder: Path, name: str, world: str | None) -> None:
         self.folder = folder
         self.name = name
         self.world = world
@@ -109,7 +117,8 @@ class Project:
         """Add the Dingo-D with a copy of the graph that drives it."""
         self._add(self.robot_file, DINGO_ROBOT.format(key=scalar(self.name)))
         self._contents[self.folder / "graphs" / DINGO_GRAPH.name] = (shipped() / DINGO_GRAPH).read_bytes()
-        self._add_rest("A Clearpath Dingo-D", DINGO_LIFT)
+        world = WORLDS[self.world or "flat"]
+        self._add_rest("A Clearpath Dingo-D", [DRIVE], world, (*world.stand, DINGO_LIFT))
 
     def add_robot(self, imported: Imported) -> None:
         """Add an imported robot with its description, meshes and graphs."""
@@ -117,7 +126,10 @@ class Project:
             self._add(path, text)
         for path, source in imported.copies.items():
             self._contents[path] = source.read_bytes()
-        self._add_rest(f"The robot of {imported.draft.source}", imported.lift)
+        world = WORLDS[self.world or ("table" if is_arm(imported) else "flat")]
+        place = (*world.stand, imported.lift) if imported.free else world.mount
+        more = ROS2_CONTROL if self._add_ros2_control(imported) else ""
+        self._add_rest(f"The robot of {imported.draft.source}", skills_of(imported), world, place, more)
 
     def write(self) -> None:
         """Write all files or none."""
@@ -133,13 +145,29 @@ class Project:
     def _add(self, path: Path, text: str) -> None:
         self._contents[path] = text.encode()
 
-    def _add_rest(self, source: str, lift: float) -> None:
-        """Add the scene, with the robot at a height (m), and what does not depend on the robot."""
-        world, (x, y) = WORLDS[self.world]
-        scene = SCENE.format(name=self.name, key=scalar(self.name), world=world, x=x, y=y, z=lift)
+    def _add_ros2_control(self, imported: Imported) -> bool:
+        """Add the hardware of ros2_control for joints that take commands; return False if there are none."""
+        from graphengine.physics.importing import topic_based
+
+        joints = commanded(imported)
+        if joints:
+            block = topic_based.block(self.name, joints, starts=imported.robot.starts)
+            topics = {"states": topic_based.STATES, "commands": topic_based.COMMANDS}
+            text = ROS2_CONTROL_FILE.format(name=self.name, block=block, **topics)
+            self._add(self.folder / "ros2_control.xacro", text)
+        return bool(joints)
+
+    def _add_rest(
+        self, source: str, skills: Sequence[Skill], world: WorldPlaces, place: Vector3, more: str = ""
+    ) -> None:
+        """Add the scene, with the robot at a place (m), its test, and what does not depend on the robot."""
+        x, y, z = place
+        settle = ACTIVE if any(skill.active for skill in skills) else SETTLE
+        scene = SCENE.format(name=self.name, key=scalar(self.name), world=world.file, settle=settle, x=x, y=y, z=z)
         self._add(self.folder / f"{self.name}.yaml", scene)
-        self._add(self.folder / "test_drive.py", TEST.format(name=self.name))
+        self._add(self.folder / "test_robot.py", test_file(self.name, skills))
         self._add(self.folder / "requirements.txt", f"graphengine[view]=={__version__}\npytest\n")
-        commands = table([(command.format(name=self.name), about) for command, about in COMMANDS], indent="    ")
+        commands = usage(self.name, skills)
         readme = README.format(name=self.name, source=source, version=__version__, commands=commands)
-        self._add(self.folder / "README.md", readme)
+        examples = [f"{skill.example}\n" for skill in skills if skill.example]
+        self._add(self.folder / "README.md", "".join([readme, *examples, more]))

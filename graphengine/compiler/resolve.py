@@ -74,7 +74,7 @@ def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[s
         if found.old_name:
             message = f"{entry.spec.type!r} is a name from before Isaac Sim 4.5"
             findings.add("N101", message, span, f"its current name is {found.cls.type_name!r}")
-        if found.cls.grows() and UNKNOWN in entry.spec.inputs.values():
+        if found.cls.grows() and any(value is UNKNOWN for value in entry.spec.inputs.values()):
             continue  # its ports depend on a literal that is reported already
         try:
             cls = grown(found.cls, entry.spec.inputs, registry.definitions, wired.get(entry.id, ()))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from graphengine.devices.contact_points import Contacts
 from graphengine.devices.entity import Box, Entity, EntityState, Move, Overlap
-from graphengine.devices.motion import Articulation, Body, Frame, Placement
+from graphengine.devices.motion import Articulation, Body, Frame, Placement, Surface
 from graphengine.devices.rotation import Vector3
 from graphengine.devices.stage import Prim, Stage
 from graphengine.devices.visible import Bodies
@@ -126,6 +126,16 @@ class World(Protocol):
             friction: static and dynamic friction; finite, not negative.
         """
 
+    def conveyor(self, prim: Prim) -> Surface:
+        """Return a handle to the surface velocity of a body, which is zero at first.
+
+        Args:
+            prim: prim of the body, which is fixed to the world or to another body.
+
+        Raises:
+            ContextError: a joint moves the body.
+        """
+
     def light(self, prim: Prim) -> Light:
         """Return the intensity and colour of a light prim."""
 
@@ -213,15 +223,20 @@ class World(Protocol):
 def select_joints(articulation: Articulation, names: Sequence[str], indices: Sequence[int]) -> list[int]:
     """Return indices of the selected joints in the articulation: those of the names, else the given indices, else all.
 
+    The name of an actuator stands for its joint. Actuators that do not move a single joint follow the joints.
+
     Raises:
         JointError: the articulation has no joint with a name or index.
     """
     known = articulation.joint_names
+    others = [name for name, joint in articulation.actuators.items() if not joint and name not in known]
+    places = {name: known.index(joint) for name, joint in articulation.actuators.items() if joint}
+    places |= {name: index for index, name in enumerate((*known, *others))}
     for name in names:
-        if name not in known:
-            hint = did_you_mean(name, known) or listing(known, "joints")
+        if name not in places:
+            hint = did_you_mean(name, places) or listing(places, "joints")
             raise JointError(f"{articulation.prim_path} has no joint {name!r}", name, hint)
     for index in indices:
         if not 0 <= index < len(known):
             raise JointError(f"{articulation.prim_path} has no joint {index}", index, f"legal: 0 to {len(known) - 1}")
-    return [known.index(name) for name in names] or [int(index) for index in indices] or list(range(len(known)))
+    return [places[name] for name in names] or [int(index) for index in indices] or list(range(len(known)))

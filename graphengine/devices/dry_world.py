@@ -67,6 +67,7 @@ class DryWorld(Stateful):
         self._lights: dict[str, Light] = {}
         self._bodies: dict[Prim, BodyStub] = {}
         self._robots: dict[Prim, ArticulationStub] = {}
+        self._surfaces: dict[Prim, SurfaceStub] = {}
         self._devices: dict[tuple[Any, ...], Any] = {}
 
     def bodies(self) -> Bodies:
@@ -119,6 +120,10 @@ class DryWorld(Stateful):
         """Return the prim's stub, which stays where nodes place it; None for a prim that is neither a body nor a robot."""
         movable = prim.body is not None or self.stage.stands_for_robot(prim) is not None
         return self.body(prim) if movable else None
+
+    def conveyor(self, prim: Prim) -> SurfaceStub:
+        """Return the stub of a body's surface, always the same object."""
+        return self._surfaces.setdefault(prim, SurfaceStub())
 
     def articulation(self, robot: Prim) -> ArticulationStub:
         """Return the stub of the robot's joints, always the same object."""
@@ -183,6 +188,18 @@ class BodyStub(Shared):
         return tuple(np.add(linear, np.cross(angular, arm)).tolist()), angular
 
 
+@dataclass(slots=True)
+class SurfaceStub(Shared):
+    """A surface whose velocity nodes write: linear and angular, in the body's frame."""
+
+    linear: Vector3 = (0.0, 0.0, 0.0)
+    angular: Vector3 = (0.0, 0.0, 0.0)
+
+    def move(self, linear: Vector3, angular: Vector3) -> None:
+        """Set the velocity."""
+        self.linear, self.angular = linear, angular
+
+
 class ArticulationStub(Shared):
     """Joints whose `state` tests write; `targets` are the commands of nodes, NaN for none."""
 
@@ -191,10 +208,17 @@ class ArticulationStub(Shared):
     def __init__(self, robot: Prim) -> None:
         self.prim_path = robot.path
         self.joint_names: tuple[str, ...] = tuple(robot.facts.get("joints", ()))
-        self.prismatic: tuple[bool, ...] = tuple(robot.facts.get("prismatic", (False,) * len(self.joint_names)))
-        at_rest = np.zeros(len(self.joint_names))
+        joints = len(self.joint_names)
+        self.prismatic: tuple[bool, ...] = tuple(robot.facts.get("prismatic", (False,) * joints))
+        self.ranges: tuple[tuple[float, float], ...] = robot.facts.get("ranges", ((-math.inf, math.inf),) * joints)
+        self.max_velocities: tuple[float, ...] = robot.facts.get("max_velocities", (math.inf,) * joints)
+        self.leaders: tuple[str, ...] = robot.facts.get("leaders", ("",) * joints)
+        self.stiffness: NDArray[np.float64] = np.array(robot.facts.get("stiffness", (0.0,) * joints))
+        self.actuators: Mapping[str, str] = robot.facts.get("actuators", {})
+        self.commanded_names = (*self.joint_names, *robot.facts.get("other_actuators", {}))
+        at_rest = np.zeros(joints)
         self.state: dict[str, ArrayLike] = {"position": at_rest, "velocity": at_rest, "effort": at_rest}
-        self.targets = {kind: [math.nan] * len(self.joint_names) for kind in self.state}
+        self.targets = {kind: [math.nan] * len(self.commanded_names) for kind in self.state}
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelectionStub:
         """Select the joints with these names, else those with these indices, else all."""
@@ -220,7 +244,7 @@ class JointSelectionStub(Shared):
     """Selected joints, whose commands are written to the articulation's `targets`."""
 
     def __init__(self, robot: ArticulationStub, joints: Sequence[int]) -> None:
-        self.names = tuple(robot.joint_names[joint] for joint in joints)
+        self.names = tuple(robot.commanded_names[joint] for joint in joints)
         self.robot, self.joints = robot, joints
 
     def command(self, positions: Any = None, velocities: Any = None, efforts: Any = None) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -40,6 +40,21 @@ class Placement(Protocol):
 
         Raises:
             PhysicsError: the position is too far away for the physics; nothing has changed.
+        """
+
+
+class Surface(Protocol):
+    """The surface of a body that carries along what touches it, like the belt of a conveyor, while the body stays in place."""
+
+    def move(self, linear: Vector3, angular: Vector3) -> None:
+        """Set the velocity of the surface from the next physics step on; a reset stops it.
+
+        Args:
+            linear: velocity in the body's frame, m/s.
+            angular: angular velocity about the origin of the body, in its frame, rad/s.
+
+        Raises:
+            PhysicsError: a number is too large for the physics; nothing has changed.
         """
 
 
@@ -94,8 +109,28 @@ class Articulation(Protocol):
         """Names of all movable joints, in the articulation's order."""
 
     @property
+    def actuators(self) -> Mapping[str, str]:
+        """Actuators by name, and the joint that each moves; empty for one that does not move a single joint."""
+
+    @property
     def prismatic(self) -> tuple[bool, ...]:
         """Whether each joint is prismatic."""
+
+    @property
+    def ranges(self) -> tuple[tuple[float, float], ...]:
+        """Lowest and highest position of each joint by its description, rad or m; infinite without limits."""
+
+    @property
+    def max_velocities(self) -> tuple[float, ...]:
+        """Velocity limit of each joint by its description, rad/s or m/s; infinite without one."""
+
+    @property
+    def leaders(self) -> tuple[str, ...]:
+        """Name of the joint that each joint mimics; empty for a joint that moves by itself."""
+
+    @property
+    def stiffness(self) -> NDArray[np.float64]:
+        """Stiffness of each joint's drive, N m/rad or N/m; 0 without a position drive."""
 
     @property
     def resets(self) -> int:

@@ -40,6 +40,10 @@ class DriveSpec(FileSpec):
     """Maximum rate of change of the velocity set point, rad/s2 or m/s2."""
     max_velocity: Positive | None = None
     """Maximum of the velocity set point, and maximum rate of change of the position set point, rad/s or m/s."""
+    interpolate: bool = False
+    """Move the set points evenly to new targets over a tick, as servo drives do; default: at the tick's beginning."""
+    gravity_compensation: bool = False
+    """Carry the weight of all links beyond the joint, as part of the drive's effort."""
 
 
 class UsdDriveSpec(FileSpec):
@@ -187,6 +191,10 @@ class RobotSpec(FileSpec, defer_build=True):
     """Robot file that this file extends."""
     urdf: str = ""
     """URDF file, or a .xacro file that expands to one."""
+    mjcf: str = ""
+    """MuJoCo model of the robot, in place of `urdf`: attached as it is, with its actuators as drives."""
+    start: str = ""
+    """Keyframe of the MuJoCo model in which the robot starts."""
     xacro_arguments: dict[str, str | bool | int | float] = {}
     """Values of the xacro file's arguments, as in `xacro file name:=value`."""
     package_paths: tuple[str, ...] = Field(default=(), strict=False)

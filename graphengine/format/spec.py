@@ -251,6 +251,8 @@ class RobotUse(FileSpec):
     """Pose of each robot relative to `position` and `orientation`, instead of `count`."""
     namespace: NamespacePattern | None = None
     """Namespace of the base link, instead of the robot file's; {name} is the robot's name, {index:04} its number."""
+    start: str = ""
+    """Keyframe of a MuJoCo model in which the robot starts, instead of the robot file's."""
     joints: dict[str, JointStartSpec] = {}
     """Positions of joints at the start, as name: {start: …}."""
     robot_state: bool = False

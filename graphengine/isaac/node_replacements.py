@@ -8,6 +8,12 @@ from graphengine.isaac.recorded_graph import RecordedNode, RecordedValue
 
 _PICTURES = "ROS2CameraHelper publishes pictures and point clouds from a renderProductPath; leave the node out"
 _ARM = "IsaacArticulationController commands the fingers' joints, with positions from ROS2SubscribeJointState"
+_IMAGES = "ROS2CameraHelper publishes pictures as ROS 2 messages"
+_EXAMPLE = "an example of a node in an extension; write a node in Python and name its module with `--import`"
+_STEPS = "`graphrun ctl step`, or the service `step_simulation` of `graphrun run --simulation-interfaces`, steps from outside"
+_POSES = "ROS2CameraHelper with type: bbox_3d publishes the poses of what a camera sees, and `graphrun run --record` writes them"
+_WRITE = "WritePrimAttribute writes gravity, friction and poses, with a number from RandomNumeric or RandomGaussian"
+_ON_A_SPHERE = "RandomUnitVector times a radius from RandomNumeric, into WritePrimAttribute of xformOp:translate"
 _OUTSIDE = "publish to ROS 2 in its place: ROS2PublishClock, ROS2PublishImu, ROS2PublishJointState, ROS2PublishOdometry"
 _RANDOM = "RandomNumeric, or WritePrimAttribute from a node of your own"
 REPLACEMENTS = {
@@ -17,18 +23,41 @@ REPLACEMENTS = {
     "IsaacReadRaycastSensor": "IsaacReadLidarBeams, with a lidar of few beams on the robot",
     "IsaacReadEffortSensor": "IsaacReadJointState has the efforts of all joints",
     "IsaacConveyor": "WritePrimAttribute, or a joint of the world's MJCF that a velocity drives",
-    "ArticulationActuators": "drives of the robot file: joints: {NAME: {drive: {stiffness: …, damping: …}}}",
-    "IsaacConvertDepthToPointCloud": "ROS2CameraHelper with type: depth_pcl",
-    "IsaacConvertRGBAToRGB": _PICTURES,
+    "IsaacAttachHydraTexture": "IsaacCreateRenderProduct outputs the renderProductPath; there are no textures",
     "IsaacGenerateRGBA": _PICTURES,
     "IsaacGenerate32FC1": _PICTURES,
-    "IsaacCreateRTXLidarScanBuffer": "ROS2RtxLidarHelper, or IsaacReadLidarPointCloud for the points in the graph",
-    "ROS2RtxRadarHelper": "there is no radar; ROS2RtxLidarHelper publishes the points of a lidar",
-    "RTSPCameraHelper": "ROS2CameraHelper publishes pictures as ROS 2 messages",
-    "UCXCameraHelper": "ROS2CameraHelper publishes pictures as ROS 2 messages",
+    "IsaacPassthroughImagePtr": "leave the node out, and wire the node before it to the node after it",
+    "RTSPCameraHelper": _IMAGES,
+    "HSBCameraHelper": _IMAGES,
+    "HSBSend": "ROS2PublishImage publishes a buffer of pixels as a ROS 2 message; there is no Holoscan sensor bridge",
+    "RGBToVB1940": "ROS2PublishImage publishes rgb8 pixels as they are; there is no Holoscan sensor bridge",
+    "UCXCameraHelper": _IMAGES,
+    "UCXPublishClock": "ROS2PublishClock",
+    "UCXPublishImage": "ROS2PublishImage",
+    "UCXPublishImu": "ROS2PublishImu",
+    "UCXPublishJointState": "ROS2PublishJointState",
+    "UCXPublishOdometry": "ROS2PublishOdometry",
     "UCXSubscribeJointCommand": "ROS2SubscribeJointState",
+    "SimpleReceiveExternalStepCpp": _STEPS,
+    "SimpleReceiveExternalStepPy": _STEPS,
+    "SimpleSendSimulationClockCpp": "ROS2PublishClock",
+    "SimpleSendSimulationClockPy": "ROS2PublishClock",
+    "OgnCountIndices": "ArrayGetSize",
+    "OgnIntervalFiltering": "IsaacSimulationGate fires once in a number of executions",
+    "OgnOnRLFrame": "OnPlaybackTick; a session of the Python API resets and steps one world",
+    "OgnWritePhysicsArticulationView": _WRITE,
+    "OgnWritePhysicsRigidPrimView": _WRITE,
+    "OgnWritePhysicsSimulationContext": _WRITE,
+    "Random3f": "RandomNumeric, with min and max of type float[3]",
+    "OgnSampleBetweenSpheres": _ON_A_SPHERE,
+    "OgnSampleInSphere": _ON_A_SPHERE,
+    "OgnSampleOnSphere": _ON_A_SPHERE,
+    "Dope": _POSES,
+    "Pose": _POSES,
+    "ExampleCpp": _EXAMPLE,
+    "ExamplePython": _EXAMPLE,
 }
-"""By the last part of the type's name."""
+"""Types of Isaac Sim that are not available, by the last part of their names."""
 FAMILIES = {
     "isaacsim.ucx.nodes.": _OUTSIDE,
     "omni.isaac.ros_bridge.": "ROS 1 is not spoken here: use the node of the same name with ROS2 in the place of ROS1",
@@ -36,7 +65,7 @@ FAMILIES = {
     "omni.replicator.": _RANDOM,
     "omni.graph.ui": "there are no windows; an OnImpulseEvent fires on `graphrun ctl impulse`, keys on `ctl press`",
 }
-"""By what the type's name begins with."""
+"""Types that REPLACEMENTS does not have, by the beginning of their names."""
 _CAMERA_HELPER = "isaacsim.ros2.bridge.ROS2CameraHelper"
 _INFO_HELPER = "isaacsim.ros2.bridge.ROS2CameraInfoHelper"
 _VERSIONS = {

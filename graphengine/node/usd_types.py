@@ -21,6 +21,7 @@ PORT_TYPES = {
     "float2": PortType("float", 2),
     "quatd": PortType("double", 4, role="quat"),
     "string": PortType("string"),
+    "token": PortType("token"),
     "vector3f": PortType("float", 3, role="vector"),
 }
 """OmniGraph type for each USD type that an attribute can have."""
@@ -30,6 +31,7 @@ ATTRIBUTE_TYPES |= {"clippingRange": "float2", "inputs:intensity": "float", "inp
 ATTRIBUTE_TYPES |= {"physics:gravityDirection": "vector3f", "physics:gravityMagnitude": "float"}
 ATTRIBUTE_TYPES |= {"physics:staticFriction": "float", "physics:dynamicFriction": "float"}
 ATTRIBUTE_TYPES |= {"physics:jointEnabled": "bool", "isaac:namespace": "string", "isaac:nameOverride": "string"}
+ATTRIBUTE_TYPES["isaac:status"] = "token"
 for _motion in ("angular", "linear"):
     ATTRIBUTE_TYPES |= {f"state:{_motion}:physics:{what}": "float" for what in ("position", "velocity")}
     ATTRIBUTE_TYPES |= {f"drive:{_motion}:physics:{what}": "float" for what in ("targetPosition", "targetVelocity")}

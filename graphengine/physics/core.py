@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Self
@@ -16,15 +16,19 @@ from graphengine.format.stateful import Stateful
 from graphengine.physics.dynamics.directed_friction import DirectedFriction
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.forces import Forces
+from graphengine.physics.dynamics.gravity_compensation import GravityCompensation
 from graphengine.physics.dynamics.handle_table import Handle, HandleTable
 from graphengine.physics.dynamics.held_bodies import PlacedBody
+from graphengine.physics.dynamics.keyframes import begin_in
 from graphengine.physics.dynamics.model_overrides import Frictions, Lights
 from graphengine.physics.dynamics.mounts import Mounts
+from graphengine.physics.dynamics.moving_surfaces import MovingSurfaces
 from graphengine.physics.dynamics.pushes import Pushes
 from graphengine.physics.dynamics.set_points import SetPoints
 from graphengine.physics.dynamics.settling import settle as settle_bodies
 from graphengine.physics.dynamics.solver_errors import begin_step, diverged, gave_up, out_of_range
 from graphengine.physics.dynamics.transfer import Transfer
+from graphengine.physics.dynamics.welds import Welds
 from graphengine.physics.engine import (
     Floats,
     data_at_start,
@@ -34,7 +38,7 @@ from graphengine.physics.engine import (
     sort_geoms,
     wake,
 )
-from graphengine.physics.model.drives import Drive, servo_ids
+from graphengine.physics.model.drives import Drive
 from graphengine.physics.sensors.rays import Rays, RaysChoice, select_rays
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # what it takes to go on bit by bit
@@ -49,7 +53,8 @@ class SavedState:
         data: state of MuJoCo.
         mounts: poses of bodies that are fixed to the world.
         gravity: acceleration, m/s2.
-        parts: set points, limits, pushes, and frictions and lights that graphs wrote.
+        parts: set points, limits, pushes, frictions and lights that graphs wrote, moving surfaces and welds.
+        surfaces: names of the bodies with moving surfaces.
         handles: samples of the sensors.
         held: paths of prims that were placed and are held there.
     """
@@ -59,6 +64,7 @@ class SavedState:
     mounts: Any
     gravity: Floats
     parts: list[Any]
+    surfaces: tuple[str, ...]
     handles: dict[tuple[type[Handle], str], Any]
     held: list[str]
 
@@ -120,6 +126,10 @@ class SimulationCore(Stateful):
         self._frictions = Frictions(stage)
         self._lights = Lights(stage)
         self.pushes = Pushes()
+        self.surfaces = MovingSurfaces()
+        self.welds = Welds()
+        self.recompile: Callable[[Collection[str]], mujoco.MjModel] | None = None
+        """Compiles the model of the same robots again, with moving surfaces of the bodies that have these names."""
         self.held: list[PlacedBody] = []
         """Bodies that stay where they were put."""
         self._built_gravity = model.opt.gravity.copy()
@@ -162,15 +172,17 @@ class SimulationCore(Stateful):
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         sort_geoms(model)
         round_weights(model)
+        surfaces, welds = self.surfaces.bound_to(model, data), self.welds.bound_to(model, data)
         begin_step(model, data, directed := DirectedFriction(self.stage, model, data))
         if data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number:
             raise out_of_range(model, data)
         self._rays = select_rays(self._rays_choice, model, data) if self._rays is not None else None
-        self.model, self.data, self._directed = model, data, directed
+        self.model, self.data, self._directed, self.surfaces, self.welds = model, data, directed, surfaces, welds
         self.forces = Forces(model, data)
         drives = list(self._drives())
         self.set_points = SetPoints(model, data, drives)
         self.limits = ForceLimits(model, data, drives)
+        self.compensation = GravityCompensation(model, data, drives)
         # A model that is close to singular from the start was told to be, when it was built; most of them do move.
         singular = bool(data.warning[mujoco.mjtWarning.mjWARN_INERTIA].number)
         self._warnings = data.warning.number[mujoco.mjtWarning.mjWARN_INERTIA + singular :]
@@ -211,6 +223,7 @@ class SimulationCore(Stateful):
         """
         for held in self.held:
             held.soften()  # what is copied is to be as it was built
+        self.welds.withdraw()
         before = self._mounts
         self._mounts, model = before.moved(self.model, body, pose)
         try:
@@ -219,9 +232,19 @@ class SimulationCore(Stateful):
             self._mounts = before
             for held in self.held:
                 held.bind()
+            self.welds = self.welds.bound_to(self.model, self.data)
             raise
         for handle in self._handles.watching:
             handle.see_displacement()
+
+    def add_surfaces(self, bodies: Collection[str]) -> None:
+        """Give bodies, by name, a moving surface, which is at rest at first.
+
+        Raises:
+            CheckError: MuJoCo refuses the model; nothing has changed.
+        """
+        assert self.recompile is not None  # a world that was loaded sets it
+        self.continue_with(self.recompile([*self.surfaces.velocities, *bodies]))
 
     def let_go(self, body: int) -> None:
         """Stop holding a placed body, so that physics moves it again."""
@@ -244,6 +267,11 @@ class SimulationCore(Stateful):
     def _data_at_start(self, model: mujoco.MjModel) -> mujoco.MjData:
         """The state in which a model begins, with joints and their position drives where robots start."""
         data = data_at_start(model)
+        given: set[str] = set()
+        for prim in self.stage.prims("robot"):
+            if "keyframe" in prim.facts:
+                place = (prim.position, prim.orientation)
+                given |= begin_in(prim.facts["keyframe"], f"{prim.entity_name}/", place, model, data)
         for prim in self.stage.prims("joint"):
             robot, start = self.stage.robot_of(prim), prim.facts.get("start")
             if robot is None or start is None:
@@ -251,8 +279,9 @@ class SimulationCore(Stateful):
             name = f"{robot.entity_name}/{prim.facts['joint']}"
             data.qpos[model.jnt_qposadr[model.joint(name).id]] = start
             drive = prim.facts["drive"]
-            if drive is not None and drive.stiffness > 0:
-                data.ctrl[servo_ids(model, [(name, drive)])[0, 0]] = start
+            servo = drive.servo(name, "position") if drive is not None else None
+            if servo is not None and servo.name not in given:
+                data.ctrl[model.actuator(servo.name).id] = servo.control(start)
         return data
 
     def _remember_start(self) -> None:
@@ -276,6 +305,12 @@ class SimulationCore(Stateful):
         return self.tick * self.tick_period[0] / self.tick_period[1]
 
     @property
+    def step_time(self) -> float:
+        """Simulation time of the current state, s: of this tick, or of the last physics step while the steps of a tick run."""
+        seconds, ticks = self.tick_period
+        return self.steps * seconds / (ticks * self.substeps) if self.stepping else self.time
+
+    @property
     def stepping(self) -> bool:
         """Whether the physics steps of a tick are running: then a graph that runs per physics step is calling."""
         return self.steps > self.tick * self.substeps
@@ -288,9 +323,11 @@ class SimulationCore(Stateful):
         """
         if self.limits.joints:
             self.limits.observe()
-        self.set_points.take_over()
+        self.set_points.take_over(self.substeps - self.steps % self.substeps)
+        efforts = self.set_points.efforts
+        compensation = self.compensation.apply(efforts) if self.compensation.joints else None
         if self.limits.joints:
-            self.limits.apply(self.set_points.efforts)
+            self.limits.apply(efforts, compensation)
         try:
             mujoco.mj_step2(self.model, self.data)
             self.steps += 1
@@ -298,6 +335,8 @@ class SimulationCore(Stateful):
                 handle.see_forces()  # mj_step1 finds the contacts of the state after the step, whose forces nobody knows yet
             for body in self.held:
                 body.hold()
+            if self.surfaces:
+                self.surfaces.hold()
             mujoco.mj_step1(self.model, self.data)
             if self._directed.geoms:
                 self._directed.apply()
@@ -330,6 +369,9 @@ class SimulationCore(Stateful):
             body.release()
         self.held.clear()
         self.pushes.clear()
+        self.surfaces.stop()
+        self.welds.clear()
+        self.welds.withdraw()
         if (built := self._mounts.put_back(self.model)) is not None:
             self.continue_with(built)
         self.model.opt.gravity = self._built_gravity
@@ -356,6 +398,7 @@ class SimulationCore(Stateful):
             self._mounts.save(),
             self.model.opt.gravity.copy(),
             [part.save() for part in self._parts()],
+            tuple(self.surfaces.velocities),
             self._handles.save(),
             [body.prim_path for body in self.held],
         )
@@ -365,6 +408,11 @@ class SimulationCore(Stateful):
         for body in self.held:
             body.release()
         self.held.clear()
+        self.welds.clear()
+        self.welds.withdraw()
+        if saved.surfaces != tuple(self.surfaces.velocities):
+            assert self.recompile is not None
+            self.continue_with(self.recompile(saved.surfaces))
         if self._mounts or any(saved.mounts):
             model = self._mounts.put_back(self.model) or copy.copy(self.model)
             self._mounts.restore(saved.mounts)
@@ -386,7 +434,7 @@ class SimulationCore(Stateful):
         self.forces.forget()
 
     def _parts(self) -> tuple[Stateful, ...]:
-        return self.set_points, self.limits, self.pushes, self._frictions, self._lights
+        return self.set_points, self.limits, self.pushes, self._frictions, self._lights, self.surfaces, self.welds
 
     def close(self) -> None:
         """Release the handles."""

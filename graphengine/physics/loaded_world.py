@@ -7,13 +7,14 @@ copied by name.
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotUse
-from graphengine.physics.engine import body_names, model_bytes
+from graphengine.physics.engine import body_names, model_bytes, mujoco
 from graphengine.physics.model.fleet_expansion import RobotPlacement, place
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.model.robot_prims import add_robot
@@ -34,6 +35,21 @@ class LoadedWorld:
     simulation: Simulation
     robots: dict[str, RobotInstance]
     scenery: Scenery
+
+    def __post_init__(self) -> None:
+        self.simulation.recompile = self._with_surfaces
+
+    def _with_surfaces(self, bodies: Collection[str]) -> mujoco.MjModel:
+        """Return the model of the same robots with moving surfaces of bodies.
+
+        Raises:
+            CheckError: MuJoCo refuses it.
+        """
+        findings = Findings()
+        model = self.scenery.compile(self.robots, findings, bodies)
+        findings.raise_errors()
+        assert model is not None
+        return model
 
     @property
     def stage(self) -> Stage:
@@ -106,7 +122,8 @@ class LoadedWorld:
         robot = self.scenery.robot(placement, findings)
         findings.raise_errors()
         assert robot is not None
-        model = self.scenery.compile({**self.robots, robot.name: robot}, findings)
+        surfaces = self.simulation.surfaces.velocities
+        model = self.scenery.compile({**self.robots, robot.name: robot}, findings, surfaces)
         findings.raise_errors()
         assert model is not None
         try:
@@ -139,7 +156,7 @@ class LoadedWorld:
     def remove(self, name: str) -> None:
         """Remove a robot. Handles to it become invalid."""
         others = {other: robot for other, robot in self.robots.items() if other != name}
-        model = self.scenery.compile(others, Findings())
+        model = self.scenery.compile(others, Findings(), self.simulation.surfaces.velocities)
         assert model is not None  # it is a part of one that compiled
         robot = self.robots.pop(name)
         self.simulation.forget(robot.prim_path)

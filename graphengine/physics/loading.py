@@ -34,7 +34,7 @@ def load_robot_file(path: Path, files: Files, findings: Findings) -> RobotInstan
     """Load a robot file as if a scene used it without any changes; errors are added to `findings`."""
     file = read_robot(path, files, findings)
     (placement,) = place(path.stem, RobotUse(use=str(path)))
-    return load_robot(placement, file, files, findings) if file is not None else None
+    return load_robot(placement, file, Library(files, findings)) if file is not None else None
 
 
 def load_world(

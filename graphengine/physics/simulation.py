@@ -14,8 +14,10 @@ from graphengine.devices.device import device_of
 from graphengine.devices.rotation import Vector3, vector
 from graphengine.devices.stage import Prim
 from graphengine.devices.visible import Bodies
+from graphengine.format.errors import ContextError
 from graphengine.physics.core import SimulationCore
 from graphengine.physics.dynamics.contact_forces import contact_points
+from graphengine.physics.dynamics.conveyors import Conveyor
 from graphengine.physics.dynamics.held_bodies import PlacedBody, find_mover
 from graphengine.physics.dynamics.motion_handles import CarriedPrim, Joints
 from graphengine.physics.dynamics.mujoco_entities import MujocoEntities
@@ -104,6 +106,21 @@ class Simulation(SimulationCore):
         self._frictions.write(self.model, prim, friction)
         wake(self.model, self.data)
         self.refresh()
+
+    def conveyor(self, prim: Prim) -> Conveyor:
+        """Return a handle to the surface velocity of a body.
+
+        Raises:
+            ContextError: a joint moves the body, which only a body can be whose pose follows from another's.
+        """
+        assert prim.body is not None
+        model = self.model
+        if prim.body not in self.surfaces.velocities and model.body(prim.body).jntnum[0]:
+            number = int(model.body(prim.body).jntadr[0])
+            moved = f"the joint {model.joint(number).name!r}" if model.joint(number).name else "a joint"
+            advice = "a conveyor is fixed to the world or to a link: take the joint away, or move a body on top of it"
+            raise ContextError(f"{prim.path} cannot be a conveyor: {moved} moves it", prim.path, advice)
+        return self._handles.find(Conveyor, prim)
 
     def light(self, prim: Prim) -> Light:
         """Return intensity and colour of a light prim."""

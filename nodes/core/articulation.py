@@ -149,6 +149,9 @@ class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.Isaac
         """
         robot = self.articulation
         self.joint_names_out = names = self.joints().names
+        if not set(names) <= set(robot.joint_names):
+            legal = "joints, as an actuator of anything else has no state"
+            raise BadValueError("jointNames", self.joint_names, legal)
         chosen = [robot.joint_names.index(name) for name in names]
         self.joint_positions, self.joint_velocities = robot.positions()[chosen], robot.velocities()[chosen]
         self.measured_joint_efforts = robot.efforts()[chosen]
@@ -239,7 +242,9 @@ def lint_commands_without_drive(context: LintContext) -> None:
         joints = {prim.facts["joint"]: prim.facts for prim in command.robot.descendants() if prim.kind == "joint"}
         drives = {joint: facts["drive"] for joint, facts in joints.items()}
         gains = [_KINDS[kind] for kind in command.kinds]
-        known = [joint for joint in command.joints if joint in joints]  # others are reported by the dry setup
+        actuators = command.robot.facts.get("actuators", {})
+        named = [actuators.get(name) or name for name in command.joints]
+        known = [joint for joint in named if joint in joints]  # others are reported by the dry setup
         idle = [j for j in known if not any(not gain or getattr(drives[j], gain, 0.0) for gain in gains)]
         if not (idle and gains):
             continue

@@ -13,7 +13,7 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
 from graphengine.node import Bound, Context, ContextError, Float2, In, String, Token
 from graphengine.nodes.ros2.boxes import DETECTIONS, DETECTIONS_3D, detections, detections_3d, loose_boxes, tight_boxes
-from graphengine.nodes.ros2.helper import SensorHelper
+from graphengine.nodes.ros2.helper import SkippingHelper
 from graphengine.nodes.ros2.image import image
 from graphengine.nodes.ros2.labels import labels_message
 from graphengine.nodes.ros2.point_cloud import point_cloud
@@ -28,7 +28,7 @@ _MESSAGES |= {"bbox_2d_tight": DETECTIONS, "bbox_2d_loose": DETECTIONS, "bbox_3d
 """Message type for each available value of the input `type`."""
 
 
-class ROS2CameraHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper"):
+class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelper"):
     """Publishes a camera's images as Image, PointCloud2 or vision_msgs boxes, from the node's first execution until stop.
 
     The input `type` selects the message:

@@ -15,7 +15,7 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
 from graphengine.node import BadValueError, Bound, Context, ContextError, In, State
 from graphengine.node.types import Doubles, Floats, String, Token, UInt, read_only
-from graphengine.nodes.ros2.helper import SensorHelper
+from graphengine.nodes.ros2.helper import SkippingHelper
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
 _NO_DISTORTION = read_only(np.zeros(5))
@@ -92,7 +92,7 @@ class Eye:
     frame_id: str
 
 
-class ROS2CameraInfoHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2CameraInfoHelper"):
+class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraInfoHelper"):
     """Publishes the calibration of a camera or a stereo pair as CameraInfo, once for each picture.
 
     A message has the stamp of its picture and is sent in the same tick, even if the picture itself is not rendered. Cameras are

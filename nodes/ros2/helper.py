@@ -25,9 +25,6 @@ class SensorHelper(TopicNode):
         default=True, doc="true: stamps are time since play; false: since the session began"
     )
     use_system_time: bool = In(default=False, doc="use wall time for stamps; makes runs irreproducible")
-    frame_skip_count: UInt = In(
-        default=0, setup=True, doc="deprecated: number of samples to skip after each published one"
-    )
 
     clock: Clock = Bound()
 
@@ -37,8 +34,12 @@ class SensorHelper(TopicNode):
 
     def open_for(self, context: Context, sensor: TickSensor, message_type: str, topic: str, **facts: Any) -> Publisher:
         """Open a topic for a sensor's samples; `facts` are keyword arguments of `Context.publisher`."""
-        rate = min(sensor.rate, 1.0 / self.clock.delta) / (self.frame_skip_count + 1)
+        rate = min(sensor.rate, 1.0 / self.clock.delta) / self.samples_per_message()
         return self.open_topic(context, message_type, topic, namespace_from=sensor.prim_path, rate=rate, **facts)
+
+    def samples_per_message(self) -> int:
+        """Return the number of samples of which one is published."""
+        return 1
 
     def compute(self) -> None:
         """Start publishing if `enabled` is true, else stop."""
@@ -48,10 +49,6 @@ class SensorHelper(TopicNode):
         """Publish the sample due in this tick, if the topic has subscribers."""
         raise NotImplementedError
 
-    def left_out(self, index: int) -> bool:
-        """Return whether `frameSkipCount` skips the sample with this index."""
-        return index % (self.frame_skip_count + 1) != 0
-
     def stamp(self, time: float) -> float:
         """Return the stamp (s) of a sample that was taken at `time` seconds after play."""
         if self.use_system_time:
@@ -59,3 +56,19 @@ class SensorHelper(TopicNode):
         if self.reset_simulation_time_on_stop:
             return time
         return time + (self.clock.monotonic_time - self.clock.time)
+
+
+class SkippingHelper(SensorHelper):
+    """Base of helper nodes that can leave samples out."""
+
+    frame_skip_count: UInt = In(
+        default=0, setup=True, doc="deprecated: number of samples to skip after each published one"
+    )
+
+    def samples_per_message(self) -> int:
+        """Return the number of samples of which one is published."""
+        return self.frame_skip_count + 1
+
+    def left_out(self, index: int) -> bool:
+        """Return whether `frameSkipCount` skips the sample with this index."""
+        return index % self.samples_per_message() != 0

@@ -13,14 +13,14 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
 from graphengine.node import Bound, Context, ContextError, In, Node, Out, String, Token, Tokens
 from graphengine.nodes.lidar import beams_of_a_ring, level_ring, points_of
-from graphengine.nodes.ros2.helper import SensorHelper
+from graphengine.nodes.ros2.helper import SkippingHelper
 from graphengine.nodes.ros2.point_cloud import FIELDS, point_cloud
 
 _METADATA = ("Intensity", "Timestamp", "EmitterId", "ChannelId", "Ring", "Time")
 """Kinds of metadata that ray casting provides."""
 
 
-class ROS2RtxLidarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHelper"):
+class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHelper"):
     """Publishes samples of a lidar as LaserScan or PointCloud2, from the first execution until stop.
 
     A LaserScan has one range per beam of the ring nearest to the lidar's xy plane and covers exactly the lidar's field of view.

@@ -1,7 +1,8 @@
-"""Public robots by `graphrun new` and `graphrun calibrate`, as a table: `python -m tests.bench.public_robots FOLDER [NAME …]`.
+"""Public robots by `graphrun new`, as tables: `python -m tests.bench.public_robots FOLDER [NAME …]`.
 
 FOLDER holds clones of the repositories by their own names. Each description is imported with nothing but the arguments that its
-vendor's launch file passes; no file is edited. `--write` renews the table in docs/reference/robots.md. Nothing is asserted.
+vendor's launch file passes; no file is edited. Bases are measured by `graphrun calibrate`, arms by tests/bench/arm_figures.py in
+a bent pose that the scene gives. `--write` renews the tables in docs/reference/robots.md. Nothing is asserted.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ import sys
 import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-PAGE = Path(__file__).resolve().parents[2] / "docs/reference/robots.md"
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs/reference/robots.md"
 BEGIN, END = "<!-- table: python -m tests.bench.public_robots FOLDER --write -->", "<!-- end of table -->"
 LIMIT = 600.0
 """Seconds for one command."""
@@ -32,12 +34,16 @@ class Robot:
         repository: owner and name on GitHub.
         file: the description in the repository.
         arguments: what `graphrun new` gets besides `--from` and the package path.
+        pose: in which an arm starts, rad or m by joint; none for a base without an arm.
+        flange: link that carries an arm's payload.
     """
 
     name: str
     repository: str
     file: str
     arguments: tuple[str, ...] = ()
+    pose: dict[str, float] = field(default_factory=dict)
+    flange: str = ""
 
     @property
     def folder(self) -> str:
@@ -87,7 +93,47 @@ ROBOTS = (
         "gz_ros2_control_demos/urdf/test_ackermann_drive.xacro.urdf",
     ),
     Robot("racecar", "mit-racecar/racecar_gazebo", "racecar_description/urdf/racecar.xacro"),
-    Robot("Fetch", "ZebraDevs/fetch_ros", "fetch_description/robots/fetch.urdf"),
+    Robot(
+        "Fetch",
+        "ZebraDevs/fetch_ros",
+        "fetch_description/robots/fetch.urdf",
+        pose={
+            "torso_lift_joint": 0.1,
+            "shoulder_pan_joint": 0.4,
+            "shoulder_lift_joint": -0.4,
+            "elbow_flex_joint": 1.2,
+            "wrist_flex_joint": 0.8,
+        },
+        flange="gripper_link",
+    ),
+    Robot(
+        "UR5e",
+        "UniversalRobots/Universal_Robots_ROS2_Description",
+        "urdf/ur.urdf.xacro",
+        ("name:=ur", "ur_type:=ur5e"),
+        {"shoulder_lift_joint": -1.57, "elbow_joint": 1.57, "wrist_1_joint": -1.57, "wrist_2_joint": -1.57},
+        "tool0",
+    ),
+    Robot(
+        "FR3",
+        "frankarobotics/franka_description",
+        "robots/fr3/fr3.urdf.xacro",
+        pose={
+            "fr3_joint2": -0.785,
+            "fr3_joint4": -2.356,
+            "fr3_joint6": 1.571,
+            "fr3_joint7": 0.785,
+        },
+        flange="fr3_link8",
+    ),
+    Robot(
+        "Gen3",
+        "Kinovarobotics/ros2_kortex",
+        "kortex_description/robots/kinova.urdf.xacro",
+        ("arm:=gen3", "name:=gen3"),
+        {"joint_2": 0.26, "joint_3": 3.14, "joint_4": -2.2, "joint_6": 0.96, "joint_7": 1.57},
+        "end_effector_link",
+    ),
 )
 NEVER_TUNED_TO = (
     Robot("Andino", "Ekumen-OS/andino", "andino_description/urdf/andino.urdf.xacro"),
@@ -113,32 +159,78 @@ def graphrun(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=LIMIT, check=False)
 
 
-def measure(robot: Robot, clones: Path, folder: Path) -> dict[str, Any]:
-    """Import a robot into a folder and calibrate it; return the table's cells."""
+def measure(robot: Robot, clones: Path, folder: Path) -> dict[str, dict[str, Any]]:
+    """Import a robot into a folder and measure its base and its arm; return the cells of its row in each table."""
     begin = time.perf_counter()
     project = robot.name.replace(" ", "_").replace("-", "_")
     arguments = [text.format(repository=clones / robot.folder) for text in robot.arguments]
     source = ["--from", str(clones / robot.folder / robot.file), "--package-path", str(clones)]
     made = graphrun("new", project, *source, *arguments, folder=folder)
     (folder / f"{project}.log").write_text(made.stdout + made.stderr)
+    names = ("arm",) if robot.pose else ("base",)
     if made.returncode:
-        return {"robot": robot.name, "result": f"not imported: {_first_error(made.stderr)}"}
-    checked = graphrun("check", f"{project}.yaml", "--strict", folder=folder / project)
+        return {name: {"robot": robot.name, "result": f"not imported: {_first_error(made.stderr)}"} for name in names}
+    scene = folder / project / f"{project}.yaml"
+    _bend(scene, robot.pose)
+    checked = graphrun("check", scene.name, "--strict", folder=scene.parent)
     (folder / f"{project}.check").write_text(checked.stdout + checked.stderr)
-    done = graphrun("calibrate", f"{project}.yaml", "--format", "json", "--check", "0.02", folder=folder / project)
-    (folder / f"{project}.calibrate").write_text(done.stdout + done.stderr)
+    row = {
+        "robot": robot.name,
+        "check": "clean" if checked.returncode == 0 else checked.stdout.strip().splitlines()[-1],
+    }
+    rows = {}
+    if "graphs/base/" in (scene.parent / "robots" / scene.name).read_text(encoding="utf-8"):
+        rows["base"] = row | _base(scene, folder / f"{project}.calibrate")
+    if robot.pose:
+        rows["arm"] = row | _arm(scene, robot.flange, folder / f"{project}.arm")
+    seconds = f"{time.perf_counter() - begin:.0f}"
+    return {name: cells | {"seconds": seconds} for name, cells in rows.items()}
+
+
+def _bend(scene: Path, pose: dict[str, float]) -> None:
+    """Let the robot of a new scene start in a pose."""
+    if pose:
+        starts = ", ".join(f"{joint}: {{start: {position}}}" for joint, position in pose.items())
+        text = scene.read_text(encoding="utf-8")
+        scene.write_text(
+            text.replace("    robot_state:", f"    joints: {{{starts}}}\n    robot_state:"), encoding="utf-8"
+        )
+
+
+def _base(scene: Path, log: Path) -> dict[str, Any]:
+    """How the base of a scene follows its commands."""
+    done = graphrun("calibrate", scene.name, "--format", "json", "--check", "0.02", folder=scene.parent)
+    log.write_text(done.stdout + done.stderr)
     try:
         found = json.loads(done.stdout)
     except ValueError:
-        return {"robot": robot.name, "result": f"not calibrated: {_first_error(done.stderr)}"}
+        return {"result": f"not calibrated: {_first_error(done.stderr)}"}
     return {
-        "robot": robot.name,
         "kinematics": found["kinematics"] or "unknown",
         **{kind: _shares(found["motions"], kind) for kind in ("straight", "turn", "sideways")},
         "odometry": _odometry(found["odometry"]),
-        "check": "clean" if checked.returncode == 0 else checked.stdout.strip().splitlines()[-1],
         "result": "in bounds" if done.returncode == 0 else "out of bounds",
-        "seconds": f"{time.perf_counter() - begin:.0f}",
+    }
+
+
+BOUNDS = {"hold": 1.0, "points": 5.0, "end": 1.0, "points_payload": 10.0}
+"""Largest errors of an arm, mrad."""
+
+
+def _arm(scene: Path, flange: str, log: Path) -> dict[str, Any]:
+    """How the arm of a scene holds its pose and follows trajectories."""
+    command = [sys.executable, "-m", "tests.bench.arm_figures", str(scene.resolve()), "--flange", flange]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=LIMIT, check=False)
+    log.write_text(done.stdout + done.stderr)
+    if done.returncode:
+        return {"result": f"not measured: {done.stderr.strip().splitlines()[-1]}"}
+    found = json.loads(done.stdout)
+    good = all(found[name] <= bound for name, bound in BOUNDS.items()) and found["code"] == found["code_payload"] == 0
+    return {
+        "joints": found["joints"],
+        **{name: f"{found[name]:.2f}" for name in ("hold", "points", "end", "hold_payload", "points_payload")},
+        "goals": f"{sum(found['goals'].values())} of {len(found['goals'])}",
+        "result": "in bounds" if good and all(found["goals"].values()) else "out of bounds",
     }
 
 
@@ -161,7 +253,7 @@ def _odometry(found: list[dict[str, Any]]) -> str:
     return f"{1000 * wheels[0]['distance_error']:.1f} mm/m" + (f", {turn:.3f} rad a turn" if turn is not None else "")
 
 
-COLUMNS = {
+BASES = {
     "robot": "robot",
     "kinematics": "kinematics",
     "straight": "straight, %",
@@ -172,17 +264,31 @@ COLUMNS = {
     "result": "2 % straight, 3 % else",
     "seconds": "all in, s",
 }
+ARMS = {
+    "robot": "robot",
+    "joints": "joints",
+    "hold": "holds, mrad",
+    "points": "trajectory, mrad",
+    "end": "at its end, mrad",
+    "hold_payload": "holds 1 kg, mrad",
+    "points_payload": "trajectory with 1 kg, mrad",
+    "goals": "other goals",
+    "check": "`check --strict`",
+    "result": "1, 5, 1 mrad, and 10 with 1 kg",
+    "seconds": "all in, s",
+}
+TABLES = {"base": BASES, "arm": ARMS}
 
 
-def table(rows: list[dict[str, Any]]) -> str:
-    """Return the rows as a Markdown table."""
-    lines = ["| " + " | ".join(COLUMNS.values()) + " |", "|" + "---|" * len(COLUMNS)]
-    lines += ["| " + " | ".join(str(row.get(column, "-")) for column in COLUMNS) + " |" for row in rows]
+def table(columns: dict[str, str], rows: list[dict[str, Any]]) -> str:
+    """Return rows as a Markdown table."""
+    lines = ["| " + " | ".join(columns.values()) + " |", "|" + "---|" * len(columns)]
+    lines += ["| " + " | ".join(str(row.get(column, "-")) for column in columns) + " |" for row in rows]
     return "\n".join(lines)
 
 
 def main() -> None:
-    """Measure the robots and print, or write, the table."""
+    """Measure the robots and print, or write, the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*")
@@ -198,11 +304,13 @@ def main() -> None:
         folder = given.keep or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
         rows = list(pool.map(lambda robot: measure(robot, given.folder.resolve(), folder), chosen))
-    print(table(rows))
+    tables = [table(columns, [row[kind] for row in rows if kind in row]) for kind, columns in TABLES.items()]
+    text = "\n\n".join(tables)
+    print(text)
     if given.write:
-        text = PAGE.read_text(encoding="utf-8")
-        head, tail = text.partition(BEGIN)[0], text.partition(END)[2]
-        PAGE.write_text(f"{head}{BEGIN}\n\n{table(rows)}\n\n{END}{tail}", encoding="utf-8")
+        page = PAGE.read_text(encoding="utf-8")
+        head, tail = page.partition(BEGIN)[0], page.partition(END)[2]
+        PAGE.write_text(f"{head}{BEGIN}\n\n{text}\n\n{END}{tail}", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 import yaml
@@ -11,6 +14,8 @@ import yaml
 import graphengine as ge
 from tests.cli.harness import Graphrun
 from tests.cli.test_import_urdf import TETRAHEDRON, URDF
+from tests.physics.importing.imported_bases import DIFFERENTIAL, description
+from tests.physics.importing.test_arm_graph import PLATE, arm, bolted
 
 OTHER = '<visual><geometry><mesh filename="package://lid/meshes/body.obj"/></geometry></visual>'
 
@@ -54,6 +59,7 @@ def test_a_project_from_a_description_holds_all_its_files(graphrun: Graphrun, wo
         "cart.yaml",
         "graphs/base/differential.yaml",
         "graphs/base/state.yaml",
+        "graphs/joint_commands.yaml",
         "graphs/publishers/camera.yaml",
         "graphs/publishers/frame.yaml",
         "requirements.txt",
@@ -62,7 +68,8 @@ def test_a_project_from_a_description_holds_all_its_files(graphrun: Graphrun, wo
         "robots/cart/meshes/body.obj",
         "robots/lid/meshes/body.obj",
         "robots/meshes/body.obj",
-        "test_drive.py",
+        "ros2_control.xacro",
+        "test_robot.py",
     ]
     shutil.rmtree("ws")
     (workspace / "elsewhere").mkdir()
@@ -134,3 +141,62 @@ def test_a_mesh_in_a_package_of_an_odd_name_stays_in_the_folder_of_meshes(graphr
     graphrun("new", "cart", *FROM, code=0)
     assert "robots/meshes/body.obj" in files(workspace / "cart")
     assert not Path("cart/robots/body.obj").exists()
+
+
+def pytest_in(folder: str) -> subprocess.CompletedProcess[str]:
+    """Run a project's own tests."""
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "error"]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+def lighter(text: str) -> str:
+    """Links that a drive with the default gains holds nearly straight."""
+    return text.replace('mass value="0.2"', 'mass value="0.002"')
+
+
+def test_an_arm_stands_on_a_table_and_reaches_a_pose(graphrun: Graphrun, workspace: Path) -> None:
+    Path("arm.urdf").write_text(lighter(bolted(arm(3, "plate", gripper=True))))
+    graphrun("new", "arm", "--from", "arm.urdf", code=0, err="")
+    scene = yaml.safe_load(Path("arm/arm.yaml").read_text())
+    assert (scene["world"], scene["robots"]["arm"]["position"]) == ("worlds/table.xml", [0, 0, 0.75])
+    assert "/joint_commands sensor_msgs/msg/JointState" in Path("arm/README.md").read_text()
+    done = pytest_in("arm")
+    assert "2 passed" in done.stdout, done.stdout
+    robot = Path("arm/robots/arm.yaml")
+    robot.write_text(
+        robot.read_text().replace("max_velocity: 1.0", "max_velocity: 0.05")
+    )  # too slow to be there in time
+    assert "1 failed, 1 passed" in pytest_in("arm").stdout
+
+
+def test_a_mobile_manipulator_is_driven_and_reaches_a_pose(graphrun: Graphrun, workspace: Path) -> None:
+    Path("fetcher.urdf").write_text(lighter(description(DIFFERENTIAL, arm(3, "base_link"))))
+    graphrun("new", "fetcher", "--from", "fetcher.urdf", code=0, err="")
+    assert yaml.safe_load(Path("fetcher/fetcher.yaml").read_text())["world"] == "worlds/flat_grid.xml"
+    done = pytest_in("fetcher")
+    assert "3 passed" in done.stdout, done.stdout
+
+
+def test_legs_hold_their_joints_in_a_flat_hall(graphrun: Graphrun, workspace: Path) -> None:
+    legs = "".join(arm(3, "plate", prefix) for prefix in ("fl_", "fr_", "rl_", "rr_"))
+    Path("legs.urdf").write_text(f'<robot name="bot">{PLATE}{legs}</robot>')
+    graphrun("new", "legs", "--from", "legs.urdf", code=0, err="")
+    assert yaml.safe_load(Path("legs/legs.yaml").read_text())["world"] == "worlds/flat_grid.xml"
+    done = pytest_in("legs")
+    assert "2 passed" in done.stdout, done.stdout
+
+
+def test_a_project_has_the_joints_of_its_arm_for_ros2_control(graphrun: Graphrun, workspace: Path) -> None:
+    Path("arm.urdf").write_text(bolted(arm(2, "plate", gripper=True)))
+    graphrun("new", "arm", "--from", "arm.urdf", code=0)
+    text = Path("arm/ros2_control.xacro").read_text()
+    names = [joint.get("name") for joint in ElementTree.fromstring(text).iter("joint")]
+    assert names == ["joint_1", "joint_2", "finger"]  # `other_finger` follows
+
+
+@pytest.mark.parametrize(("world", "position"), [("table", [-0.9, 0]), ("warehouse", [-3, 6])])
+def test_a_robot_that_drives_stands_beside_the_table(
+    graphrun: Graphrun, workspace: Path, world: str, position: list[float]
+) -> None:
+    graphrun("new", "cart", *FROM, "--world", world, code=0)
+    assert yaml.safe_load(Path("cart/cart.yaml").read_text())["robots"]["cart"]["position"][:2] == position

@@ -19,10 +19,12 @@ from tests.physics.importing.imported_bases import (
     PLUGIN,
     description,
     imported,
+    imported_sdf,
     interfaces,
     remarks,
     robot_file,
     scene,
+    sdf,
 )
 
 Twist = tuple[float, float, float]
@@ -59,6 +61,16 @@ FORMS = {
 def test_a_differential_base_moves_alike_in_every_form(tmp_path: Path, form: str, command: Twist) -> None:
     more, controllers = FORMS[form]
     reached = driven(tmp_path, DIFFERENTIAL, command, *more, controllers=controllers)
+    assert reached == pytest.approx(command, rel=0.005, abs=0.002)
+
+
+@pytest.mark.parametrize("more", [(), (PLUGIN,)], ids=["plain", "with Gazebo's plugin"])
+@pytest.mark.parametrize("command", [(0.5, 0.0, 0.0), (0.0, 0.0, 0.8), (0.3, 0.0, -0.4)])
+def test_a_differential_base_of_sdf_moves_as_that_of_urdf(
+    tmp_path: Path, more: tuple[str, ...], command: Twist
+) -> None:
+    reached = moved(scene(tmp_path, imported_sdf(tmp_path, sdf(DIFFERENTIAL, *more))), command)
+    assert reached == pytest.approx(driven(tmp_path, DIFFERENTIAL, command, *more), rel=0.001, abs=0.0005)
     assert reached == pytest.approx(command, rel=0.005, abs=0.002)
 
 

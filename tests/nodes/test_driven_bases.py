@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from graphengine.format.errors import CheckError
 from graphengine.physics.simulation import Simulation
 from tests.nodes.harness import Player, Playing
 from tests.physics.bases import (
@@ -19,6 +20,7 @@ from tests.physics.bases import (
     Base,
     Wheel,
     four_wheels,
+    material,
     twist,
 )
 from tests.physics.harness import FLOOR
@@ -43,6 +45,24 @@ nodes:
 connections:
   - Tick.tick -> Controller.execIn
   - Tick.tick -> Wheels.execIn
+  - Controller.jointVelocityCommand -> Wheels.velocityCommand
+"""
+READ_FROM_THE_ROBOT = """graph: drive
+nodes:
+  Tick: OnPlaybackTick
+  Setup: {type: HolonomicRobotUsdSetup, inputs: {robotPrim: /bot, comPrim: /bot/base_link}}
+  Controller: {type: HolonomicController, inputs: {rolling: true, inputVelocity: COMMAND}}
+  Wheels: {type: ArticulationController, inputs: {targetPrim: /bot}}
+connections:
+  - Tick.tick -> Controller.execIn
+  - Setup.wheelRadius -> Controller.wheelRadius
+  - Setup.wheelPositions -> Controller.wheelPositions
+  - Setup.wheelOrientations -> Controller.wheelOrientations
+  - Setup.mecanumAngles -> Controller.mecanumAngles
+  - Setup.wheelAxis -> Controller.wheelAxis
+  - Setup.upAxis -> Controller.upAxis
+  - Tick.tick -> Wheels.execIn
+  - Setup.wheelDofNames -> Wheels.jointNames
   - Controller.jointVelocityCommand -> Wheels.velocityCommand
 """
 ACKERMANN = """graph: drive
@@ -86,9 +106,59 @@ def mean_twist(playing: Playing, ticks: int = 180) -> Floats:
     return mean
 
 
-@pytest.mark.parametrize(
+every_command = pytest.mark.parametrize(
     "command", [(0.5, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, -0.3, 0.0), (0.0, 0.0, 0.8), (0.2, 0.3, 0.0)]
 )
+
+
+@every_command
+def test_a_mecanum_base_drives_as_told_with_the_geometry_that_is_read_from_it(
+    play: Player, command: Sequence[float]
+) -> None:
+    playing = start(play, MECANUM, MECANUM_WHEELS, READ_FROM_THE_ROBOT.replace("COMMAND", str(list(command))))
+    np.testing.assert_allclose(mean_twist(playing), command, atol=0.01 * max(map(abs, command)))
+    setup = playing.node("Setup")
+    assert setup.wheel_dof_names == tuple(f"{name}_joint" for name in FOUR)
+    np.testing.assert_allclose(setup.wheel_radius, [0.05] * 4)
+    np.testing.assert_allclose(setup.mecanum_angles, [45, -45, -45, 45], atol=1e-6)
+    places = [(0.15, 0.2104, 0), (0.15, -0.2104, 0), (-0.15, 0.2104, 0), (-0.15, -0.2104, 0)]
+    np.testing.assert_allclose(setup.wheel_positions, places, atol=1e-9)
+    np.testing.assert_allclose(setup.wheel_orientations, [(1, 0, 0, 0)] * 4, atol=1e-9)
+    assert (setup.wheel_axis, setup.up_axis) == ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+THREE = Base(
+    "omni",
+    tuple(
+        Wheel(f"wheel_{number}", 0.15 * math.cos(angle), 0.15 * math.sin(angle), angle - math.pi / 2)
+        for number, angle in enumerate((math.pi / 3, math.pi, -math.pi / 3))
+    ),
+    0.04,
+    0.02,
+    3.0,
+)
+"""Three omnidirectional wheels with axles along their radii, as Isaac Sim's Kaya."""
+ROLLING = "materials:\n" + "".join(
+    material([wheel.name], (math.cos(wheel.heading), math.sin(wheel.heading), 0), 0.0) for wheel in THREE.wheels
+)
+
+
+@pytest.mark.parametrize("command", [(0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.8), (0.1, -0.1, 0.4)])
+def test_an_omnidirectional_base_drives_as_told_with_the_geometry_that_is_read_from_it(
+    play: Player, command: Sequence[float]
+) -> None:
+    playing = start(play, THREE, ROLLING, READ_FROM_THE_ROBOT.replace("COMMAND", str(list(command))))
+    np.testing.assert_allclose(mean_twist(playing), command, atol=0.01 * max(map(abs, command)))
+    assert np.abs(playing.node("Setup").mecanum_angles).tolist() == pytest.approx([90.0] * 3)
+
+
+def test_a_base_whose_wheels_have_no_rollers_is_refused_with_what_to_write(play: Player) -> None:
+    with pytest.raises(CheckError, match=r"no wheel of /bot has rollers") as caught:
+        start(play, MECANUM, "", READ_FROM_THE_ROBOT.replace("COMMAND", "[0, 0, 0]"))
+    assert "give the materials of mecanum wheels `direction` and `across`" in str(caught.value)
+
+
+@every_command
 def test_the_holonomic_controller_drives_a_mecanum_base_as_told(play: Player, command: Sequence[float]) -> None:
     found = mean_twist(start(play, MECANUM, MECANUM_WHEELS, HOLONOMIC.replace("COMMAND", str(list(command)))))
     np.testing.assert_allclose(found, command, atol=0.01 * max(map(abs, command)))

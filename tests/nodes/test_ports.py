@@ -11,8 +11,10 @@ import yaml
 from graphengine.compiler.registry import default_registry, short_names
 from graphengine.devices.camera import CameraStub
 from graphengine.devices.contact import ContactSensorStub
+from graphengine.devices.holonomic_wheels import HolonomicWheel
 from graphengine.devices.imu import ImuStub
 from graphengine.devices.lidar import LidarStub
+from graphengine.devices.radar import RadarStub
 from graphengine.devices.range import RangeSensorStub
 from graphengine.format.files import Files
 from graphengine.format.permissions import Permissions
@@ -27,9 +29,8 @@ from tests.nodes.harness import HERE, facts
 REFERENCE: dict[str, Any] = facts("ports.json")["types"] | facts("kit_ports.json")["types"]
 TYPES = {name: cls for name, cls in default_registry().types.items() if name == cls.type_name}
 OURS = {name for name in TYPES if name.startswith("graphengine.")}
-NOT_BUILT: dict[str, str] = yaml.safe_load((HERE / "not_built.yaml").read_text("utf-8"))
 
-reference_type = pytest.mark.parametrize("name", sorted(set(REFERENCE) - set(NOT_BUILT)))
+reference_type = pytest.mark.parametrize("name", sorted(REFERENCE))
 every_type = pytest.mark.parametrize("name", sorted(TYPES))
 
 
@@ -50,12 +51,7 @@ def kinds(name: str | Any) -> set[str]:
 
 
 def test_every_type_is_one_of_the_reference_or_says_in_its_name_that_it_is_ours() -> None:
-    assert set(TYPES) == set(REFERENCE) - set(NOT_BUILT) | OURS
-
-
-def test_what_is_not_built_is_of_the_bridge_and_says_why() -> None:
-    assert set(NOT_BUILT) <= {name for name in REFERENCE if name.startswith("isaacsim.ros2.bridge.")}
-    assert all(NOT_BUILT.values())
+    assert set(TYPES) == set(REFERENCE) | OURS
 
 
 @reference_type
@@ -124,12 +120,14 @@ SHARED: dict[str, dict[str, Any]] = {
     "ToBool ToDouble ToFloat ToHalf ToInt ToInt64 ToUint ToUint64": {"value": 1.5},
     "ToString ToTarget ToToken ToUchar": {"value": "/robot"},
     "IsaacArticulationController IsaacArticulationState": {"target_prim": "/robot"},
-    "ROS2PublishJointState RobotStatePublisher": {"target_prim": "/robot"},
+    "ROS2FollowJointTrajectory ROS2PublishJointState RobotStatePublisher": {"target_prim": "/robot"},
     "IsaacComputeTransformTree ROS2PublishTransformTree": {"target_prims": "/robot"},
     "IsaacReadJointState IsaacReadWorldPose ReadPrimLocalTransform": {"prim": "/robot"},
     "GetPrimDirectionVector GetPrimLocalToWorldTransform": {"prim_path": "/robot"},
     "IsaacReadLidarBeams IsaacReadLidarPointCloud": {"lidar_prim": f"{LINK}/Lidar"},
     "IsaacComputeRTXLidarFlatScan ROS2RtxLidarHelper": {"render_product_path": f"{LINK}/Lidar"},
+    "IsaacCreateRTXLidarScanBuffer ROS2RtxRadarHelper": {"render_product_path": f"{LINK}/Radar"},
+    "IsaacConvertRGBAToRGB IsaacConvertDepthToPointCloud": {"render_product_path": f"{LINK}/Camera"},
     "IsaacReadCameraInfo ROS2CameraHelper ROS2CameraInfoHelper": {"render_product_path": f"{LINK}/Camera"},
     "OgnROS2ServiceClient OgnROS2ServiceServerRequest": {"message_package": "std_srvs", "message_name": "SetBool"},
     "ROS2ActionClient ROS2ActionServerGoal": FIBONACCI,
@@ -143,6 +141,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "ArrayFill": {"array_in": ONE, "fill_value": 2.0},
     "ArrayFindValue": {"array": ONE, "value": 1.0},
     "ArrayRemoveValue": {"array_in": ONE, "value": 1.0},
+    "ArticulationActuators": {"robot_path": "/robot", "feedforward_command": [5.0, -3.0]},
     "AckermannController": {"wheel_base": 1.6, "track_width": 1.2, "front_wheel_radius": 0.25},
     "ForEach": {"array_in": [1.0, 2.0]},
     "ComputeWheelOdometry": {
@@ -159,6 +158,7 @@ NEEDED: dict[str, dict[str, Any]] = {
         "wheel_orientations": [[1.0, 0.0, 0.0, 0.0], [0.5, 0.0, 0.0, 0.866], [0.5, 0.0, 0.0, -0.866]],
         "mecanum_angles": [90.0],
     },
+    "HolonomicRobotUsdSetup": {"robot_prim": "/robot"},
     "IsaacComputeOdometry": {"chassis_prim": "/robot"},
     "IsaacCreateRenderProduct": {"camera_prim": "/robot/Geometry/base_link/Lidar"},
     "IsaacGetViewportRenderProduct": {"viewport": "Viewport"},
@@ -169,11 +169,14 @@ NEEDED: dict[str, dict[str, Any]] = {
         "render_product_path": "/Render/robot_Geometry_base_link_Camera_64x48",
         "camera_prim": "/robot/Geometry/base_link/Camera",
     },
+    "IsaacTestNode": {"input_in": "echo"},
     "IsaacTimeSplitter": {"time": 1.5},
+    "OgnIsaacExtractRTXSensorPointCloud": {"render_product_path": f"{LINK}/Lidar"},
     "OgnIsaacScaleToFromStageUnit": {"value": 2.5},
     "OgnROS2ServiceServerResponse": {"message_package": "std_srvs", "message_name": "SetBool", "server_handle": 1},
     "ROS2ActionServerFeedback": {**FIBONACCI, "server_handle": 2},
     "ROS2ActionServerResult": {**FIBONACCI, "server_handle": 2},
+    "ROS2GripperCommand": {"target_prim": "/robot", "joint_name": "left"},
     "ROS2SubscribeTransformTree": {"frame_names_map": ["/robot", "base_link"]},
     "RangePublisher": {"range_prim": "/robot/Geometry/base_link/Range"},
     "WriteVariable": {"variable_name": "speed", "value_in": 2.0},
@@ -203,13 +206,15 @@ NEEDED: dict[str, dict[str, Any]] = {
 
 
 def surroundings() -> RecordingContext:
-    """A robot with a lidar, a camera and a range sensor that see something, an inertial unit and a contact sensor."""
+    """A robot with a lidar, a radar, a camera and a range sensor that see something, an inertial unit and a contact sensor."""
     context = RecordingContext()
     context.variables["speed"] = Variable(1.0)
     context.services.permissions = Permissions(Files.of(HERE / "graph.yaml"), {"ROBOT": "dd100"}, scripts=True)
-    context.world.add_robot("/robot", ["left", "right"])
+    wheel = HolonomicWheel("left", 0.05, (0.0, 0.1, 0.0), (0.0, 1.0, 0.0), 45.0)
+    context.world.add_robot("/robot", ["left", "right"], holonomic_wheels=(wheel,))
     lidar = context.world.add_device(LidarStub, "/robot/Geometry/base_link/Lidar", angles=(0.0, 1.0, 1.0))
     lidar.see([1.0, np.inf])
+    context.world.add_device(RadarStub, "/robot/Geometry/base_link/Radar").see([[1.0, 0.0, 0.0]], -0.5)
     context.world.add_device(CameraStub, "/robot/Geometry/base_link/Camera").show(np.zeros((3, 4, 3)), depth=2.0)
     context.render_product("/robot/Geometry/base_link/Camera", 64, 48)
     context.world.add_device(ImuStub, "/robot/Geometry/base_link/Imu")

@@ -1,4 +1,4 @@
-"""What the helpers of cameras and lidars have in common: when they publish, and with which stamps."""
+"""What the helpers of cameras, lidars and radars have in common: when they publish, and with which stamps."""
 
 from __future__ import annotations
 
@@ -9,12 +9,15 @@ import pytest
 
 from graphengine.devices.camera import CameraStub
 from graphengine.devices.lidar import LidarStub
+from graphengine.devices.radar import RadarStub
 from graphengine.format.errors import ContextError, PrimError
+from graphengine.messages import messages
 from graphengine.nodes.ros2.camera import ROS2CameraHelper
 from graphengine.nodes.ros2.helper import SensorHelper
 from graphengine.nodes.ros2.lidar import ROS2RtxLidarHelper
+from graphengine.nodes.ros2.radar import ROS2RtxRadarHelper
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import HelperBench, ready
+from tests.nodes.harness import HelperBench, read_points, ready
 
 SENSOR = "/robot/Geometry/base_link/Sensor"
 
@@ -27,6 +30,8 @@ class Bench(HelperBench):
         self.context.world.add_robot("/robot")
         if cls is ROS2CameraHelper:
             self.sensor: Any = self.context.world.add_device(CameraStub, SENSOR, rate=10.0, size=(3, 2))
+        elif cls is ROS2RtxRadarHelper:
+            self.sensor = self.context.world.add_device(RadarStub, SENSOR, rate=10.0)
         else:
             self.sensor = self.context.world.add_device(LidarStub, SENSOR, rate=10.0, angles=(-1.0, 1.0, 1.0))
         self.node: Any = ready(cls, self.context, **{"render_product_path": SENSOR, **inputs})
@@ -41,6 +46,8 @@ class Bench(HelperBench):
         self.context.tick()
         if isinstance(self.sensor, CameraStub):
             self.sensor.show([[[index] * 3] * 3] * 2, time=self.context.clock.time, index=index)
+        elif isinstance(self.sensor, RadarStub):
+            self.sensor.see([[float(index)] * 3], time=self.context.clock.time, index=index)
         else:
             self.sensor.see([float(index)] * 3, time=self.context.clock.time, index=index)
 
@@ -51,7 +58,15 @@ class Bench(HelperBench):
         return count
 
 
-every_helper = pytest.mark.parametrize("cls", [ROS2CameraHelper, ROS2RtxLidarHelper])
+every_helper = pytest.mark.parametrize("cls", [ROS2CameraHelper, ROS2RtxLidarHelper, ROS2RtxRadarHelper])
+every_skipping_helper = pytest.mark.parametrize("cls", [ROS2CameraHelper, ROS2RtxLidarHelper])
+
+
+def first_number(message: Any) -> float:
+    """The first pixel, range or coordinate of a message."""
+    if isinstance(message, messages.PointCloud2):
+        return float(read_points(message)["x"][0])
+    return float((message.ranges if isinstance(message, messages.LaserScan) else message.data)[0])
 
 
 @every_helper
@@ -62,7 +77,7 @@ def test_it_publishes_from_its_first_execution_on_without_another(cls: type[Sens
     for index in (2, 3):
         bench.see(index)
         bench.node.update()
-    assert [(sent.data if cls is ROS2CameraHelper else sent.ranges)[0] for sent in bench.sent] == [1, 2, 3]
+    assert list(map(first_number, bench.sent)) == [1, 2, 3]
 
 
 @every_helper
@@ -88,7 +103,7 @@ def test_a_sample_that_nobody_wants_is_not_asked_for(cls: type[SensorHelper]) ->
     assert (bench.sample(), bench.taken) == ([], 0)
 
 
-@every_helper
+@every_skipping_helper
 def test_frame_skip_count_leaves_samples_out(cls: type[SensorHelper]) -> None:
     bench = Bench(cls, frame_skip_count=2)
     assert [index for index in range(9) if bench.sample(index)] == [0, 3, 6]

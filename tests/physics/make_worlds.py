@@ -1,4 +1,4 @@
-"""Write the worlds of `scenes/worlds`: flat_grid, simple_warehouse, full_warehouse and warehouse_features.
+"""Write the worlds of `scenes/worlds`: flat_grid, table, simple_warehouse, full_warehouse and warehouse_features.
 
     python tests/physics/make_worlds.py
 
@@ -161,9 +161,9 @@ class World:
         view = {"xyaxes": axes, "fovy": text(fovy), "resolution": "1280 800"}
         add(self.worldbody, "camera", name=name, pos=text(*pos), **view)
 
-    def body(self, name: str, x: float = 0, y: float = 0, yaw: float = 0, *, loose: bool = False) -> Body:
-        """An object on the floor, as yet without parts. A loose one can be pushed, and sleeps until it is."""
-        element = add(self.worldbody, "body", name=name, pos=text(x, y, 0))
+    def body(self, name: str, x: float = 0, y: float = 0, yaw: float = 0, *, z: float = 0, loose: bool = False) -> Body:
+        """An object on the floor or at a height, as yet without parts. A loose one can be pushed, and sleeps until it is."""
+        element = add(self.worldbody, "body", name=name, pos=text(x, y, z))
         if loose:
             add(element, "freejoint", name=name)
             element.set("sleep", "init")
@@ -359,6 +359,70 @@ def flat_grid() -> World:
     return World("flat_grid", GRID, tile=2)
 
 
+def table() -> World:
+    """A workbench with a place for an arm at the origin, 0.75 m above the floor, and objects within its reach.
+
+    The strip of 0.5 m ahead of the arm is free, since many arms lie along it when all joints are at zero.
+    """
+    top, slab = 0.75, 0.04
+    world = World("table", CONCRETE, 2)
+    world.plan(0.4, 0, 2.4)
+    world.camera("overview", (2.5, -1.9, 1.95), (0.32, 0.02, 0.85), 40)
+    bench = world.body("table", 0.4)
+    bench.box("top", "wood", (1.3, 1.5, slab), (0, 0, top - slab))
+    bench.box("shelf", "carton_dark", (1.1, 1.3, 0.02), (0, 0, 0.2))
+    for part, x, y in (("back_left", -1, 1), ("back_right", -1, -1), ("front_left", 1, 1), ("front_right", 1, -1)):
+        bench.box(f"leg_{part}", "steel", (0.07, 0.07, top - slab), (0.57 * x, 0.67 * y, 0))
+    for part, at, size in (
+        ("back", (-0.57, 0), (0.05, 1.27)),
+        ("front", (0.57, 0), (0.05, 1.27)),
+        ("left", (0, 0.67), (1.07, 0.05)),
+        ("right", (0, -0.67), (1.07, 0.05)),
+    ):
+        bench.box(f"rail_{part}", "steel", (*size, 0.06), (*at, top - slab - 0.06))
+    plain = {"contype": "0", "conaffinity": "0"}  # 1 mm thick: seen by cameras, touched by nothing
+    bench.box("plate", "steel", (0.28, 0.28, 0.001), (-0.4, 0, top), **plain)
+    bench.box("mat", "dark", (0.42, 0.34, 0.001), (0.08, -0.46, top), **plain)
+
+    tote = world.body("tote", 0.45, 0.48, -12, z=top)
+    tote.box("bottom", "barrel", (0.4, 0.3, 0.01))
+    for part, at, size in (
+        ("front", (0.195, 0), (0.01, 0.3)),
+        ("back", (-0.195, 0), (0.01, 0.3)),
+        ("left", (0, 0.145), (0.38, 0.01)),
+        ("right", (0, -0.145), (0.38, 0.01)),
+    ):
+        tote.box(part, "barrel", (*size, 0.12), (*at, 0.01))
+    grip = {"friction": "1 0.005 0.0001"}
+    for name, (index, x, y, yaw, z) in numbered(
+        "cube",
+        [
+            (0, 0.38, -0.36, 10, top),
+            (1, 0.52, -0.38, -20, top),
+            (2, 0.43, -0.52, 35, top),
+            (3, 0.60, -0.55, 5, top),
+            (0, 0.50, 0.50, 25, top + 0.01),
+            (3, 0.39, 0.45, -40, top + 0.01),
+        ],
+    ):
+        colour = ("orange", "yellow", "crate", "white")[int(index)]
+        world.body(name, x, y, yaw, z=z, loose=True).box("cube", colour, (0.05, 0.05, 0.05), mass="0.1", **grip)
+    can = world.body("can_01", 0.78, -0.42, z=top, loose=True)
+    can.cylinder("can", "white", 0.033, 0.115, mass="0.35", **grip)
+    box = world.body("box_01", 0.86, 0.44, 20, z=top, loose=True)
+    box.box("carton", "carton_light", (0.16, 0.22, 0.14), mass="0.8", **SLIDING)
+
+    paint = world.body("floor_markings")
+    for part, at, size in (
+        ("left", (0.4, 1.5), (3.0, 0.08)),
+        ("right", (0.4, -1.5), (3.0, 0.08)),
+        ("front", (1.9, 0), (0.08, 3.08)),
+        ("back", (-1.1, 0), (0.08, 3.08)),
+    ):
+        paint.box(part, "yellow", (*size, 0.002), (*at, 0), **plain)
+    return world
+
+
 def simple_warehouse() -> World:
     """A hall of 19.7 m x 30.15 m: three rack rows, two aisles, two pallets left standing."""
     inside = (west, east), _ = (-10.30, 9.40), (-12.20, 17.95)
@@ -535,7 +599,7 @@ def warehouse_features() -> World:
 
 def write_worlds(folder: Path) -> None:
     """Write each world into a folder."""
-    for make in (flat_grid, simple_warehouse, full_warehouse, warehouse_features):
+    for make in (flat_grid, table, simple_warehouse, full_warehouse, warehouse_features):
         make().write(folder)
 
 

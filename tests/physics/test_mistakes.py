@@ -37,7 +37,7 @@ ENTITIES = '<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>\n<mujoco model
     [
         ("", "world.xml:1:1: error S102: XML syntax: no element found"),
         ("<mujoco>\n  <worldbody></mujoco>", "world.xml:2:16: error S102: XML syntax: mismatched tag"),
-        ("<robot/>", "world.xml:1:1: error S102: a world begins with <mujoco>, not <robot>"),
+        ("<robot/>", "world.xml:1:1: error S102: a MuJoCo model begins with <mujoco>, not <robot>"),
         ('<mujoco>\n  <option timestp="1"/></mujoco>', "world.xml:2:3: error S102: MuJoCo: Schema violation"),
         (CUBE, "world.xml:3:14: error S102: MuJoCo: invalid"),
         (FLAT, "world.xml:3:9: error S106: MuJoCo: size 2 must be positive in geom"),

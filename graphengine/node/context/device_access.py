@@ -9,7 +9,8 @@ from typing import Any, Literal, TypeVar, cast
 
 from graphengine.devices.camera import LARGEST_PICTURE, Camera
 from graphengine.devices.device import Device, device_of
-from graphengine.devices.motion import Articulation, Body, Frame, FrameLink, Placement
+from graphengine.devices.holonomic_wheels import HolonomicWheel
+from graphengine.devices.motion import Articulation, Body, Frame, FrameLink, Placement, Surface
 from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.devices.stage import Prim, PrimKind
 from graphengine.format.errors import ContextError, PrimError
@@ -45,7 +46,7 @@ def _expect_size(width: int, height: int) -> None:
             raise ContextError(f"a picture cannot have {width} x {height} pixels", pixels, legal)
 
 
-_RENDERED = ("lidar", "camera")
+_RENDERED = ("lidar", "camera", "radar")
 """Kinds of device that have render products."""
 _VIEWPORTS = "/Render/viewports/"
 """Path prefix of the render products of viewports."""
@@ -67,7 +68,8 @@ class WorldHandles:
         prim = self._services.stage.find(path)
         self.asked[path] = prim
         if kinds and prim.kind not in kinds:
-            wanted = " or ".join((_named(kinds[0]), *kinds[1:]))
+            *first, last = (_named(kinds[0]), *kinds[1:])
+            wanted = f"{', '.join(first)} or {last}" if first else last
             inside = [child.path for child in prim.descendants() if child.kind in kinds]
             others = [other.path for kind in kinds for other in self._services.stage.prims(kind)]
             near = listing(inside, "below it") if inside else listing(others, "those there are")
@@ -93,6 +95,20 @@ class WorldHandles:
     def placement(self, prim: str) -> Placement | None:
         """Return a handle that places a prim and holds it there, or None if the prim belongs to no free body or movable robot."""
         return self._services.world.placement(self._find(prim))
+
+    def conveyor(self, prim: str) -> Surface:
+        """Return a handle to the surface velocity of a body or link, which carries along what lies on it.
+
+        Raises:
+            ContextError: a joint moves the body.
+        """
+        found = self._find(prim)
+        if found.body is None:
+            bodies = [p.path for p in self._services.stage.prims() if p.body is not None and p.kind in ("body", "link")]
+            raise PrimError(
+                f"{prim!r} is {_named(found.kind)} without a body of its own", prim, listing(bodies, "bodies")
+            )
+        return self._services.world.conveyor(found)
 
     def transform_tree(self, targets: Sequence[str], parent: str = "", *, loops: bool = True) -> Sequence[FrameLink]:
         """Return the TF edges of target prims: one for each link of a robot, one for any other prim.
@@ -123,11 +139,28 @@ class WorldHandles:
         """Return the joints of a robot, given by its root prim, base link or articulation root."""
         return self._services.world.articulation(self._robot(prim))
 
+    def joint(self, prim: str) -> tuple[Articulation, int]:
+        """Return the joints of the robot to which a joint's prim belongs, and the index of the joint among them."""
+        found = self._find(prim, "joint")
+        robot = self._services.stage.robot_of(found)
+        names = robot.facts.get("joints", ()) if robot is not None else ()
+        if robot is None or found.facts.get("joint", found.name) not in names:
+            raise PrimError(f"{prim!r} is a joint that does not move", prim, listing(names, "joints that move"))
+        return self._services.world.articulation(robot), names.index(found.facts.get("joint", found.name))
+
     def joint_names(self, prim: str) -> Sequence[str]:
         """Return the published names of a robot's joints: `isaac:nameOverride`, or else the joint's own name."""
         robot = self._robot(prim)
         overrides = {p.facts.get("joint", p.name): p.name_override for p in robot.descendants() if p.kind == "joint"}
         return tuple(overrides.get(name) or name for name in robot.facts.get("joints", ()))
+
+    def holonomic_wheels(self, prim: str) -> Sequence[HolonomicWheel]:
+        """Return the mecanum and omnidirectional wheels of a robot, given by its root prim, base link or articulation root."""
+        return tuple(self._robot(prim).facts.get("holonomic_wheels", ()))
+
+    def base_link(self, prim: str) -> Frame:
+        """Return a handle to the pose of a robot's base link; the robot is given as for `holonomic_wheels`."""
+        return self.frame(self._robot(prim).facts["base_link"])
 
     def robot_description(self, prim: str) -> RobotDescription:
         """Return the description of a robot, given by its root prim, base link or articulation root."""
@@ -143,7 +176,7 @@ class WorldHandles:
         return RobotDescription(robot.facts.get("urdf", ""), tuple(robot.facts.get("fixed_transforms", ())), carried)
 
     def render_product(self, prim: str, width: int, height: int) -> str:
-        """Return the path of the render product of a lidar or camera prim; equal arguments give the same path.
+        """Return the path of the render product of a lidar, radar or camera prim; equal arguments give the same path.
 
         Args:
             prim: path of the prim.
@@ -157,7 +190,7 @@ class WorldHandles:
         if found.kind == "camera":
             _expect_size(width, height)
         slug = found.path.strip("/").replace("/", "_")
-        path = f"/Render/{slug}" if found.kind == "lidar" else f"/Render/{slug}_{width}x{height}"
+        path = f"/Render/{slug}_{width}x{height}" if found.kind == "camera" else f"/Render/{slug}"
         numbered = (f"{path}_{number}" for number in itertools.count(2))  # /a/b_c and /a_b/c give the same path
         products, product = self._services.render_products, RenderProduct(found.path, (width, height))
         return next(p for p in itertools.chain([path], numbered) if products.setdefault(p, product).prim == found.path)
@@ -197,8 +230,13 @@ class WorldHandles:
                 "put the node into a graph with `runs: tick`",
             )
 
+    def kind(self, prim: str) -> PrimKind:
+        """Return the kind of a prim, or of the sensor of a render product, such as `lidar`."""
+        product = self._services.render_products.get(prim)
+        return self._find(product.prim if product is not None and product.prim else prim).kind
+
     def device(self, interface: Callable[..., D], prim: str, **options: Any) -> D:
-        """Return the device at a prim, or the lidar or camera of a render product with the product's picture size.
+        """Return the device at a prim, or the sensor of a render product, a camera with the product's picture size.
 
         Args:
             interface: Protocol of the device, such as `Lidar` of `graphengine.devices.lidar`.

@@ -1,7 +1,8 @@
 """The prims of a world with their attributes.
 
 Readable attributes: poses relative to the parent prim, masses, states of joints, targets of drives, gravity, friction of
-materials, lights, the clipping range of cameras, `isaac:nameOverride` and `isaac:namespace`. Angles are in degrees, as in USD.
+materials, lights, the clipping range of cameras, `isaac:status` of surface grippers, `isaac:nameOverride` and `isaac:namespace`.
+Angles are in degrees, as in USD.
 Attributes that can be written while the simulation runs: poses of robots and free bodies, targets of drives, gravity, friction
 and lights. Bodies slide by the dynamic friction; the static friction, which MuJoCo does not have, is stored and has no effect.
 """
@@ -14,6 +15,7 @@ from typing import Any
 
 from graphengine.devices.backend import World
 from graphengine.devices.camera import Camera
+from graphengine.devices.surface_gripper import SurfaceGripper
 from graphengine.format.errors import ContextError
 from graphengine.format.wording import did_you_mean, listing, shown
 from graphengine.node.prims import attributes
@@ -101,6 +103,8 @@ class Prims:
             found |= attributes.of_light(world, prim)
         if prim.kind == "camera":
             found["clippingRange"] = Attribute(lambda: list(world.device(Camera, prim).clip))
+        if prim.kind == "surface_gripper":
+            found["isaac:status"] = Attribute(lambda: world.device(SurfaceGripper, prim).status)
         if prim.namespace:
             found["isaac:namespace"] = Attribute(lambda: prim.namespace)
         if prim.name_override:

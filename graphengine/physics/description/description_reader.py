@@ -1,4 +1,4 @@
-"""Reads robot descriptions: those that robot files name, and those without a robot file, for which one is made."""
+"""Reads robot descriptions (URDF, xacro, SDF): those that robot files name, and others, for which a robot file is made."""
 
 from __future__ import annotations
 
@@ -10,23 +10,34 @@ from graphengine.format.files import Files
 from graphengine.format.robot_spec import RobotSpec
 from graphengine.format.spec_reader import Loaded, validate
 from graphengine.physics.description import xacro
+from graphengine.physics.description.mjcf import read_mjcf
 from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
 from graphengine.physics.files.packages import Packages
-from graphengine.physics.files.xml import parse, read
-from graphengine.physics.importing import joint_drives
+from graphengine.physics.files.references import Library
+from graphengine.physics.files.xml import Element, parse, read
+from graphengine.physics.importing import joint_drives, mjcf_parts
 from graphengine.physics.importing.draft import Draft
 from graphengine.physics.importing.writer import render
+from graphengine.physics.sdf.sdf_files import SUFFIXES as SDF_SUFFIXES
+from graphengine.physics.sdf.sdf_files import is_sdf
+from graphengine.physics.sdf.sdf_reader import read_sdf
 
-SUFFIXES = (".urdf", xacro.SUFFIX)
+MJCF_SUFFIX = ".xml"
+SUFFIXES = (".urdf", xacro.SUFFIX, MJCF_SUFFIX, *SDF_SUFFIXES)
 
 
-def read_description(file: RobotFile, files: Files, findings: Findings) -> Urdf | None:
-    """Read the description that a robot file names. Errors are added to `findings`."""
+def read_description(file: RobotFile, library: Library) -> Urdf | None:
+    """Read the description that a robot file names. Errors are added to the findings of the library, which reads files."""
+    files, findings = library.files, library.findings
+    if file.spec.mjcf:
+        return _read_model(file, library)
     if not file.spec.urdf:
         span = file.chain[0].document.span().part(0, 1)
-        findings.add("G107", "missing key 'urdf'", span, "the file of the description")
+        findings.add(
+            "G107", "missing key 'urdf'", span, "the file of the description; or `mjcf`, that of a MuJoCo model"
+        )
         return None
     path = files.look_up(file.spec.urdf, file.folder("urdf"), findings, file.span("urdf"))
     packages = _packages(path, file, files, findings) if path is not None else None
@@ -43,7 +54,24 @@ def read_description(file: RobotFile, files: Files, findings: Findings) -> Urdf 
         span = file.key_span("xacro_arguments")
         findings.add("G109", f"xacro_arguments: {file.spec.urdf!r} does not use xacro", span)
         return None
+    return _converted(path, root, packages, findings)
+
+
+def _converted(path: Path, root: Element | None, packages: Packages, findings: Findings) -> Urdf | None:
+    """Return the links and joints of URDF or SDF; None after an error."""
+    if root is not None and is_sdf(root):
+        root = read_sdf(path, root, packages, findings)
     return read_urdf(root, packages, findings) if root is not None else None
+
+
+def _read_model(file: RobotFile, library: Library) -> Urdf | None:
+    """Read the MuJoCo model that a robot file names."""
+    for key in ("urdf", "xacro_arguments", "package_paths"):
+        if getattr(file.spec, key):
+            library.findings.add("G109", f"{key}: the robot file names a MuJoCo model by `mjcf`", file.key_span(key))
+            return None
+    path = library.files.look_up(file.spec.mjcf, file.folder("mjcf"), library.findings, file.span("mjcf"))
+    return read_mjcf(path, library) if path is not None else None
 
 
 def _packages(path: Path, file: RobotFile, files: Files, findings: Findings) -> Packages | None:
@@ -69,28 +97,46 @@ def is_text(use: str) -> bool:
     return use.lstrip()[:1] == "<"
 
 
-def read_bare(use: str, path: Path, files: Files, findings: Findings) -> tuple[RobotFile, Urdf] | None:
-    """Read a description, and make a robot file for it. Errors are added to `findings`.
+def is_mjcf(use: str) -> bool:
+    """Return whether a scene's `use` is a MuJoCo model: a file or a text."""
+    if is_text(use):
+        robot, model = (use.find(f"<{tag}") for tag in ("robot", "mujoco"))
+        return model >= 0 and not 0 <= robot < model
+    return Path(use).suffix == MJCF_SUFFIX
+
+
+def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf] | None:
+    """Read a description, and make a robot file for it. Errors are added to the library's findings.
 
     Args:
         use: text of the description, or its file name.
         path: path of its file; for a text, its name in messages and the folder of its references.
-        files: decides which files may be read.
-        findings: receives errors.
+        library: reads files.
     """
+    files, findings = library.files, library.findings
+    if is_mjcf(use):
+        urdf = read_mjcf(path, library, use if is_text(use) else None)
+        return with_robot_file(urdf, path, findings)
     packages = Packages(path.parent, (), files)
     root = parse(use.encode(), path.name, findings, "S103") if is_text(use) else read(path, findings, "S103")
     if root is not None and not is_text(use) and xacro.is_xacro(path, root):
         root = xacro.expand(path, {}, packages, findings)
-    return with_robot_file(read_urdf(root, packages, findings) if root is not None else None, path, findings)
+    return with_robot_file(_converted(path, root, packages, findings), path, findings)
 
 
 def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[RobotFile, Urdf] | None:
-    """Return a description with a plain robot file: wheels have velocity drives, all else is as the description says."""
+    """Return a description with a plain robot file: wheels have velocity drives, all else is as the description says.
+
+    A MuJoCo model says what drives its wheels, too; its cameras and inertial units are sensors.
+    """
     if urdf is None:
         return None
     draft = Draft(urdf, "bare", path.name, path.name)
-    joint_drives.plain(draft)
+    if urdf.mjcf is not None:
+        mjcf_parts.fill(draft)
+    else:
+        draft.fixed_base = any(each.first("static") is not None for each in urdf.element.all("gazebo"))
+        joint_drives.plain(draft)
     file = robot_file(render(draft), path, findings)
     return (file, urdf) if file is not None else None
 

@@ -1,54 +1,68 @@
-"""MuJoCo models used directly as robots: one body with its children, of which the stage knows only the root.
+"""Reads MuJoCo models as robots.
 
-Their joints and actuators are not accessible to graphs; graphs that command or read joints need a URDF and a robot file.
+Physics attaches the model as it is. Its links and joints are read from the compiled model and stand in a `Urdf`, as those of any
+other description, so that stage, messages and mounts of sensors need not know what a robot was described in.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing
-from graphengine.physics.description.description_reader import is_text, with_robot_file
-from graphengine.physics.description.robot_file import RobotFile
-from graphengine.physics.description.urdf import Urdf
+from graphengine.physics.description.mjcf_actuators import read_actuators
+from graphengine.physics.description.mjcf_links import MjcfLinks
+from graphengine.physics.description.mjcf_model import MjcfModel, read_keyframes
+from graphengine.physics.description.mjcf_trial import reason_against
+from graphengine.physics.description.urdf import WORLD, Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
-from graphengine.physics.engine import REFUSALS, mujoco
+from graphengine.physics.engine import REFUSALS, compiled, mujoco
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, place_of, write
 
-SUFFIX = ".xml"
+_ENDLESS = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
 
 
-def is_mjcf(use: str) -> bool:
-    """Return whether a scene's `use` is a MuJoCo model: a file or a text."""
-    if is_text(use):
-        robot, model = (use.find(f"<{tag}") for tag in ("robot", "mujoco"))
-        return model >= 0 and not 0 <= robot < model
-    return Path(use).suffix == SUFFIX
-
-
-def read_mjcf(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf, mujoco.MjSpec] | None:
-    """Return a model, with a robot file and a description with one link for it; errors are added to the library's findings.
+def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | None:
+    """Return the links and joints of a robot's MuJoCo model, with the model; errors are added to the library's findings.
 
     Args:
-        use: text of the model, or its file name.
         path: path of its file; for a text, its name in messages and the folder of its references.
         library: reads the files to which it refers.
+        text: of the model, if it has no file.
     """
     findings = library.findings
-    root = library.world(path, use if is_text(use) else None)
+    root = library.world(path, text)
     if root is None:
         return None
-    spec, _ = parse(root, library)
-    body = _only_body(spec, root.span, findings) if spec is not None else None
-    if spec is None or body is None:
+    if against := reason_against(write(root)[0], library.models, library.assets):
+        findings.add("S102", f"MuJoCo: compiling the model {against}", root.span)
         return None
-    link = Element("robot", {"name": body.name}, root.span, [Element("link", {"name": body.name}, root.span)])
-    urdf = read_urdf(link, Packages(path.parent, (), library.files), findings)
-    bare = with_robot_file(urdf, path, findings)
-    return (*bare, spec) if bare is not None else None
+    spec, lines = parse(root, library)
+    if spec is None or not _is_robot(spec, root.span, findings):
+        return None
+    _name_parts(spec)
+    spec.compiler.fusestatic = False  # links without a joint are links, too
+    model = _compiled(spec, lines, findings)
+    if model is None:
+        return None
+    keyframes = read_keyframes(spec, model)
+    for key in list(spec.keys):
+        spec.delete(key)
+    spec.option = mujoco.MjSpec().option  # that of the world counts
+    links = MjcfLinks(model, dict(_meshes(spec, library)), _places(root), root.span)
+    urdf = read_urdf(links.element(spec.modelname), Packages(path.parent, (), library.files), findings)
+    if urdf is None:
+        return None
+    for name, pose in links.poses.items():
+        urdf.joints[name].pose = pose
+    for name in links.floating:
+        urdf.joints[name].type = urdf.joints[name].element.attributes["type"] = "floating"
+    floating = [model.joint(i).name for i in range(model.njnt) if model.joint(i).name in links.floating]
+    urdf.mjcf = MjcfModel(spec, root, links.free, floating, read_actuators(model), keyframes)
+    return urdf
 
 
 def parse(root: Element, library: Library, code: str = "S102") -> tuple[mujoco.MjSpec | None, list[Span]]:
@@ -72,15 +86,64 @@ def parse(root: Element, library: Library, code: str = "S102") -> tuple[mujoco.M
     return spec, lines
 
 
-def _only_body(spec: mujoco.MjSpec, span: Span, findings: Findings) -> mujoco.MjsBody | None:
-    """Return the only body of a model; its lights, cameras and keyframes are deleted."""
-    world = spec.worldbody
-    for alone in (*list(world.lights), *list(world.cameras), *list(spec.keys)):
-        spec.delete(alone)
-    bodies = list(world.bodies)
-    if len(bodies) != 1 or list(world.geoms):
-        text = "an MJCF file of a robot or object must contain one body, and no geoms outside of it"
-        names = [body.name for body in bodies] + [geom.name or "a geom of no body" for geom in world.geoms]
-        findings.add("S102", text, span, listing(names, "it contains"))
+def _compiled(spec: mujoco.MjSpec, lines: list[Span], findings: Findings) -> mujoco.MjModel | None:
+    try:
+        return compiled(spec)[0]
+    except REFUSALS as error:
+        message, _, line = mujoco_says(error)
+        findings.add("S102", f"MuJoCo: {message}", place_of(lines, line))
         return None
-    return bodies[0]
+
+
+def _is_robot(spec: mujoco.MjSpec, span: Span, findings: Findings) -> bool:
+    """Return whether a model can be a robot; what belongs to a scene's world is deleted: lights, and cameras beside bodies."""
+    world = spec.worldbody
+    for alone in (*list(world.lights), *list(world.cameras)):
+        spec.delete(alone)
+    if not list(world.bodies):
+        names = [geom.name or "a geom of no body" for geom in world.geoms]
+        findings.add("S102", "the model of a robot or object must contain a body", span, listing(names, "it contains"))
+        return False
+    floors = [geom.name or "one without a name" for geom in world.geoms if geom.type in _ENDLESS]
+    if floors:
+        advice = "name the file of the robot alone, which this one may include; `world:` takes a model with a floor"
+        text = "the model of a robot or object has a floor, which belongs to the scene's world"
+        findings.add("S102", text, span, listing(floors, "it contains"), advice)
+        return False
+    return True
+
+
+def _name_parts(spec: mujoco.MjSpec) -> None:
+    """Name joints and actuators that have no name, after the body that a joint moves, and what an actuator acts on."""
+    _name(spec.joints, [f"{joint.parent.name}_joint" for joint in spec.joints])
+    _name(spec.actuators, [f"{actuator.target}_actuator" for actuator in spec.actuators])
+
+
+def _name(parts: Iterable[mujoco.MjsJoint | mujoco.MjsActuator], names: Iterable[str]) -> None:
+    parts = list(parts)
+    taken = {part.name for part in parts}
+    for part, name in zip(parts, names, strict=True):
+        if not part.name:
+            number, free = 2, name
+            while free in taken:
+                number, free = number + 1, f"{name}_{number}"
+            taken.add(free)
+            part.name = free
+
+
+def _meshes(spec: mujoco.MjSpec, library: Library) -> Iterator[tuple[str, tuple[str, tuple[float, float, float]]]]:
+    """Yield name, and reference to the file and scale, of each mesh that has a file."""
+    for mesh in spec.meshes:
+        source = library.source(mesh.file)
+        if source is not None:
+            x, y, z = mesh.scale.tolist()
+            yield mesh.name, (source.as_uri(), (x, y, z))
+
+
+def _places(root: Element) -> dict[str, Span]:
+    """Return where the model names bodies, joints, sites and cameras; the first place of each name."""
+    found: dict[str, Span] = {WORLD: root.span}
+    for element in root.walk():
+        if element.tag in ("body", "joint", "freejoint", "site", "camera") and "name" in element.attributes:
+            found.setdefault(element.get("name"), element.span)
+    return found

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, from_rpy, multiply, rotate
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element, number, numbers
+
+if TYPE_CHECKING:
+    from graphengine.physics.description.mjcf_model import MjcfModel
 
 TURNING = ("revolute", "continuous")
 MOVING = (*TURNING, "prismatic")
@@ -79,9 +83,17 @@ class UrdfJoint:
     @property
     def effort(self) -> float | None:
         """Effort limit, N m or N; a limit of zero or less is ignored, as in MuJoCo."""
+        return self._positive("effort")
+
+    @property
+    def velocity(self) -> float | None:
+        """Velocity limit, rad/s or m/s; a limit of zero or less is ignored."""
+        return self._positive("velocity")
+
+    def _positive(self, name: str) -> float | None:
         limit = self.element.first("limit")
-        effort = number(limit.get("effort")) if limit is not None else None
-        return effort if effort and effort > 0 else None
+        value = number(limit.get(name)) if limit is not None else None
+        return value if value and value > 0 else None
 
     def limit(self, lowest: float, highest: float) -> None:
         """Give the joint other limits, rad or m, in the XML element too."""
@@ -120,6 +132,7 @@ class Urdf:
         links: links by name, in order of the file.
         joints: joints by name, in order of the file.
         root: link without a parent joint.
+        mjcf: MuJoCo's model of the robot, if that is its description; `element` then describes it.
     """
 
     element: Element
@@ -127,6 +140,12 @@ class Urdf:
     links: dict[str, UrdfLink]
     joints: dict[str, UrdfJoint]
     root: str
+    mjcf: MjcfModel | None = None
+
+    @property
+    def moves_freely(self) -> bool:
+        """Whether the description lets the root link move freely."""
+        return self.mjcf.free if self.mjcf is not None else self.root != WORLD
 
     @property
     def mass(self) -> float:

@@ -5,18 +5,17 @@ more than accelerates the joint's own inertia by 1e5 rad/s2 (or m/s2). A velocit
 the same number of m/s), and that of a wheel to 100 rad/s, PhysX's own default: faster wheels make a robot diverge. A drive with
 a maximum velocity has that limit besides.
 A position lies within the joint's range, widened on both sides by the range, because grippers push with targets beyond it.
+A command to an actuator of a MuJoCo model is limited by the range of its control signal, if it has one.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Literal
 
 from graphengine.devices.stage import Prim
 from graphengine.physics.engine import mujoco
-
-Kind = Literal["position", "velocity", "effort"]
+from graphengine.physics.model.drives import KINDS, Drive, Kind, Servo
 
 GRAVITY, ARM = 9.81, 1.0
 ACCELERATION = 1e5
@@ -48,4 +47,18 @@ def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) ->
         found["position"].append((lowest - width, highest + width))
         found["velocity"].append((-fastest, fastest))
         found["effort"].append((-strongest, strongest))
+        for servo in (drive.servos or ()) if drive is not None else ():
+            found[servo.kind][-1] = _within(servo, *found[servo.kind][-1])
     return found
+
+
+def add_limits(limits: dict[Kind, list[tuple[float, float]]], drive: Drive) -> None:
+    """Add the limits of an actuator that does not move a single joint."""
+    for kind in KINDS:
+        servo = next((servo for servo in drive.servos or () if servo.kind == kind), None)
+        limits[kind].append(_within(servo, -math.inf, math.inf) if servo is not None else (-math.inf, math.inf))
+
+
+def _within(servo: Servo, lowest: float, highest: float) -> tuple[float, float]:
+    """Return the range of an actuator, and the given ends where it has none."""
+    return servo.lowest if servo.lowest > -math.inf else lowest, servo.highest if servo.highest < math.inf else highest

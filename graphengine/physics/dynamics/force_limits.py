@@ -53,7 +53,7 @@ class ForceLimits(Stateful):
         ids = np.array([model.joint(name).id for name in self.joints], np.intp)
         table = [(drive.stiffness, drive.damping, drive.max_force, drive.carries) for _, drive in limited]
         self._stiffness, self._damping, self._most, carries = np.array(table, float).reshape(-1, 4).T
-        self._position_servos, self._velocity_servos = servo_ids(model, limited)
+        self._position_servos, self._velocity_servos, _ = servo_ids(model, limited)
         self._coordinates, self._dofs = model.jnt_qposadr[ids], model.jnt_dofadr[ids]
         self._data, self._step = data, model.opt.timestep
         masses = model.body_subtreemass[model.body_rootid[model.jnt_bodyid[ids]]]
@@ -87,13 +87,22 @@ class ForceLimits(Stateful):
         freely = np.divide(moved, left, out=np.ones_like(left), where=told)
         self._reach = np.minimum(1.0 + self._implicit * np.minimum(np.maximum(freely, 0.0), 1.0), 2.0 * self._reach)
 
-    def apply(self, efforts: Floats) -> None:
-        """Reduce the forces of drives that would exceed their maximum in the next step; commanded efforts are unchanged."""
+    def apply(self, efforts: Floats, compensation: Floats | None = None) -> None:
+        """Reduce the forces of drives that would exceed their maximum in the next step; commanded efforts are unchanged.
+
+        Args:
+            efforts: commanded efforts of all degrees of freedom, N m or N.
+            compensation: efforts of gravity compensation, which are part of the drives' forces.
+        """
         own, forces = efforts[self._dofs], self._forces(self._step)
+        added = own
+        if compensation is not None:
+            added = own + compensation[self._dofs]
+            forces += compensation[self._dofs]
         middle = (self._reach - 1.0) * (own - self._data.qfrc_bias[self._dofs])
         most = self._most * self._reach
         legal = np.minimum(np.maximum(forces, middle - most), middle + most)
-        self._data.qfrc_applied[self._dofs] = own - (forces - legal)
+        self._data.qfrc_applied[self._dofs] = added - (forces - legal)
 
 
 def tell_limits(limits: ForceLimits, robots: Mapping[str, RobotInstance], findings: Findings) -> None:

@@ -6,7 +6,8 @@ was recompiled.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,10 +17,10 @@ from graphengine.devices.rotation import NOWHERE, Quaternion, Vector3, multiply,
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import BadValueError
 from graphengine.format.stateful import Shared
-from graphengine.physics.dynamics.command_limits import Kind, command_limits
+from graphengine.physics.dynamics.command_limits import add_limits, command_limits
 from graphengine.physics.dynamics.handle_table import Handle
-from graphengine.physics.engine import Floats, Indices, mujoco
-from graphengine.physics.model.drives import Drive, servo_ids
+from graphengine.physics.engine import Floats, mujoco
+from graphengine.physics.model.drives import KINDS, Drive, Kind, Servo, servo_ids
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
@@ -48,6 +49,16 @@ class CarriedPrim(Handle):
         u, v, w = rotate((a, b, c, d), offset)
         return (x + u, y + v, z + w), multiply((a, b, c, d), turn)
 
+    def frame(self) -> tuple[Floats, Floats]:
+        """Return position (m) and rotation matrix in the world frame as fresh arrays, of shapes (3,) and (3, 3)."""
+        position, (x, y, z, w) = self.pose()
+        rotation = [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+        return np.array(position), np.array(rotation)
+
     def velocity(self) -> tuple[Vector3, Vector3]:
         """Return linear (m/s) and angular (rad/s) velocity of the prim's origin in the world frame: v + w x r."""
         a, b, c, u, v, w = self._twist.tolist()
@@ -74,6 +85,15 @@ class Joints(Handle):
         """Names in the articulation's order, without the robot's prefix."""
         self.prismatic: tuple[bool, ...] = prim.facts["prismatic"]
         """For each joint, whether it slides."""
+        joints = len(self.joint_names)
+        self.ranges: tuple[tuple[float, float], ...] = prim.facts.get("ranges", ((-math.inf, math.inf),) * joints)
+        """Lowest and highest position of each joint, rad or m."""
+        self.max_velocities: tuple[float, ...] = prim.facts.get("max_velocities", (math.inf,) * joints)
+        """Velocity limit of each joint, rad/s or m/s."""
+        self.leaders: tuple[str, ...] = prim.facts.get("leaders", ("",) * joints)
+        """Name of the joint that each joint mimics, or an empty string."""
+        self.actuators: Mapping[str, str] = prim.facts.get("actuators", {})
+        """Actuators by name, and the joint that each moves; empty for one that does not move a single joint."""
         self.resets = 0
         """Number of resets so far."""
         super().__init__(simulation, prim)
@@ -91,6 +111,7 @@ class Joints(Handle):
         }
         own = [drives[name] or Drive() for name in self.joint_names]
         joints = [f"{robot.entity_name}/{name}" for name in self.joint_names]
+        others: Mapping[str, Drive] = robot.facts.get("other_actuators", {})
         ids = np.array([model.joint(joint).id for joint in joints], np.intp)
         self._data = data
         self._control = data.ctrl if model.nu else np.zeros(1)
@@ -98,13 +119,21 @@ class Joints(Handle):
         self._qpos, self.dofs = model.jnt_qposadr[ids].astype(np.intp), model.jnt_dofadr[ids].astype(np.intp)
         self._children = model.jnt_bodyid[ids]
         self._trees = model.body_rootid[self._children]
-        self._stiffness, self._damping = np.array([(d.stiffness, d.damping) for d in own], float).reshape(-1, 2).T
+        gains = [(d.stiffness, d.damping) if d.servos is None else (0.0, 0.0) for d in own]
+        self.stiffness, self._damping = np.array(gains, float).reshape(-1, 2).T
         self.limits = command_limits(model, robot, ids.tolist())
-        self._has_springs = bool(self._stiffness.any())
-        self.position_servos, self.velocity_servos = servo_ids(model, zip(joints, own, strict=True))
+        for drive in others.values():
+            add_limits(self.limits, drive)
+        self._has_springs = bool(self.stiffness.any())
+        self._has_actuators = any(drive.servos is not None for drive in own)
+        commanded = [*zip(joints, own, strict=True), *((f"{robot.entity_name}/", drive) for drive in others.values())]
+        self.commanded_names = (*self.joint_names, *others)
+        self.servos = [[drive.servo(name, kind) for kind in KINDS] for name, drive in commanded]
+        self.servo_ids = servo_ids(model, commanded)
+        self.position_servos, self.velocity_servos, _ = self.servo_ids[:, : len(joints)]
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> SelectedJoints:
-        """Return joints by name, else by index, else all.
+        """Return joints by name or that of their actuator, else by index, else all.
 
         Raises:
             JointError: the robot does not have a given name or index.
@@ -124,7 +153,12 @@ class Joints(Handle):
     def set_points(self) -> tuple[Floats, Floats]:
         """Return position and velocity targets of each joint's drive; NaN for targets it does not have. Fresh arrays."""
         targets = np.append(self._simulation.set_points.targets, np.nan)  # the last is what servo -1 has
-        return targets[self.position_servos], targets[self.velocity_servos]
+        positions, velocities = targets[self.position_servos], targets[self.velocity_servos]
+        if self._has_actuators:
+            for joint in range(len(self.joint_names)):
+                positions[joint] = _command(self.servos[joint][0], positions[joint])
+                velocities[joint] = _command(self.servos[joint][1], velocities[joint])
+        return positions, velocities
 
     def efforts(self) -> Floats:
         """Return the efforts of drives and commands at the end of the last step, N m or N; a fresh array.
@@ -132,9 +166,13 @@ class Joints(Handle):
         MuJoCo's own `actuator_force` belongs to the velocity before the step: with the discrete integrator, it can be 15 times
         the torque that accelerates a robot.
         """
+        if self._has_actuators:
+            driven = self._simulation.forces.now().qfrc_actuator[self.dofs]
+            own: Floats = driven - self._damping * self.velocities() - self.stiffness * self.positions()
+            return own + self._data.qfrc_applied[self.dofs]
         force = self._damping * (self._control[self.velocity_servos] - self.velocities())
         if self._has_springs:
-            force += self._stiffness * (self._control[self.position_servos] - self.positions())
+            force += self.stiffness * (self._control[self.position_servos] - self.positions())
         efforts: Floats = force + self._data.qfrc_applied[self.dofs]
         return efforts
 
@@ -151,6 +189,11 @@ class Joints(Handle):
         return np.einsum("jik,ji->jk", axes, forces), np.einsum("jik,ji->jk", axes, torques)
 
 
+def _command(servo: Servo | None, control: float) -> float:
+    """Return the command that a control signal stands for; the signal itself without an actuator, or if nothing does."""
+    return control if servo is None or servo.scale == 0.0 else (control - servo.offset) / servo.scale
+
+
 class SelectedJoints(Shared):
     """Selected joints of a robot, in the requested order."""
 
@@ -160,7 +203,7 @@ class SelectedJoints(Shared):
         self._simulation = simulation
         self._joints = joints
         self._chosen = tuple(chosen)
-        self.names = tuple(joints.joint_names[index] for index in chosen)
+        self.names = tuple(joints.commanded_names[index] for index in chosen)
 
     def command(
         self,
@@ -178,20 +221,22 @@ class SelectedJoints(Shared):
         """
         points, joints = self._simulation.set_points, self._joints
         found: list[tuple[Floats, int, float]] = []
-        commands: Sequence[tuple[Kind, Sequence[float] | None, Indices, Floats]] = (
-            ("position", positions, joints.position_servos, points.targets),
-            ("velocity", velocities, joints.velocity_servos, points.targets),
-            ("effort", efforts, joints.dofs, points.efforts),
-        )
-        for kind, values, places, array in commands:
+        commands = zip(KINDS, (positions, velocities, efforts), joints.servo_ids, strict=True)
+        for number, (kind, values, places) in enumerate(commands):
             if values is None:
                 continue
             for joint, value in zip(self._chosen, values, strict=True):
                 if abs(value) > mujoco.mjMAXVAL:
-                    name = joints.joint_names[joint]
+                    name = joints.commanded_names[joint]
                     raise BadValueError(f"{kind}Command", values, f"up to {mujoco.mjMAXVAL:g} for joint {name!r}")
-                if value == value and places[joint] >= 0:
-                    found.append((array, places[joint], self._clamped(kind, joint, value)))
+                if value != value:
+                    continue
+                servo = joints.servos[joint][number]
+                if servo is not None:
+                    control = servo.control(self._clamped(kind, joint, value))
+                    found.append((points.targets, places[joint], control))
+                elif kind == "effort" and joint < len(joints.dofs):
+                    found.append((points.efforts, joints.dofs[joint], self._clamped(kind, joint, value)))
         for array, place, value in found:
             if array[place] != value:
                 array[place], points.pending = value, True
@@ -202,7 +247,7 @@ class SelectedJoints(Shared):
         if lowest <= value <= highest or not self._simulation.clamps_commands:
             return value
         counts = self._simulation.clamped_commands
-        name = f"{self._joints.prim_path}/{self._joints.joint_names[joint]}"
+        name = f"{self._joints.prim_path}/{self._joints.commanded_names[joint]}"
         what = f"{kind} of {name} beyond {lowest:g} to {highest:g}"
         counts[what] = counts.get(what, 0) + 1
         return min(max(value, lowest), highest)

@@ -26,18 +26,27 @@ class SetPoints(Stateful):
     """
 
     kept = ("efforts", "pending", "targets")
-    __slots__ = ("_applied", "_changes", "_control", "_starts", "efforts", "pending", "targets")
+    __slots__ = ("_applied", "_changes", "_control", "_even", "_rests", "_starts", "efforts", "pending", "targets")
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drives: Sequence[tuple[str, Drive]]) -> None:
         self._control, self._applied = data.ctrl, data.qfrc_applied
         self._changes = np.full(model.nu, np.inf)
         self._starts: dict[int, float] = {}
-        for (_, drive), (position, velocity) in zip(drives, servo_ids(model, drives).T.tolist(), strict=True):
+        even: list[int] = []
+        self._rests: dict[int, float] = {}
+        """Control signals for no velocity and no effort, by actuator of a model's own."""
+        for (joint, drive), (position, velocity, _) in zip(drives, servo_ids(model, drives).T.tolist(), strict=True):
+            if drive.servos is not None:
+                self._rests |= _at_rest(model, joint, drive)
+                continue
             if position >= 0:
                 self._changes[position] = drive.max_velocity * model.opt.timestep
             if velocity >= 0:
                 self._changes[velocity] = drive.max_acceleration * model.opt.timestep
                 self._starts[velocity] = drive.target_velocity
+            if drive.interpolate:
+                even += [servo for servo in (position, velocity) if servo >= 0]
+        self._even = np.array(even, np.intp)
         self.targets, self.efforts = np.zeros(model.nu), np.zeros(model.nv)
         self.start()
 
@@ -53,13 +62,25 @@ class SetPoints(Stateful):
         """Command all joints to stop: zero velocity and effort; position targets stay."""
         for servo in self._starts:
             self.targets[servo] = 0.0
+        for servo, control in self._rests.items():
+            self.targets[servo] = control
         self.efforts[:] = 0.0
         self.pending = True
 
-    def take_over(self) -> None:
-        """Move the set points towards their targets, as far as they may move in a step."""
+    def take_over(self, steps: int) -> None:
+        """Move the set points towards their targets, as far as they may move in a step; `steps` are left in the tick."""
         if self.pending:
-            control = self._control
-            np.clip(self.targets, control - self._changes, control + self._changes, out=control)
+            control, changes = self._control, self._changes
+            if self._even.size and steps > 1:
+                changes = changes.copy()
+                ways = np.abs(self.targets - control)[self._even] / steps
+                changes[self._even] = np.minimum(changes[self._even], ways)
+            np.clip(self.targets, control - changes, control + changes, out=control)
             self._applied[:] = self.efforts
             self.pending = not np.array_equal(control, self.targets)
+
+
+def _at_rest(model: mujoco.MjModel, joint: str, drive: Drive) -> dict[int, float]:
+    """Return the control signal for no motion of each actuator that takes velocities or efforts."""
+    found = [drive.servo(joint, kind) for kind in ("velocity", "effort")]
+    return {model.actuator(servo.name).id: servo.control(0.0) for servo in found if servo is not None}

@@ -32,7 +32,10 @@ class Transfer:
             velocities += [(old.jnt_dofadr[one] + step, new.jnt_dofadr[other] + step) for step in range(freedoms)]
         actuators = [(index, _find(new, "ACTUATOR", old.actuator(index).name)) for index in range(old.nu)]
         self._positions, self._velocities = _indices(positions), _indices(velocities)
-        self._actuators = _indices([pair for pair in actuators if pair[1] >= 0])
+        actuators = [pair for pair in actuators if pair[1] >= 0]
+        ranges = [(_activations(old, one), _activations(new, other)) for one, other in actuators]
+        self._actuators = _indices(actuators)
+        self._activations = _indices([pair for both in ranges for pair in zip(*both, strict=False)])
 
     def carry_over(self, old: mujoco.MjData, new: mujoco.MjData) -> None:
         """Copy the state of common parts; the time continues."""
@@ -43,6 +46,7 @@ class Transfer:
             ("qacc_warmstart", self._velocities),  # what the last step did, which limits of forces go by
             ("qfrc_applied", self._velocities),
             ("ctrl", self._actuators),
+            ("act", self._activations),
         ):
             getattr(new, name)[target] = getattr(old, name)[source]
 
@@ -58,6 +62,12 @@ def _joints(old: mujoco.MjModel, new: mujoco.MjModel) -> Iterator[tuple[int, int
         other = _find(new, "BODY", old.body(one).name)
         for number in range(old.body_jntnum[one] if other >= 0 else 0):
             yield old.body_jntadr[one] + number, new.body_jntadr[other] + number
+
+
+def _activations(model: mujoco.MjModel, actuator: int) -> range:
+    """Return the places of an actuator's activation, if it has one."""
+    begin = int(model.actuator_actadr[actuator])
+    return range(begin, begin + int(model.actuator_actnum[actuator]))
 
 
 def _find(model: mujoco.MjModel, kind: str, name: str) -> int:

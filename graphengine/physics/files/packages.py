@@ -16,9 +16,11 @@ from graphengine.format.wording import did_you_mean, listing
 
 SCHEMES = ("package://", "model://")
 """Beginnings of a reference into a package."""
+MODELS = "models"
+"""Folder of a package with Gazebo's models, which are packages without a manifest."""
 MAX_DEPTH = 4
 """Folders below a search path in which packages are looked for, as in `src/repository/package`."""
-REMEDY = "give its folder: package_paths in the robot file, --package-path of import-urdf"
+REMEDY = "give its folder: package_paths in the robot file, --package-path of import-robot"
 """What to do about a package that is not found."""
 
 
@@ -84,9 +86,11 @@ class Packages:
         for folder in (self.folder, *self.folder.resolve().parents):
             yield folder
             yield folder / name
+            yield folder / MODELS / name
         for path in self.paths:  # the usual layout first: a large tree takes a while
             yield path
             yield path / name
+            yield path / MODELS / name
         for path in self.paths:
             yield from _below(path)
 

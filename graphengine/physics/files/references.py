@@ -27,6 +27,8 @@ MAX_FILE_BYTES = 200_000_000
 
 _FOLDERS = {"mesh": "meshdir", "skin": "meshdir", "flexcomp": "meshdir", "hfield": "meshdir", "texture": "texturedir"}
 """Which of the compiler's folders an element's files lie in; `assetdir` sets both."""
+_CODE = ("plugin", "extension")
+"""Elements that make MuJoCo run code of a plugin."""
 _NAMED_BY_FILE = ("mesh", "hfield", "texture")
 
 Outcome = Literal["unchanged", "converted", "unreadable", "missing"]
@@ -70,6 +72,8 @@ class Library:
         self.assets: dict[str, bytes] = {}
         self.models: dict[str, bytes] = {}
         self._keys: dict[Path, str] = {}
+        self._included_files: dict[Path, str] = {}
+        """As keys."""
         self._meshes: dict[_FileKind, _Mesh] = {}
         self._heaviest = 0.0
         """Cells of the heaviest model so far, as `bounds` counts them."""
@@ -92,6 +96,14 @@ class Library:
         before = len(self.findings.errors)
         root = self._model(path, [], text)
         return root if len(self.findings.errors) == before else None
+
+    def read_files(self) -> list[Path]:
+        """Return the files that models include or refer to, without links."""
+        return list(dict.fromkeys([*self._included_files, *self._keys]))
+
+    def source(self, key: str) -> Path | None:
+        """Return the file of an asset in a model."""
+        return next((path for path, known in self._keys.items() if known == key), None)
 
     def meshes(self, shapes: Sequence[tuple[Element, bool]], packages: Packages) -> dict[Element, list[MeshFile]]:
         """Return files that MuJoCo can read for URDF meshes: one per colour for a visible mesh, else one.
@@ -160,9 +172,14 @@ class Library:
         if root is None:
             return None
         if root.tag != "mujoco":
-            self.findings.add("S102", f"a world begins with <mujoco>, not <{root.tag[:40]}>", root.span)
+            self.findings.add("S102", f"a MuJoCo model begins with <mujoco>, not <{root.tag[:40]}>", root.span)
             return None
         self._include(root, path.parent, [path.resolve()], path.parent, 1)
+        for element in root.walk():
+            if element.tag in _CODE:
+                text = f"<{element.tag}>: plugins of MuJoCo are code, which files here cannot use"
+                self.findings.add("S102", text, element.span, "leave it out")
+                return None
         folders = {"meshdir": "", "texturedir": ""}
         for compiler in root.all("compiler"):
             for folder in folders:
@@ -202,6 +219,7 @@ class Library:
             self.findings.add("S102", f"{reference!r} is included twice", include.place("file"))
             return []
         seen.append(path.resolve())
+        self._included_files[path.resolve()] = ""
         root = read(path, self.findings, "S102")
         if root is None:
             return []

@@ -12,6 +12,7 @@ from graphengine.format.document import load
 from graphengine.format.files import shipped
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.packages import Packages, package_of
+from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
 from graphengine.physics.importing.draft import Draft
 
@@ -42,6 +43,19 @@ def bundle_meshes(urdf: Urdf) -> dict[Path, Path]:
             element.attributes["filename"] = target.as_posix()
         sources[target] = source
     return sources
+
+
+def bundle_model(model: Path, library: Library, name: str) -> dict[Path, Path]:
+    """Return the files of a MuJoCo model, by their places in a folder of their own below that of the robot file.
+
+    Args:
+        model: file of the model.
+        library: that has read it.
+        name: of the robot.
+    """
+    files = [model.resolve(), *library.read_files()]
+    folder = Path(os.path.commonpath([file.parent for file in files]))
+    return {Path(f"{name}_model", file.relative_to(folder)): file for file in files}
 
 
 def bundle_graphs(draft: Draft) -> dict[Path, Path]:

@@ -91,12 +91,14 @@ class Draft:
         controllers: parameters of ros2_control that the user gave.
         library: reads the meshes; None for a description that is not imported.
         wheels: by joint, in order of the joints.
+        servos: joints whose drives hold a position, with gains that the description does not give.
         settings: keys at the top level of the file with plain values, such as `self_collision`.
         sections: entries by section (`joints`, `materials`, `sensors`, `graphs`, …) and key, in order of the file.
         carried: what the description says and the file repeats.
         guessed: what the description does not say and the file needs.
         lost: what the description says and the file cannot hold, with the reason.
         noticed: what the robot does as it is described, such as a weight that rests on its chassis.
+        commanded: joints that a topic commands, apart from those of a base.
         mujoco_warnings: of the models that the draft was tried as, as keys.
     """
 
@@ -109,12 +111,14 @@ class Draft:
     controllers: Document | None = None
     library: Library | None = None
     wheels: dict[str, WheelShape] = field(default_factory=dict)
+    servos: list[str] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)
     sections: defaultdict[str, dict[str, Entry]] = field(default_factory=lambda: defaultdict(dict))
     carried: list[Remark] = field(default_factory=list)
     guessed: list[Remark] = field(default_factory=list)
     lost: list[Remark] = field(default_factory=list)
     noticed: list[Remark] = field(default_factory=list)
+    commanded: list[str] = field(default_factory=list)
     mujoco_warnings: dict[str, None] = field(default_factory=dict)
     _used: dict[int, Element] = field(default_factory=dict)
 
@@ -125,6 +129,13 @@ class Draft:
     def entry(self, section: str, key: str) -> Entry:
         """Return the entry of a section with this key; a new one if there is none."""
         return self.sections[section].setdefault(key, Entry())
+
+    def add_graph(self, name: str, use: str, parameters: dict[str, Any], *comments: str) -> None:
+        """Use an included graph with the parameter `base`, the root link, and others; comments stand above it."""
+        if self.urdf.root != "base_link":  # the default of the graphs
+            parameters = {"base": self.urdf.root} | parameters
+        value: dict[str, Any] = {"use": use} | ({"parameters": parameters} if parameters else {})
+        self.sections["graphs"][name] = Entry(value, list(comments))
 
     def use(self, element: Element) -> None:
         """Mark an element of the description, and all in it, as used, so that it is not listed as left behind."""

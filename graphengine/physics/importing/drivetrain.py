@@ -1,10 +1,10 @@
-"""Decides what drives a robot: the drives of its joints, and the graph of its base."""
+"""Decides what drives a robot: the drives of its joints, and the graphs of its base, arms and grippers."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 
-from graphengine.physics.importing import base_graph, joint_drives
+from graphengine.physics.importing import base_graph, joint_drives, joint_graphs
 from graphengine.physics.importing.base import Base
 from graphengine.physics.importing.base_controllers import base_of_controllers
 from graphengine.physics.importing.base_guess import base_of_wheels
@@ -17,7 +17,7 @@ from graphengine.physics.importing.joint_commands import joint_commands
 
 
 def fill(draft: Draft) -> None:
-    """Give joints their drives, and a base its graph and the friction of its wheels."""
+    """Give joints their drives and graphs, and a base the friction of its wheels."""
     known = controllers(draft)
     commands = joint_commands(draft, known)
     commanded = {joint for joint, each in commands.items() if each.ranges}
@@ -28,7 +28,9 @@ def fill(draft: Draft) -> None:
         drivetrain = next((found for found in tried if found is not None), None)
     if drivetrain is not None:
         base_graph.fill(draft, drivetrain)
-    joint_drives.fill(draft, commands, wheels, drivetrain)
+    if draft.urdf.mjcf is None:  # a MuJoCo model has its own drives
+        joint_drives.fill(draft, commands, wheels, drivetrain)
+    joint_graphs.fill(draft, known, drivetrain)
 
 
 def _bases(

@@ -1,4 +1,4 @@
-"""Imports a description as a robot for `graphrun import-urdf`, and tests it before any file is written."""
+"""Imports a description as a robot for `graphrun import-robot`, and tests it before any file is written."""
 
 from __future__ import annotations
 
@@ -10,32 +10,38 @@ from pathlib import Path
 
 import numpy as np
 
+from graphengine.devices.rotation import NOWHERE
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import Document
 from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
 from graphengine.physics.description.description_reader import robot_file
+from graphengine.physics.description.mjcf import read_mjcf
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
 from graphengine.physics.description.xacro import is_xacro
 from graphengine.physics.description.xacro_macros import literal
+from graphengine.physics.dynamics.keyframes import begin_in
 from graphengine.physics.engine import REFUSALS, body_names, collides, compiled, mujoco
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
 from graphengine.physics.importing import (
+    arm_base,
+    arm_gains,
     drivetrain,
     effort_limits,
     gazebo_links,
     gazebo_sensors,
     joint_dynamics,
     left_behind,
+    mjcf_parts,
     resting,
     wheel_material,
     wheels,
 )
-from graphengine.physics.importing.bundle import bundle_graphs, bundle_meshes
+from graphengine.physics.importing.bundle import bundle_graphs, bundle_meshes, bundle_model
 from graphengine.physics.importing.draft import Draft
 from graphengine.physics.importing.robot_source import WRAPPER
 from graphengine.physics.importing.trial import FLOOR_FRICTION
@@ -49,8 +55,10 @@ from graphengine.physics.model.robot_prims import add_robot
 _PARTS = (
     wheels.fill,
     gazebo_links.fill,
+    arm_base.fill,
     drivetrain.fill,
     joint_dynamics.fill,
+    arm_gains.fill,
     effort_limits.fill,
     wheel_material.fill,
     resting.fill,
@@ -58,6 +66,8 @@ _PARTS = (
     left_behind.fill,
 )
 """What fills a draft, in this order."""
+_PARTS_OF_MODELS = (wheels.fill, mjcf_parts.fill, drivetrain.fill, wheel_material.fill, resting.fill)
+"""The same for MuJoCo models, which say more by themselves."""
 _MESHES = ("mesh", "texture")
 
 
@@ -75,6 +85,7 @@ class Origin:
         bundled: whether the description, its meshes and the included graphs are copied into the project; `path` is None then.
         wrapper: text of the xacro file to write that makes the robot of a macro; empty without one.
         controllers: parameters of ros2_control that the user gave.
+        model: file of a MuJoCo model, whose root `element` then is.
     """
 
     element: Element
@@ -86,6 +97,7 @@ class Origin:
     bundled: bool = False
     wrapper: str = ""
     controllers: Document | None = None
+    model: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +107,8 @@ class Imported:
     Attributes:
         robot: the robot as in a scene.
         free: whether its root link moves.
-        lowest: height (m) of the lowest point of its colliders above its root link, all joints at zero; None without colliders.
+        lowest: height (m) of the lowest point of its colliders above its root link, or above the origin of a MuJoCo model,
+            with joints where they start; None without colliders.
         library: library with its meshes.
         files: texts by path, the robot file last.
         copies: files to copy, by where they go.
@@ -116,29 +129,42 @@ class Imported:
 
     @property
     def lift(self) -> float:
-        """Height (m) of the root link at which the robot stands on a floor, rounded up to 1 mm; 0 for a fixed base."""
-        return math.ceil(round(-(self.lowest or 0.0), 4) * 1000) / 1000 if self.free else 0.0
+        """Height (m) at which to place the robot on a floor, rounded up to 1 mm.
+
+        It is 0 for a fixed base, and for a robot that starts in a keyframe, which has the height of its root link.
+        """
+        if not self.free or "start" in self.draft.settings:
+            return 0.0
+        return math.ceil(round(-(self.lowest or 0.0), 4) * 1000) / 1000
 
 
 def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     """Test a description and return the robot; errors are added to `findings`."""
-    urdf = read_urdf(origin.element, origin.packages, findings)
+    name, files = origin.target.stem, origin.packages.files
+    library = Library(files, findings)
+    model_files: dict[Path, Path] = {}
+    if origin.model is None:
+        urdf = read_urdf(origin.element, origin.packages, findings)
+    else:
+        urdf = read_mjcf(origin.model, library)
+        model_files = bundle_model(origin.model, library, name) if origin.bundled else {}
     if urdf is None:
         return None
-    name, files = origin.target.stem, origin.packages.files
     packages = [] if origin.bundled else list(_used_packages(urdf))
     path = origin.path or origin.target.with_suffix(".urdf")
+    if origin.model is not None:
+        copied = next((to for to, source in model_files.items() if source == origin.model.resolve()), None)
+        path = origin.target.parent / copied if copied is not None else origin.model
     told = [_near(folder, origin.target) for folder in packages]
-    library = Library(files, findings)
     near = _near(path, origin.target)
     draft = Draft(urdf, name, origin.told, near, told, origin.fixed_base, origin.controllers, library)
-    for fill in _PARTS:
+    for fill in _PARTS if origin.model is None else _PARTS_OF_MODELS:
         fill(draft)
     graphs = bundle_graphs(draft) if origin.bundled else {}
     text = render(draft)
     file = robot_file(text, origin.target, findings)
     (placement,) = place(name, RobotUse(use=str(origin.target)))
-    robot = load_robot(placement, file, files, findings, urdf) if file is not None else None
+    robot = load_robot(placement, file, library, urdf) if file is not None else None
     spec = robot_spec(robot, library, FLOOR_FRICTION, findings) if robot is not None else None
     model = _compiled(spec, draft, findings) if spec is not None else None
     if robot is None or model is None:
@@ -148,14 +174,14 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     add_robot(Stage(), robot, bodies, findings)
     if len(findings.errors) > before:
         return None
-    meshes = bundle_meshes(urdf) if origin.bundled else {}
-    written = {} if origin.path is not None else {path: _portable(urdf, meshes)}
+    meshes = bundle_meshes(urdf) if origin.bundled and origin.model is None else model_files
+    written = {} if origin.path is not None or origin.model is not None else {path: _portable(urdf, meshes)}
     if origin.wrapper:
         written = {origin.target.with_suffix(WRAPPER): origin.wrapper, **written}
     return Imported(
         robot=robot,
         free=robot.disabled.free_link is not None,
-        lowest=_lowest(model),
+        lowest=_lowest(model, robot),
         library=library,
         files={**written, origin.target: text},
         copies={_beside(origin.target, target): source for target, source in {**graphs, **meshes}.items()},
@@ -185,9 +211,11 @@ def _compiled(spec: mujoco.MjSpec, draft: Draft, findings: Findings) -> mujoco.M
     return model
 
 
-def _lowest(model: mujoco.MjModel) -> float | None:
+def _lowest(model: mujoco.MjModel, robot: RobotInstance) -> float | None:
     """Height of the robot's lowest collider relative to its root link, m; None without colliders."""
     data = mujoco.MjData(model)
+    if robot.keyframe is not None:
+        begin_in(robot.keyframe, "", NOWHERE, model, data)
     mujoco.mj_kinematics(model, data)
     found = extents(model, data, np.flatnonzero(collides(model)))
     return float(found[0][2]) if found is not None else None

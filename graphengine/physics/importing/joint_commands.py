@@ -12,9 +12,10 @@ from graphengine.physics.importing.controllers_file import Controller
 from graphengine.physics.importing.draft import Draft, Remark
 
 KINDS = ("position", "velocity", "effort")
+_SERVOS = ("TrajectoryController", "GripperActionController")
+"""Ends of the types of controllers that hold positions by whichever command; a position drive takes their place."""
 _CONTROLLERS = {
     "PositionController": "position",
-    "TrajectoryController": "position",
     "VelocityController": "velocity",
     "EffortController": "effort",
 }
@@ -43,6 +44,12 @@ class JointCommands:
 def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str, JointCommands]:
     """Return the commands of each joint that controllers or the description list; what was read is marked as used."""
     found: dict[str, JointCommands] = {}
+    if draft.urdf.mjcf is not None:
+        for actuator in draft.urdf.mjcf.actuators:
+            if actuator.joint:
+                span = draft.urdf.joints[actuator.joint].element.span
+                source = f"actuator {printable(actuator.name)}"
+                found.setdefault(actuator.joint, JointCommands(source, span)).ranges[actuator.kind] = None, None
     for controller in controllers:
         _controller(draft, controller, found)
     for element in draft.urdf.element.all("ros2_control"):
@@ -54,8 +61,8 @@ def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str,
 
 def _controller(draft: Draft, controller: Controller, found: dict[str, JointCommands]) -> None:
     """The joints of a controller that commands each of them alone, such as a JointGroupVelocityController."""
-    kinds = controller.texts("command_interfaces", "interface_name")
     word = controller.type.rpartition("/")[2]
+    kinds = ("position",) if word.endswith(_SERVOS) else controller.texts("command_interfaces", "interface_name")
     kinds = kinds or tuple(kind for part, kind in _CONTROLLERS.items() if part in word)
     for name in controller.texts("joint", "joints"):
         if name not in draft.urdf.joints or not draft.urdf.joints[name].moves:

@@ -78,6 +78,8 @@ def fill(
         decisions.setdefault(decision, []).append(joint)
         entry = draft.entry("joints", joint.name)
         entry.value |= _drive(draft, joint, decision.kind, wheels, drivetrain)
+        if decision.kind == "position" and (drivetrain is None or joint not in drivetrain.steering):
+            draft.servos.append(joint.name)
         if decision.kind not in ("velocity", "position"):
             entry.hint = _TOLD[decision.kind]
         if joint.name in commands:

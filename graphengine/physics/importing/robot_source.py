@@ -1,4 +1,4 @@
-"""Reads the description that an import begins with, from a URDF or a xacro file."""
+"""Reads the description that an import begins with, from a URDF, xacro or SDF file."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from graphengine.physics.description.absent_packages import drop_meshes, report_
 from graphengine.physics.description.xacro_macros import choose_macro, robot_macros, wrapper
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element
+from graphengine.physics.sdf.sdf_files import is_sdf
+from graphengine.physics.sdf.sdf_reader import read_sdf
 
 WRAPPER = ".urdf.xacro"
 """Suffix of the file that makes a robot of a macro."""
@@ -25,11 +27,13 @@ class Wishes:
         arguments: values of the arguments of a xacro file, and of the parameters of a macro.
         macro: the macro that is the robot.
         without: packages that are left out.
+        model: the model of an SDF file that is the robot.
     """
 
     arguments: Mapping[str, str] = field(default_factory=dict)
     macro: str | None = None
     without: Collection[str] = ()
+    model: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +54,7 @@ class RobotSource:
 def read_source(
     path: Path, root: Element, target: Path, wishes: Wishes, packages: Packages, findings: Findings
 ) -> RobotSource | None:
-    """Expand a description if it has xacro syntax; what is wrong with it goes to `findings`.
+    """Expand a description if it has xacro syntax, and convert SDF to URDF; what is wrong with it goes to `findings`.
 
     Args:
         path: of the description.
@@ -61,6 +65,12 @@ def read_source(
         findings: takes errors, and notes on what was chosen and left out.
     """
     before = len(findings.errors)
+    if is_sdf(root):
+        whole: Element | None = root
+        if xacro.is_xacro(path, root):
+            whole = xacro.expand(path, wishes.arguments, packages, findings, without=wishes.without)
+        model = read_sdf(path, whole, packages, findings, wishes.model) if whole is not None else None
+        return _checked(model, wishes, packages, findings, before) if model is not None else None
     if not xacro.is_xacro(path, root):
         drop_meshes(root, wishes.without, findings)
         report_mesh_packages(root, packages, findings)
@@ -85,11 +95,16 @@ def read_source(
         if wishes.macro is None:
             told = f"the file makes no robot; {file.name} calls its macro {macro.name!r}"
             findings.add("N103", told, macro.span)
-    if element is None:
-        return None
+    return _checked(element, wishes, packages, findings, before, text) if element is not None else None
+
+
+def _checked(
+    element: Element, wishes: Wishes, packages: Packages, findings: Findings, before: int, wrapper: str = ""
+) -> RobotSource | None:
+    """Leave out what the user wishes, and report meshes in packages that are not found; None after an error."""
     drop_meshes(element, wishes.without, findings)
     report_mesh_packages(element, packages, findings)
-    return RobotSource(element, False, text) if len(findings.errors) == before else None
+    return RobotSource(element, False, wrapper) if len(findings.errors) == before else None
 
 
 def arguments_of(path: Path, root: Element, packages: Packages, findings: Findings) -> list[str]:

@@ -25,9 +25,9 @@ def trial_spec(draft: Draft) -> tuple[mujoco.MjSpec, RobotInstance] | None:
     scratch = Findings()
     file = robot_file(render(draft), Path(f"{draft.name}.yaml"), scratch)
     (placement,) = place(draft.name, RobotUse(use=f"{draft.name}.yaml"))
-    robot = load_robot(placement, file, draft.library.files, scratch, draft.urdf) if file is not None else None
     reported, draft.library.findings = draft.library.findings, scratch
     try:
+        robot = load_robot(placement, file, draft.library, draft.urdf) if file is not None else None
         spec = robot_spec(robot, draft.library, FLOOR_FRICTION, scratch) if robot is not None else None
     finally:
         draft.library.findings = reported

@@ -11,7 +11,7 @@ import numpy as np
 
 from graphengine.devices.rotation import Vector3, rotate
 from graphengine.physics.description.urdf import TURNING, UrdfJoint, origin_of, shape_of
-from graphengine.physics.engine import Floats, collides, mujoco
+from graphengine.physics.engine import Floats, body_names, collides, mujoco
 from graphengine.physics.importing.draft import Draft, Remark, WheelShape, rounded
 from graphengine.physics.importing.trial import trial_model, trial_spec
 from graphengine.physics.model.geoms import extents, mesh_vertices
@@ -48,7 +48,10 @@ def fill(draft: Draft) -> None:
         geoms[int(model.geom_bodyid[geom])].append(geom)
     axes = draft.urdf.axes_in_root()
     swivelling = _swivelling(draft, axes)
+    known = set(body_names(model))
     for joint in filter(turns_on, draft.urdf.moving()):
+        if joint.child not in known:  # a frame between two joints of one body
+            continue
         colliders = geoms[model.body(joint.child).id]
         wheel = _wheel(draft, joint, axes[joint.name], model, data, colliders, float(below[0][2]))
         if wheel is not None:

@@ -20,14 +20,18 @@ _SECTIONS = ("links", "wheel_colliders", "materials", "frames", "sensors", "name
 def render(draft: Draft) -> str:
     """Return the text of the robot file."""
     urdf = draft.urdf
-    lines = [f"# Imported by `graphrun import-urdf` from {printable(draft.source)}."]
-    lines += ["format: 1", f"robot: {scalar(draft.name)}", f"urdf: {scalar(draft.path)}"]
+    lines = [f"# Imported by `graphrun import-robot` from {printable(draft.source)}."]
+    lines += [
+        "format: 1",
+        f"robot: {scalar(draft.name)}",
+        f"{'mjcf' if urdf.mjcf is not None else 'urdf'}: {scalar(draft.path)}",
+    ]
     if draft.package_paths:
         lines += ["package_paths:", *(f"  - {scalar(folder)}" for folder in draft.package_paths)]
     lines += [f"base_link: {scalar(urdf.root)}"]
     if urdf.root == WORLD:
         lines[-1] += "    # which is the world itself: the robot is bolted to it"
-    elif draft.fixed_base:
+    elif draft.fixed_base and urdf.moves_freely:
         lines += ["fixed_base: true"]
     lines += [f"{key}: {flow(value)}" for key, value in draft.settings.items()]
     lines += ["", f"# {len(urdf.links)} links, {urdf.mass:g} kg, and the shapes that they collide with, in m"]

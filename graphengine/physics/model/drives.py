@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -20,6 +21,34 @@ from graphengine.physics.engine import Indices, mujoco
 
 DEGREES = 180 / math.pi
 """Degrees in a radian: USD stores angular drives per degree, which PhysX multiplies by this."""
+
+
+Kind = Literal["position", "velocity", "effort"]
+"""Kind of a command."""
+KINDS: tuple[Kind, ...] = ("position", "velocity", "effort")
+
+
+@dataclass(frozen=True, slots=True)
+class Servo:
+    """An actuator of a MuJoCo model, and how a command becomes its control signal: `offset + scale * command`.
+
+    Attributes:
+        kind: of the commands that it takes, in rad, rad/s, N m, or m, m/s, N.
+        name: of the actuator in its model.
+        lowest: least command within the range of the control signal.
+        highest: greatest one.
+    """
+
+    kind: Kind
+    name: str
+    scale: float = 1.0
+    offset: float = 0.0
+    lowest: float = -math.inf
+    highest: float = math.inf
+
+    def control(self, command: float) -> float:
+        """Return the control signal that stands for a command."""
+        return command if self.scale == 1.0 and self.offset == 0.0 else self.offset + self.scale * command
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +65,25 @@ class Drive:
     max_force: float = math.inf
     carries: float = 0.0
     """What a wheel moves of the mass of its robot, by its radius: inertia over mass, m²."""
+    interpolate: bool = False
+    """Whether set points reach a new target at the end of a tick, not at its beginning."""
+    gravity_compensation: bool = False
+    """Whether the drive carries the weight of the links beyond its joint."""
+    servos: tuple[Servo, ...] | None = None
+    """The model's own actuators, one for each kind of command; None: this module's actuators, made of the gains."""
+
+    def servo(self, joint: str, kind: Kind) -> Servo | None:
+        """Return the actuator that takes commands of a kind, named as in the compiled model; None if there is none.
+
+        Args:
+            joint: name of the joint in the compiled model, which begins with that of the robot.
+            kind: of the command.
+        """
+        if self.servos is not None:
+            found = next((servo for servo in self.servos if servo.kind == kind), None)
+            return replace(found, name=f"{joint.partition('/')[0]}/{found.name}") if found is not None else None
+        name = f"{joint}.{kind}"
+        return Servo(kind, name) if dict(servos(joint, self)).get(name, 0.0) > 0 else None
 
 
 def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | None:
@@ -49,7 +97,8 @@ def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | Non
     if joint.drive is not None:
         drive = joint.drive
         limits = drive.max_acceleration or math.inf, drive.max_velocity or math.inf, drive.max_force or effort
-        return Drive(drive.stiffness, drive.damping, drive.target_velocity, *limits)
+        habits = {"interpolate": drive.interpolate, "gravity_compensation": drive.gravity_compensation}
+        return Drive(drive.stiffness, drive.damping, drive.target_velocity, *limits, **habits)
     if joint.usd_drive is not None:
         usd, factor = joint.usd_drive, 1.0 if prismatic else DEGREES
         velocity, most = usd.target_velocity / factor, usd.max_force or effort
@@ -73,6 +122,7 @@ def servos(joint: str, drive: Drive) -> tuple[tuple[str, float], tuple[str, floa
 
 
 def servo_ids(model: mujoco.MjModel, drives: Iterable[tuple[str, Drive]]) -> Indices:
-    """Return ids of the joints' position and velocity servos, shape (2, joints); -1 for a gain of zero, which has no servo."""
-    found = [[model.actuator(servo).id if gain > 0 else -1 for servo, gain in servos(*drive)] for drive in drives]
-    return np.array(found, np.intp).reshape(-1, 2).T.copy()
+    """Return ids of the joints' actuators for positions, velocities and efforts, shape (3, joints); -1 where there is none."""
+    found = [[drive.servo(joint, kind) for kind in KINDS] for joint, drive in drives]
+    ids = [[model.actuator(servo.name).id if servo is not None else -1 for servo in row] for row in found]
+    return np.array(ids, np.intp).reshape(-1, 3).T.copy()

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing
 from graphengine.physics.description.robot_file import RobotFile
-from graphengine.physics.description.urdf import WORLD, Urdf, UrdfJoint, UrdfLink
+from graphengine.physics.description.urdf import Urdf, UrdfJoint, UrdfLink
 
 NEGLIGIBLE = 0.01
 """Share of a robot's mass that may hang on a disabled joint and stay."""
@@ -42,7 +42,7 @@ def disable_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> Disabled:
         findings: receives errors, and notes on joints that become fixed.
     """
     off = _disabled(file, urdf)
-    free_link = None if file.spec.fixed_base or urdf.root == WORLD else urdf.root
+    free_link = urdf.root if urdf.moves_freely and not file.spec.fixed_base else None
     staying: list[str] = []
     for name, span in off.items():
         joint = urdf.joints[name]

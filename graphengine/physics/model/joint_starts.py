@@ -8,10 +8,24 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.robot_spec import JointSpec
 from graphengine.format.spec import JointStartSpec, RobotUse
 from graphengine.format.wording import did_you_mean, listing
+from graphengine.physics.description.mjcf_model import Keyframe
 from graphengine.physics.description.urdf import Urdf, UrdfJoint
 
 
-def joint_starts(moving: Iterable[UrdfJoint], joints: Mapping[str, JointSpec], use: RobotUse) -> dict[str, float]:
+def check_keyframe(name: str, urdf: Urdf, span: Span | None, findings: Findings) -> None:
+    """Report a keyframe that a robot does not have."""
+    known = urdf.mjcf.keyframes if urdf.mjcf is not None else {}
+    if name not in known:
+        near = did_you_mean(name, known) or listing(known, "keyframes")
+        findings.add("S104", f"the robot has no keyframe {name!r}", span, near)
+
+
+def joint_starts(
+    moving: Iterable[UrdfJoint],
+    joints: Mapping[str, JointSpec],
+    use: RobotUse,
+    keyframe: Keyframe | None = None,
+) -> dict[str, float]:
     """Position at the start (rad or m) of each moving joint that has one, by name.
 
     A joint that follows another starts where its leader puts it.
@@ -20,9 +34,12 @@ def joint_starts(moving: Iterable[UrdfJoint], joints: Mapping[str, JointSpec], u
         moving: the joints of the robot that move.
         joints: of the robot file.
         use: of the scene, which overrides the robot file.
+        keyframe: in which the robot starts, which both override.
     """
     known = {joint.name: joint for joint in moving}
-    stated = {name: joint.start for name, joint in joints.items() if joint.start is not None}
+    coordinates = keyframe.coordinates if keyframe is not None else {}
+    stated = {name: coordinates[name][0] for name in known if name in coordinates}
+    stated |= {name: joint.start for name, joint in joints.items() if joint.start is not None}
     stated |= {name: joint.start for name, joint in use.joints.items()}
     starts = {name: stated[name] for name in known if name in stated}
     pending = [joint for joint in known.values() if joint.mimic is not None and joint.name not in starts]

@@ -8,17 +8,19 @@ from dataclasses import dataclass, replace
 
 from graphengine.devices.rotation import Quaternion, Vector3, rotate
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.files import Files
 from graphengine.format.robot_spec import RobotSpec, WheelColliderSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.description.description_reader import read_description
+from graphengine.physics.description.mjcf_actuators import drives_by_joint
+from graphengine.physics.description.mjcf_model import Keyframe
 from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.description.urdf import TURNING, Urdf, UrdfJoint, shape_of, track
+from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import write
 from graphengine.physics.model.drives import Drive, drive_of, in_si
 from graphengine.physics.model.fleet_expansion import RobotPlacement
 from graphengine.physics.model.joint_disabling import Disabled, disable_joints
-from graphengine.physics.model.joint_starts import check_starts, joint_starts
+from graphengine.physics.model.joint_starts import check_keyframe, check_starts, joint_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.profiles import SensorProfile, read_profiles
 
@@ -76,13 +78,33 @@ class RobotInstance:
     @property
     def fixed_transforms(self) -> tuple[tuple[str, str, Vector3, Quaternion], ...]:
         """Parent frame, child frame, translation (m) and rotation of each fixed joint, in order of the description."""
-        fixed = [joint for joint in self.urdf.joints.values() if not joint.moves]
+        fixed = [joint for joint in self.urdf.joints.values() if joint.type == "fixed"]
         return tuple((joint.parent, joint.child, *joint.pose) for joint in fixed)
 
     @property
     def starts(self) -> dict[str, float]:
         """Position at the start (rad or m) of each moving joint that has one."""
-        return joint_starts(self.moving, self.spec.joints, self.placement.use)
+        return joint_starts(self.moving, self.spec.joints, self.placement.use, self.keyframe)
+
+    @property
+    def keyframe(self) -> Keyframe | None:
+        """The keyframe of the model in which the robot starts."""
+        name = self.placement.use.start or self.spec.start
+        return self.urdf.mjcf.keyframes.get(name) if self.urdf.mjcf is not None else None
+
+    @property
+    def actuators(self) -> dict[str, str]:
+        """Actuators of the model by name, and the joint that each drives; empty for one that does not move a single joint."""
+        known, joints = self.urdf.mjcf.actuators if self.urdf.mjcf is not None else (), {j.name for j in self.moving}
+        own = [actuator for actuator in known if actuator.name not in joints]
+        driven = {actuator.joint: self.drives.get(actuator.joint, Drive()).servos for actuator in own}
+        return {each.name: each.joint for each in own if not each.joint or driven[each.joint] is not None}
+
+    @property
+    def other_actuators(self) -> dict[str, Drive]:
+        """The actuators of the model that do not move a single joint, by name."""
+        known = {each.name: each.drive for each in (self.urdf.mjcf.actuators if self.urdf.mjcf is not None else ())}
+        return {name: known[name] for name, joint in self.actuators.items() if not joint}
 
     @property
     def wheel_radii(self) -> dict[str, float]:
@@ -103,15 +125,17 @@ def wheel_shapes(spec: RobotSpec) -> dict[str, tuple[float, float]]:
 
 
 def load_robot(
-    placement: RobotPlacement, file: RobotFile, files: Files, findings: Findings, urdf: Urdf | None = None
+    placement: RobotPlacement, file: RobotFile, library: Library, urdf: Urdf | None = None
 ) -> RobotInstance | None:
-    """Check a robot file against its description, which is read unless given; errors are added to `findings`."""
-    urdf = urdf or read_description(file, files, findings)
-    profiles = read_profiles(file, files, findings)
+    """Check a robot file against its description, which is read unless given; errors go to the library's findings."""
+    findings = library.findings
+    urdf = urdf or read_description(file, library)
+    profiles = read_profiles(file, library.files, findings)
     if urdf is None:
         return None
     before = len(findings.errors)
     _check_names(file, urdf, findings)
+    _check_model(file, urdf, findings)
     if len(findings.errors) > before:
         return None
     for name, joint in file.spec.joints.items():
@@ -164,6 +188,21 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
             bound[link] = span
 
 
+def _check_model(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
+    """Check the keyframe, and report keys that say of a URDF what a MuJoCo model says by itself."""
+    spec = file.spec
+    if spec.start:
+        check_keyframe(spec.start, urdf, file.span("start"), findings)
+    if urdf.mjcf is None:
+        return
+    places = {key: file.key_span(key) for key in ("keep_only_joints", "self_collision") if getattr(spec, key)}
+    for name, joint in spec.joints.items():
+        given = {"enabled": not joint.enabled, "weld": joint.weld, "position": joint.position is not None}
+        places |= {key: file.key_span("joints", name, key) for key, is_given in given.items() if is_given}
+    for key, span in places.items():
+        findings.add("G109", f"{key}: has no effect on a MuJoCo model", span, "change the model's own file instead")
+
+
 def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings) -> dict[str, Drive]:
     """Return the drives of movable joints that have one."""
     drives: dict[str, Drive] = {}
@@ -186,6 +225,9 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
             findings.add(
                 "N103", f"joint {name!r}: usd_drive is given per degree; in SI units it is {in_si(drive)}", span
             )
+    if urdf.mjcf is not None:
+        drives = drives_by_joint(urdf.mjcf.actuators) | drives
+        drives = {name: drives[name] for name, joint in urdf.joints.items() if joint.moves and name in drives}
     wheels = urdf.wheels((urdf.joints[name] for name in drives), wheel_shapes(file.spec))
     for wheel in wheels:
         drives[wheel.joint] = replace(drives[wheel.joint], carries=wheel.radius**2 / len(wheels))

@@ -9,9 +9,10 @@ import numpy as np
 
 from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
-from graphengine.format.robot_spec import SpringSpec, WheelColliderSpec
+from graphengine.format.robot_spec import JointSpec, SpringSpec, WheelColliderSpec
 from graphengine.physics.description.for_mujoco import for_mujoco
 from graphengine.physics.description.mjcf import parse
+from graphengine.physics.description.mjcf_model import MjcfModel
 from graphengine.physics.description.urdf import WORLD, Mimic, Urdf
 from graphengine.physics.engine import PICTURES, RAYS, RAYS_AND_PICTURES, mujoco
 from graphengine.physics.files.references import Library
@@ -37,6 +38,36 @@ def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: F
         floor: friction of the floor.
         findings: receives errors and notes.
     """
+    spec = _of_urdf(robot, library, findings) if robot.urdf.mjcf is None else _of_mjcf(robot, robot.urdf.mjcf)
+    if spec is None:
+        return None
+    for link, changes in robot.spec.links.items():
+        if robot.urdf.mjcf is None or not changes.gravity:
+            spec.body(link).gravcomp = 0.0 if changes.gravity else 1.0
+    _equip_joints(spec, robot)
+    _shape_wheels(spec, robot)
+    if robot.urdf.mjcf is None:
+        _hollow_meshes(spec)
+        _group_geoms(spec, robot)
+    _apply_materials(spec, robot, floor, findings)
+    if robot.urdf.mjcf is None:
+        _exclude_contacts(spec, robot)
+        _prune(spec, robot)
+    if robot.moving:
+        _keep_awake(spec)
+    return spec
+
+
+def _of_mjcf(robot: RobotInstance, model: MjcfModel) -> mujoco.MjSpec:
+    """Return a copy of a robot's own model; its root link is fixed to the world if the robot file says so."""
+    spec = model.spec.copy()
+    if model.free and robot.disabled.free_link is None:
+        spec.delete(next(iter(spec.body(robot.urdf.root).joints)))
+    return spec
+
+
+def _of_urdf(robot: RobotInstance, library: Library, findings: Findings) -> mujoco.MjSpec | None:
+    """Return a URDF as MuJoCo reads it, whose root link moves freely unless it is fixed to the world."""
     before = len(findings.errors)
     free_link = robot.disabled.free_link
     colours = {name: link.colour for name, link in robot.spec.links.items() if link.colour is not None}
@@ -51,16 +82,6 @@ def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: F
         spec.body(link).pos, spec.body(link).quat = position, (w, x, y, z)
     if free_link is not None:
         spec.body(free_link).add_freejoint(name=_unused("root", robot.urdf.joints))
-    for link, changes in robot.spec.links.items():
-        spec.body(link).gravcomp = 0.0 if changes.gravity else 1.0
-    _equip_joints(spec, robot)
-    _hollow_meshes(spec)
-    _shape_wheels(spec, robot)
-    _group_geoms(spec, robot)
-    _apply_materials(spec, robot, floor, findings)
-    _exclude_contacts(spec, robot)
-    _prune(spec, robot)
-    _keep_awake(spec)
     return spec
 
 
@@ -87,18 +108,36 @@ def _turn_round(element: Element, robot: RobotInstance) -> dict[str, Pose]:
 
 
 def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Set hard limits, armatures and drives of joints, and couple joints that mimic others."""
+    """Set hard limits, armatures and drives of joints, and couple joints that mimic others.
+
+    Of a MuJoCo model's joints, only what the robot file says is changed; a drive takes the place of the joint's actuators.
+    """
     for joint in robot.moving:
-        driven = spec.joint(joint.name)
-        driven.solref_limit, driven.solimp_limit[:2] = _HARD_SOLREF, _HARD_SOLIMP
-        if joint.name in robot.spec.joints:
-            driven.armature = robot.spec.joints[joint.name].armature
-        if joint.name in robot.drives:
-            _add_servos(spec, joint.name, robot.drives[joint.name])
-        if joint.name in robot.spec.joints and (spring := robot.spec.joints[joint.name].spring) is not None:
-            _add_spring(driven, spring)
-        if joint.mimic is not None:
-            _tie(spec, joint.name, joint.mimic)
+        driven, changes = spec.joint(joint.name), robot.spec.joints.get(joint.name, JointSpec())
+        if robot.urdf.mjcf is None:
+            driven.solref_limit, driven.solimp_limit[:2] = _HARD_SOLREF, _HARD_SOLIMP
+            driven.armature = changes.armature if joint.name in robot.spec.joints else driven.armature
+            if joint.mimic is not None:
+                _tie(spec, joint.name, joint.mimic)
+        else:
+            driven.armature = changes.armature or driven.armature
+            if changes.limits is not None:
+                driven.range, driven.limited = changes.limits, mujoco.mjtLimited.mjLIMITED_TRUE
+        drive = robot.drives.get(joint.name)
+        if drive is not None and drive.servos is None:
+            _delete_actuators(spec, robot, joint.name)
+            _add_servos(spec, joint.name, drive)
+        if changes.spring is not None:
+            _add_spring(driven, changes.spring)
+
+
+def _delete_actuators(spec: mujoco.MjSpec, robot: RobotInstance, joint: str) -> None:
+    """Delete the actuators of a MuJoCo model that move a joint, and the sensors that measure them."""
+    known = robot.urdf.mjcf.actuators if robot.urdf.mjcf is not None else ()
+    names = {actuator.name for actuator in known if actuator.joint == joint}
+    measured = [each for each in spec.sensors if each.objtype == mujoco.mjtObj.mjOBJ_ACTUATOR and each.objname in names]
+    for part in (*measured, *(spec.actuator(name) for name in names)):
+        spec.delete(part)
 
 
 def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:

@@ -5,6 +5,7 @@ Mounts of sensors and frames are prims only. Physics knows nothing of them; thei
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection
 from typing import Any
@@ -15,6 +16,7 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import AmbiguousPrimError, PrimError
 from graphengine.format.robot_spec import MaterialSpec, SensorSpec
 from graphengine.format.wording import did_you_mean, listing
+from graphengine.physics.model.holonomic_wheels import holonomic_wheels
 from graphengine.physics.model.profiles import RigProfile
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.sensors.implementations import Profile
@@ -74,17 +76,24 @@ class _PrimBuilder:
     def build(self) -> None:
         """Define the prims of the robot, then of its frames and sensors, and then set namespaces and names on prims."""
         robot, file = self.robot, self.robot.file
-        links = self._links()
+        links, keyframe = self._links(), robot.keyframe
+        floating = [joint for joint in robot.urdf.joints.values() if joint.type == "floating"]
         self.stage.find(robot.prim_path).facts.update(
             base_link=links[robot.spec.base_link],
             articulation_root=links[robot.articulation_root],
             joints=tuple(joint.name for joint in robot.moving),
-            moving_links=tuple(links[joint.child] for joint in robot.moving),
+            moving_links=tuple(links[joint.child] for joint in (*robot.moving, *floating)),
             prismatic=tuple(joint.type == "prismatic" for joint in robot.moving),
+            ranges=tuple(joint.limits or (-math.inf, math.inf) for joint in robot.moving),
+            max_velocities=tuple(joint.velocity or math.inf for joint in robot.moving),
+            leaders=tuple(joint.mimic.leader if joint.mimic is not None else "" for joint in robot.moving),
             wheel_radii=robot.wheel_radii,
             wheel_distance=robot.wheel_distance,
+            holonomic_wheels=tuple(holonomic_wheels(robot)),
             urdf=robot.urdf_text,
             fixed_transforms=robot.fixed_transforms,
+            **({"actuators": robot.actuators, "other_actuators": robot.other_actuators} if robot.actuators else {}),
+            **({"keyframe": keyframe} if keyframe is not None else {}),
         )
         self._joints(links)
         for name, frame in robot.spec.frames.items():

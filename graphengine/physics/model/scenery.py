@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,17 +14,18 @@ from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
 from graphengine.physics.description.description_reader import SUFFIXES, is_text, read_bare
-from graphengine.physics.description.mjcf import is_mjcf, read_mjcf
 from graphengine.physics.description.robot_file import read_robot
+from graphengine.physics.dynamics.moving_surfaces import add_surface_joints
 from graphengine.physics.engine import REFUSALS, compiled, mujoco
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, place_of
 from graphengine.physics.model.fleet_expansion import RobotPlacement
-from graphengine.physics.model.joint_starts import check_starts
+from graphengine.physics.model.joint_starts import check_keyframe, check_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
-from graphengine.physics.model.sensor_bodies import add_housings
+from graphengine.physics.model.sensor_bodies import add_sensors
+from graphengine.physics.model.world_model import tell_overridden
 
 _DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")
 
@@ -84,6 +85,8 @@ class Scenery:
     def _check_starts(self, robot: RobotInstance, placement: RobotPlacement, findings: Findings) -> None:
         """Check where the scene lets a robot's joints start, once for a fleet."""
         joints, document = placement.use.joints, self.scene.document
+        if placement.use.start:
+            check_keyframe(placement.use.start, robot.urdf, document.span("robots", placement.key, "start"), findings)
         if joints and placement.key and placement.name in (placement.key, f"{placement.key}_0000"):
             places = {name: document.span("robots", placement.key, "joints", name, "start") for name in joints}
             check_starts(joints, places, robot.urdf, robot.disabled.joints, findings)
@@ -103,50 +106,53 @@ class Scenery:
 
     def _read(self, path: Path, placement: RobotPlacement, findings: Findings) -> _RobotKind | None:
         self.library.findings = findings  # whoever asks for a robot is told, not who asked for the first
-        files, use, urdf, model = self.library.files, placement.use.use, None, None
-        if is_mjcf(use):
-            file, urdf, model = read_mjcf(use, path, self.library) or (None, None, None)
-        elif is_text(use) or path.suffix in SUFFIXES:
-            file, urdf = read_bare(use, path, files, findings) or (None, None)
+        use, urdf = placement.use.use, None
+        if is_text(use) or path.suffix in SUFFIXES:
+            file, urdf = read_bare(use, path, self.library) or (None, None)
         else:
-            file = read_robot(path, files, findings)
-        robot = load_robot(placement, file, files, findings, urdf) if file is not None else None
-        if robot is not None and model is None:
-            model = robot_spec(robot, self.library, self._floor, findings)
+            file = read_robot(path, self.library.files, findings)
+        robot = load_robot(placement, file, self.library, urdf) if file is not None else None
+        model = robot_spec(robot, self.library, self._floor, findings) if robot is not None else None
         if robot is None or model is None:
             return None
-        if is_mjcf(use) or urdf is not None:
-            self._tell_joints(robot, model, placement, findings)
-        add_housings(model, robot)
+        if robot.urdf.mjcf is not None and self._world is not None:
+            tell_overridden(robot.urdf.mjcf.element, self._world, findings)
+        if urdf is not None:
+            self._tell_joints(robot, placement, findings)
+        add_sensors(model, robot)
         return _RobotKind(robot, model)
 
-    def _tell_joints(
-        self, robot: RobotInstance, model: mujoco.MjSpec, placement: RobotPlacement, findings: Findings
-    ) -> None:
+    def _tell_joints(self, robot: RobotInstance, placement: RobotPlacement, findings: Findings) -> None:
         """Report which joints graphs can use, for a description without a robot file."""
-        free = mujoco.mjtJoint.mjJNT_FREE
-        brought = [joint.name or "one without a name" for joint in model.joints if joint.type != free]
-        known = {joint.name for joint in robot.moving}
-        unknown = [name for name in brought if name not in known]
-        still = [name for name in brought if name in known and name not in robot.drives]
-        listed = f"{len(brought)} joint{'s' * (len(brought) != 1)}"
-        share = len(known) if unknown else "all"
+        mjcf = robot.urdf.mjcf
+        floating = mjcf.floating if mjcf is not None else ()
+        still = [joint.name for joint in robot.moving if joint.name not in robot.drives and joint.mimic is None]
+        number, known = len(robot.moving) + len(floating), len(robot.moving) if floating else "all"
         findings.add(
             "N104",
-            f"the description, used without a robot file, has {listed}; graphs can use {share}",
+            f"the description, used without a robot file, has {number} joint{'s' * (number != 1)}; graphs can use {known}",
             self._place_of(placement),
-            listing(unknown, "joints that graphs cannot use") if unknown else "",
+            listing(floating, "joints of several coordinates, which move freely") if floating else "",
             listing(still, "joints without a drive") if still else "",
-            "graphs cannot use joints of a MuJoCo model; write a robot file that uses a URDF of the robot"
-            if unknown
+            listing(mjcf.keyframes, "keyframes, to begin in with `start:`")
+            if mjcf is not None and mjcf.keyframes
             else "",
         )
 
-    def compile(self, robots: Mapping[str, RobotInstance], findings: Findings) -> mujoco.MjModel | None:
-        """Return one model of the world and robots from `robot`; None if MuJoCo refuses."""
+    def compile(
+        self, robots: Mapping[str, RobotInstance], findings: Findings, surfaces: Collection[str] = ()
+    ) -> mujoco.MjModel | None:
+        """Return one model of the world and robots from `robot`; None if MuJoCo refuses.
+
+        Args:
+            robots: robots by name.
+            findings: receives errors and warnings of MuJoCo.
+            surfaces: names of bodies that get a moving surface; names of no body are skipped.
+        """
         whole = self._assembled(robots, findings)
         if whole is None:
             return None
+        add_surface_joints(whole, surfaces)
         try:
             model, told = compiled(whole)
         except REFUSALS as error:
@@ -173,6 +179,8 @@ class Scenery:
             # A copy, as what is attached belongs to the whole; and MuJoCo's own copying slows down with each time.
             model = models[id(robot.file)].copy()
             model.assets.clear()
+            if robot.urdf.mjcf is not None:
+                model.option = whole.option  # or MuJoCo warns that they differ
             has_assets = bool(list(model.meshes) or list(model.textures))
             try:
                 whole.attach(model, frame=frame, prefix=f"{robot.name}/")

@@ -1,4 +1,7 @@
-"""Bodies of sensors, visible to cameras and other robots' rays, without mass and collisions."""
+"""What sensors add to the model of their robot: bodies that cameras and other robots' rays see, and parts of some devices.
+
+The bodies have neither mass nor collisions.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from graphengine.physics.engine import RAYS_AND_PICTURES, mujoco
 from graphengine.physics.model.profiles import ShapeSpec
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.model.robot_prims import add_robot
+from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 
 
 def housing_of(prim: Prim) -> str:
@@ -17,8 +21,8 @@ def housing_of(prim: Prim) -> str:
     return name + prim.path.removeprefix(above)
 
 
-def add_housings(model: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Add a body for each sensor with an appearance, on the body that carries the sensor.
+def add_sensors(model: mujoco.MjSpec, robot: RobotInstance) -> None:
+    """Add a body for each sensor with an appearance, on the body that carries the sensor, and the parts of devices.
 
     Args:
         model: editable model of the robot.
@@ -28,9 +32,15 @@ def add_housings(model: mujoco.MjSpec, robot: RobotInstance) -> None:
     add_robot(stage, robot, bodies, Findings())  # what is wrong is told when the robot's prims are made
     for name, path in stage.find(robot.prim_path).facts["mounts"].items():
         profile = robot.profiles.get(name)
-        if not path or profile is None or not profile.appearance:
+        if not path or profile is None:
             continue
         mount = stage.find(path)
+        for prim in mount.descendants():
+            kind = IMPLEMENTATIONS.all.get(prim.kind)
+            if kind is not None and kind.build is not None:
+                kind.build(model, (prim.carrier()[0] or "world").removeprefix(f"{robot.name}/"), prim)
+        if not profile.appearance:
+            continue
         body, (position, (x, y, z, w)) = mount.carrier()
         if body is None:
             continue

@@ -1,16 +1,20 @@
-"""Builds the world of a scene as an MjSpec to which robots are attached."""
+"""Builds the world of a scene, MJCF or SDF, as an MjSpec to which robots are attached."""
 
 from __future__ import annotations
 
 from fractions import Fraction
+from pathlib import Path
 
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.spec import PhysicsSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded
+from graphengine.format.wording import listing
 from graphengine.physics.description.mjcf import parse
 from graphengine.physics.engine import mujoco
 from graphengine.physics.files.references import Library
-from graphengine.physics.files.xml import Element
+from graphengine.physics.files.xml import Element, number, read
+from graphengine.physics.sdf.sdf_files import SUFFIXES, is_sdf
+from graphengine.physics.sdf.sdf_world import read_world
 
 _DRIVEN_BY = {
     "spring": mujoco.mjtDisableBit.mjDSBL_SPRING,
@@ -23,7 +27,7 @@ _DRIVEN_BY = {
 def world_spec(
     scene: Loaded[SceneSpec], library: Library, findings: Findings
 ) -> tuple[mujoco.MjSpec | None, list[Span]]:
-    """Return the world's MJCF, parsed, with the options of all scenes, and the origin of each of its lines.
+    """Return the world's MJCF, parsed, or made of its SDF, with the options of all scenes, and the origin of each of its lines.
 
     Args:
         scene: scene that names the world and the step.
@@ -31,13 +35,24 @@ def world_spec(
         findings: receives errors, after which there is no world, and notes on overridden options.
     """
     path = library.files.look_up(scene.spec.world, scene.folder, findings, scene.document.span("world"))
-    root = library.world(path) if path is not None else None
+    root = _read(path, library, findings) if path is not None else None
     if root is None:
         return None, []
     spec, lines = parse(root, library)
     if spec is not None:
         _set_options(spec, root, scene.spec.physics, findings)
     return spec, lines
+
+
+def _read(path: Path, library: Library, findings: Findings) -> Element | None:
+    """Return a world as MJCF without references to other files; None after an error."""
+    if path.suffix not in SUFFIXES:
+        return library.world(path)
+    root = read(path, findings, "S102")
+    if root is not None and not is_sdf(root):
+        findings.add("S102", f"{path.suffix} files begin with <sdf>, not <{root.tag[:40]}>", root.span)
+        return None
+    return read_world(path, root, library, findings) if root is not None else None
 
 
 def _set_options(spec: mujoco.MjSpec, root: Element, physics: PhysicsSpec, findings: Findings) -> None:
@@ -59,6 +74,22 @@ def _set_options(spec: mujoco.MjSpec, root: Element, physics: PhysicsSpec, findi
         # A wheel that pushes slips by up to 0.6 % at MuJoCo's 1, by 0.08 % at 10.
         spec.option.impratio = 10.0
     _set_flags(spec, root, findings)
+
+
+def tell_overridden(model: Element, world: mujoco.MjSpec, findings: Findings) -> None:
+    """Report options of a robot's model that have no effect, because those of the world count; equal timesteps are not told."""
+    stated = {name: option for option in model.all("option") for name in option.attributes}
+    if (option := stated.pop("timestep", None)) is not None:
+        given = number(option.get("timestep"))
+        if given is not None and abs(given - world.option.timestep) > 1e-9 * world.option.timestep:
+            text = f"timestep {given:g} s is overridden by the scene's {world.option.timestep:g} s"
+            findings.add("W204", text, option.place("timestep"))
+    flags = [flag for option in model.all("option") for flag in option.all("flag")]
+    ignored = {name: option.place(name) for name, option in stated.items()}
+    ignored |= {name: flag.place(name) for flag in flags for name in flag.attributes}
+    if ignored:
+        text = "options of the model have no effect: those of the scene's world count for all that is in it"
+        findings.add("N103", text, next(iter(ignored.values())), listing(ignored, "options"))
 
 
 def _set_flags(spec: mujoco.MjSpec, root: Element, findings: Findings) -> None:

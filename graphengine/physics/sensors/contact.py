@@ -87,11 +87,9 @@ class BodyContactSensor(CarriedPrim):
     def reading(self) -> ContactReading:
         """Return the mean force of this tick; for graphs that run per physics step, the force of this step."""
         simulation = self._simulation
-        seconds, ticks = simulation.tick_period
+        time, total = simulation.step_time, self._of_tick / simulation.substeps
         if simulation.stepping:
-            time, total = simulation.steps * seconds / (ticks * simulation.substeps), self._of_step
-        else:
-            time, total = simulation.time, self._of_tick / simulation.substeps
+            total = self._of_step
         force = math.hypot(*total.tolist())
         if force == 0.0 or force < self._threshold:
             return ContactReading(time, False, 0.0)

@@ -8,8 +8,10 @@ from typing import Annotated, Any, NamedTuple, TypeVar
 from pydantic import Field
 
 from graphengine.devices.device import DEVICE_OF, device_of
+from graphengine.devices.stage import Prim
 from graphengine.format.kinds import Kinds
 from graphengine.format.spec import Spec
+from graphengine.physics.engine import mujoco
 
 D = TypeVar("D")
 
@@ -44,18 +46,27 @@ class Implementation(NamedTuple):
     handle: Any
     """Makes a `Handle` that keeps the device's Protocol, from the simulation, its prim and the device's options."""
     profile: type[Profile]
+    build: Callable[[mujoco.MjSpec, str, Prim], None] | None = None
+    """Adds what the device needs to the model of its robot, from the name of the body that carries it and its prim."""
 
 
 IMPLEMENTATIONS: Kinds[Implementation] = Kinds("graphengine.physics.sensors")
 """By kind of device."""
 
 
-def implements(interface: Callable[..., D], profile: type[Profile]) -> Callable[[Callable[..., D]], Any]:
-    """Register an implementation; decorates the subclass of `Handle` that implements the device's Protocol."""
+def implements(
+    interface: Callable[..., D],
+    profile: type[Profile],
+    build: Callable[[mujoco.MjSpec, str, Prim], None] | None = None,
+) -> Callable[[Callable[..., D]], Any]:
+    """Register an implementation; decorates the subclass of `Handle` that implements the device's Protocol.
+
+    The arguments are those of `Implementation`.
+    """
 
     def register(handle: Callable[..., D]) -> Callable[..., D]:
         entry = device_of(interface)
-        IMPLEMENTATIONS.add(entry.kind, Implementation(handle, profile))
+        IMPLEMENTATIONS.add(entry.kind, Implementation(handle, profile, build))
         DEVICE_OF[handle] = entry
         return handle
 

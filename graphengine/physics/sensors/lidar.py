@@ -17,7 +17,6 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from graphengine.devices.lidar import Lidar, Scan, beam_directions
-from graphengine.devices.rotation import Quaternion
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Spec
 from graphengine.physics.engine import Floats
@@ -153,8 +152,7 @@ class RaySensor(TickSampled[S]):
 
     def _meet(self) -> tuple[Floats, Integers]:
         """Return distance and geom id of what each ray meets first; see `rays.Caster`."""
-        position, rotation = self.pose()
-        return self._caster.cast(np.array(position), _matrix(rotation))
+        return self._caster.cast(*self.frame())
 
     def _measured(self, distances: Floats, index: int) -> Floats:
         """Return distances within range with the noise of a sample, rounded to the resolution."""
@@ -195,15 +193,3 @@ class RayLidar(RaySensor[Scan]):
         np.copyto(ranges, np.inf, where=missed)
         np.copyto(intensities, 0.0, where=missed)
         return Scan(self._simulation.time, index, ranges, intensities)
-
-
-def _matrix(rotation: Quaternion) -> Floats:
-    """Return the rotation matrix of a unit quaternion (x, y, z, w)."""
-    x, y, z, w = rotation
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )

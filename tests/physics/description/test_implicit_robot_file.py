@@ -111,15 +111,15 @@ CAN = """<mujoco model="can">
 
 
 @pytest.mark.parametrize("from_file", [True, False])
-def test_a_mujoco_model_of_one_body_stands_in_a_scene(project: Project, from_file: bool) -> None:
+def test_a_mujoco_model_stands_in_a_scene(project: Project, from_file: bool) -> None:
     loaded = project.write("can.xml", CAN).load()
     simulation = loaded.simulation
     timestep = simulation.model.opt.timestep
     spawn(loaded, "can", "can.xml" if from_file else CAN)
     spawn(loaded, "other", "can.xml" if from_file else CAN)
     assert [(entity.name, entity.kind) for entity in simulation.entities.all()][1:] == [
-        ("can", "object"),
-        ("other", "object"),
+        ("can", "robot"),
+        ("other", "robot"),
     ]
     assert simulation.entities.state("can").position == pytest.approx((3, 0, 1))
     assert (simulation.model.opt.timestep, simulation.model.opt.gravity[2]) == (timestep, -9.81)
@@ -134,11 +134,15 @@ def test_a_mujoco_model_of_one_body_stands_in_a_scene(project: Project, from_fil
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("<mujoco><worldbody/></mujoco>", "one body, and no geoms outside of it\n  it contains: none"),
-        ("<mujoco><worldbody><body name='a'/><body name='b'/></worldbody></mujoco>", "it contains: a, b"),
+        ("<mujoco><worldbody/></mujoco>", "must contain a body\n  it contains: none"),
+        ("<mujoco><worldbody><geom name='a' size='1'/></worldbody></mujoco>", "it contains: a"),
         (
-            "<mujoco><worldbody><geom size='1'/><body name='a'/></worldbody></mujoco>",
-            "it contains: a, a geom of no body",
+            "<mujoco><worldbody><geom name='a' type='plane' size='1 1 1'/><body/></worldbody></mujoco>",
+            "has a floor, which belongs to the scene's world\n  it contains: a",
+        ),
+        (
+            "<mujoco>\n<extension><plugin plugin='mujoco.pid'/></extension></mujoco>",
+            "<extension>: plugins of MuJoCo are code",
         ),
         ("<mujoco><worldbody><body><geom size='-1'/></body></worldbody></mujoco>", "MuJoCo: size"),
         ("<mujoco><worldbody><blob/></worldbody></mujoco>", "MuJoCo: Schema violation"),

@@ -13,6 +13,7 @@ from graphengine.format.files import Files
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import parse
 from graphengine.physics.importing.import_robot import Imported, Origin, import_robot
+from graphengine.physics.importing.robot_source import Wishes, read_source
 from tests.physics.bases import MECANUM, SKID, Base, Wheel
 
 DIFFERENTIAL = Base("diff", (Wheel("left", 0.0, 0.15), Wheel("right", 0.0, -0.15)), 0.05, 0.03, 5.0)
@@ -68,6 +69,58 @@ def description(base: Base, *more: str) -> str:
     """The description of a base with more elements."""
     balls = [BALLS] if len(base.wheels) == 2 else []
     return base.urdf().replace("</robot>", "\n".join(["", *balls, *more, "</robot>"]))
+
+
+def sdf(base: Base, *more: str) -> str:
+    """A base as SDF: the same links and joints, with poses in frames of all kinds, and its wheels given in the model's frame."""
+    size = 0.9 * max(abs(wheel.x) for wheel in base.wheels) + 0.1
+    inertia = base.mass * size**2 / 3
+    content = [_sdf_link("base_link", base.mass, (inertia, inertia, 1.5 * inertia))]
+    for wheel in base.wheels:
+        mass = 0.05 * base.mass
+        about, across = mass * base.radius**2 / 2, mass * (3 * base.radius**2 + base.width**2) / 12
+        shape = f"<cylinder><radius>{base.radius}</radius><length>{base.width}</length></cylinder>"
+        # the link lies on its side, as wheels in SDF mostly do, and the joint upright at the same place
+        pose = f"<pose>{wheel.x} {wheel.y} {base.radius} -1.5707963267948966 0 0</pose>"
+        collision = f'<collision name="c"><geometry>{shape}</geometry></collision>'
+        content.append(_sdf_link(wheel.name, mass, (across, across, about), pose + collision))
+        axis = '<axis><xyz expressed_in="__model__">0 1 0</xyz></axis>'
+        content.append(_sdf_joint(f"{wheel.name}_joint", "revolute", "base_link", wheel.name, axis))
+    for name, x in (("front_ball", 0.12), ("rear_ball", -0.12)):
+        ball = '<collision name="c"><geometry><sphere><radius>0.02</radius></sphere></geometry></collision>'
+        pose = f'<pose relative_to="axles">{x} 0 -0.03 0 0 0</pose>'
+        content.append(f'<link name="{name}">{pose}<inertial><mass>1e-6</mass></inertial>{ball}</link>')
+        content.append(_sdf_joint(f"{name}_joint", "fixed", "base_link", name))
+    frame = f'<frame name="axles" attached_to="base_link"><pose relative_to="__model__">0 0 {base.radius} 0 0 0</pose></frame>'
+    plugins = [plugin.removeprefix("<gazebo>").removesuffix("</gazebo>") for plugin in more]
+    whole = "\n".join([frame, *content, *plugins])
+    return f'<sdf version="1.9"><model name="{base.name}">{whole}</model></sdf>'
+
+
+def _sdf_link(name: str, mass: float, moments: tuple[float, float, float], content: str = "") -> str:
+    place = content or '<pose relative_to="axles"/>'
+    terms = "".join(f"<{term}>{moment}</{term}>" for term, moment in zip(("ixx", "iyy", "izz"), moments, strict=True))
+    return f'<link name="{name}">{place}<inertial><mass>{mass}</mass><inertia>{terms}</inertia></inertial></link>'
+
+
+def _sdf_joint(name: str, kind: str, parent: str, child: str, content: str = "") -> str:
+    ends = f"<parent>{parent}</parent><child>{child}</child>"
+    return f'<joint name="{name}" type="{kind}">{ends}{content}</joint>'
+
+
+def imported_sdf(folder: Path, text: str) -> Imported:
+    """Import a model of SDF, which must succeed."""
+    findings, path, target = Findings(), folder / "bot.sdf", folder / "robots" / "bot.yaml"
+    path.write_text(text, encoding="utf-8")
+    root = parse(text.encode(), "bot.sdf", findings, "S103")
+    assert root is not None
+    packages = Packages(folder, (), Files.of(path, (), folder))
+    source = read_source(path, root, target, Wishes(), packages, findings)
+    assert source is not None, [error.render() for error in findings.errors]
+    origin = Origin(source.element, packages, None, "bot.sdf", target, fixed_base=False)
+    found = import_robot(origin, findings)
+    assert found is not None, [error.render() for error in findings.errors]
+    return found
 
 
 def attempt(folder: Path, text: str, controllers: str = "") -> tuple[Imported | None, Findings]:

@@ -38,8 +38,8 @@ def profile(folder: Path, kind: str, inside: str) -> dict[str, Any]:
 
 
 def uses(folder: Path, *gazebo: str) -> dict[str, dict[str, Any]]:
-    """Parameters of the graphs of an import, by graph."""
-    graphs = robot(folder, *gazebo)["graphs"].values()
+    """Parameters of the graphs of an import's sensors, by graph."""
+    graphs = [use for use in robot(folder, *gazebo)["graphs"].values() if use["use"].startswith("graphs/publishers/")]
     return {use["use"].removeprefix("graphs/publishers/").removesuffix(".yaml"): use["parameters"] for use in graphs}
 
 
@@ -215,7 +215,8 @@ def test_topics_are_those_of_the_description(
 
 def test_sensors_of_a_kind_without_topics_publish_below_their_names(tmp_path: Path) -> None:
     two = sensor("imu_link", "imu", "", name="left"), sensor("base_link", "imu", "", name="right")
-    topics = [graph["parameters"]["topic"] for graph in robot(tmp_path, *two)["graphs"].values()]
+    graphs = robot(tmp_path, *two)["graphs"].values()
+    topics = [graph["parameters"]["topic"] for graph in graphs if graph["use"] == "graphs/publishers/imu.yaml"]
     assert topics == ["left/imu", "right/imu"]
     assert "sensors left, right: no topic: published on imu, below its name" in remarks(tmp_path, "guessed", *two)
 

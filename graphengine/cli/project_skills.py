@@ -1,0 +1,156 @@
+"""What the robot of a new project can do, by its graphs: commands for the README, and tests."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from graphengine.cli.common import table
+from graphengine.format.yaml_text import flow
+
+if TYPE_CHECKING:
+    from graphengine.physics.description.urdf import UrdfJoint
+    from graphengine.physics.importing.import_robot import Imported
+
+_BASE, _STAND, _TRAJECTORY = "base", "stand", "arm/trajectory.yaml"
+"""Names of the graphs of a base and of legs in an imported robot file, and file of the graph of an arm."""
+
+
+@dataclass(frozen=True, slots=True)
+class Skill:
+    """Something that a robot can do.
+
+    Attributes:
+        commands: to try it, each with what it is for.
+        example: a sentence with a longer command; empty without one.
+        active: whether the robot falls over unless its graphs run.
+        test: Python code of its test, which may use the scene `SCENE`, the name `ROBOT` and what `_TEST_FILE` imports.
+    """
+
+    commands: tuple[tuple[str, str], ...]
+    test: str
+    example: str = ""
+    active: bool = False
+
+
+DRIVE = Skill(
+    (
+        ("graphrun teleop", "in another terminal: drive it from the keyboard"),
+        ("graphrun calibrate {name}.yaml", "commanded against reached motion, and the errors of its odometry"),
+    ),
+    """
+def test_the_base_follows_its_commands_within_two_percent() -> None:
+    assert main(["calibrate", str(SCENE), "--check", "0.02"]) == 0
+""",
+)
+_REACH = """
+def test_{name}_reaches_a_pose_within_two_milliradians() -> None:
+    pose = {pose}    # rad, m
+    way = {{"joint_names": [*pose], "points": [{{"positions": [*pose.values()], "time_from_start": {{"sec": 3}}}}]}}
+    with ge.load(SCENE).session() as sim:
+        sim.robots[ROBOT].publish({topic}, way)
+        sim.run(5.0)
+        reached = {{joint: state.position for joint, state in sim.robots[ROBOT].joints.items() if joint in pose}}
+    assert reached == pytest.approx(pose, abs=0.002)
+"""
+_STANDS = """
+def test_the_robot_stands_for_ten_seconds() -> None:
+    with ge.load(SCENE).session() as sim:
+        height = sim.robots[ROBOT].pose.position[2]
+        sim.run(10.0)
+        assert sim.robots[ROBOT].pose.position[2] == pytest.approx(height, abs=0.02)    # m
+"""
+_HOLD = """
+def test_the_joints_hold_where_they_start() -> None:
+    with ge.load(SCENE).session() as sim:
+        start = {joint: state.position for joint, state in sim.robots[ROBOT].joints.items()}
+        sim.run(3.0)
+        held = {joint: state.position for joint, state in sim.robots[ROBOT].joints.items()}
+    assert held == pytest.approx(start, abs=0.05)    # rad, m
+"""
+_TEST_FILE = '''\
+"""The robot does what its graphs say."""
+
+from pathlib import Path
+
+{imports}from graphengine.cli import main
+
+SCENE = Path(__file__).with_name("{name}.yaml")
+{robot}
+
+def test_the_files_have_no_mistakes() -> None:
+    assert main(["check", str(SCENE)]) == 0
+'''
+
+
+def skills_of(imported: Imported) -> list[Skill]:
+    """Return what an imported robot can do, by its graphs."""
+    graphs, arms = imported.draft.sections["graphs"], _arms(imported)
+    found = [DRIVE] if _BASE in graphs else []
+    found += [_reach(imported, name, parameters) for name, parameters in arms.items()]
+    if _STAND in graphs:
+        found.append(Skill((), _STANDS, active=True))
+    if not found and (joints := commanded(imported)):
+        joint = joints[-1].name
+        found.append(Skill((), _HOLD, _move(joint, imported.robot.starts.get(joint, 0.0))))
+    return found
+
+
+def commanded(imported: Imported) -> list[UrdfJoint]:
+    """Return the joints that a topic commands, apart from those of a base."""
+    return [imported.robot.urdf.joints[name] for name in imported.draft.commanded]
+
+
+def is_arm(imported: Imported) -> bool:
+    """Return whether a robot is bolted down and moves by trajectories."""
+    return not imported.free and bool(_arms(imported))
+
+
+def usage(name: str, skills: Sequence[Skill]) -> str:
+    """Return the commands for the scene with this name, one a line, each with a comment."""
+    tries = [command for skill in skills for command in skill.commands]
+    commands = [
+        (
+            "graphrun run {name}.yaml --view",
+            "the robot and its graphs in a browser; --watch reloads files that you save",
+        ),
+        *tries[:1],
+        ("graphrun topics {name}.yaml", "the topics that it publishes and subscribes to"),
+        *tries[1:],
+        ("graphrun check {name}.yaml && pytest", "before you commit"),
+    ]
+    return table([(command.replace("{name}", name), f"# {about}") for command, about in commands], indent="    ")
+
+
+def test_file(name: str, skills: Sequence[Skill]) -> str:
+    """Return the text of a test of the scene and robot with this name."""
+    simulated = any("ge." in skill.test for skill in skills)
+    imports = "import pytest\n\nimport graphengine as ge\n" if simulated else ""
+    robot = f'ROBOT = "{name}"\n' if simulated else ""
+    return "\n".join([_TEST_FILE.format(name=name, imports=imports, robot=robot), *(skill.test for skill in skills)])
+
+
+def _arms(imported: Imported) -> dict[str, Mapping[str, Any]]:
+    """Parameters of the graphs of arms, by name."""
+    graphs = imported.draft.sections["graphs"]
+    return {name: each.value["parameters"] for name, each in graphs.items() if each.value["use"].endswith(_TRAJECTORY)}
+
+
+def _reach(imported: Imported, name: str, parameters: Mapping[str, Any]) -> Skill:
+    from graphengine.physics.importing.arm_pose import raised_pose
+
+    pose = raised_pose(imported.robot, parameters["joints"])
+    topic = f"{parameters.get('controller', 'joint_trajectory_controller')}/joint_trajectory"
+    lines = "".join(f"        {json.dumps(joint)}: {position!r},\n" for joint, position in pose.items())
+    test = _REACH.format(name=re.sub(r"\W", "_", name), pose=f"{{\n{lines}    }}", topic=json.dumps(topic))
+    return Skill((), test, _move(*list(pose.items())[-1]))
+
+
+def _move(joint: str, position: float) -> str:
+    message = shlex.quote(flow({"name": [joint], "position": [position]}))
+    command = f"graphrun topic pub -1 /joint_commands sensor_msgs/msg/JointState {message}"
+    return f"While it runs, `{command}` moves a joint."

@@ -1,0 +1,44 @@
+"""Handles of conveyors, which set the surface velocity of a body."""
+
+from __future__ import annotations
+
+import itertools
+
+from graphengine.devices.rotation import Vector3
+from graphengine.format.errors import PhysicsError
+from graphengine.physics.dynamics.handle_table import Handle
+from graphengine.physics.engine import wake
+
+FASTEST = 1000.0
+"""Greatest speed of a surface, m/s or rad/s."""
+
+
+class Conveyor(Handle):
+    """A handle of a body with a moving surface; the body gets one when the handle is made."""
+
+    def bind(self) -> None:
+        """Give the body a moving surface if it has none."""
+        assert self._prim.body is not None
+        self._body = self._prim.body
+        if self._body not in self._simulation.surfaces.velocities:
+            self._simulation.add_surfaces([self._body])
+
+    def move(self, linear: Vector3, angular: Vector3) -> None:
+        """Set the velocity of the surface, starting with the next step.
+
+        Args:
+            linear: velocity in the body's frame, m/s.
+            angular: angular velocity about the body's origin in its frame, rad/s.
+
+        Raises:
+            PhysicsError: a number is not finite or too large; nothing has changed.
+        """
+        simulation = self._simulation
+        if simulation.surfaces.velocities[self._body] == (linear, angular):  # a graph may write it each tick
+            return
+        if not all(abs(part) <= FASTEST for part in itertools.chain(linear, angular)):
+            raise PhysicsError(f"{self.prim_path}: a surface moves with at most {FASTEST:g} m/s or rad/s")
+        simulation.surfaces.velocities[self._body] = linear, angular
+        simulation.surfaces.hold()
+        wake(simulation.model, simulation.data)  # what sleeps does not notice the belt below it
+        simulation.refresh()

@@ -1,0 +1,83 @@
+"""Bodies with a surface velocity, such as the belts of conveyors: what lies on them is carried along, and they stay in place.
+
+MuJoCo takes the velocity of a contact from the joints of both bodies alone. So such a body gets six joints, whose velocity is
+that of the surface, with so much inertia that nothing changes it; their coordinates are written back after each step. Changing
+the solver's reference velocity of each contact instead has no effect, because the discrete integrator computes it again.
+A box on a belt reaches exactly the belt's speed, and a belt adds 3 us to a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Self
+
+import numpy as np
+
+from graphengine.devices.rotation import Vector3
+from graphengine.format.stateful import Stateful
+from graphengine.physics.engine import Floats, mujoco
+
+Velocity = tuple[Vector3, Vector3]
+"""Linear (m/s) and angular (rad/s) velocity of a surface about the body's origin, in the body's frame."""
+
+AT_REST: Velocity = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+_FIRM = 1e8
+"""Inertia of a joint that nothing moves, kg or kg m2."""
+_SUFFIX = ".surface"
+"""What the names of the joints end with, before their number; before it stands the name of the body."""
+_JOINTS = [
+    (kind, [float(axis == number) for number in range(3)])
+    for kind in (mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE)
+    for axis in range(3)
+]
+
+
+def add_surface_joints(spec: mujoco.MjSpec, bodies: Collection[str]) -> None:
+    """Give bodies of a model, by name, the joints of a moving surface; names of no body are skipped."""
+    for name in bodies:
+        body = spec.body(name)
+        for number, (kind, axis) in enumerate(_JOINTS if body is not None else ()):
+            joint = body.add_joint(name=f"{name}{_SUFFIX}{number}", type=kind, axis=axis, armature=_FIRM)
+            joint.limited, joint.frictionloss, joint.ref = mujoco.mjtLimited.mjLIMITED_FALSE, 0.0, 0.0
+            joint.stiffness[:] = joint.damping[:] = 0.0  # whatever the world's defaults are
+
+
+class MovingSurfaces(Stateful):
+    """The bodies of a model with the joints of a moving surface; `bound_to` gives those of a model.
+
+    Attributes:
+        velocities: velocity of each surface, by the name of its body.
+    """
+
+    kept = ("velocities",)
+
+    def __init__(self) -> None:
+        self.velocities: dict[str, Velocity] = {}
+        self._rows: list[tuple[Floats, Floats, str]] = []
+
+    def bound_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> Self:
+        """Return the surfaces of another model, with the velocities of these where both have them."""
+        made = type(self)()
+        count = len(_JOINTS)
+        for body in np.flatnonzero(model.body_jntnum == count).tolist():
+            name = model.body(body).name
+            joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, f"{name}{_SUFFIX}0")
+            if joint >= 0:
+                place, dof = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+                made._rows.append((data.qpos[place : place + count], data.qvel[dof : dof + count], name))
+                made.velocities[name] = self.velocities.get(name, AT_REST)
+        made.hold()
+        return made
+
+    def __bool__(self) -> bool:
+        return bool(self._rows)
+
+    def hold(self) -> None:
+        """Write the velocities into the state, and move the bodies back to where they were."""
+        for coordinates, speeds, body in self._rows:
+            coordinates[:] = 0.0
+            speeds[:3], speeds[3:] = self.velocities[body]
+
+    def stop(self) -> None:
+        """Set all velocities to zero."""
+        self.velocities = dict.fromkeys(self.velocities, AT_REST)

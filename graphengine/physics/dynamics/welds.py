@@ -1,0 +1,127 @@
+"""Welds that hold one body to another while the simulation runs, such as those of grippers.
+
+Each is compiled into the model of a robot, inactive and with an excluded pair of bodies. When it holds a body, both get the
+body's number: the two bodies no longer collide, since contacts would act against the weld. A weld on the world itself has no such
+pair, because the held body would pass through all of the world.
+"""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.rotation import Vector3
+from graphengine.format.stateful import Stateful
+from graphengine.physics.engine import Floats, mujoco
+
+_TIGHT_SOLREF = (0.005, 1.0)
+"""Time constant (s) and damping ratio of a weld."""
+_TIGHT_SOLIMP = (0.999, 0.9999)
+"""Impedance of a weld: a load of 10 N strays by micrometres."""
+_EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY.value
+_ANCHOR, _PLACE, _TURN = slice(0, 3), slice(3, 6), slice(6, 10)
+"""Parts of MuJoCo's data of a weld: anchor in the second body's frame and in the first's, and the turn of the second."""
+
+
+def add_weld(spec: mujoco.MjSpec, name: str, body: str) -> None:
+    """Add a weld to a model, which can hold any other body to the body with this name."""
+    weld = spec.add_equality(name=name, type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY, active=False)
+    weld.name1, weld.name2 = body, "world"
+    weld.data[_TURN], weld.data[10] = (1.0, 0.0, 0.0, 0.0), 1.0
+    weld.solref, weld.solimp[:2] = _TIGHT_SOLREF, _TIGHT_SOLIMP
+    if body != "world":
+        spec.add_exclude(name=name, bodyname1=body, bodyname2=body)  # a pair that never collides
+
+
+class Welds(Stateful):
+    """The welds of a model that can be activated; `bound_to` gives those of a model.
+
+    Attributes:
+        held: for each active weld, by name, the name of the body that it holds and MuJoCo's `eq_data`.
+    """
+
+    kept = ("held",)
+    _model: mujoco.MjModel
+    _data: mujoco.MjData
+    _built: NDArray[np.signedinteger]
+    """Excluded pairs of bodies of the compiled model."""
+
+    def __init__(self) -> None:
+        self.held: dict[str, tuple[str, Floats]] = {}
+
+    def bound_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> Self:
+        """Return the welds of another model, of which those are active whose bodies the model has."""
+        made = type(self)()
+        made._model, made._data, made._built = model, data, model.exclude_signature.copy()
+        made.held = {name: held for name, held in self.held.items() if _has(model, name, held[0])}
+        made._write()
+        return made
+
+    def restore(self, saved: object) -> None:
+        """Return to a saved state."""
+        for name in self.held:
+            self._data.eq_active[self._model.equality(name).id] = False
+        super().restore(saved)
+        self._write()
+
+    def withdraw(self) -> None:
+        """Make the model what it was when it was compiled, so that it can be copied for `bound_to`."""
+        self._model.exclude_signature[:] = self._built
+
+    def hold(self, weld: str, body: int, point: Vector3) -> None:
+        """Hold a body where it is, from the next step on.
+
+        Args:
+            weld: name of the weld.
+            body: id of the body.
+            point: anchor in the world frame, m, at which the weld's force acts.
+        """
+        model, state, number = self._model, self._data, self._model.equality(weld).id
+        own, numbers = int(model.eq_obj1id[number]), model.eq_data[number].copy()
+        numbers[_ANCHOR] = state.xmat[body].reshape(3, 3).T @ (point - state.xpos[body])
+        numbers[_PLACE] = state.xmat[own].reshape(3, 3).T @ (point - state.xpos[own])
+        back = np.zeros(4)
+        mujoco.mju_negQuat(back, state.xquat[own])
+        mujoco.mju_mulQuat(numbers[_TURN], back, state.xquat[body])
+        self.held[weld] = model.body(body).name, numbers
+        self._write()
+
+    def release(self, weld: str) -> None:
+        """Release the body that a weld holds, from the next step on."""
+        if self.held.pop(weld, None) is not None:
+            self._data.eq_active[self._model.equality(weld).id] = False
+            self._write()
+
+    def clear(self) -> None:
+        """Release all bodies."""
+        for weld in list(self.held):
+            self.release(weld)
+
+    def force(self, weld: str) -> Floats:
+        """Return the force of the last step with which the held body pulls at the other one, N, in the world frame."""
+        data = self._data
+        kinds, owners = data.efc_type[: data.ne], data.efc_id[: data.ne]
+        rows = np.flatnonzero((kinds == _EQUALITY) & (owners == self._model.equality(weld).id))
+        return data.efc_force[rows[:3]].copy() if len(rows) else np.zeros(3)
+
+    def _write(self) -> None:
+        """Write all active welds into the model and the state."""
+        model, excluded = self._model, self._built.copy()
+        spare = np.flatnonzero(excluded >> 16 == excluded & 0xFFFF).tolist()
+        for name, (other, numbers) in self.held.items():
+            weld, body = model.equality(name).id, model.body(other).id
+            model.eq_obj2id[weld], model.eq_data[weld] = body, numbers
+            self._data.eq_active[weld] = True
+            own = int(model.eq_obj1id[weld])
+            if own:
+                excluded[spare.pop()] = (min(own, body) << 16) + max(own, body)
+        model.exclude_signature[:] = np.sort(excluded)  # the order in which MuJoCo looks them up
+
+
+def _has(model: mujoco.MjModel, weld: str, body: str) -> bool:
+    """Return whether a model has a weld and the body that it holds."""
+    kinds = mujoco.mjtObj
+    found = (mujoco.mj_name2id(model, kinds.mjOBJ_EQUALITY, weld), mujoco.mj_name2id(model, kinds.mjOBJ_BODY, body))
+    return bool(min(found) >= 0)

@@ -1,0 +1,81 @@
+"""The arms of a robot, which are chains of joints with position drives, and their grippers."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection
+
+from graphengine.physics.description.urdf import Urdf, UrdfJoint
+
+_FINGER = 4
+"""Most joints of a finger; a longer branch is an arm."""
+_ONLY, _ARM = 2, 3
+"""Least number of joints of an arm that is the only chain of joints, and that one of several has for itself."""
+
+
+def arm_chains(urdf: Urdf, driven: Collection[str]) -> list[tuple[str, ...]]:
+    """Return the joints of each arm, from its base to its flange.
+
+    Joints that several chains share, such as that of a torso, belong to an arm only if it is the only one.
+
+    Args:
+        urdf: the description.
+        driven: joints with position drives, except those of a base and those that follow another.
+    """
+    above = {joint.name: _above(urdf, joint) for joint in urdf.moving()}
+    paths = _paths(above, driven)
+    inner = {name for path in paths.values() for name in path[:-1]}
+    fingers = {name for hand in _hands(above, paths) for name in hand}
+    chains: dict[tuple[str, ...], None] = {}
+    for path in (path for name, path in paths.items() if name not in inner):
+        first = next((number for number, name in enumerate(path) if name in fingers), len(path))
+        if first:
+            chains[tuple(path[:first])] = None
+    if len(chains) == 1:
+        return [chain for chain in chains if len(chain) >= _ONLY]
+    own = {chain: _own(chain, chains) for chain in chains}
+    arms = [chain for chain in chains if len(own[chain]) >= _ARM]
+    return arms if len(arms) == 1 else [own[chain] for chain in arms]
+
+
+def gripper_joints(urdf: Urdf, driven: Collection[str]) -> list[str]:
+    """Return the joint of each gripper: the only one with a drive of some fingers, which the others follow."""
+    above = {joint.name: _above(urdf, joint) for joint in urdf.moving()}
+    hands = _hands(above, _paths(above, driven))
+    leaders = [[name for name in hand if name in driven] for hand in hands]
+    return [hand[0] for hand in leaders if len(hand) == 1]
+
+
+def _paths(above: dict[str, list[str]], driven: Collection[str]) -> dict[str, list[str]]:
+    """The driven joints from the root to each driven joint."""
+    return {name: [each for each in [*above[name], name] if each in driven] for name in above if name in driven}
+
+
+def _above(urdf: Urdf, joint: UrdfJoint) -> list[str]:
+    """Names of the moving joints that carry a joint, from the root on."""
+    found: list[str] = []
+    carrier = urdf.links[joint.parent].carrier
+    while carrier is not None:
+        if carrier.moves:
+            found.append(carrier.name)
+        carrier = urdf.links[carrier.parent].carrier
+    return found[::-1]
+
+
+def _hands(above: dict[str, list[str]], paths: dict[str, list[str]]) -> list[list[str]]:
+    """The joints at which an arm branches into fingers: into several branches, none of which is long enough for an arm."""
+    branches: defaultdict[str, list[str]] = defaultdict(list)
+    depths: defaultdict[str, int] = defaultdict(int)
+    for name, carriers in above.items():
+        if carriers:
+            branches[carriers[-1]].append(name)
+    for path in paths.values():
+        for number, name in enumerate(path):
+            depths[name] = max(depths[name], len(path) - number)
+    return [hand for hand in branches.values() if len(hand) > 1 and max(depths[name] for name in hand) <= _FINGER]
+
+
+def _own(chain: tuple[str, ...], chains: Collection[tuple[str, ...]]) -> tuple[str, ...]:
+    """The joints of a chain that are in no other."""
+    shared = {name for other in chains if other != chain for name in other}
+    return tuple(name for name in chain if name not in shared)

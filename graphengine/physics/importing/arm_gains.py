@@ -1,0 +1,106 @@
+"""Gains of the drives that hold the joints of an arm, computed from its mass matrix, its weight and its effort limits.
+
+The full effort of a joint answers to a small deviation, so that what an arm may carry moves it by less. Damping is critical for
+the largest inertia that the joint moves in any of some poses, and at least that of a servo of 10 Hz: stiffer drives overshoot
+more when a target jumps, as their motors are too weak to stop the arm in time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from graphengine.physics.description.urdf import UrdfJoint
+from graphengine.physics.engine import mujoco
+from graphengine.physics.importing.draft import Draft, Remark, rounded
+from graphengine.physics.importing.trial import trial_model, trial_spec
+
+DEVIATION = 0.01
+"""Deviation, rad or m, that the full effort answers to."""
+FASTEST = 10.0
+"""Highest bandwidth, Hz."""
+POSES = 64
+"""Poses within the limits of all joints in which inertias and weights are computed."""
+_MOST = 1e9
+"""Largest gain."""
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """What a joint moves and carries at most, in any of the poses.
+
+    Attributes:
+        inertia: diagonal element of the mass matrix, kg m2 or kg.
+        weight: effort that holds the links against gravity, N m or N.
+    """
+
+    inertia: float
+    weight: float
+
+
+def fill(draft: Draft) -> None:
+    """Set the gains of drives that hold a position, where the description does not give them; let them carry the arm."""
+    joints = [draft.urdf.joints[name] for name in draft.servos]
+    loads = _loads(draft, joints) if joints else None
+    if loads is None:
+        return
+    bandwidths: list[float] = []
+    weak: list[str] = []
+    for joint, load in zip(joints, loads, strict=True):
+        stiffness, bandwidth = _gains(joint.effort, load)
+        bandwidths.append(bandwidth)
+        entry = draft.entry("joints", joint.name)
+        drive = entry.value["drive"]
+        drive["stiffness"], drive["damping"] = stiffness, rounded(stiffness / (math.pi * bandwidth), 3)
+        drive |= {"interpolate": True, "gravity_compensation": True}
+        unit = "kg" if joint.type == "prismatic" else "kg m2"
+        entry.hint = f"{bandwidth:.1f} Hz, for up to {rounded(load.inertia, 3):g} {unit}"
+        if joint.effort is not None and load.weight > joint.effort:
+            weak.append(f"{joint.name} ({joint.effort:g} of {load.weight:.3g})")
+    slowest, fastest = min(bandwidths), max(bandwidths)
+    rate = f"{slowest:.1f} to {fastest:.1f} Hz" if f"{slowest:.1f}" != f"{fastest:.1f}" else f"{slowest:.1f} Hz"
+    text = f"gains of position drives, from the mass matrix: at least critically damped, bandwidth {rate}"
+    draft.guessed.append(Remark(f"{text}; the full effort answers to 10 mrad, or 10 mm", joints[0].element.span))
+    text = (
+        "position drives carry the weight of the links beyond them (gravity_compensation), as controllers of arms do, "
+    )
+    text += "and move evenly between set points (interpolate)"
+    draft.guessed.append(Remark(text, joints[0].element.span))
+    if weak:
+        text = f"effort limits below the weight that a joint carries in some poses, N m or N: {', '.join(weak)}"
+        draft.noticed.append(Remark(text, joints[0].element.span))
+
+
+def _gains(effort: float | None, load: Load) -> tuple[float, float]:
+    """Return stiffness (N m/rad or N/m) and bandwidth (Hz) of a drive."""
+    fastest = 2 * math.pi * FASTEST
+    most = effort or max(load.weight, load.inertia * fastest**2 * DEVIATION)
+    stiffness = rounded(min(max(most, 1e-6) / DEVIATION, _MOST), 3)
+    natural = math.sqrt(stiffness / load.inertia) if load.inertia > 0 else fastest
+    return stiffness, min(natural, fastest) / (2 * math.pi)
+
+
+def _loads(draft: Draft, joints: Sequence[UrdfJoint]) -> list[Load] | None:
+    """Return the greatest load of each joint in a fixed set of poses; None if the robot cannot be built."""
+    trial = trial_spec(draft)
+    model = trial_model(draft, trial[0]) if trial is not None else None
+    if model is None:
+        return None
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    data, random = mujoco.MjData(model), np.random.default_rng(0)
+    scalar = np.flatnonzero(model.jnt_type != mujoco.mjtJoint.mjJNT_FREE)
+    places, dofs = model.jnt_qposadr[scalar], [int(model.joint(joint.name).dofadr[0]) for joint in joints]
+    limited = model.jnt_limited[scalar] != 0
+    lowest = np.where(limited, model.jnt_range[scalar, 0], -math.pi)
+    highest = np.where(limited, model.jnt_range[scalar, 1], math.pi)
+    inertias, weights = np.zeros(len(joints)), np.zeros(len(joints))
+    diagonal = (model.M_rowadr + model.M_rownnz - 1)[dofs]
+    for _ in range(POSES):
+        data.qpos[places] = random.uniform(lowest, highest)
+        mujoco.mj_forward(model, data)
+        inertias = np.maximum(inertias, data.M[diagonal])
+        weights = np.maximum(weights, np.abs(data.qfrc_bias[dofs]))
+    return [Load(inertia, weight) for inertia, weight in zip(inertias.tolist(), weights.tolist(), strict=True)]

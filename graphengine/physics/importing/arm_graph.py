@@ -1,0 +1,123 @@
+"""The graphs by which arms follow trajectories."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from graphengine.format.diagnostics import Span
+from graphengine.format.wording import did_you_mean, printable
+from graphengine.physics.importing.arm_chains import arm_chains
+from graphengine.physics.importing.controllers_file import Controller
+from graphengine.physics.importing.draft import Draft, Remark
+
+CONTROLLER = "joint_trajectory_controller"
+"""Name of the controller in the graph of an arm, unless a parameter names another."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """An arm as a source describes it.
+
+    Attributes:
+        controller: name of the controller whose action and topic move it.
+        joints: from its base to its flange, or in the controller's order.
+        source: what says so, for people.
+        span: its place.
+        parameters: further parameters of its graph.
+        guessed: whether nothing but the chain of joints says so.
+    """
+
+    controller: str
+    joints: tuple[str, ...]
+    source: str
+    span: Span | None
+    parameters: dict[str, Any] = field(default_factory=dict)
+    guessed: bool = False
+
+
+def fill(draft: Draft, held: Collection[str], controllers: Iterable[Controller], *, guess: bool) -> set[str]:
+    """Add a graph for each arm.
+
+    Args:
+        draft: takes the graphs, and remarks on them.
+        held: joints that take positions.
+        controllers: that may name the arms.
+        guess: whether chains of joints are arms if no controller names any.
+
+    Returns:
+        the joints of all arms.
+    """
+    arms = list(_of_controllers(draft, held, controllers))
+    if not arms and guess:
+        arms = list(_of_chains(draft, held))
+    for arm in arms:
+        name = "arm" if len(arms) == 1 else printable(arm.controller.removesuffix("_controller"))
+        controller = {"controller": arm.controller} if arm.controller != CONTROLLER else {}
+        parameters = controller | {"joints": list(arm.joints)} | arm.parameters
+        count = f"{len(arm.joints)} joints"
+        draft.add_graph(name, "graphs/arm/trajectory.yaml", parameters, f"{count}, from {arm.source}")
+        remark = Remark(f"arm: trajectories of {count} on {printable(arm.controller)}, from {arm.source}", arm.span)
+        (draft.guessed if arm.guessed else draft.carried).append(remark)
+    return {name for arm in arms for name in arm.joints}
+
+
+def flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
+    """Return why a controller cannot move some joints; empty if it can."""
+    for name in joints:
+        if name not in draft.urdf.joints:
+            near = did_you_mean(name, draft.urdf.joints)
+            return f"the description has no joint {printable(name)!r}" + (f"; {near}" if near else "")
+        if name not in held:
+            return f"joint {printable(name)!r} has no drive that takes positions"
+    return "" if joints else "it names no joints"
+
+
+def _of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[Controller]) -> Iterator[Arm]:
+    """The arms of the trajectory controllers whose joints the description has."""
+    for controller in controllers:
+        word = controller.type.rpartition("/")[2]
+        if not word.endswith("JointTrajectoryController"):
+            continue
+        joints, source = controller.texts("joints"), printable(f"{word} {controller.name}")
+        if reason := flaw(draft, joints, held):
+            draft.lost.append(Remark(f"{source}: {reason}", controller.span))
+        else:
+            yield Arm(controller.name, joints, source, controller.span, _parameters(controller, joints))
+
+
+def _parameters(controller: Controller, joints: Sequence[str]) -> dict[str, Any]:
+    """The constraints of a controller as parameters of the graph."""
+    tolerances = {
+        f"{graph}_tolerances": [controller.positive(f"constraints.{joint}.{kind}") or 0.0 for joint in joints]
+        for graph, kind in (("path", "trajectory"), ("goal", "goal"))
+    }
+    found: dict[str, Any] = {name: values for name, values in tolerances.items() if any(values)}
+    for name, parameter in (("goal_time", "goal_time"), ("stopped_velocity", "stopped_velocity_tolerance")):
+        number = controller.number(f"constraints.{parameter}")
+        if number is not None:
+            found[name] = max(number, 0.0)
+    if controller.flag("allow_partial_joints_goal", default=False):
+        found["partial"] = True
+    return found
+
+
+def _of_chains(draft: Draft, held: Collection[str]) -> Iterator[Arm]:
+    """The arms as chains of joints suggest them."""
+    arms = arm_chains(draft.urdf, held)
+    names = [_common_words(arm) or f"arm_{number}" for number, arm in enumerate(arms, 1)]
+    if len(set(names)) < len(names):
+        names = [f"arm_{number}" for number, _ in enumerate(arms, 1)]
+    for name, joints in zip(names, arms, strict=True):
+        controller = CONTROLLER if len(arms) == 1 else f"{name}_controller"
+        span = draft.urdf.joints[joints[0]].element.span
+        yield Arm(controller, joints, "the chain of joints with position drives", span, guessed=True)
+
+
+def _common_words(names: Collection[str]) -> str:
+    """The words, separated by `_`, that all names begin with."""
+    first, last = min(names).split("_"), max(names).split("_")
+    differing = (number for number, (one, other) in enumerate(zip(first, last, strict=False)) if one != other)
+    words = first[: next(differing, 0)]
+    return "_".join(words[:-1] if words[-1:] == ["joint"] else words)

@@ -1,0 +1,51 @@
+"""A pose near the start of an arm, to try it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from graphengine.physics.description.urdf import Urdf, UrdfJoint
+from graphengine.physics.model.robot import RobotInstance
+
+_TURN, _SLIDE = 0.3, 0.05
+"""Way of a joint from its start, rad and m."""
+_MARGIN = 0.05
+"""Least distance from the limits as a part of the range."""
+
+
+def raised_pose(robot: RobotInstance, joints: Sequence[str]) -> dict[str, float]:
+    """Return a position (rad, m) for each joint, some way from its start and within its limits.
+
+    Joints turn in the direction that raises what they carry, away from the table.
+    """
+    axes = robot.urdf.axes_in_root()
+    found: dict[str, float] = {}
+    for name in joints:
+        joint, start = robot.urdf.joints[name], robot.starts.get(name, 0.0)
+        way = _SLIDE if joint.type == "prismatic" else _TURN
+        way = way if _rise(robot.urdf, joint, axes[name]) >= 0 else -way
+        low, high = _limits(robot, joint)
+        inside = [end for end in (start + way, start - way) if low <= end <= high]
+        found[name] = round(inside[0] if inside else min(max(start, low), high), 3)
+    return found
+
+
+def _limits(robot: RobotInstance, joint: UrdfJoint) -> tuple[float, float]:
+    """The limits in the robot file, else those of the description, less a margin."""
+    stated = robot.spec.joints[joint.name].limits if joint.name in robot.spec.joints else None
+    low, high = stated or joint.limits or (-np.inf, np.inf)
+    margin = _MARGIN * (high - low) if np.isfinite(high - low) else 0.0
+    return low + margin, high - margin
+
+
+def _rise(urdf: Urdf, joint: UrdfJoint, axis: Sequence[float]) -> float:
+    """How fast a joint lifts the mass that it carries, all joints at zero: kg m/rad, or kg m/m."""
+    origin = np.array(urdf.pose_in_root(joint.child)[0])
+    rise = 0.0
+    for link in urdf.depth_first(joint.child):
+        place = np.array(urdf.pose_in_root(link.name)[0])
+        motion = np.array(axis) if joint.type == "prismatic" else np.cross(axis, place - origin)
+        rise += link.mass * float(motion[2])
+    return round(rise, 6)

@@ -1,0 +1,75 @@
+"""The graphs that open and close grippers."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from graphengine.format.diagnostics import Span
+from graphengine.format.wording import printable
+from graphengine.physics.importing.arm_chains import gripper_joints
+from graphengine.physics.importing.arm_graph import flaw
+from graphengine.physics.importing.controllers_file import Controller
+from graphengine.physics.importing.draft import Draft, Remark
+
+_CONTROLLER = "gripper_controller"
+"""Name of the controller in the graph, unless a parameter names another."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gripper:
+    """A gripper as a source describes it: its joint, its controller, further parameters of its graph, and the source's place."""
+
+    joint: str
+    controller: str
+    source: str
+    span: Span | None
+    parameters: dict[str, Any]
+    guessed: bool
+
+
+def fill(draft: Draft, held: Collection[str], controllers: Iterable[Controller], *, guess: bool) -> None:
+    """Add a graph for each gripper.
+
+    Args:
+        draft: takes the graphs, and remarks on them.
+        held: joints that take positions.
+        controllers: that may name the grippers.
+        guess: whether fingers are grippers if no controller names any.
+    """
+    grippers = list(_of_controllers(draft, held, controllers))
+    if not grippers and guess:
+        grippers = list(_of_fingers(draft, held))
+    for gripper in grippers:
+        name = "gripper" if len(grippers) == 1 else printable(gripper.controller.removesuffix("_controller"))
+        controller = {"controller": gripper.controller} if gripper.controller != _CONTROLLER else {}
+        draft.add_graph(name, "graphs/arm/gripper.yaml", {"joint": gripper.joint} | controller | gripper.parameters)
+        text = f"gripper: {gripper.joint} on {gripper.controller}/gripper_cmd, from {gripper.source}"
+        (draft.guessed if gripper.guessed else draft.carried).append(Remark(printable(text), gripper.span))
+
+
+def _of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[Controller]) -> Iterator[Gripper]:
+    for controller in controllers:
+        package, _, word = controller.type.rpartition("/")
+        if word != "GripperActionController":
+            continue
+        joints, source = controller.texts("joint"), printable(f"{word} {controller.name}")
+        if reason := flaw(draft, joints, held):
+            draft.lost.append(Remark(f"{source}: {reason}", controller.span))
+            continue
+        numbers = {name: controller.positive(name) for name in ("max_effort", "goal_tolerance")}
+        parameters: dict[str, Any] = {name: number for name, number in numbers.items() if number is not None}
+        if package.startswith("parallel_"):
+            parameters["action_type"] = "ParallelGripperCommand"
+        if controller.flag("allow_stalling", default=False):
+            parameters["allow_stalling"] = True
+        yield Gripper(joints[0], controller.name, source, controller.span, parameters, guessed=False)
+
+
+def _of_fingers(draft: Draft, held: Collection[str]) -> Iterator[Gripper]:
+    joints = gripper_joints(draft.urdf, held)
+    for number, joint in enumerate(joints, 1):
+        name = _CONTROLLER if len(joints) == 1 else f"gripper_{number}_controller"
+        span = draft.urdf.joints[joint].element.span
+        yield Gripper(joint, name, "the fingers that follow it", span, {}, guessed=True)

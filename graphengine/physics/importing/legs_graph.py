@@ -1,0 +1,41 @@
+"""The graph that lets a robot on legs with motors stand in its keyframe."""
+
+from __future__ import annotations
+
+from graphengine.physics.importing.draft import Draft, Entry, Remark, rounded
+
+GRAPH = "stand"
+"""Name of the graph in the robot file."""
+KEYFRAME = "home"
+"""The keyframe in which robots start, as the models of MuJoCo's Menagerie call it."""
+_ANGLE = 0.4
+"""Deviation of a joint, rad, which its whole torque answers to."""
+_DAMPING = 0.05
+"""Damping by stiffness, s."""
+
+
+def fill(draft: Draft) -> None:
+    """Add the graph for a robot that moves freely, and whose joints are all moved by motors, if it has the keyframe."""
+    model = draft.urdf.mjcf
+    joints = [joint for joint in draft.urdf.moving() if joint.mimic is None]
+    if model is None or KEYFRAME not in model.keyframes or not model.free or draft.fixed_base:
+        return
+    motors = {actuator.joint for actuator in model.actuators if actuator.kind == "effort"}
+    servos = {actuator.joint for actuator in model.actuators if actuator.kind != "effort"}
+    held = [joint for joint in joints if joint.name in motors - servos]
+    if not held or servos & {joint.name for joint in joints}:
+        return
+    coordinates = model.keyframes[KEYFRAME].coordinates
+    torque = min((joint.effort for joint in held if joint.effort), default=10.0)
+    stiffness = rounded(torque / _ANGLE, 2)
+    parameters = {
+        "base": draft.urdf.root,
+        "joints": [joint.name for joint in held],
+        "positions": [rounded(coordinates[joint.name][0]) for joint in held],
+        "stiffness": stiffness,
+        "damping": rounded(_DAMPING * stiffness, 2),
+    }
+    comment = f"torques that hold the joints where the keyframe {KEYFRAME} has them"
+    draft.sections["graphs"][GRAPH] = Entry({"use": "graphs/legs/stand.yaml", "parameters": parameters}, [comment])
+    text = f"gains of the graph that stands: {stiffness:g} N m/rad and {parameters['damping']:g} N m s/rad"
+    draft.guessed.append(Remark(text))

@@ -1,0 +1,147 @@
+"""What a robot file repeats of a MuJoCo model: which actuators drive its joints, its cameras, and its inertial units.
+
+The model itself says how joints are driven. The robot file lists it, and mounts sensors on the frames of cameras and sites.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from graphengine.format.wording import printable
+from graphengine.physics.description.mjcf_model import MjcfModel
+from graphengine.physics.engine import mujoco
+from graphengine.physics.importing.draft import Draft, Remark, rounded
+from graphengine.physics.importing.legs_graph import KEYFRAME
+from graphengine.physics.model.drives import Drive
+
+_SENSOR = mujoco.mjtSensor
+_STATES = {
+    _SENSOR.mjSENS_JOINTPOS,
+    _SENSOR.mjSENS_JOINTVEL,
+    _SENSOR.mjSENS_JOINTACTFRC,
+    _SENSOR.mjSENS_ACTUATORFRC,
+    _SENSOR.mjSENS_ACTUATORPOS,
+    _SENSOR.mjSENS_ACTUATORVEL,
+}
+"""What joint states have."""
+_POSES = {
+    _SENSOR.mjSENS_FRAMEPOS,
+    _SENSOR.mjSENS_FRAMEQUAT,
+    _SENSOR.mjSENS_FRAMELINVEL,
+    _SENSOR.mjSENS_FRAMEANGVEL,
+    _SENSOR.mjSENS_VELOCIMETER,
+}
+"""What transforms and the odometry of a frame have."""
+_INERTIAL = (_SENSOR.mjSENS_ACCELEROMETER, _SENSOR.mjSENS_GYRO)
+_KINDS = {"position": "position servo", "velocity": "velocity servo", "effort": "motor"}
+_UNITS = {"position": ("rad", "m"), "velocity": ("rad/s", "m/s"), "effort": ("N m", "N")}
+_PIXELS = (640, 480)
+"""Size of a camera whose model does not say it; MuJoCo's own default is one pixel."""
+
+
+def fill(draft: Draft) -> None:
+    """List the actuators of each joint, and add a sensor for each camera and inertial unit."""
+    model = draft.urdf.mjcf
+    assert model is not None
+    _joints(draft, model)
+    others = [actuator for actuator in model.actuators if not actuator.joint]
+    for actuator in others:
+        kind = _KINDS[actuator.kind]
+        draft.carried.append(
+            Remark(f"{kind} {printable(actuator.name)}: commanded by its name, as it moves no single joint")
+        )
+    if KEYFRAME in model.keyframes and draft.library is not None:
+        draft.settings["start"] = KEYFRAME
+    if model.keyframes:
+        names = ", ".join(map(printable, model.keyframes))
+        draft.carried.append(Remark(f"keyframes, to begin in with `start:`: {names}"))
+    _cameras(draft, model.spec)
+    _sensors(draft, model.spec)
+
+
+def _joints(draft: Draft, model: MjcfModel) -> None:
+    names = {joint.name: joint.type == "prismatic" for joint in draft.urdf.moving()}
+    driven: dict[str, list[str]] = {}
+    for actuator in model.actuators:
+        driven.setdefault(actuator.joint, []).append(
+            _about(actuator.name, actuator.drive, names.get(actuator.joint, False))
+        )
+    for joint in draft.urdf.moving():
+        entry = draft.entry("joints", joint.name)
+        entry.hint = "; ".join(driven.get(joint.name, [])) or (
+            "" if joint.mimic is not None else "no actuator: takes efforts"
+        )
+    for kind in _KINDS:
+        if found := [actuator.joint for actuator in model.actuators if actuator.joint and actuator.kind == kind]:
+            draft.carried.append(Remark(f"{_KINDS[kind]}s of the model: {', '.join(map(printable, found))}"))
+    if model.floating:
+        floating = ", ".join(map(printable, model.floating))
+        draft.noticed.append(
+            Remark(f"joints of several coordinates, which graphs neither read nor command: {floating}")
+        )
+
+
+def _about(name: str, drive: Drive, slides: bool) -> str:
+    (servo,) = drive.servos or ()
+    text = f"{_KINDS[servo.kind]} {printable(name)}"
+    if math.isfinite(servo.lowest) and math.isfinite(servo.highest):
+        text += f", {servo.lowest:.6g} to {servo.highest:.6g} {_UNITS[servo.kind][slides]}"
+    return text
+
+
+def _cameras(draft: Draft, spec: mujoco.MjSpec) -> None:
+    """Mount a camera on the frame of each camera of the model."""
+    for camera in spec.cameras:
+        link = _link(draft, camera.name, "camera")
+        if not link:
+            continue
+        width, height = (int(size) for size in camera.resolution)
+        if width * height <= 1:
+            width, height = _PIXELS
+        tall = float(camera.fovy)
+        wide = math.degrees(2 * math.atan(math.tan(math.radians(tall) / 2) * width / height)) if tall < 180 else 180.0
+        if not (0.1 <= tall <= 179.0 and 0.1 <= wide <= 179.0 and width <= 4096 and height <= 4096):
+            draft.lost.append(
+                Remark(f"camera {printable(camera.name)}: {wide:g} x {tall:g} degrees, which no camera here has")
+            )
+            continue
+        profile = {"size": [width, height], "fov_deg": [rounded(wide), rounded(tall)], "rate": 30.0}
+        _mount(draft, f"{link}_sensor", {"type": "camera", "parent": link, "profile": profile})
+        draft.carried.append(
+            Remark(f"camera {printable(camera.name)}: {width} x {height} pixels, 30 pictures a second")
+        )
+
+
+def _sensors(draft: Draft, spec: mujoco.MjSpec) -> None:
+    """Mount an inertial unit where the model has an accelerometer or a gyroscope; say what becomes of other sensors."""
+    units: dict[str, None] = {}
+    lost: list[str] = []
+    for sensor in spec.sensors:
+        if sensor.type in _INERTIAL:
+            units[sensor.objname] = None
+        elif sensor.type not in _STATES | _POSES:
+            lost.append(sensor.name or sensor.type.name.removeprefix("mjSENS_").lower())
+    for site in units:
+        if link := _link(draft, site, "site"):
+            _mount(draft, f"{link}_sensor", {"type": "imu", "parent": link, "profile": {"rate": 100.0}})
+            draft.carried.append(
+                Remark(f"inertial unit at site {printable(site)}: 100 samples a second, without errors")
+            )
+    if lost:
+        text = "sensors of the model that no message has; they stay in it"
+        draft.lost.append(Remark(f"{text}: {', '.join(map(printable, lost))}"))
+
+
+def _link(draft: Draft, name: str, kind: str) -> str:
+    """Return the link that stands for a site or camera; empty if none does."""
+    if not name:
+        return ""
+    given = f"{name}_{kind}"
+    return given if given in draft.urdf.links else name if name in draft.urdf.links else ""
+
+
+def _mount(draft: Draft, name: str, value: dict[str, Any]) -> None:
+    from graphengine.physics.model.robot_prims import prim_name
+
+    draft.entry("sensors", prim_name(name)).value = value

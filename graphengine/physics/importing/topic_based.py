@@ -1,0 +1,68 @@
+"""The `<ros2_control>` element with which ros2_control drives a simulated robot over topics.
+
+Its hardware is JointStateTopicSystem of joint_state_topic_hardware_interface (ROS 2 Jazzy and later), formerly TopicBasedSystem
+of topic_based_ros2_control. It publishes sensor_msgs/JointState with the names of all joints, but with one number for each
+command interface that exists. A joint without command interfaces would make the arrays shorter than the names, so all joints have
+the same interfaces, and joints that mimic another one are left out: robot_state_publisher and MoveIt compute them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from xml.sax.saxutils import escape, quoteattr
+
+from graphengine.physics.description.urdf import UrdfJoint
+
+PLUGIN = "joint_state_topic_hardware_interface/JointStateTopicSystem"
+STATES, COMMANDS = "topic_based_joint_states", "topic_based_joint_commands"
+"""Topics; `joint_states` is that of joint_state_broadcaster."""
+
+
+def block(
+    name: str,
+    joints: Sequence[UrdfJoint],
+    *,
+    starts: Mapping[str, float] | None = None,
+    states: str = STATES,
+    commands: str = COMMANDS,
+    plugin: str = PLUGIN,
+) -> str:
+    """Return the element as XML, indented for the body of a `<robot>`.
+
+    Args:
+        name: name of the ros2_control system.
+        joints: joints to command; fixed joints and joints that mimic another one are left out.
+        starts: initial positions by joint, rad or m; 0 for others.
+        states: topic on which the simulation publishes joint states.
+        commands: topic on which it receives joint commands.
+        plugin: class of the hardware component.
+    """
+    starts = starts or {}
+    parameters = {
+        "joint_commands_topic": f"/{commands.lstrip('/')}",
+        "joint_states_topic": f"/{states.lstrip('/')}",
+        "sum_wrapped_joint_states": "false",  # positions of continuous joints are not wrapped
+        "trigger_joint_command_threshold": "-1",  # else the last command of a motion can be left out
+    }
+    lines = [f'  <ros2_control name={quoteattr(name)} type="system">', "    <hardware>"]
+    lines.append(f"      <plugin>{escape(plugin)}</plugin>")
+    lines += (f'      <param name="{key}">{escape(value)}</param>' for key, value in parameters.items())
+    lines.append("    </hardware>")
+    for joint in joints:
+        if joint.moves and joint.mimic is None:
+            lines += _joint(joint.name, starts.get(joint.name, 0.0))
+    return "\n".join([*lines, "  </ros2_control>", ""])
+
+
+def _joint(name: str, start: float) -> list[str]:
+    return [
+        f"    <joint name={quoteattr(name)}>",
+        '      <command_interface name="position"/>',
+        '      <command_interface name="velocity"/>',
+        '      <state_interface name="position">',
+        f'        <param name="initial_value">{start!r}</param>',
+        "      </state_interface>",
+        '      <state_interface name="velocity"/>',
+        '      <state_interface name="effort"/>',
+        "    </joint>",
+    ]

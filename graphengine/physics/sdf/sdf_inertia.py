@@ -1,0 +1,157 @@
+"""Masses and inertias of SDF's links, those that follow from collisions (`<inertial auto="true">`) among them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
+from graphengine.format.diagnostics import Findings
+from graphengine.format.wording import printable
+from graphengine.physics.files.xml import Element
+from graphengine.physics.sdf.sdf_frames import Frame, place_of
+from graphengine.physics.sdf.sdf_shapes import shape_of
+from graphengine.physics.sdf.sdf_values import (
+    SdfError,
+    find,
+    flag,
+    number_at,
+    numbers_at,
+    origin,
+    pose_of,
+    text_at,
+    written,
+)
+
+WATER = 1000.0
+"""Density of a collision that gives none, kg/m3."""
+_TERMS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+_DEFAULTS = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+
+Matrix = NDArray[np.float64]
+
+
+class Mass(NamedTuple):
+    """What a link weighs.
+
+    Attributes:
+        mass: kg.
+        moments: ixx, iyy, izz, ixy, ixz and iyz about the centre of mass, kg m2.
+        pose: of the centre of mass, along whose axes the moments are, in the outermost scope.
+    """
+
+    mass: float
+    moments: tuple[float, ...]
+    pose: Pose
+
+
+def inertial(link: Frame, frame: Pose, findings: Findings) -> Iterator[Element]:
+    """Yield the `<inertial>` of a link for URDF.
+
+    A link that states none weighs 1 kg with moments of 1 kg m2, as SDF specifies; one without shapes is a mere frame here.
+
+    Args:
+        link: SDF's link.
+        frame: of the link's URDF, in the outermost scope.
+        findings: receives a note on a mere frame.
+    """
+    element = link.element.first("inertial")
+    if element is None and not any(link.element.first(tag) for tag in ("collision", "visual")):
+        text = (
+            f"link {printable(link.full_name)!r} has no inertial and no shape: a frame without mass, where SDF has 1 kg"
+        )
+        findings.add("N103", text, link.element.span)
+        return
+    span = element.span if element is not None else link.element.span
+    mass, moments, pose = mass_of(link)
+    terms = {term: written(moment) for term, moment in zip(_TERMS, moments, strict=True)}
+    children = [Element("mass", {"value": written(mass)}, span), Element("inertia", terms, span)]
+    yield Element("inertial", {}, span, [*origin(relative(frame, pose), span), *children])
+
+
+def mass_of(link: Frame) -> Mass:
+    """Return what a link weighs.
+
+    Raises:
+        SdfError: a value is no number, or the inertia of a shape is unknown.
+    """
+    element = link.element.first("inertial")
+    if element is not None and flag(element.get("auto")):
+        return _of_collisions(link, element)
+    inertia = find(element, "inertia")
+    moments = (number_at(inertia, term, default=usual) for term, usual in zip(_TERMS, _DEFAULTS, strict=True))
+    pose = compose(link.place, pose_of(find(element, "pose")))
+    return Mass(number_at(element, "mass", default=1.0), tuple(moments), pose)
+
+
+def _of_collisions(link: Frame, element: Element) -> Mass:
+    """Return what the collisions of a link weigh."""
+    usual = number_at(element, "density", default=WATER)
+    masses, centres, matrices = [], [], []
+    for collision in link.element.all("collision"):
+        shape = shape_of(collision)
+        if shape is not None:
+            volume, moments = _body(shape)
+            mass = volume * number_at(collision, "density", default=usual)
+            centre, rotation = relative(link.place, place_of(collision, link))
+            masses.append(mass)
+            centres.append(np.array(centre))
+            matrices.append(mass * _matrix(turned((*moments, 0.0, 0.0, 0.0), rotation)))
+    total = math.fsum(masses)
+    if not total > 0.0:
+        raise SdfError(
+            f"link {printable(link.name)!r}: an automatic inertia needs a collision with a volume", element.span
+        )
+    middle = sum((mass * place for mass, place in zip(masses, centres, strict=True)), np.zeros(3)) / total
+    matrix: Matrix = np.zeros((3, 3))
+    for mass, place, own in zip(masses, centres, matrices, strict=True):
+        apart = place - middle
+        matrix += own + mass * (np.dot(apart, apart) * np.eye(3) - np.outer(apart, apart))
+    mass = total
+    if text_at(element, "mass"):
+        mass = number_at(element, "mass", default=total)
+        matrix *= mass / total
+    x, y, z = middle.tolist()
+    return Mass(mass, _terms(matrix), compose(link.place, ((x, y, z), IDENTITY)))
+
+
+def turned(moments: tuple[float, ...], rotation: Quaternion) -> tuple[float, ...]:
+    """Return ixx, iyy, izz, ixy, ixz and iyz about the axes of a frame in which the given ones are rotated."""
+    axes = np.array([rotate(rotation, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
+    return _terms(axes.T @ _matrix(moments) @ axes)
+
+
+def _matrix(moments: tuple[float, ...]) -> Matrix:
+    xx, yy, zz, xy, xz, yz = moments
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _terms(matrix: Matrix) -> tuple[float, ...]:
+    places = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    return tuple(float(matrix[place]) for place in places)
+
+
+def _body(shape: Element) -> tuple[float, tuple[float, float, float]]:
+    """Return the volume (m3) of a shape, and its moments of inertia about its axes per mass (m2)."""
+    if shape.tag == "box":
+        x, y, z = (side**2 / 12.0 for side in numbers_at(shape, "size", default=(1.0, 1.0, 1.0)))
+        return math.prod(numbers_at(shape, "size", default=(1.0, 1.0, 1.0))), (y + z, x + z, x + y)
+    if shape.tag in ("sphere", "ellipsoid"):
+        radius = number_at(shape, "radius", default=1.0)
+        radii = (radius,) * 3 if shape.tag == "sphere" else numbers_at(shape, "radii", default=(1.0, 1.0, 1.0))
+        x, y, z = (part**2 / 5.0 for part in radii)
+        return 4.0 / 3.0 * math.pi * math.prod(radii), (y + z, x + z, x + y)
+    if shape.tag in ("cylinder", "capsule"):
+        radius, length = number_at(shape, "radius", default=0.5), number_at(shape, "length", default=1.0)
+        tube, ball = math.pi * radius**2 * length, 4.0 / 3.0 * math.pi * radius**3
+        across, along = tube * (radius**2 / 4.0 + length**2 / 12.0), tube * radius**2 / 2.0
+        if shape.tag == "cylinder" or not tube + ball:
+            return tube, ((across / tube, across / tube, along / tube) if tube else (0.0, 0.0, 0.0))
+        across += ball * (0.4 * radius**2 + length**2 / 4.0 + 0.375 * length * radius)
+        along += ball * 0.4 * radius**2
+        return tube + ball, (across / (tube + ball), across / (tube + ball), along / (tube + ball))
+    raise SdfError(f"the inertia of a {shape.tag} is not computed here", shape.span, "write <mass> and <inertia>")

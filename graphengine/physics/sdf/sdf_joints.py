@@ -1,0 +1,185 @@
+"""Converts SDF's joints to those of URDF."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from graphengine.devices.rotation import Pose, relative, rotate, unrotate
+from graphengine.format.diagnostics import Findings
+from graphengine.format.wording import did_you_mean, listing, printable
+from graphengine.physics.description.urdf import WORLD
+from graphengine.physics.files.xml import Element, numbers
+from graphengine.physics.sdf.sdf_frames import FIRST_WITH_FRAMES, Frame, place_of
+from graphengine.physics.sdf.sdf_shapes import shape_of
+from graphengine.physics.sdf.sdf_values import (
+    SdfError,
+    find,
+    flag_at,
+    leaf,
+    limit_at,
+    number_at,
+    numbers_at,
+    origin,
+    text_at,
+    written,
+)
+
+TYPES = ("revolute", "continuous", "prismatic", "fixed")
+_UNSUPPORTED = {
+    "ball": "write three revolute joints with an empty link between each",
+    "universal": "write two revolute joints with an empty link between them",
+    "revolute2": "write two revolute joints with an empty link between them",
+    "screw": "write a prismatic joint, or a revolute one",
+    "gearbox": "write a revolute joint with <mimic>",
+}
+_FIRST_IN_JOINT_FRAME = 5
+"""SDF 1.5 has axes in the frame of the joint; before, they are in that of the model."""
+_FAR = 1e6
+"""Stands for a limit that a joint has on the other side only, m or rad."""
+_CONVERTED = ("parent", "child", "pose", "axis")
+_SLIGHTLY = 1e-15
+_SAME_PLACE = 1e-6
+"""Greatest distance (m) of a ball's middle from its joint."""
+
+
+def is_moving(joint: Frame) -> bool:
+    """Return whether a joint has a degree of freedom."""
+    return joint.element.get("type") != "fixed"
+
+
+def fastened(joint: Frame) -> tuple[Frame | None, Frame]:
+    """Return the links that a joint connects, parent and child; None for the world.
+
+    Raises:
+        SdfError: a frame that it names does not exist, or is attached to no link.
+    """
+    child = joint.scope.child_of(joint.element).link()
+    parent = joint.element.first("parent")
+    if parent is None or not parent.text:
+        raise SdfError(f"joint {printable(joint.name)!r}: no <parent>", joint.element.span)
+    if parent.text == WORLD and WORLD not in joint.scope.links:
+        return None, child
+    return joint.scope.require(parent.text, parent.span).link(), child
+
+
+def urdf_joint(
+    joint: Frame, frames: Mapping[Frame, Pose], carries: Mapping[Frame, Frame], findings: Findings
+) -> Iterator[Element]:
+    """Yield a joint for URDF, then elements for Gazebo that concern it.
+
+    Args:
+        joint: SDF's joint.
+        frames: frame of each link's URDF in the outermost scope.
+        carries: all joints, by the link that is their parent.
+        findings: receives notes.
+
+    Raises:
+        SdfError: it is of a kind that is not simulated here, or a value is wrong.
+    """
+    parent, child = fastened(joint)
+    element, kind = joint.element, _kind(joint)
+    rolls = kind == "ball" and _is_ball(joint, child) and child not in carries
+    if rolls:
+        text = f"joint {printable(joint.full_name)!r}: a ball that rolls in all directions becomes one that slides"
+        findings.add("N103", text, element.span, "it has no friction, so it does not hold the robot back")
+    elif kind not in TYPES:
+        where = element.place("type")
+        advice = _UNSUPPORTED.get(kind) or did_you_mean(kind, TYPES) or listing(TYPES)
+        raise SdfError(
+            f"joint {printable(joint.full_name)!r}: type {printable(kind)!r} is not simulated here", where, advice
+        )
+    pose = relative(frames[parent], joint.place) if parent is not None else joint.place
+    made = Element("joint", {"name": joint.full_name, "type": "fixed" if rolls else kind}, element.span)
+    made.children += origin(pose, element.span)
+    made.children.append(Element("parent", {"link": parent.full_name if parent is not None else WORLD}, element.span))
+    made.children.append(Element("child", {"link": child.full_name}, element.span))
+    axis = element.first("axis")
+    if made.get("type") != "fixed":
+        made.children += _axis(joint, axis)
+    yield made
+    if rolls:
+        slippery = [leaf("mu1", "0.0", element.span), leaf("mu2", "0.0", element.span)]
+        yield Element("gazebo", {"reference": child.full_name}, element.span, slippery)
+    yield from _for_gazebo(joint, axis)
+
+
+def _kind(joint: Frame) -> str:
+    """Return the type of a joint; a revolute one without limits is continuous."""
+    kind, axis = joint.element.get("type"), joint.element.first("axis")
+    if kind == "revolute" and math.inf == _limit(axis, "upper") == -_limit(axis, "lower"):
+        return "continuous"
+    return kind
+
+
+def _limit(axis: Element | None, end: str) -> float:
+    return limit_at(axis, "limit", end, default=math.inf if end == "upper" else -math.inf)
+
+
+def _axis(joint: Frame, axis: Element | None) -> Iterator[Element]:
+    """Yield axis, limits, dynamics and the mimic law of a joint that moves."""
+    span = axis.span if axis is not None else joint.element.span
+    yield Element("axis", {"xyz": written(*_direction(joint, axis))}, span)
+    limits = {}
+    for end, sign in (("lower", -1.0), ("upper", 1.0)):
+        value = _limit(axis, end)
+        limits[end] = written(value if math.isfinite(value) else sign * _FAR)
+    if _limit(axis, "upper") == math.inf == -_limit(axis, "lower"):
+        limits = {}
+    for end in ("effort", "velocity"):
+        value = limit_at(axis, "limit", end, default=math.inf)
+        limits[end] = written(value if 0.0 < value < math.inf else 0.0)  # none
+    yield Element("limit", limits, span)
+    dynamics = {name: written(number_at(axis, "dynamics", name, default=0.0)) for name in ("damping", "friction")}
+    if any(numbers(value, 1) != (0.0,) for value in dynamics.values()):
+        yield Element("dynamics", dynamics, span)
+    mimic = find(axis, "mimic")
+    if mimic is not None:
+        multiplier = number_at(mimic, "multiplier", default=0.0)
+        offset = number_at(mimic, "offset", default=0.0) - multiplier * number_at(mimic, "reference", default=0.0)
+        leader = joint.scope.require(mimic.get("joint"), mimic.place("joint"))
+        law = {"joint": leader.full_name, "multiplier": written(multiplier), "offset": written(offset)}
+        yield Element("mimic", law, mimic.span)
+
+
+def _direction(joint: Frame, axis: Element | None) -> tuple[float, ...]:
+    """Return the axis of a joint in the frame of the joint."""
+    x, y, z = numbers_at(axis, "xyz", default=(0.0, 0.0, 1.0))
+    if not (x or y or z):
+        assert axis is not None
+        raise SdfError(f"joint {printable(joint.full_name)!r}: an axis of zeros has no direction", axis.span)
+    direction = find(axis, "xyz")
+    named = direction.get("expressed_in") if direction is not None else ""
+    by_model = joint.scope.version < _FIRST_IN_JOINT_FRAME
+    if joint.scope.version < FIRST_WITH_FRAMES and flag_at(axis, "use_parent_model_frame") is not None:
+        by_model = flag_at(axis, "use_parent_model_frame") is True
+    if named and direction is not None:
+        base = joint.scope.require(named, direction.place("expressed_in"))
+    elif by_model:
+        base = joint.scope.frame
+    else:
+        return x, y, z
+    turned = unrotate(joint.place[1], rotate(base.place[1], (x, y, z)))
+    return tuple(0.0 if abs(part) < _SLIGHTLY else part for part in turned)
+
+
+def _for_gazebo(joint: Frame, axis: Element | None) -> Iterator[Element]:
+    """Yield what URDF cannot say of a joint: its spring, and what is not converted."""
+    made = Element("gazebo", {"reference": joint.full_name}, joint.element.span)
+    if axis is not None and number_at(axis, "dynamics", "spring_stiffness", default=0.0):
+        for name, tag in (("springStiffness", "spring_stiffness"), ("springReference", "spring_reference")):
+            made.children.append(leaf(name, text_at(axis, "dynamics", tag) or "0", axis.span))
+    made.children += [child for child in joint.element.children if child.tag not in (*_CONVERTED, "physics")]
+    if made.children:
+        yield made
+
+
+def _is_ball(joint: Frame, child: Frame) -> bool:
+    """Return whether a link is a ball about its joint, as a caster without a fork."""
+    collisions = child.element.all("collision")
+    for collision in collisions:
+        shape = shape_of(collision)
+        apart = math.dist(place_of(collision, child)[0], joint.place[0])
+        if shape is None or shape.tag != "sphere" or apart > _SAME_PLACE:
+            return False
+    return bool(collisions)

@@ -1,0 +1,111 @@
+"""Converts SDF's links to those of URDF, and what only Gazebo reads to `<gazebo>` elements.
+
+The frame of a URDF's link is that of the joint which carries it, so the content of an SDF's link is given in that frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from graphengine.devices.rotation import NOWHERE, Pose, relative
+from graphengine.format.diagnostics import Findings
+from graphengine.physics.files.xml import Element
+from graphengine.physics.sdf.sdf_frames import Frame, place_of
+from graphengine.physics.sdf.sdf_inertia import inertial
+from graphengine.physics.sdf.sdf_shapes import colour_of, shape_of, surface_for_gazebo, textured, urdf_shape
+from graphengine.physics.sdf.sdf_values import SdfError, find, flag_at, leaf, origin, reported, text_at, to_rpy, written
+
+_CONVERTED = ("pose", "inertial", "collision", "visual", "sensor", "gravity", "self_collide")
+_NO_EFFECT = ("must_be_base_link", "enable_wind", "velocity_decay", "kinematic", "frame")
+
+
+@dataclass(slots=True)
+class LinkReader:
+    """Converts the links of one model.
+
+    Attributes:
+        frames: frame of each link's URDF in the outermost scope.
+        findings: receives errors and notes.
+        images: visuals with images, which are not drawn.
+    """
+
+    frames: Mapping[Frame, Pose]
+    findings: Findings
+    images: list[Element] = field(default_factory=list)
+
+    def link(self, link: Frame) -> Element:
+        """Return a link for URDF; errors are added to the findings."""
+        made = Element("link", {"name": link.full_name}, link.element.span)
+        with reported(self.findings):
+            made.children += inertial(link, self.frames[link], self.findings)
+        for part in link.element.children:
+            if part.tag in ("collision", "visual"):
+                with reported(self.findings):
+                    made.children += self._part(part, link)
+        return made
+
+    def _part(self, part: Element, link: Frame) -> Iterator[Element]:
+        """Yield a collision or a visual; a visual that cannot be drawn is left out with a note."""
+        try:
+            shape = shape_of(part)
+            geometry = urdf_shape(part, shape, link.scope.references, self.findings) if shape is not None else None
+        except SdfError as error:
+            if part.tag == "collision":
+                raise
+            self.findings.add("N103", f"not drawn: {error.message}", error.span, *error.help)
+            return
+        if geometry is None:
+            return
+        pose = relative(self.frames[link], place_of(part, link))
+        made = Element(part.tag, {"name": part.get("name")}, part.span, [*origin(pose, part.span), geometry])
+        if part.tag == "visual":
+            made.children += _material(part)
+            self.images += [part] if textured(part) else []
+        yield made
+
+    def for_gazebo(self, link: Frame) -> Iterator[Element]:
+        """Yield a `<gazebo>` element with what the link's URDF cannot hold, if there is something."""
+        made = Element("gazebo", {"reference": link.full_name}, link.element.span)
+        with reported(self.findings):
+            made.children += surface_for_gazebo(link, self.frames)
+        for tag, name in (("gravity", "gravity"), ("self_collide", "selfCollide")):
+            if (value := flag_at(link.element, tag)) is not None:
+                made.children.append(leaf(name, str(value).lower(), link.element.span))
+        made.children += _scripted_colour(link.element)
+        for child in link.element.children:
+            if child.tag == "sensor":
+                with reported(self.findings):
+                    made.children.append(self._sensor(child, link))
+            elif child.tag not in (*_CONVERTED, *_NO_EFFECT):
+                made.children.append(child)
+        if made.children:
+            yield made
+
+    def _sensor(self, sensor: Element, link: Frame) -> Element:
+        """Return a sensor with its pose in the frame of the link's URDF."""
+        pose = relative(self.frames[link], place_of(sensor, link))
+        children = [child for child in sensor.children if child.tag != "pose"]
+        if pose != NOWHERE:
+            given = sensor.first("pose")
+            span = given.span if given is not None else sensor.span
+            children.insert(0, leaf("pose", written(*pose[0], *to_rpy(pose[1])), span))
+        return Element("sensor", dict(sensor.attributes), sensor.span, children, sensor.text)
+
+
+def _material(visual: Element) -> Iterator[Element]:
+    colour = colour_of(visual)
+    if colour is not None:
+        text = written(*colour)  # for RViz, materials of one name have one colour
+        yield Element("material", {"name": text}, visual.span, [Element("color", {"rgba": text}, visual.span)])
+
+
+def _scripted_colour(link: Element) -> Iterator[Element]:
+    """Yield the first material that a visual without a colour takes from Gazebo's by its name."""
+    for visual in link.all("visual"):
+        script = find(visual, "material", "script")
+        if script is not None and text_at(script, "name") and colour_of(visual) is None:
+            name = leaf("name", text_at(script, "name"), script.span)
+            inside = Element("material", {}, script.span, [Element("script", {}, script.span, [name])])
+            yield Element("visual", {}, visual.span, [inside])
+            return

@@ -1,0 +1,133 @@
+"""Converts a model of an SDF file to a URDF, with `<gazebo>` elements for what URDF cannot hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from graphengine.devices.rotation import Pose
+from graphengine.format.diagnostics import Findings
+from graphengine.format.wording import did_you_mean, listing, printable
+from graphengine.physics.description.urdf import WORLD
+from graphengine.physics.files.packages import Packages
+from graphengine.physics.files.xml import Element
+from graphengine.physics.sdf.sdf_files import SdfFiles
+from graphengine.physics.sdf.sdf_frames import Frame, Scope
+from graphengine.physics.sdf.sdf_joints import fastened, is_moving, urdf_joint
+from graphengine.physics.sdf.sdf_links import LinkReader
+from graphengine.physics.sdf.sdf_values import SdfError, flag_at, leaf, reported
+
+_CONVERTED = ("link", "joint", "frame", "model", "include", "pose", "static", "self_collide")
+_NO_EFFECT = ("allow_auto_disable", "enable_wind")
+
+
+def read_sdf(path: Path, root: Element, packages: Packages, findings: Findings, name: str = "") -> Element | None:
+    """Return the model of an SDF file as URDF; errors are added to `findings`.
+
+    Args:
+        path: of the file.
+        root: of the file, parsed.
+        packages: where models and meshes are looked up.
+        findings: receives errors and notes.
+        name: of the model, for a file with several; empty: its only one that is no scenery.
+    """
+    before = len(findings.errors)
+    made: Element | None = None
+    with reported(findings):
+        files = SdfFiles(packages, findings)
+        file = files.main(path, root)
+        models = [files.scope(model, file) for model in root.all("model")]
+        for world in root.all("world"):
+            models += [_alone(model) for model in files.scope(world, file).models.values()]
+        made = urdf_of(_chosen(models, root, name), findings)
+    return made if len(findings.errors) == before else None
+
+
+def _alone(model: Scope) -> Scope:
+    """Return a world's model without the world, in which a robot has no fixed place."""
+    model.outer = None
+    return model
+
+
+def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
+    """Return the model with a name, or the only one that is not static."""
+    names = [model.name for model in models]
+    if name:
+        if name not in names:
+            near = did_you_mean(name, names) or listing(map(printable, names), "its models")
+            raise SdfError(f"the file has no model {printable(name)!r}", root.span, near)
+        return models[names.index(name)]
+    robots = [model for model in models if not model.static] or models
+    if len(robots) != 1:
+        known = listing((printable(robot.name) for robot in robots), "its models")
+        what = "the file has more than one model" if robots else "the file has no model"
+        raise SdfError(
+            what, root.span, *filter(None, [known, "choose one: --model NAME of import-urdf" if robots else ""])
+        )
+    return robots[0]
+
+
+def urdf_of(model: Scope, findings: Findings) -> Element:
+    """Return a model as URDF; errors of its parts are added to `findings`."""
+    root = Element("robot", {"name": model.name}, model.element.span)
+    scopes = list(model.walk())
+    joints = [joint for scope in scopes for joint in scope.joints.values()]
+    links = [link for scope in scopes for link in scope.links.values()]
+    carriers: dict[Frame, Frame] = {}
+    carries: dict[Frame, Frame] = {}
+    bolted, before = False, len(findings.errors)
+    for joint in joints:
+        with reported(findings):
+            parent, child = fastened(joint)
+            carriers.setdefault(child, joint)
+            if parent is not None:
+                carries[parent] = joint
+            bolted = bolted or parent is None
+    frames: dict[Frame, Pose] = {}
+    for link in links:
+        with reported(findings):
+            frames[link] = carriers[link].place if link in carriers else link.place
+    if len(findings.errors) > before:
+        return root
+    if bolted:
+        root.children.append(Element("link", {"name": WORLD}, model.element.span))
+    reader = LinkReader(frames, findings)
+    root.children += [reader.link(link) for link in links]
+    for joint in joints:
+        with reported(findings):
+            root.children += urdf_joint(joint, frames, carries, findings)
+    root.children += [element for link in links for element in reader.for_gazebo(link)]
+    for scope in scopes:
+        root.children += _for_gazebo(scope)
+    if reader.images:
+        findings.add("N103", "images on visuals are not drawn; their diffuse colours are", reader.images[0].span)
+    return root
+
+
+def moves(model: Scope) -> bool:
+    """Return whether a model has joints that move."""
+    return any(is_moving(joint) for scope in model.walk() for joint in scope.joints.values())
+
+
+def _for_gazebo(scope: Scope) -> Iterator[Element]:
+    """Yield what a model says as a whole: plugins, whether it is static and collides with itself."""
+    made = Element("gazebo", {}, scope.element.span)
+    if scope.outer is None:
+        for tag, name in (("static", "static"), ("self_collide", "selfCollide")):
+            if flag_at(scope.element, tag):
+                made.children.append(leaf(name, "true", scope.element.span))
+    known = {*scope.joints, *scope.links} if scope.prefix else set()
+    for child in scope.element.children:
+        if child.tag == "plugin":
+            made.children.append(_prefixed(child, scope.prefix, known))
+        elif child.tag not in (*_CONVERTED, *_NO_EFFECT):
+            made.children.append(child)
+    if made.children:
+        yield made
+
+
+def _prefixed(element: Element, prefix: str, known: set[str]) -> Element:
+    """Return a plugin of a nested model with the names of its links and joints as they are in the outermost model."""
+    text = f"{prefix}{element.text}" if element.text in known else element.text
+    children = [_prefixed(child, prefix, known) for child in element.children]
+    return Element(element.tag, dict(element.attributes), element.span, children, text)

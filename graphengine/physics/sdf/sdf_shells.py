@@ -1,0 +1,95 @@
+"""Static meshes that are not convex, as plates that collide: MuJoCo would fill a mesh to its convex hull.
+
+A hall whose walls are one mesh would be a solid block. So each of its triangles becomes a thin plate below its surface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from graphengine.devices.rotation import Vector3
+from graphengine.physics.engine import REFUSALS, Floats, compiled, mujoco
+from graphengine.physics.model.geoms import mesh_faces, mesh_vertices
+
+MAX_PLATES = 2000
+"""Triangles of a mesh of which each collides by itself."""
+THICKNESS = 0.02
+"""Of a plate, m."""
+_FLAT = 1e-6
+"""Greatest distance of a vertex from a face of a convex mesh, of the size of the mesh."""
+_NARROWEST = 1e-4
+"""Least height (m) of a triangle that becomes a plate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Triangles:
+    """The triangles of a mesh.
+
+    Attributes:
+        corners: shape (n, 3, 3), m, counter-clockwise seen from outside.
+        convex: whether the mesh is its own convex hull, or too large to tell while it has more than `MAX_PLATES` triangles.
+    """
+
+    corners: Floats
+    convex: bool
+
+
+def triangles(data: bytes, name: str, scale: Vector3) -> Triangles | None:
+    """Return the triangles of a mesh file as MuJoCo reads it; None if it does not, which it then reports itself.
+
+    Args:
+        data: content of the file.
+        name: of the file, for its suffix.
+        scale: along the axes.
+    """
+    spec = mujoco.MjSpec()
+    spec.assets = {name: data}
+    spec.add_mesh(name="mesh", file=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
+    try:
+        model, _ = compiled(spec)
+    except REFUSALS:
+        return None
+    rotation = np.empty(9)
+    mujoco.mju_quat2Mat(rotation, model.mesh_quat[0])
+    vertices = (mesh_vertices(model, 0) @ rotation.reshape(3, 3).T + model.mesh_pos[0]) * np.array(scale)
+    corners = vertices[mesh_faces(model, 0)]
+    if _volume(corners) < 0.0:
+        corners = corners[:, ::-1]
+    return Triangles(corners, _convex(corners[: MAX_PLATES + 1], vertices))
+
+
+def _volume(corners: Floats) -> float:
+    """Volume that the triangles enclose, m3; negative if they are clockwise seen from outside."""
+    first, second, third = (corners[:, index] - corners[0, 0] for index in range(3))
+    return float(np.einsum("ij,ij->", first, np.cross(second, third))) / 6.0
+
+
+def _convex(corners: Floats, vertices: Floats) -> bool:
+    """Whether all vertices lie behind the planes of some triangles."""
+    normals = _normals(corners)
+    size = float(np.ptp(vertices, axis=0).max())
+    return not any(
+        ((vertices - triangle[0]) @ normal).max() > _FLAT * size
+        for triangle, normal in zip(corners, normals, strict=True)
+    )
+
+
+def _normals(corners: Floats) -> Floats:
+    """Unit normals of triangles; zero for those without an area."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    units: Floats = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0.0)
+    return units
+
+
+def plates(mesh: Triangles) -> Iterator[list[float]]:
+    """Yield the six corners of a plate below each triangle, as 18 numbers; triangles too narrow for one are left out."""
+    for triangle, normal in zip(mesh.corners, _normals(mesh.corners), strict=True):
+        sides = np.linalg.norm(triangle - np.roll(triangle, 1, axis=0), axis=1)
+        area = float(np.linalg.norm(np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])))
+        if area > _NARROWEST * float(sides.max()):
+            yield np.concatenate([triangle, triangle - THICKNESS * normal]).ravel().tolist()

@@ -1,0 +1,189 @@
+"""Converts a world of SDF to MJCF: scenery, loose objects, lights and gravity.
+
+A static model becomes bodies that do not move, any other without moving joints becomes bodies that do. A model with joints that
+move is a robot, which a scene names itself: it is left out with a warning.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from graphengine.devices.rotation import Pose, relative
+from graphengine.format.diagnostics import Findings
+from graphengine.format.wording import listing, printable
+from graphengine.physics.files.packages import Packages
+from graphengine.physics.files.references import Library
+from graphengine.physics.files.xml import Element
+from graphengine.physics.sdf.sdf_files import SdfFiles
+from graphengine.physics.sdf.sdf_frames import Frame, Scope
+from graphengine.physics.sdf.sdf_geoms import GeomWriter
+from graphengine.physics.sdf.sdf_inertia import mass_of, turned
+from graphengine.physics.sdf.sdf_joints import fastened, is_moving
+from graphengine.physics.sdf.sdf_lights import light_of, look_of, sky_of
+from graphengine.physics.sdf.sdf_shapes import textured
+from graphengine.physics.sdf.sdf_values import SdfError, numbers_at, placed, reported, to_rpy, written
+
+_GRAVITY = (0.0, 0.0, -9.8)
+"""That of SDF, m/s2."""
+_COMPILER = {"angle": "radian", "autolimits": "true", "balanceinertia": "true"}
+_STATISTIC = {"extent": "1", "center": "0 0 0.5", "meansize": "0.2"}
+"""What pictures are scaled by, as in the included worlds."""
+_CONVERTED = ("model", "include", "light", "gravity", "frame", "scene")
+_LEFT_OUT = "it has joints that move, so it is a robot, which the scene must name"
+
+
+def read_world(path: Path, root: Element, library: Library, findings: Findings) -> Element | None:
+    """Return the world of an SDF file as MJCF whose files are in the library; errors are added to `findings`.
+
+    Args:
+        path: of the file.
+        root: of the file, parsed.
+        library: reads meshes.
+        findings: receives errors and notes.
+    """
+    before = len(findings.errors)
+    made: Element | None = None
+    with reported(findings, "S102"):
+        packages = Packages(path.parent, (), library.files)
+        files = SdfFiles(packages, findings)
+        file = files.main(path, root)
+        worlds = root.all("world")
+        if len(worlds) != 1:
+            advice = "use a model as a robot or an object: robots: {NAME: {use: FILE}}" if root.all("model") else ""
+            raise SdfError(f"a world is a file with one <world>, not {len(worlds)}", root.span, *filter(None, [advice]))
+        writer = GeomWriter(library, findings)
+        made = _WorldWriter(files.scope(worlds[0], file), writer, findings, path.name).mjcf(packages)
+    return made if len(findings.errors) == before else None
+
+
+@dataclass(frozen=True, slots=True)
+class _WorldWriter:
+    """Writes a world as MJCF."""
+
+    world: Scope
+    writer: GeomWriter
+    findings: Findings
+    file: str
+
+    def mjcf(self, packages: Packages) -> Element:
+        """Return the whole world; errors are added to the findings."""
+        span, element = self.world.element.span, self.world.element
+        scopes = (self.world, *self.world.merges)
+        scenery = [model for scope in scopes for model in scope.models.values() if not self._is_robot(model)]
+        self.writer.load_meshes((link for model in scenery for link in _links(model)), packages)
+        body = Element("worldbody", {}, span)
+        for light in element.all("light"):
+            with reported(self.findings, "S102"):
+                body.children.append(light_of(light, self.world.frame))
+        for model in scenery:
+            with reported(self.findings, "S102"):
+                body.children += self._bodies(model)
+        gravity = written(*numbers_at(element, "gravity", default=_GRAVITY))
+        meshes = [mesh for made in self.writer.assets.values() for mesh in made]
+        parts = [
+            Element("compiler", dict(_COMPILER), span),
+            Element("option", {"gravity": gravity}, span),
+            Element("statistic", dict(_STATISTIC), span),
+            look_of(element),
+            Element("asset", {}, span, [sky_of(element), *meshes]),
+            body,
+        ]
+        self._tell_unused(scenery)
+        return Element("mujoco", {"model": self.world.name}, span, parts)
+
+    def _is_robot(self, model: Scope) -> bool:
+        """Return whether a model must be used as a robot, with a warning that says how."""
+        joints = [joint for scope in model.walk() for joint in scope.joints.values() if is_moving(joint)]
+        if model.static or not joints:
+            return False
+        where = ""
+        with reported(self.findings, "S102"):
+            (x, y, z), rotation = _root(model).place
+            where = f"position: [{x:.6g}, {y:.6g}, {z:.6g}]"
+            angles = [round(math.degrees(angle), 6) + 0.0 for angle in to_rpy(rotation)]
+            if any(angles):
+                where += f", orientation: {{rpy_deg: [{', '.join(f'{angle:.6g}' for angle in angles)}]}}"
+        name = printable(model.name)
+        self.findings.add(
+            "W302",
+            f"model {name!r} is left out: {_LEFT_OUT}",
+            model.element.span,
+            f"make a robot file: graphrun import-urdf {self.file} --model {name} -o robots/NAME.yaml",
+            f"and add to the scene: robots: {{NAME: {{use: robots/NAME.yaml, {where}}}}}",
+        )
+        return True
+
+    def _bodies(self, model: Scope) -> Iterator[Element]:
+        """Yield the bodies of a model: one without a joint if it is static, else one that moves for each rigid group of links."""
+        links = _links(model)
+        if model.static and len(links) != 1:
+            frame = Element("body", placed(model.frame.place, name=model.name), model.element.span)
+            frame.children += [self._body(link, model, model.frame.place) for link in links]
+            yield frame
+            return
+        for (first, *others), bolted in _rigid(model, links):
+            fixed = bolted or model.static
+            body = self._body(first, model, None, model.name if len(links) == 1 else "")
+            body.children[:0] = [] if fixed else [Element("freejoint", {}, first.element.span), _inertial(first)]
+            for link in others:
+                made = self._body(link, model, first.place)
+                made.children[:0] = [] if fixed else [_inertial(link)]
+                body.children.append(made)
+            yield body
+
+    def _body(self, link: Frame, model: Scope, parent: Pose | None, name: str = "") -> Element:
+        """Return the body of a link with its geoms, in a frame of the world or in the world."""
+        place = relative(parent, link.place) if parent is not None else link.place
+        values = placed(place, name=name or f"{model.name}::{link.full_name}")
+        return Element("body", values, link.element.span, self.writer.geoms(link, static=model.static))
+
+    def _tell_unused(self, models: list[Scope]) -> None:
+        element = self.world.element
+        if tags := dict.fromkeys(child.tag for child in element.children if child.tag not in _CONVERTED):
+            what = listing(map(printable, tags), "not used")
+            self.findings.add("N103", "of a world, models, lights and gravity are used", element.span, what)
+        visuals = (visual for model in models for link in _links(model) for visual in link.element.all("visual"))
+        if image := next(filter(textured, visuals), None):
+            self.findings.add("N103", "images on visuals are not drawn; their diffuse colours are", image.span)
+
+
+def _links(model: Scope) -> list[Frame]:
+    return [link for scope in model.walk() for link in scope.links.values()]
+
+
+def _root(model: Scope) -> Frame:
+    """Return the link of a robot that no joint carries."""
+    carried = {fastened(joint)[1] for scope in model.walk() for joint in scope.joints.values()}
+    return next((link for link in _links(model) if link not in carried), model.frame)
+
+
+def _rigid(model: Scope, links: list[Frame]) -> Iterator[tuple[list[Frame], bool]]:
+    """Yield the links of a model in groups that joints hold together, and whether they are fixed to the world."""
+    groups = {link: [link] for link in links}
+    bolted: set[Frame] = set()
+    for joint in (joint for scope in model.walk() for joint in scope.joints.values()):
+        parent, child = fastened(joint)
+        if parent is None:
+            bolted.add(child)
+            continue
+        smaller, larger = sorted((groups[parent], groups[child]), key=len)
+        if smaller is not larger:
+            larger += smaller
+            groups.update((link, larger) for link in smaller)
+    seen: set[int] = set()
+    order = {link: number for number, link in enumerate(links)}
+    for group in groups.values():
+        if id(group) not in seen:
+            seen.add(id(group))
+            yield sorted(group, key=lambda link: order[link]), not bolted.isdisjoint(group)
+
+
+def _inertial(link: Frame) -> Element:
+    mass = mass_of(link)
+    centre, rotation = relative(link.place, mass.pose)
+    values = {"pos": written(*centre), "mass": written(mass.mass)}
+    values["fullinertia"] = written(*turned(mass.moments, rotation))
+    return Element("inertial", values, link.element.span)

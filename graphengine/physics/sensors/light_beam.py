@@ -1,0 +1,82 @@
+"""A light beam sensor: one beam, or a curtain of parallel beams, each of which is broken or not.
+
+The beams meet the same objects as those of a lidar, and pass through the sensor's own robot. They are cast when the sensor is
+read.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from graphengine.devices.light_beam import BeamReading, LightBeam
+from graphengine.devices.stage import Prim
+from graphengine.format.spec import NotNegative, Positive, Vector
+from graphengine.physics.dynamics.motion_handles import CarriedPrim
+from graphengine.physics.sensors.implementations import Profile, check_less, implements
+from graphengine.physics.sensors.ray_bundle import RayBundle
+
+if TYPE_CHECKING:
+    from graphengine.physics.core import SimulationCore
+
+
+class LightBeamProfile(Profile):
+    """A light barrier or a light curtain."""
+
+    num_rays: int = Field(default=1, ge=1, le=10_000, description="Number of beams.")
+    curtain_length: NotNegative = Field(
+        default=0.0,
+        le=1000.0,
+        description="Length of a curtain, m; beam n of N begins at n / N of it along the curtain axis.",
+    )
+    forward_axis: Vector = Field(default=(1.0, 0.0, 0.0), description="Direction of the beams in the sensor's frame.")
+    curtain_axis: Vector = Field(
+        default=(0.0, 0.0, 1.0), description="Direction in the sensor's frame in which beams stand side by side."
+    )
+    min_range: NotNegative = Field(default=0.4, description="Distance from the sensor at which beams begin, m.")
+    max_range: Positive = Field(
+        default=100.0, le=1_000_000, description="Distance from the sensor at which beams end, m."
+    )
+
+    @model_validator(mode="after")
+    def _side_by_side(self) -> LightBeamProfile:
+        check_less(min_range=self.min_range, max_range=self.max_range)
+        if self.num_rays > 1 and not self.curtain_length:
+            raise ValueError("several beams need a curtain_length greater than 0")
+        for name in ("forward_axis", "curtain_axis"):
+            if not math.hypot(*getattr(self, name)) > 0.0:
+                raise ValueError(f"{name}: (0, 0, 0) is no direction")
+        return self
+
+
+@implements(LightBeam, LightBeamProfile)
+class LightCurtain(CarriedPrim):
+    """The light beam sensor at a prim; the prim's `facts` are the values of its profile."""
+
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        facts, count = prim.facts, prim.facts["num_rays"]
+        forward, aside = (np.array(facts[axis]) / math.hypot(*facts[axis]) for axis in ("forward_axis", "curtain_axis"))
+        self._directions = np.tile(forward, (count, 1))
+        self._origins = np.outer(np.arange(count) * facts["curtain_length"] / count, aside)
+        self._ranges: tuple[float, float] = (facts["min_range"], facts["max_range"])
+        super().__init__(simulation, prim)
+
+    def bind(self) -> None:
+        """Find the sensor's own robot."""
+        super().bind()
+        simulation = self._simulation
+        tree = int(simulation.model.body_rootid[self.body])
+        rays = (simulation.rays, self._origins, self._directions, self._ranges)
+        self._bundle = RayBundle(simulation.model, simulation.data, *rays, tree)
+
+    def reading(self) -> BeamReading:
+        """Cast the beams."""
+        position, rotation = self.frame()
+        hits = self._bundle.cast(position, rotation)
+        ends = self._origins + hits.depths[:, None] * self._directions
+        begins = self._origins + self._ranges[0] * self._directions
+        in_world = (position + points @ rotation.T for points in (begins, ends))
+        return BeamReading(hits.found, hits.depths, ends, *in_world)

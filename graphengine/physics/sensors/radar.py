@@ -1,0 +1,115 @@
+"""The radar: casts rays into the collision geometry, and measures the distance and radial velocity of what they hit.
+
+Rays meet the same objects as those of a lidar, and pass through the radar's own robot. Every hit in range is one detection. The
+radial velocity is that of the surface point relative to the radar, along the ray.
+
+The noise model is this project's own: independent normal errors of distance, radial velocity and angles. It is not that of a
+data sheet or of Isaac Sim's RTX radar; multipath, clutter, ambiguity and the radar cross-section of materials are not
+simulated. The intensity follows the radar equation, in which power falls with the fourth power of the distance.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from graphengine.devices.lidar import beam_directions
+from graphengine.devices.radar import Detections, Radar
+from graphengine.devices.stage import Prim
+from graphengine.format.spec import NotNegative
+from graphengine.physics.engine import Floats
+from graphengine.physics.sensors.implementations import Deviation, implements
+from graphengine.physics.sensors.lidar import LidarProfile, RaySensor
+from graphengine.physics.sensors.rays import Integers
+
+if TYPE_CHECKING:
+    from graphengine.physics.core import SimulationCore
+
+_NEAREST = 1e-3
+"""Distance below which the received power is taken as constant, m."""
+
+
+class RadarProfile(LidarProfile):
+    """A radar, which measures radial velocities. Its beams and rings are the rays that are cast, as of a lidar."""
+
+    velocity_std: Deviation = Field(default=0.0, description="Standard deviation of a radial velocity, m/s.")
+    angle_std_deg: float = Field(
+        default=0.0, ge=0.0, le=45.0, description="Standard deviation of azimuth and elevation, degrees."
+    )
+    velocity_resolution: NotNegative = Field(
+        default=0.0, description="Radial velocities are multiples of it, m/s; 0: they are not rounded."
+    )
+
+    def facts(self) -> dict[str, Any]:
+        """Return the parameters as facts, with angles in rad."""
+        kept = self.model_dump(include={"velocity_std", "velocity_resolution"})
+        return super().facts() | kept | {"angle_std": math.radians(self.angle_std_deg)}
+
+
+@implements(Radar, RadarProfile)
+class RayRadar(RaySensor[Detections]):
+    """The radar at a prim; the prim's `facts` are the values of the radar's profile."""
+
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        facts = prim.facts
+        self.directions = beam_directions(facts["angles"], np.array(facts["elevations"], float))
+        self.directions.flags.writeable = False
+        self._velocity_std: float = facts["velocity_std"]
+        self._velocity_resolution: float = facts["velocity_resolution"]
+        self._angle_std: float = facts["angle_std"]
+        super().__init__(simulation, prim)
+
+    def detections(self) -> Detections:
+        """Return the newest sample, the same for all callers."""
+        return self._sample()
+
+    def _make_sample(self, index: int) -> Detections:
+        near, far = self.ranges
+        distances, geoms = self._meet()
+        hit = np.flatnonzero((distances >= near) & (distances <= far))
+        distances, directions = distances[hit], self.directions[hit]
+        velocities = self._radial_velocities(geoms[hit], directions, distances)
+        # One error per ray, hit or not, so that a detection does not depend on the other rays.
+        errors = self._noise_of(index).standard_normal((4, len(self.directions)))[:, hit]
+        measured = _rounded(distances + self.noise_std * errors[0], self._resolution).clip(near, far)
+        velocities = _rounded(velocities + self._velocity_std * errors[1], self._velocity_resolution)
+        points = measured[:, None] * _turned(directions, self._angle_std * errors[2], self._angle_std * errors[3])
+        power = 40.0 * np.log10(far / np.maximum(distances, _NEAREST))
+        arrays = (array.astype(np.float32) for array in (points, velocities, power))
+        return Detections(self._simulation.time, index, *arrays)
+
+    def _radial_velocities(self, geoms: Integers, directions: Floats, distances: Floats) -> Floats:
+        """Return the rate of change of the distance to the surface point that each ray hits, m/s.
+
+        Args:
+            geoms: geom that each ray hits.
+            directions: unit vectors of the rays in the radar's frame.
+            distances: distances along the rays, m.
+        """
+        model, data = self._simulation.model, self._simulation.data
+        (position, rotation), (own, _) = self.frame(), self.velocity()
+        along = directions @ rotation.T
+        bodies = model.geom_bodyid[geoms]
+        # Velocities are about the centre of mass of a body's whole tree.
+        arms = np.add(position, along * distances[:, None]) - data.subtree_com[model.body_rootid[bodies]]
+        turning, moving = np.hsplit(data.cvel[bodies], 2)
+        surface = moving + np.cross(turning, arms)
+        rates: Floats = np.sum((surface - own) * along, axis=1)
+        return rates
+
+
+def _rounded(values: Floats, resolution: float) -> Floats:
+    """Return the nearest multiples of a resolution; 0 leaves the values as they are."""
+    return np.round(values / resolution) * resolution if resolution else values
+
+
+def _turned(directions: Floats, azimuths: Floats, elevations: Floats) -> NDArray[np.float64]:
+    """Return unit vectors with their azimuths and elevations changed by given angles, rad."""
+    azimuth = np.arctan2(directions[:, 1], directions[:, 0]) + azimuths
+    elevation = np.arcsin(directions[:, 2].clip(-1.0, 1.0)) + elevations
+    level = np.cos(elevation)
+    return np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)], axis=1)

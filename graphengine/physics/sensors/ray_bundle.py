@@ -1,0 +1,102 @@
+"""Rays with origins and directions of their own, and the normals of what they meet.
+
+Rays with the same origin are cast together. A ray begins at a least distance from its origin; where this is within a body, it
+meets the body there, as in PhysX.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from graphengine.physics.engine import Bools, Floats, Indices, mujoco
+from graphengine.physics.sensors.rays import Caster, Rays
+
+_KINDS = mujoco.mjtGeom
+_SOLIDS = [_KINDS.mjGEOM_PLANE, _KINDS.mjGEOM_SPHERE, _KINDS.mjGEOM_CAPSULE]
+_SOLIDS += [_KINDS.mjGEOM_ELLIPSOID, _KINDS.mjGEOM_CYLINDER, _KINDS.mjGEOM_BOX]
+
+
+class Hits(NamedTuple):
+    """What the rays of a bundle meet, in their order."""
+
+    found: Bools
+    """Whether each ray meets anything within the range."""
+    depths: Floats
+    """Distance of each hit from the ray's origin, m; the range without a hit."""
+    normals: Floats
+    """Unit normal of each hit in the world frame, shape (n, 3); zero without a hit."""
+    geoms: Indices
+    """Id of each geom that is hit; -1 without a hit."""
+
+
+class RayBundle:
+    """The rays of one sensor.
+
+    Args:
+        model: model that the rays are cast into.
+        data: state of the simulation.
+        rays: casts them.
+        origins: origins in the sensor's frame, shape (n, 3), m.
+        directions: unit vectors in the sensor's frame, shape (n, 3).
+        ranges: least and greatest distance from the origin, m.
+        tree: root body of the sensor's own robot, which the rays pass through; 0 for none.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        rays: Rays,
+        origins: Floats,
+        directions: Floats,
+        ranges: tuple[float, float],
+        tree: int,
+    ) -> None:
+        self._model, self._data, self._ranges = model, data, ranges
+        self._origins, self._directions = origins, directions
+        self._caster = partial(rays.caster, far=ranges[1], tree=tree)
+        places, group = np.unique(origins, axis=0, return_inverse=True)
+        members = [np.flatnonzero(group.ravel() == number) for number in range(len(places))]
+        self._groups = [(own, self._caster(directions[own])) for own in members]
+        self._single: dict[int, Caster] = {}
+        """Casters of single rays that met something nearer than the least distance."""
+
+    def cast(self, position: Floats, rotation: Floats) -> Hits:
+        """Cast all rays from a sensor at a position (m), with a rotation matrix, in the world frame."""
+        near, far = self._ranges
+        count = len(self._origins)
+        origins, directions = position + self._origins @ rotation.T, self._directions @ rotation.T
+        begins, normals = origins.copy(), np.zeros((count, 3))
+        depths, geoms = np.full(count, far), np.full(count, -1)
+        for own, caster in self._groups:
+            distances, met = caster.cast(origins[own[0]], rotation)
+            depths[own], geoms[own] = np.where(met >= 0, distances, far), met
+        for ray in np.flatnonzero((geoms >= 0) & (depths < near)).tolist():
+            if ray not in self._single:
+                self._single[ray] = self._caster(self._directions[ray][None])
+            begins[ray] += near * directions[ray]
+            (distance,), (geom,) = self._single[ray].cast(begins[ray], rotation)
+            depths[ray], geoms[ray] = near + distance if geom >= 0 else far, geom
+        found = (geoms >= 0) & (depths <= far)
+        depths[~found], geoms[~found] = far, -1
+        for ray in np.flatnonzero(found).tolist():
+            normal = self._normal(int(geoms[ray]), begins[ray], directions[ray])
+            if normal @ directions[ray] > 0.0:  # the ray leaves a body within which it begins
+                depths[ray], normal = near, -directions[ray]
+            normals[ray] = normal
+        return Hits(found, depths, normals, geoms)
+
+    def _normal(self, geom: int, begin: Floats, direction: Floats) -> Floats:
+        """Return the outward normal of a geom where a ray meets it; against the ray for shapes without normals."""
+        model, data, normal, kind = self._model, self._data, -direction, int(self._model.geom_type[geom])
+        if kind in _SOLIDS:
+            place, axes = data.geom_xpos[geom], data.geom_xmat[geom]
+            mujoco.mju_rayGeom(place, axes, model.geom_size[geom], begin, direction, kind, normal)
+        elif kind == _KINDS.mjGEOM_MESH:
+            mujoco.mj_rayMesh(model, data, geom, begin, direction, normal)
+        elif kind == _KINDS.mjGEOM_HFIELD:
+            mujoco.mj_rayHfield(model, data, geom, begin, direction, normal)
+        return normal

@@ -1,0 +1,97 @@
+"""A raycast sensor: single rays, each with an origin and a direction of its own.
+
+They meet the same objects as those of a lidar, and pass through the sensor's own robot. All are cast when the sensor is read.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from graphengine.devices.raycast import RaycastReading, RaycastSensor
+from graphengine.devices.stage import Prim
+from graphengine.format.spec import NotNegative, Positive
+from graphengine.physics.dynamics.motion_handles import CarriedPrim
+from graphengine.physics.engine import body_names
+from graphengine.physics.sensors.implementations import Offsets, Profile, check_less, implements
+from graphengine.physics.sensors.ray_bundle import RayBundle
+
+if TYPE_CHECKING:
+    from graphengine.physics.core import SimulationCore
+
+MAX_RAYS = 10_000
+_Rows = Annotated[tuple[Offsets, ...], Field(strict=False, min_length=1, max_length=MAX_RAYS)]
+
+
+class RaycastProfile(Profile):
+    """A sensor that casts single rays."""
+
+    ray_origins: _Rows = Field(
+        default=((0.0, 0.0, 0.0),),
+        description="Origin of each ray in the sensor's frame, m; a single one is that of all rays.",
+    )
+    ray_directions: _Rows = Field(
+        default=((1.0, 0.0, 0.0),), description="Direction of each ray in the sensor's frame, of any length above zero."
+    )
+    min_range: NotNegative = Field(default=0.4, description="Distance from its origin at which a ray begins, m.")
+    max_range: Positive = Field(
+        default=100.0, le=1_000_000, description="Distance from its origin at which a ray ends, m."
+    )
+    output_frame: Literal["SENSOR", "WORLD"] = Field(
+        default="SENSOR", description="Frame of hit positions and normals."
+    )
+    report_hit_prim_paths: bool = Field(default=False, description="Whether readings name the prims that rays meet.")
+
+    @model_validator(mode="after")
+    def _one_origin_a_ray(self) -> RaycastProfile:
+        check_less(min_range=self.min_range, max_range=self.max_range)
+        if len(self.ray_origins) not in (1, len(self.ray_directions)):
+            raise ValueError(
+                f"{len(self.ray_origins)} ray_origins do not fit {len(self.ray_directions)} ray_directions"
+            )
+        if not all(math.hypot(*direction) > 0.0 for direction in self.ray_directions):
+            raise ValueError("ray_directions: (0, 0, 0) is no direction")
+        return self
+
+
+@implements(RaycastSensor, RaycastProfile)
+class RaySet(CarriedPrim):
+    """The raycast sensor at a prim; the prim's `facts` are the values of its profile."""
+
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        directions = np.array(prim.facts["ray_directions"], float)
+        self._directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+        self._origins = np.broadcast_to(np.array(prim.facts["ray_origins"], float), directions.shape)
+        self._ranges: tuple[float, float] = (prim.facts["min_range"], prim.facts["max_range"])
+        super().__init__(simulation, prim)
+
+    def bind(self) -> None:
+        """Find the sensor's own robot, and the prims of all bodies."""
+        super().bind()
+        simulation = self._simulation
+        model, tree = simulation.model, int(simulation.model.body_rootid[self.body])
+        rays = (simulation.rays, self._origins, self._directions, self._ranges)
+        self._bundle = RayBundle(model, simulation.data, *rays, tree)
+        paths = {
+            prim.body: prim.path for prim in simulation.stage.prims() if prim.body is not None and prim.kind != "robot"
+        }
+        self._paths = [paths.get(name, "") for name in body_names(model)]
+
+    def reading(self) -> RaycastReading:
+        """Cast the rays."""
+        facts, simulation, (position, rotation) = self._prim.facts, self._simulation, self.frame()
+        hits = self._bundle.cast(position, rotation)
+        origins = position + self._origins @ rotation.T
+        ends = origins + hits.depths[:, None] * (self._directions @ rotation.T)
+        positions, normals = np.where(hits.found[:, None], ends, 0.0), hits.normals
+        if facts["output_frame"] == "SENSOR":
+            positions = np.where(hits.found[:, None], (ends - position) @ rotation, 0.0)
+            normals = normals @ rotation
+        met = ("",) * len(origins)
+        if facts["report_hit_prim_paths"]:
+            bodies = simulation.model.geom_bodyid[hits.geoms].tolist()
+            met = tuple(self._paths[body] if hit else "" for body, hit in zip(bodies, hits.found, strict=True))
+        return RaycastReading(simulation.step_time, hits.depths, positions, normals, met, origins, ends)

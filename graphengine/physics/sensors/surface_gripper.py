@@ -1,0 +1,184 @@
+"""A surface gripper, whose points hold bodies by welds.
+
+A closing gripper casts a ray from each point along its forward axis. What the ray meets is held where it is; a weld that pulls
+harder than the gripper's limits allow is broken. Forces are measured after ten steps, when a new weld has settled.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from graphengine.devices.rotation import vector
+from graphengine.devices.stage import Prim
+from graphengine.devices.surface_gripper import GripperStatus, SurfaceGripper
+from graphengine.format.spec import NotNegative, Positive
+from graphengine.physics.dynamics.motion_handles import CarriedPrim
+from graphengine.physics.dynamics.welds import add_weld
+from graphengine.physics.engine import mujoco, wake
+from graphengine.physics.sensors.implementations import Offsets, Profile, check_less, implements
+
+if TYPE_CHECKING:
+    from graphengine.physics.core import SimulationCore
+
+_SETTLING = 10
+"""Physics steps in which the force of a new weld is not measured, and in which a point that let go does not grip again."""
+_AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+
+
+class SurfaceGripperProfile(Profile):
+    """A surface gripper: suction cups or magnets."""
+
+    points: Annotated[tuple[Offsets, ...], Field(strict=False, min_length=1, max_length=100)] = Field(
+        default=((0.0, 0.0, 0.0),), description="Positions of its points in its frame, m; each holds one body."
+    )
+    forward_axis: Literal["X", "Y", "Z"] = Field(default="X", description="Axis of its frame along which it grips.")
+    max_grip_distance: Positive = Field(
+        default=0.01, le=10.0, description="Distance from a point up to which it grips, m."
+    )
+    clearance_offset: NotNegative = Field(
+        default=0.0, description="Distance in front of a point at which its ray begins, m; less than max_grip_distance."
+    )
+    coaxial_force_limit: Positive | None = Field(
+        default=None, description="Pull along the forward axis that breaks the grip of a point, N; none: no limit."
+    )
+    shear_force_limit: Positive | None = Field(
+        default=None, description="Force across the forward axis that breaks the grip of a point, N; none: no limit."
+    )
+    retry_interval: NotNegative = Field(
+        default=0.0, description="Time for which a closing gripper tries to grip, s; 0: it tries once."
+    )
+
+    @model_validator(mode="after")
+    def _reaches(self) -> SurfaceGripperProfile:
+        check_less(clearance_offset=self.clearance_offset, max_grip_distance=self.max_grip_distance)
+        return self
+
+
+def _weld_names(prim: Prim) -> list[str]:
+    """Return the names of a gripper's welds in the model of its robot, one per point."""
+    robot = next(above for above in prim.ancestors() if above.kind == "robot")
+    below = prim.path.removeprefix(f"{robot.path}/").replace("/", ".")
+    return [f"{below}.point{number}" for number in range(len(prim.facts["points"]))]
+
+
+def add_gripper_welds(spec: mujoco.MjSpec, body: str, prim: Prim) -> None:
+    """Add the welds of a gripper to the model of its robot.
+
+    Args:
+        spec: model of the robot.
+        body: name of the body that carries the gripper.
+        prim: prim of the gripper.
+    """
+    for name in _weld_names(prim):
+        add_weld(spec, name, body)
+
+
+@implements(SurfaceGripper, SurfaceGripperProfile, build=add_gripper_welds)
+class SuctionGripper(CarriedPrim):
+    """The surface gripper at a prim; the prim's `facts` are the values of its profile."""
+
+    sees_steps = True
+    kept = ("status", "_trying", "_tried", "_waiting")
+
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        robot = next(above for above in prim.ancestors() if above.kind == "robot")
+        self._welds = [f"{robot.entity_name}/{name}" for name in _weld_names(prim)]
+        self._forward = np.array(_AXES[prim.facts["forward_axis"]])
+        self.reset()
+        super().__init__(simulation, prim)
+
+    def bind(self) -> None:
+        """Find the body that carries the gripper."""
+        super().bind()
+        simulation, facts = self._simulation, self._prim.facts
+        self._reach: float = facts["max_grip_distance"] - facts["clearance_offset"]
+        tree = int(simulation.model.body_rootid[self.body])
+        self._caster = simulation.rays.caster(self._forward[None], self._reach, tree)
+
+    def reset(self) -> None:
+        """Open the gripper; the simulation has released the welds."""
+        self.status: GripperStatus = "Open"
+        self._trying, self._tried = False, 0.0
+        self._waiting = [0] * len(self._welds)
+
+    @property
+    def gripped(self) -> list[str]:
+        """Return the paths of the prims of held bodies."""
+        held = self._simulation.welds.held
+        bodies = dict.fromkeys(held[weld][0] for weld in self._welds if weld in held)
+        paths = {prim.body: prim.path for prim in self._simulation.stage.prims() if prim.body in bodies}
+        return [paths[body] for body in bodies if body in paths]
+
+    def close(self) -> None:
+        """Start to grip, unless the gripper is closing or closed already."""
+        if self.status == "Open":
+            self.status, self._trying, self._tried = "Closing", True, 0.0
+
+    def open(self) -> None:
+        """Release all bodies at once."""
+        simulation = self._simulation
+        holding = [weld for weld in self._welds if weld in simulation.welds.held]
+        self.status, self._trying = "Open", False
+        for weld in holding:
+            simulation.welds.release(weld)
+        if holding:
+            wake(simulation.model, simulation.data)  # what sleeps does not notice that it is let go
+            simulation.refresh()
+
+    def see_forces(self) -> None:
+        """Grip, measure forces and let go after each step."""
+        self._waiting = [max(steps - 1, 0) for steps in self._waiting]
+        if self.status == "Open":
+            return
+        holds = [weld in self._simulation.welds.held for weld in self._welds]
+        if self.status == "Closing":
+            for number in range(len(holds)):
+                if not holds[number] and not self._waiting[number]:
+                    holds[number] = self._grip(number)
+        for number in range(len(holds)):
+            if holds[number] and not self._waiting[number] and self._is_pulled_off(number):
+                self._let_go(number)
+                holds[number] = False
+        self._update(holds)
+
+    def _update(self, holds: list[bool]) -> None:
+        """Find the status after a step in which the points hold something or not."""
+        retry: float = self._prim.facts["retry_interval"]
+        if self.status == "Closing" and self._trying:
+            self._tried += self._simulation.model.opt.timestep
+            self._trying = self._tried < retry
+        if all(holds):
+            self.status, self._tried = "Closed", 0.0
+        elif self._trying:
+            self.status = "Closing"
+        elif not any(holds):
+            self.status = "Open"
+
+    def _grip(self, number: int) -> bool:
+        """Hold what is in front of a point, and return whether there is anything."""
+        facts, (position, rotation) = self._prim.facts, self.frame()
+        forward = rotation @ self._forward
+        begin = position + rotation @ facts["points"][number] + facts["clearance_offset"] * forward
+        (distance,), (geom,) = self._caster.cast(begin, rotation)
+        if not 0.0 <= distance <= self._reach:
+            return False
+        body = int(self._simulation.model.geom_bodyid[geom])
+        self._simulation.welds.hold(self._welds[number], body, vector(begin + distance * forward))
+        self._waiting[number] = _SETTLING
+        return True
+
+    def _is_pulled_off(self, number: int) -> bool:
+        """Return whether the force at a point is beyond a limit."""
+        facts, forward = self._prim.facts, self.frame()[1] @ self._forward
+        force = self._simulation.welds.force(self._welds[number])
+        pull = float(force @ forward)
+        shear = float(np.linalg.norm(force - pull * forward))
+        coaxial_limit, shear_limit = facts["coaxial_force_limit"], facts["shear_force_limit"]
+        return bool((coaxial_limit and pull > coaxial_limit) or (shear_limit and shear > shear_limit))
+
+    def _let_go(self, number: int) -> None:
+        self._simulation.welds.release(self._welds[number])
+        self._waiting[number] = _SETTLING

@@ -1,0 +1,91 @@
+"""Feed-forward efforts of a robot's drives (`isaacsim.core.experimental.actuators`)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.motion import Articulation, JointSelection
+from graphengine.format.errors import JointError
+from graphengine.node import BadValueError, Bound, Context, ExecIn, In, Node
+from graphengine.node.types import Floats, Ints, String
+from graphengine.nodes.touched import drives_of
+
+
+class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.ArticulationActuators"):
+    """Sets feed-forward efforts, which joints exert in addition to the forces of their drives.
+
+    The actuators of a robot are the drives of its robot file: a drive with `stiffness` and `damping` is Isaac Sim's PD actuator,
+    `max_force` its limit of effort. A feed-forward effort acts from the next physics step until the next one for the same joint;
+    a joint without a drive ignores it, as in Isaac Sim. An `effortCommand` of IsaacArticulationController replaces it.
+
+    Drives are a part of the physics and act in every physics step, with targets from IsaacArticulationController. So
+    `autoStepPrePhysics` and `stepDt` have no effect: in Isaac Sim, they can make drives act only when the node is executed.
+    PID and neural controllers, delays and motor curves are not available. The joint's effort limit applies to the feed-forward
+    effort alone, and `max_force` to the drive alone; Isaac Sim limits their sum.
+    """
+
+    exec_in = ExecIn()
+    robot_path: String = In(
+        default="", required=True, setup=True, doc="path of the robot's prim, base link or articulation root"
+    )
+    auto_step_pre_physics: bool = In(default=True, doc="no effect: drives act in every physics step")
+    step_dt: float = In(default=0.016667, unit="s", doc="no effect: a step is a physics step")
+    feedforward_command: Floats = In(
+        unit="N m, N", doc="effort of each selected joint, or one for all of them; an empty array keeps the efforts"
+    )
+    indices: Ints = In(doc="indices of the robots that `robotPath` stands for: empty, or 0 as it is always one")
+    dof_indices: Ints = In(doc="indices of the joints to set; if empty, all")
+
+    articulation: Articulation = Bound()
+    has_drive: NDArray[np.bool_] = Bound()
+
+    def setup(self, context: Context) -> None:
+        """Bind the robot and find the joints with drives."""
+        self.articulation = context.articulation(self.robot_path)
+        positions, velocities = self.articulation.set_points()
+        self.has_drive = ~(np.isnan(positions) & np.isnan(velocities))
+        if not self.auto_step_pre_physics:
+            context.log("warning", "autoStepPrePhysics: false has no effect, as drives act in every physics step")
+        if not self.has_drive.any():
+            context.log("warning", f"{self.robot_path} has no joint with a drive: feedforwardCommand has no effect")
+
+    def compute(self) -> None:
+        """Set the efforts, or none on an error.
+
+        Raises:
+            BadValueError: an index is that of no robot or joint, the numbers of efforts and joints differ, or an effort is too
+                large.
+        """
+        efforts = self.feedforward_command.tolist()
+        if not efforts:
+            return
+        if set(self.indices.tolist()) - {0}:
+            raise BadValueError("indices", self.indices, "0, as robotPath is one robot")
+        selection = self.select()
+        joints = len(selection.names)
+        if len(efforts) not in (1, joints):
+            legal = f"one, or one for each of {joints} joints of {self.articulation.prim_path}"
+            raise BadValueError("feedforwardCommand, dofIndices", efforts, legal)
+        driven = self.has_drive[self.dof_indices] if len(self.dof_indices) else self.has_drive
+        try:
+            selection.command(efforts=np.where(driven, efforts, np.nan).tolist())
+        except BadValueError as error:
+            raise BadValueError("feedforwardCommand", efforts) from error
+
+    def select(self) -> JointSelection:
+        """Return the joints that `dofIndices` selects.
+
+        Raises:
+            BadValueError: an index is that of no joint.
+        """
+        try:
+            return self.articulation.select((), self.dof_indices.tolist())
+        except JointError as error:
+            raise BadValueError("dofIndices", self.dof_indices) from error
+
+    def writes(self) -> Iterable[str]:
+        """The drive targets of the robot."""
+        return (drives_of(self.robot_path),) if self.robot_path else ()

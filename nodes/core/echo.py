@@ -1,0 +1,17 @@
+"""The node with which Isaac Sim tests graphs (`isaacsim.core.nodes`)."""
+
+from __future__ import annotations
+
+from graphengine.node import ExecIn, In, Node, Out, String
+
+
+class IsaacTestNode(Node, type="isaacsim.core.nodes.IsaacTestNode"):
+    """Copies its input to its output."""
+
+    exec_in = ExecIn()
+    input_in: String = In(default="", name="input", doc="text to copy")
+    output: String = Out(doc="value of `input` at the last execution")
+
+    def compute(self) -> None:
+        """Copy the text."""
+        self.output = self.input_in

@@ -1,0 +1,248 @@
+"""Nodes that output the points of a lidar or radar as buffers (`isaacsim.sensors.rtx`), for ROS2PublishPointCloud.
+
+In Isaac Sim, these nodes read a buffer of the RTX renderer. Here `renderProductPath` gives them the sensor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.device import TickSensor
+from graphengine.devices.lidar import Lidar
+from graphengine.devices.motion import Frame
+from graphengine.devices.radar import Radar
+from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
+from graphengine.node.types import Buffer, Float, Float3, Int, Matrix4d, Token, UChar, UInt, UInt64, UInts, read_only
+from graphengine.nodes.lidar import beams_of_a_ring, points_of
+from graphengine.nodes.prims import matrix_of
+
+_BUFFER = "no effect; in Isaac Sim it is a buffer of the RTX renderer"
+_DEPRECATED = "no effect, and deprecated in Isaac Sim"
+_TYPE = "has no meaning: the type is fixed"
+_SIZE = "bytes in the buffer"
+_NONE = "always 0: ray casting does not provide it"
+_NO_OBJECT = read_only(np.zeros(4, np.uint32))
+_MISSING = ("materialId", "tickId", "hitNormal", "velocity", "objectId", "echoId", "tickState")
+"""Metadata of points that ray casting does not provide."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Returns:
+    """The points of a sample."""
+
+    time: float
+    """Simulation time, s."""
+    points: NDArray[np.float32]
+    """Positions in the sensor's frame, m, shape (n, 3)."""
+    values: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    """Metadata with one record per point, by name."""
+
+    def metadata(self) -> dict[str, NDArray[Any]]:
+        """Return all metadata: that of the sensor, and what follows from the points."""
+        distance = np.linalg.norm(self.points, axis=1)
+        up = np.divide(self.points[:, 2], distance, out=np.zeros_like(distance), where=distance > 0.0)
+        return {
+            "azimuth": np.degrees(np.arctan2(self.points[:, 1], self.points[:, 0])),
+            "elevation": np.degrees(np.arcsin(up.clip(-1.0, 1.0))),
+            "distance": distance,
+            "timestamp": np.full(len(distance), int(self.time * 1e9), np.uint64),
+            **self.values,
+        }
+
+
+def _of_lidar(lidar: Lidar) -> _Returns:
+    """Return the points of the newest sample; beams without a hit have none."""
+    scan = lidar.scan()
+    hit = np.flatnonzero(np.isfinite(scan.ranges))
+    rings = (hit // beams_of_a_ring(lidar)).astype(np.uint32)
+    values = {"intensity": scan.intensities[hit], "emitterId": hit.astype(np.uint32), "channelId": rings}
+    return _Returns(scan.time, points_of(lidar, scan, hit).astype(np.float32), values)
+
+
+def _of_radar(radar: Radar) -> _Returns:
+    """Return the detections of the newest sample."""
+    sample = radar.detections()
+    values = {"intensity": sample.intensities, "radialVelocityMS": sample.radial_velocities}
+    return _Returns(sample.time, sample.points, values)
+
+
+class PointBuffersNode(Node):
+    """Base of nodes that output the points of a lidar or radar, once per sample; a subclass defines `exec_out`."""
+
+    exec_out: ClassVar[ExecOut]
+
+    exec_in = ExecIn(name="exec")
+    data_ptr: Buffer = In(default=0, doc=_BUFFER)
+    cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in host memory")
+    data_ptr_out: Buffer = Out(
+        default=0, name="dataPtr", unit="m", doc="buffer of points in the sensor's frame, three float32 each"
+    )
+    cuda_device_index_out: Int = Out(default=-1, name="cudaDeviceIndex", doc="always -1: host memory")
+    buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    transform: Matrix4d = Out(doc="pose of the sensor in the world, row by row; the position (m) is the last row")
+    width: UInt = Out(default=0, doc="number of points")
+    height: UInt = Out(default=1, doc="always 1")
+    azimuth_ptr: Buffer = Out(default=0, unit="deg", doc="buffer with one float32 per point")
+    azimuth_data_type: Float = Out(default=4.0, doc=_TYPE)
+    azimuth_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    elevation_ptr: Buffer = Out(default=0, unit="deg", doc="buffer with one float32 per point")
+    elevation_data_type: Float = Out(default=4.0, doc=_TYPE)
+    elevation_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    distance_ptr: Buffer = Out(default=0, unit="m", doc="buffer with one float32 per point")
+    distance_data_type: Float = Out(default=4.0, doc=_TYPE)
+    distance_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    intensity_ptr: Buffer = Out(
+        default=0, doc="buffer with one float32 per point: 0 to 255 for a lidar, dB for a radar"
+    )
+    intensity_data_type: Float = Out(default=0.0, doc=_TYPE)
+    intensity_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    timestamp_ptr: Buffer = Out(default=0, unit="ns", doc="buffer with one uint64 per point")
+    timestamp_data_type: UInt64 = Out(default=0, doc=_TYPE)
+    timestamp_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    emitter_id_ptr: Buffer = Out(default=0, doc="buffer with one uint32 per point: number of the lidar's beam")
+    emitter_id_data_type: UInt = Out(default=0, doc=_TYPE)
+    emitter_id_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    channel_id_ptr: Buffer = Out(
+        default=0, doc="buffer with one uint32 per point: number of the lidar's ring, from below"
+    )
+    channel_id_data_type: UInt = Out(default=0, doc=_TYPE)
+    channel_id_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    material_id_ptr: Buffer = Out(default=0, doc=_NONE)
+    material_id_data_type: UInt = Out(default=0, doc=_TYPE)
+    material_id_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    tick_id_ptr: Buffer = Out(default=0, doc=_NONE)
+    tick_id_data_type: UInt = Out(default=0, doc=_TYPE)
+    tick_id_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    hit_normal_ptr: Buffer = Out(default=0, doc=_NONE)
+    hit_normal_data_type: Float3 = Out(default=(0.0, 0.0, 0.0), doc=_TYPE)
+    hit_normal_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    velocity_ptr: Buffer = Out(default=0, doc=_NONE)
+    velocity_data_type: Float3 = Out(default=(0.0, 0.0, 0.0), doc=_TYPE)
+    velocity_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    object_id_ptr: Buffer = Out(default=0, doc=_NONE)
+    object_id_data_type: UInts = Out(default=_NO_OBJECT, doc=_TYPE)
+    object_id_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    echo_id_ptr: Buffer = Out(default=0, doc=_NONE)
+    echo_id_data_type: UChar = Out(default=0, doc=_TYPE)
+    echo_id_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    tick_state_ptr: Buffer = Out(default=0, doc=_NONE)
+    tick_state_data_type: UChar = Out(default=0, doc=_TYPE)
+    tick_state_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
+    radial_velocity_ms_ptr: Buffer = Out(
+        default=0, name="radialVelocityMSPtr", unit="m/s", doc="buffer with one float32 per point, for a radar"
+    )
+    radial_velocity_ms_data_type: Float = Out(default=0.0, name="radialVelocityMSDataType", doc=_TYPE)
+    radial_velocity_ms_buffer_size: UInt64 = Out(default=0, name="radialVelocityMSBufferSize", doc=_SIZE)
+
+    sensor: TickSensor = Bound()
+    read: Callable[[], _Returns] = Bound()
+    frame: Frame = Bound()
+    last: int = State(default=-1)
+
+    def bind(self, context: Context, path: str) -> None:
+        """Find the sensor of a render product or at a prim."""
+        if context.kind(path) == "radar":
+            radar = context.device(Radar, path)
+            self.sensor, self.read = radar, lambda: _of_radar(radar)
+        else:
+            lidar = context.device(Lidar, path)
+            self.sensor, self.read = lidar, lambda: _of_lidar(lidar)
+        self.frame = context.frame(self.sensor.prim_path)
+
+    def compute(self) -> Fire:
+        """Output this tick's sample and fire, if the sensor has a new sample."""
+        sensor = self.sensor
+        if not sensor.due or sensor.index == self.last:
+            return None
+        self.last = sensor.index
+        self.put_out(self.read())
+        return self.exec_out
+
+    def put_out(self, returns: _Returns) -> None:
+        """Set the outputs to the points of a sample."""
+        self.data_ptr_out, self.buffer_size = returns.points, returns.points.nbytes
+        self.width, self.transform = len(returns.points), matrix_of(self.frame.pose())
+        ports = type(self).ports
+        for name, values in returns.metadata().items():
+            if self.is_selected(name):
+                setattr(self, ports[f"outputs:{name}Ptr"].field, values)
+                setattr(self, ports[f"outputs:{name}BufferSize"].field, values.nbytes)
+
+    def is_selected(self, name: str) -> bool:
+        """Return whether to output metadata of this name."""
+        return True
+
+
+class OgnIsaacExtractRTXSensorPointCloud(
+    PointBuffersNode, type="isaacsim.sensors.rtx.nodes.OgnIsaacExtractRTXSensorPointCloud", gated=True
+):
+    """Outputs the points of a lidar or radar and all their metadata as buffers; fires once per sample.
+
+    In Isaac Sim, the points come from `dataPtr`, a buffer of the RTX renderer. Here `renderProductPath` gives the sensor, and
+    metadata that ray casting does not provide stays 0. All points of a sample have the same time.
+    """
+
+    render_product_path: Token = In(
+        required=True,
+        setup=True,
+        extension=True,
+        doc="path from IsaacCreateRenderProduct, or the prim path of a lidar or radar",
+    )
+    exec_out = ExecOut(name="exec", doc="fires once per sample")
+
+    def setup(self, context: Context) -> None:
+        """Bind the sensor."""
+        self.bind(context, self.render_product_path)
+
+
+class IsaacCreateRTXLidarScanBuffer(
+    PointBuffersNode, type="isaacsim.sensors.rtx.IsaacCreateRTXLidarScanBuffer", gated=True
+):
+    """Outputs the points of a lidar or radar and selected metadata as buffers; fires once per sample.
+
+    `renderProductPath` selects the sensor; `dataPtr`, in Isaac Sim a buffer of the RTX renderer, has no effect. Metadata that ray
+    casting does not provide stays 0. All points of a sample have the same time.
+    """
+
+    keep_only_positive_distance: bool = In(default=True, doc=_DEPRECATED)
+    transform_points: bool = In(default=False, doc=_DEPRECATED)
+    accuracy_error_azimuth_deg: Float = In(default=0.0, unit="deg", doc=_DEPRECATED)
+    accuracy_error_elevation_deg: Float = In(default=0.0, unit="deg", doc=_DEPRECATED)
+    accuracy_error_position: Float3 = In(default=(0.0, 0.0, 0.0), unit="m", doc=_DEPRECATED)
+    render_product_path: Token = In(
+        required=True, setup=True, doc="path from IsaacCreateRenderProduct, or the prim path of a lidar or radar"
+    )
+    output_azimuth: bool = In(default=False)
+    output_elevation: bool = In(default=False)
+    output_distance: bool = In(default=False)
+    output_intensity: bool = In(default=False)
+    output_timestamp: bool = In(default=False)
+    output_emitter_id: bool = In(default=False, doc="only a lidar has it")
+    output_channel_id: bool = In(default=False, doc="only a lidar has it")
+    output_material_id: bool = In(default=False, doc=_NONE)
+    output_tick_id: bool = In(default=False, doc=_NONE)
+    output_hit_normal: bool = In(default=False, doc=_NONE)
+    output_velocity: bool = In(default=False, doc=_NONE)
+    output_object_id: bool = In(default=False, doc=_NONE)
+    output_echo_id: bool = In(default=False, doc=_NONE)
+    output_tick_state: bool = In(default=False, doc=_NONE)
+    output_radial_velocity_ms: bool = In(default=False, name="outputRadialVelocityMS", doc="only a radar has it")
+    enable_per_frame_output: bool = In(default=False, doc=_DEPRECATED)
+    exec_out = ExecOut(name="exec", doc="fires once per sample")
+
+    def setup(self, context: Context) -> None:
+        """Bind the sensor."""
+        self.bind(context, self.render_product_path)
+        lost = [f"output{name[0].upper()}{name[1:]}" for name in _MISSING if self.is_selected(name)]
+        if lost:
+            context.log("warning", f"without effect, as rays do not provide it: {', '.join(lost)}")
+
+    def is_selected(self, name: str) -> bool:
+        """Return whether the input for this metadata is true."""
+        selected: bool = getattr(self, type(self).ports[f"inputs:output{name[0].upper()}{name[1:]}"].field)
+        return selected

@@ -1,0 +1,234 @@
+"""A joint trajectory controller: an action server and a topic for trajectories of a robot's joints."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graphengine.compiler.lint_registry import lint
+from graphengine.format.errors import ContextError
+from graphengine.format.wording import listing
+from graphengine.messages import messages
+from graphengine.messages.actions import Goal
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import Subscription
+from graphengine.node import Bound, Context, Fire, In, State
+from graphengine.node.types import Doubles, String, Tokens, read_only
+from graphengine.nodes.core.articulation import robot_of
+from graphengine.nodes.ros2 import joint_trajectory as codes
+from graphengine.nodes.ros2.joint_spline import Floats, JointPoint, JointSpline
+from graphengine.nodes.ros2.joint_trajectory import ControlledJoints, TrajectoryError, excess_speed, read_trajectory
+from graphengine.nodes.ros2.publisher import header
+from graphengine.nodes.ros2.robot_action import RobotActionNode, duration, message
+from graphengine.nodes.ros2.trajectory_tolerances import Tolerances
+
+if TYPE_CHECKING:
+    from graphengine.compiler.lint_registry import LintContext
+
+ACTION = "control_msgs/action/FollowJointTrajectory"
+_ROUNDING = 1e-9
+_NONE = read_only(np.zeros(0))
+
+
+class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2FollowJointTrajectory", gated=True):
+    """Moves a robot's joints along trajectories, as joint_trajectory_controller of ros2_controllers does.
+
+    Trajectories come as goals of the action `<controllerName>/follow_joint_trajectory`, or as messages on the topic
+    `<controllerName>/joint_trajectory`. Joints follow a spline: cubic between points with velocities, quintic with accelerations
+    too, else linear. It begins at the present set points, and at the time in the header, or at once if that is 0. Points whose
+    time has passed are left out. Wire the outputs to an IsaacArticulationController.
+
+    A new trajectory replaces the present one, whose goal is aborted. If a goal is canceled or violates its tolerances, the joints
+    hold their measured positions, as they do for a trajectory without points. A goal succeeds when its time is over and all
+    joints are within the goal tolerances.
+
+    A goal that cannot be followed is accepted and aborted at once, so that its client gets an error code and the reason, and the
+    present trajectory continues (joint_trajectory_controller rejects such goals without a reason). The codes are INVALID_JOINTS
+    for unknown, missing and mimic joints, OLD_HEADER_TIMESTAMP for a trajectory that is over, and INVALID_GOAL for wrong lengths,
+    times that do not increase, numbers that are not finite, positions beyond the limits of a joint, and a last point that moves.
+    A trajectory that is faster than a joint's limit is followed, with a warning.
+    """
+
+    joint_names: Tokens = In(
+        default=(), setup=True, doc="joints to command; if empty, all with a position drive that mimic no other joint"
+    )
+    controller_name: String = In(
+        default="joint_trajectory_controller", setup=True, doc="name of the controller, in front of action and topic"
+    )
+    allow_partial_joints_goal: bool = In(
+        default=False, doc="whether a trajectory may leave out joints, which then keep their positions"
+    )
+    path_tolerances: Doubles = In(
+        default=_NONE,
+        setup=True,
+        unit="rad, m",
+        doc="largest position errors on the way: one number, or one for each joint; 0: no limit",
+    )
+    goal_tolerances: Doubles = In(
+        default=_NONE, setup=True, unit="rad, m", doc="like `pathTolerances`, at the end of a trajectory"
+    )
+    stopped_velocity_tolerance: float = In(
+        default=0.01, ge=0.0, setup=True, unit="rad/s, m/s", doc="largest speed at the end of a trajectory; 0: no limit"
+    )
+    goal_time: float = In(
+        default=0.0,
+        ge=0.0,
+        setup=True,
+        unit="s",
+        doc="time after the end of a trajectory in which joints may still reach the goal; 0: no limit",
+    )
+    feedback_rate: float = In(default=20.0, ge=0.0, unit="Hz", doc="rate of the action's feedback; 0: none")
+
+    joints: ControlledJoints = Bound()
+    subscription: Subscription = Bound()
+    defaults: Tolerances = Bound()
+    spline: JointSpline | None = State(default=None)
+    tolerances: Tolerances | None = State(default=None)
+    started: float = State(default=0.0)
+    reported: float = State(default=-np.inf)
+
+    def setup(self, context: Context) -> None:
+        """Bind the joints, and open the action server and the topic."""
+        controller = self.controller_name.rstrip("/")
+        self.bind(context, ACTION, f"{controller}/follow_joint_trajectory")
+        topic = f"{controller}/joint_trajectory"
+        self.subscription = context.subscription("trajectory_msgs/msg/JointTrajectory", topic, **self.endpoint())
+        robot = self.articulation
+        driven = ~np.isnan(robot.set_points()[0])
+        commanded = zip(robot.joint_names, driven, robot.leaders, strict=True)
+        names = self.joint_names or [name for name, has_drive, leader in commanded if has_drive and not leader]
+        published = context.joint_names(self.prim())
+        self.joints = ControlledJoints.of(robot, names, published)
+        joints = len(names)
+        for port, given in (("pathTolerances", self.path_tolerances), ("goalTolerances", self.goal_tolerances)):
+            if len(given) not in (0, 1, joints) or not (given >= 0.0).all():
+                raise ContextError(f"{port} must be one number, or {joints}, that are not negative", given.tolist())
+        self.defaults = Tolerances.by_default(
+            joints, self.path_tolerances, self.goal_tolerances, self.stopped_velocity_tolerance, self.goal_time
+        )
+        self.commanded = tuple(names)
+
+    def compute(self) -> Fire:
+        """Take trajectories that arrived, and follow the present one."""
+        fired = None
+        if self.goal is not None and not self.goal.active:  # its server was closed
+            self.goal, fired = None, self.hold()
+        newest = self.subscription.newest()
+        if newest is not None:
+            fired = self.begin(newest, None) or fired
+        for goal in self.server.goals():
+            goal.accept()
+            fired = self.begin(goal.message.trajectory, goal) or fired
+        if self.spline is not None and self.tolerances is not None:
+            fired = self.follow(self.spline, self.tolerances)
+        self.server.update()
+        return fired
+
+    def begin(self, trajectory: Any, goal: Goal | None) -> Fire:
+        """Replace the present trajectory by that of a goal or of the topic, unless it cannot be followed."""
+        try:
+            if goal is not None and len(goal.message.multi_dof_trajectory.joint_names):
+                raise TrajectoryError(codes.INVALID_GOAL, "joints with several degrees of freedom are not supported")
+            tolerances = self.defaults if goal is None else self.defaults.of_goal(goal.message, self.joints)
+            start, spline = self.set_point(), None
+            if len(trajectory.points):
+                spline = read_trajectory(trajectory, self.joints, start, partial=self.allow_partial_joints_goal)
+        except TrajectoryError as error:
+            self.logger.log("warning", f"{self.server.action}: {error}")
+            if goal is not None:
+                goal.abort(self.result(error.code, str(error)))
+            return None
+        if self.goal is not None:
+            by = "a new goal" if goal is not None else "a trajectory from the topic"
+            self.goal.abort(self.result(codes.INVALID_GOAL, f"preempted by {by}"))
+        self.goal, self.spline, self.tolerances = goal, spline, tolerances
+        if spline is None:
+            return self.hold(codes.SUCCESSFUL, "the trajectory has no points: joints hold their positions", "succeed")
+        self.started = messages.seconds(trajectory.header.stamp) or start.time
+        self.reported = -np.inf
+        if warning := excess_speed(spline, self.joints):
+            self.logger.log("warning", f"{self.server.action}: {warning}")
+        return None
+
+    def set_point(self) -> JointPoint:
+        """Return the present set point: of the present trajectory, or else of the joints' drives."""
+        now, zeros = self.clock.time, np.zeros(len(self.joints.names))
+        if self.spline is not None:
+            return JointPoint(now, *self.spline.sample(now), zeros)
+        indices = list(self.joints.indices)
+        positions, velocities = (targets[indices] for targets in self.articulation.set_points())
+        measured = self.articulation.positions()[indices]
+        positions = np.where(np.isnan(positions), measured, positions)
+        return JointPoint(now, positions, np.nan_to_num(velocities), zeros)
+
+    def follow(self, spline: JointSpline, tolerances: Tolerances) -> Fire:
+        """Compare the joints with the spline, and output the next set points."""
+        now, indices = self.clock.time, list(self.joints.indices)
+        desired = spline.sample(now)
+        actual = self.articulation.positions()[indices], self.articulation.velocities()[indices]
+        errors = desired[0] - actual[0], desired[1] - actual[1]
+        if self.goal is not None and self.goal.cancel_requested:
+            return self.hold(codes.SUCCESSFUL, "canceled: joints hold their positions", "canceled")
+        if self.goal is not None and self.feedback_rate and now - self.reported >= 1.0 / self.feedback_rate - _ROUNDING:
+            self.reported = now
+            self.report(self.goal, desired, actual, errors)
+        overdue = now - spline.end
+        if overdue < -_ROUNDING:
+            if violation := tolerances.path.violation(self.joints, *errors):
+                return self.hold(codes.PATH_TOLERANCE_VIOLATED, violation, "abort")
+        else:
+            violation = tolerances.goal.violation(self.joints, *errors)
+            if self.goal is None or not violation:
+                self.end(codes.SUCCESSFUL, "goal reached", "succeed")
+            elif overdue > tolerances.goal_time:
+                text = f"{violation}, {overdue:.4g} s after the end of the trajectory"
+                return self.hold(codes.GOAL_TOLERANCE_VIOLATED, text, "abort")
+        return self.command(*spline.sample(now + self.clock.delta))
+
+    def hold(self, code: int = 0, text: str = "", ending: str = "") -> int:
+        """End the present goal and trajectory, and output the measured positions."""
+        if code:
+            self.logger.log("warning", f"{self.server.action}: {text}")
+        self.end(code, text, ending)
+        positions = self.articulation.positions()[list(self.joints.indices)]
+        return self.command(positions, np.zeros_like(positions))
+
+    def end(self, code: int, text: str, ending: str) -> None:
+        """End the present trajectory, and its goal by the method of Goal with the name `ending`."""
+        if self.goal is not None:
+            getattr(self.goal, ending)(self.result(code, text))
+        self.goal = self.spline = self.tolerances = None
+
+    def result(self, code: int, text: str) -> Any:
+        """Build the result of a goal."""
+        return message(f"{ACTION}_Result", code, text)
+
+    def report(self, goal: Goal, *states: tuple[Floats, Floats]) -> None:
+        """Publish desired and actual positions and velocities, and their differences, if a client listens."""
+        if not self.server.endpoints.feedback.wanted:
+            return
+        time, none = duration(self.clock.time - self.started), np.zeros(0)
+        points = [message("trajectory_msgs/msg/JointTrajectoryPoint", *state, none, none, time) for state in states]
+        feedback = DEFINITIONS.initial(f"{ACTION}_Feedback")
+        feedback.header, feedback.joint_names = header(self.clock.time, ""), list(self.joints.names)
+        feedback.desired, feedback.actual, feedback.error = points
+        goal.feedback(feedback)
+
+
+@lint("W209")
+def lint_trajectories_without_drive(context: LintContext) -> None:
+    """Report controllers whose joints have no position drive."""
+    for _, instance, node in context.nodes(ROS2FollowJointTrajectory):
+        robot = robot_of(context, node)
+        if robot is None:
+            continue
+        drives = {prim.facts["joint"]: prim.facts["drive"] for prim in robot.descendants() if prim.kind == "joint"}
+        idle = [name for name in node.joint_names or drives if not getattr(drives.get(name), "stiffness", 0.0)]
+        if not idle or (not node.joint_names and len(idle) < len(drives)):
+            continue
+        message = f"{instance.id} commands joints of {robot.path} that have no position drive: nothing moves"
+        remedy = f"write `{idle[0]}: {{drive: {{stiffness: 1000, damping: 50}}}}` below `joints:` of the robot file"
+        context.findings.add(
+            "W209", message, instance.span, listing(idle, "joints"), remedy, related=instance.entry.via
+        )

@@ -1,0 +1,151 @@
+"""A gripper controller: an action server that moves the fingers of a robot with limited effort."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from graphengine.format.errors import ContextError
+from graphengine.messages.actions import Goal
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.node import Bound, Context, Fire, In, State
+from graphengine.node.types import String, Token
+from graphengine.nodes.ros2.robot_action import RobotActionNode, message
+
+_TYPES = ("GripperCommand", "ParallelGripperCommand")
+_LARGEST = 1e6
+"""Largest legal number of a goal."""
+
+
+class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperCommand", gated=True):
+    """Moves a gripper, as gripper_controllers and parallel_gripper_controller of ros2_controllers do.
+
+    A goal gives the position of the joint `jointName`; fingers that mimic it move along. Wire the outputs to an
+    IsaacArticulationController. With a maximum effort, the position set point is at most so far from the finger that the drive's
+    spring exerts this effort; the node then keeps commanding after the goal, so that an object is held with this effort.
+
+    A goal succeeds when the finger is within `goalTolerance`. If the finger rests before that for `stallTimeout`, as it does on
+    an object, the goal ends with `stalled`: it succeeds if `allowStalling` is true, otherwise it is aborted. A new goal aborts
+    the present one, and a canceled goal makes the finger hold its position. A goal whose numbers are not finite, or that names
+    another joint, is rejected.
+    """
+
+    joint_name: String = In(
+        default="", required=True, setup=True, doc="joint of the fingers; one that mimics no other joint"
+    )
+    action_name: String = In(default="gripper_controller/gripper_cmd", setup=True, doc="name of the action")
+    action_type: Token = In(
+        default="GripperCommand", setup=True, tokens=_TYPES, doc="type of the action in control_msgs"
+    )
+    max_effort: float = In(
+        default=0.0, ge=0.0, unit="N m, N", doc="largest effort of a goal that gives none; 0: that of the drive"
+    )
+    goal_tolerance: float = In(default=0.01, ge=0.0, unit="rad, m", doc="largest position error at the goal")
+    allow_stalling: bool = In(default=False, doc="whether a goal succeeds when the finger rests on an object")
+    stall_timeout: float = In(
+        default=1.0, ge=0.0, unit="s", doc="time at rest after which the finger counts as stalled"
+    )
+    stall_velocity_threshold: float = In(
+        default=0.001, ge=0.0, unit="rad/s, m/s", doc="speed up to which the finger counts as resting"
+    )
+
+    index: int = Bound()
+    published: str = Bound()
+    target: float | None = State(default=None)
+    effort: float = State(default=math.inf)
+    speed: float = State(default=math.inf)
+    set_point: float = State(default=0.0)
+    moved: float = State(default=0.0)
+
+    def setup(self, context: Context) -> None:
+        """Bind the joint and open the action server."""
+        self.bind(context, f"control_msgs/action/{self.action_type}", self.action_name)
+        robot = self.articulation
+        self.index = robot.joint_names.index(robot.select([self.joint_name]).names[0])
+        self.published = context.joint_names(self.prim())[self.index]
+        if leader := robot.leaders[self.index]:
+            raise ContextError(f"joint {self.joint_name!r} follows {leader!r}", self.joint_name, f"name {leader}")
+        self.commanded = (self.joint_name,)
+
+    def compute(self) -> Fire:
+        """Take goals that arrived, and move towards the present one."""
+        fired = self.hold() if self.goal is not None and not self.goal.active else None  # its server was closed
+        for goal in self.server.goals():
+            self.begin(goal)
+        if self.goal is not None and self.goal.cancel_requested:
+            self.goal.canceled(self.result(stalled=False, reached=False))
+            fired = self.hold()
+        elif self.target is not None:
+            fired = self.move(self.target)
+        self.server.update()
+        return fired
+
+    def begin(self, goal: Goal) -> None:
+        """Accept a goal in place of the present one, or reject it."""
+        position, effort, speed, fault = self.read(goal.message.command)
+        if not all(abs(number) <= _LARGEST for number in (position, effort, speed)):  # false for NaN
+            fault = fault or f"position, effort and velocity must be numbers up to {_LARGEST:g}"
+        if fault:
+            self.logger.log("warning", f"{self.server.action}: {fault}")
+            goal.reject()
+            return
+        goal.accept()
+        if self.goal is not None:
+            self.goal.abort(self.result(stalled=False, reached=False))
+        at = self.articulation.set_points()[0][self.index]
+        if self.target is None:
+            self.set_point = float(at if np.isfinite(at) else self.articulation.positions()[self.index])
+        self.goal, self.target, self.moved = goal, position, self.clock.time
+        self.effort, self.speed = effort or self.max_effort or math.inf, speed or math.inf
+
+    def read(self, command: Any) -> tuple[float, float, float, str]:
+        """Return position, effort (0: the default) and velocity (0: any) of a goal, and what is wrong with it, if anything."""
+        if self.action_type == _TYPES[0]:
+            return command.position, abs(command.max_effort), 0.0, ""
+        if len(command.position) != 1 or len(command.velocity) > 1 or len(command.effort) > 1:
+            return 0.0, 0.0, 0.0, f"a goal has one position, it has {len(command.position)}"
+        if list(command.name) not in ([], [self.published]):
+            return 0.0, 0.0, 0.0, f"the gripper's joint is {self.published}"
+        effort, speed = (abs(float(values[0])) if len(values) else 0.0 for values in (command.effort, command.velocity))
+        return float(command.position[0]), effort, speed, ""
+
+    def move(self, target: float) -> Fire:
+        """Output the next set point, and end the goal if the finger arrived or stalled."""
+        robot, index, now = self.articulation, self.index, self.clock.time
+        position, speed = robot.positions()[index], abs(robot.velocities()[index])
+        step = self.speed * self.clock.delta
+        self.set_point += min(max(target - self.set_point, -step), step)
+        reach = self.effort / robot.stiffness[index] if robot.stiffness[index] else math.inf
+        command = min(max(self.set_point, position - reach), position + reach)
+        if speed > self.stall_velocity_threshold:
+            self.moved = now
+        if self.goal is not None:
+            if abs(target - position) <= self.goal_tolerance:
+                self.goal.succeed(self.result(stalled=False, reached=True))
+                self.goal = None
+            elif now - self.moved > self.stall_timeout:
+                end = self.goal.succeed if self.allow_stalling else self.goal.abort
+                end(self.result(stalled=True, reached=False))
+                self.goal = None
+        if self.goal is None and math.isinf(self.effort) and self.set_point == target:
+            self.target = None
+        return self.command(np.array([command]), np.zeros(1))
+
+    def hold(self) -> int:
+        """Forget the goal, and output the measured position."""
+        self.goal = self.target = None
+        return self.command(self.articulation.positions()[[self.index]], np.zeros(1))
+
+    def result(self, *, stalled: bool, reached: bool) -> Any:
+        """Build a result with the finger's present state."""
+        robot, index = self.articulation, self.index
+        result = DEFINITIONS.initial(f"control_msgs/action/{self.action_type}_Result")
+        state = robot.positions()[[index]], robot.velocities()[[index]], robot.efforts()[[index]]
+        if self.action_type == _TYPES[0]:
+            result.position, result.effort = float(state[0][0]), float(state[2][0])
+        else:
+            result.state = message("sensor_msgs/msg/JointState", result.state.header, [self.published], *state)
+        result.stalled, result.reached_goal = stalled, reached
+        return result

@@ -1,0 +1,80 @@
+"""Splines through the points of a joint trajectory.
+
+Between two points, joints move by a polynomial of the degree that both points determine, as in joint_trajectory_controller:
+linear for positions, cubic for positions and velocities, quintic for positions, velocities and accelerations.
+"""
+
+from __future__ import annotations
+
+import bisect
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.format.stateful import Shared
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class JointPoint(Shared):
+    """Positions (rad or m) of joints at a time, with velocities and accelerations if these are known."""
+
+    time: float
+    """Time in s, on the clock of the run."""
+    positions: Floats
+    velocities: Floats | None = None
+    accelerations: Floats | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class JointSpline(Shared):
+    """The motion of joints through points; they rest before the first and after the last one."""
+
+    points: tuple[JointPoint, ...]
+    """At least one point; times increase strictly."""
+
+    @property
+    def end(self) -> float:
+        """Time of the last point, s."""
+        return self.points[-1].time
+
+    def sample(self, time: float) -> tuple[Floats, Floats]:
+        """Return positions and velocities at a time, s."""
+        points = self.points
+        following = bisect.bisect_right(points, time, key=lambda point: point.time)
+        if following in (0, len(points)):
+            positions = points[max(following - 1, 0)].positions
+            return positions, np.zeros_like(positions)
+        before, after = points[following - 1], points[following]
+        coefficients, elapsed = _polynomial(before, after), time - before.time
+        position, velocity = coefficients[-1], np.zeros_like(coefficients[-1])
+        for coefficient in coefficients[-2::-1]:  # Horner's rule for the polynomial and its derivative
+            velocity = velocity * elapsed + position
+            position = position * elapsed + coefficient
+        return position, velocity
+
+
+def _polynomial(before: JointPoint, after: JointPoint) -> list[Floats]:
+    """Coefficients, lowest power first, of the polynomial between two points in the time since the first one.
+
+    With s = t / T, the change of position is `step`, and velocities and accelerations at both ends are scaled by T and T^2.
+    """
+    duration = after.time - before.time
+    start, step = before.positions, after.positions - before.positions
+    if before.velocities is None or after.velocities is None:
+        return [start, step / duration]
+    v0, v1 = before.velocities * duration, after.velocities * duration
+    if before.accelerations is None or after.accelerations is None:
+        scaled = [v0, 3.0 * step - 2.0 * v0 - v1, v0 + v1 - 2.0 * step]
+    else:
+        a0, a1 = before.accelerations * duration**2, after.accelerations * duration**2
+        scaled = [
+            v0,
+            0.5 * a0,
+            10.0 * step - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1,
+            -15.0 * step + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1,
+            6.0 * step - 3.0 * (v0 + v1) - 0.5 * a0 + 0.5 * a1,
+        ]
+    return [start, *(value / duration**power for power, value in enumerate(scaled, 1))]

@@ -1,0 +1,252 @@
+"""Checks of trajectory_msgs/JointTrajectory, and its conversion to a spline from the present set point of the joints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.devices.motion import Articulation
+from graphengine.format.errors import ContextError, GraphError
+from graphengine.format.stateful import Shared
+from graphengine.format.wording import did_you_mean, listing, printable
+from graphengine.messages import messages
+from graphengine.nodes.ros2.joint_spline import Floats, JointPoint, JointSpline
+
+# Error codes of control_msgs/action/FollowJointTrajectory.
+SUCCESSFUL, INVALID_GOAL, INVALID_JOINTS, OLD_HEADER_TIMESTAMP = 0, -1, -2, -3
+PATH_TOLERANCE_VIOLATED, GOAL_TOLERANCE_VIOLATED = -4, -5
+
+MAX_POINTS = 100_000
+_SLACK = 1e-3
+"""Distance beyond a joint's range at which a point is still legal, rad or m, because physics gives way a little at a limit."""
+_FASTER = 1.01
+"""Ratio to a joint's velocity limit above which a trajectory is reported."""
+_LARGEST = 1e6
+"""Largest legal number of a point; physics takes up to 1e10."""
+_SOON = 1e-6
+"""Time before which a point counts as passed, s, because a spline cannot bend in no time."""
+_AT_REST = float(np.finfo(np.float32).eps)
+"""Speed below which a trajectory ends at rest, rad/s or m/s, as in joint_trajectory_controller."""
+
+
+class TrajectoryError(GraphError):
+    """A trajectory that the joints cannot follow.
+
+    Args:
+        code: error code of control_msgs/action/FollowJointTrajectory.
+        message: the reason.
+    """
+
+    def __init__(self, code: int, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+@dataclass(frozen=True, slots=True)
+class ControlledJoints(Shared):
+    """The joints that a controller moves, in its order, with the limits of their description."""
+
+    names: tuple[str, ...]
+    """Names in messages."""
+    indices: tuple[int, ...]
+    """Their numbers in the articulation's order."""
+    units: tuple[str, ...]
+    """rad or m."""
+    ranges: Floats
+    """Lowest and highest position, shape (joints, 2); infinite without limits."""
+    max_velocities: Floats
+    leaders: Mapping[str, str]
+    """Joints that each of the robot's mimic joints follows."""
+
+    @property
+    def continuous(self) -> NDArray[np.bool_]:
+        """Whether each joint turns without limits, so that positions a full turn apart mean the same pose."""
+        endless: NDArray[np.bool_] = np.isinf(self.ranges).all(axis=1) & (np.array(self.units) == "rad")
+        return endless
+
+    @classmethod
+    def of(cls, robot: Articulation, chosen: Sequence[str], published: Sequence[str]) -> ControlledJoints:
+        """Select joints of a robot.
+
+        Args:
+            robot: the robot.
+            chosen: names of the joints in the robot's description, one or more.
+            published: names of all joints in messages, in the articulation's order.
+
+        Raises:
+            JointError: the robot has no joint with a name.
+            ContextError: no joint is chosen, one is chosen twice, or one mimics another joint.
+        """
+        indices = [robot.joint_names.index(name) for name in robot.select(chosen).names]
+        leaders = dict(zip(robot.joint_names, robot.leaders, strict=True))
+        if not chosen or len(set(chosen)) < len(chosen):
+            raise ContextError(
+                "a controller needs joints, each once", list(chosen), "name joints with a position drive"
+            )
+        for name in chosen:
+            if leaders[name]:
+                raise ContextError(
+                    f"joint {name!r} follows {leaders[name]!r}", name, "command the joint that it follows"
+                )
+        return cls(
+            tuple(published[index] for index in indices),
+            tuple(indices),
+            tuple("m" if robot.prismatic[index] else "rad" for index in indices),
+            np.array([robot.ranges[index] for index in indices]),
+            np.array([robot.max_velocities[index] for index in indices]),
+            {name: leader for name, leader in zip(published, robot.leaders, strict=True) if leader},
+        )
+
+
+def read_trajectory(message: Any, joints: ControlledJoints, start: JointPoint, *, partial: bool) -> JointSpline:
+    """Convert a trajectory to a spline.
+
+    The spline begins at the present set point; points whose time has passed are left out. Joints that the message does not name
+    keep their set points. All points of a continuous joint are shifted by full turns, so that the first is reached on the shorter
+    way.
+
+    Args:
+        message: trajectory_msgs/JointTrajectory with one point or more.
+        joints: joints of the controller.
+        start: present set point of these joints, with velocities and accelerations, at the present time.
+        partial: whether the message may leave out joints.
+
+    Raises:
+        TrajectoryError: the message is not a trajectory that the joints can follow.
+    """
+    columns = _columns(message.joint_names, joints, partial=partial)
+    _check_numbers(message.points, len(columns))
+    times = _times(message, start.time)
+    passed = min(int(np.searchsorted(times, start.time + _SOON, side="right")), len(times) - 1)
+    remaining = zip(times[passed:].tolist(), message.points[passed:], strict=True)
+    points = _turned([_point(time, point, columns, start) for time, point in remaining], joints, start)
+    _check_end(points[-1], joints)
+    _check_ranges(points, passed, joints)
+    if points[0].time <= start.time + _SOON:  # the last point is due at once
+        return JointSpline((points[0],))
+    return JointSpline((start, *points))
+
+
+def excess_speed(spline: JointSpline, joints: ControlledJoints) -> str:
+    """Return which joint of a spline is faster than its limit by more than 1 %, and how much; empty if there is none."""
+    limits = joints.max_velocities * _FASTER
+    for before, after in zip(spline.points, spline.points[1:], strict=False):
+        speeds = np.abs(after.positions - before.positions) / (after.time - before.time)
+        if after.velocities is not None:
+            speeds = np.maximum(speeds, np.abs(after.velocities))
+        if (speeds > limits).any():
+            joint = int(np.argmax(speeds / limits))
+            unit = f"{joints.units[joint]}/s"
+            limit = f"{joints.max_velocities[joint]:.4g} {unit}"
+            return f"joint {joints.names[joint]} moves at {speeds[joint]:.4g} {unit}, its limit is {limit}"
+    return ""
+
+
+def _columns(names: Sequence[str], joints: ControlledJoints, *, partial: bool) -> list[int]:
+    """Number of each named joint in the controller's order."""
+    known = {name: number for number, name in enumerate(joints.names)}
+    for name in names:
+        if name in known:
+            continue
+        if name in joints.leaders:
+            text = f"joint {name} follows {joints.leaders[name]} and takes no commands: leave it out"
+        else:
+            hint = did_you_mean(name, known) or listing(known, "joints")
+            text = f"joint '{printable(name)}' is not a joint of this controller; {hint}"
+        raise TrajectoryError(INVALID_JOINTS, text)
+    given = set(names)
+    if len(given) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise TrajectoryError(INVALID_JOINTS, f"joint {twice} is named twice")
+    missing = [name for name in joints.names if name not in given]
+    if missing and not partial:
+        raise TrajectoryError(INVALID_JOINTS, f"partial goals are not allowed; {listing(missing, 'missing joints')}")
+    if not names:
+        raise TrajectoryError(INVALID_JOINTS, "the trajectory names no joints")
+    return [known[name] for name in names]
+
+
+def _check_numbers(points: Sequence[Any], joints: int) -> None:
+    """Check that each point has one legal position for each joint, and velocities and accelerations for all or none."""
+    if len(points) > MAX_POINTS:
+        raise TrajectoryError(INVALID_GOAL, f"{len(points)} points are too many, legal: up to {MAX_POINTS}")
+    for name in ("positions", "velocities", "accelerations", "effort"):
+        rows = [getattr(point, name) for point in points]
+        for number, row in enumerate(rows):
+            if len(row) and name == "effort":
+                text = f"point {number} has efforts, but the joints follow positions and velocities"
+                raise TrajectoryError(INVALID_GOAL, text)
+            if len(row) != joints and (len(row) or name == "positions"):
+                raise TrajectoryError(INVALID_GOAL, f"point {number} has {len(row)} {name} for {joints} joints")
+        if not (np.abs(np.concatenate(rows)) <= _LARGEST).all():  # false for NaN
+            number = next(number for number, row in enumerate(rows) if not (np.abs(row) <= _LARGEST).all())
+            text = f"{name} of point {number} must be numbers up to {_LARGEST:g}"
+            raise TrajectoryError(INVALID_GOAL, text)
+
+
+def _times(message: Any, now: float) -> Floats:
+    """Time of each point on the clock of the run, s."""
+    stamp = messages.seconds(message.header.stamp)
+    offsets = np.array([messages.seconds(point.time_from_start) for point in message.points])
+    times: Floats = offsets + (stamp or now)
+    wrong = np.flatnonzero(np.diff(times) <= 0.0)
+    if len(wrong) or offsets[0] < 0.0:
+        number = int(wrong[0]) + 1 if len(wrong) else 0
+        before = f"that of point {number - 1}, {offsets[number - 1]:g} s" if number else "0"
+        relation = "must be later than" if number else "must not be before"
+        raise TrajectoryError(INVALID_GOAL, f"time of point {number}, {offsets[number]:g} s, {relation} {before}")
+    if stamp and times[-1] < now - _SOON:
+        text = f"the trajectory starts at {stamp:.9g} s and ends at {times[-1]:.9g} s, but it is {now:.9g} s now"
+        raise TrajectoryError(OLD_HEADER_TIMESTAMP, text)
+    return times
+
+
+def _point(time: float, point: Any, columns: Sequence[int], start: JointPoint) -> JointPoint:
+    """A point of all joints of the controller; joints without a column keep their set point."""
+
+    def spread(values: NDArray[Any], rest: Floats) -> Floats | None:
+        if not len(values):
+            return None
+        made = rest.copy()
+        made[columns] = values
+        return made
+
+    positions, zeros = spread(point.positions, start.positions), np.zeros_like(start.positions)
+    assert positions is not None
+    return JointPoint(time, positions, spread(point.velocities, zeros), spread(point.accelerations, zeros))
+
+
+def _check_end(last: JointPoint, joints: ControlledJoints) -> None:
+    for name, velocity in zip(joints.names, () if last.velocities is None else last.velocities.tolist(), strict=False):
+        if abs(velocity) > _AT_REST:
+            text = f"the velocity of joint {name} in the last point must be 0, it is {velocity:g}"
+            raise TrajectoryError(INVALID_GOAL, text)
+
+
+def _turned(points: Sequence[JointPoint], joints: ControlledJoints, start: JointPoint) -> list[JointPoint]:
+    """Points whose continuous joints are shifted by full turns towards the set point."""
+    turns = np.round((start.positions - points[0].positions) / math.tau) * joints.continuous
+    if not turns.any():
+        return list(points)
+    return [
+        JointPoint(point.time, point.positions + turns * math.tau, point.velocities, point.accelerations)
+        for point in points
+    ]
+
+
+def _check_ranges(points: Sequence[JointPoint], first: int, joints: ControlledJoints) -> None:
+    positions = np.array([point.positions for point in points])
+    outside = (positions < joints.ranges[:, 0] - _SLACK) | (positions > joints.ranges[:, 1] + _SLACK)
+    if outside.any():
+        point, joint = np.argwhere(outside)[0]
+        low, high = joints.ranges[joint]
+        raise TrajectoryError(
+            INVALID_GOAL,
+            f"joint {joints.names[joint]} cannot be at {positions[point, joint]:.6g} {joints.units[joint]} "
+            f"in point {first + point}, legal: {low:.6g} to {high:.6g}",
+        )

@@ -1,0 +1,67 @@
+"""Base of nodes that move joints of a robot for one goal of an action at a time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from graphengine.messages import messages
+from graphengine.messages.actions import ActionServer, Goal
+from graphengine.node import Bound, Clock, Context, ExecOut, In, Out, State
+from graphengine.node.types import Doubles, String, Tokens, UInt64
+from graphengine.nodes.core.articulation import RobotNode
+from graphengine.nodes.ros2.joint_spline import Floats
+
+
+class RobotActionNode(RobotNode):
+    """Base of action servers that command joints; outputs are for an IsaacArticulationController.
+
+    `execOut` fires only while there is something to command, so that other nodes may command the joints between goals.
+    """
+
+    context: UInt64 = In(default=0, setup=True, doc="domain handle from a ROS2Context; 0: the session's domain")
+    node_namespace: String = In(
+        default="", setup=True, doc="ROS namespace; if empty, collected from `isaac:namespace` of the ancestor prims"
+    )
+    exec_out = ExecOut(doc="fires in each execution that commands joints")
+    joint_names_out: Tokens = Out(name="jointNames", doc="names of the commanded joints, in the order of the commands")
+    position_command: Doubles = Out(unit="rad, m", doc="position set points")
+    velocity_command: Doubles = Out(unit="rad/s, m/s", doc="velocity set points")
+
+    clock: Clock = Bound()
+    logger: Context = Bound()
+    server: ActionServer = Bound()
+    commanded: Tokens = Bound()
+    goal: Goal | None = State(default=None)
+
+    def bind(self, context: Context, action_type: str, action: str) -> None:
+        """Bind the robot and open the action server."""
+        self.articulation = context.articulation(self.prim())
+        self.clock, self.logger = context.clock, context
+        self.server = context.action_server(action_type, action, collects_namespace=True, **self.endpoint())
+
+    def endpoint(self) -> dict[str, Any]:
+        """Return the options of topics and actions that the inputs set: namespace and domain."""
+        return {"namespace": self.node_namespace, "ros_context": self.context}
+
+    def command(self, positions: Floats, velocities: Floats) -> int:
+        """Output set points of the joints `commanded`, and return the port to fire."""
+        self.joint_names_out = self.commanded
+        self.position_command = np.clip(positions, -_LARGEST, _LARGEST)
+        self.velocity_command = np.clip(velocities, -_LARGEST, _LARGEST)
+        return self.exec_out
+
+
+_LARGEST = 1e9
+"""Largest set point; physics takes up to 1e10."""
+
+
+def message(message_type: str, *values: Any) -> Any:
+    """Build a message of a type from the values of its fields."""
+    return messages.message_class(message_type)(*values)
+
+
+def duration(seconds: float) -> Any:
+    """Build a builtin_interfaces/Duration, rounded to nanoseconds."""
+    return message("builtin_interfaces/msg/Duration", *divmod(round(seconds * 1e9), 1_000_000_000))

@@ -1,0 +1,114 @@
+"""Tolerances on the way and at the end of a trajectory, by the rules of control_msgs/action/FollowJointTrajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from graphengine.format.stateful import Shared
+from graphengine.format.wording import did_you_mean, listing, printable
+from graphengine.messages import messages
+from graphengine.nodes.ros2.joint_spline import Floats
+from graphengine.nodes.ros2.joint_trajectory import INVALID_GOAL, ControlledJoints, TrajectoryError
+
+_ERASED = -1.0
+"""Tolerance in a goal that removes the default."""
+
+
+@dataclass(frozen=True, slots=True)
+class StateTolerances(Shared):
+    """Largest errors of each joint's position and velocity; infinite where there is no limit."""
+
+    positions: Floats
+    velocities: Floats
+
+    def violation(self, joints: ControlledJoints, positions: Floats, velocities: Floats) -> str:
+        """Return which joint's error is too large, and by how much; empty if there is none.
+
+        Args:
+            joints: the joints, for names and units.
+            positions: position errors, rad or m.
+            velocities: velocity errors, rad/s or m/s.
+        """
+        kinds = (("position", "", positions, self.positions), ("velocity", "/s", velocities, self.velocities))
+        for kind, per, errors, limits in kinds:
+            beyond = np.abs(errors) > limits
+            if beyond.any():
+                joint = int(np.argmax(beyond))
+                unit = f"{joints.units[joint]}{per}"
+                error, limit = f"{abs(errors[joint]):.4g} {unit}", f"{limits[joint]:.4g} {unit}"
+                return f"joint {joints.names[joint]}: {kind} error {error}, tolerance {limit}"
+        return ""
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances(Shared):
+    """Tolerances of one trajectory."""
+
+    path: StateTolerances
+    goal: StateTolerances
+    goal_time: float
+    """Time after the end of the trajectory in which joints may still reach the goal, s; infinite if there is no limit."""
+
+    @classmethod
+    def by_default(
+        cls, joints: int, path: Floats, goal: Floats, stopped_velocity: float, goal_time: float
+    ) -> Tolerances:
+        """Return tolerances for goals without any; 0 means no limit, and a single number is for all joints."""
+        none = np.full(joints, np.inf)
+        return cls(
+            StateTolerances(_limits(path, joints), none),
+            StateTolerances(_limits(goal, joints), _limits(np.array([stopped_velocity]), joints)),
+            goal_time or np.inf,
+        )
+
+    def of_goal(self, goal: Any, joints: ControlledJoints) -> Tolerances:
+        """Return these tolerances with those that a goal sets: 0 keeps a default, -1 removes it.
+
+        Tolerances of accelerations have no effect, as accelerations are not measured.
+
+        Raises:
+            TrajectoryError: a tolerance is negative or NaN, or its joint is none of the controller.
+        """
+        time = messages.seconds(goal.goal_time_tolerance)
+        return Tolerances(
+            _with(self.path, goal.path_tolerance, "path_tolerance", joints),
+            _with(self.goal, goal.goal_tolerance, "goal_tolerance", joints),
+            _limit(time, self.goal_time, "goal_time_tolerance"),
+        )
+
+
+def _limits(numbers: Floats, joints: int) -> Floats:
+    limits: Floats = np.full(joints, np.inf)
+    if len(numbers):
+        limits[:] = numbers
+    limits[limits <= 0.0] = np.inf
+    return limits
+
+
+def _with(default: StateTolerances, given: Sequence[Any], field: str, joints: ControlledJoints) -> StateTolerances:
+    made = replace(default, positions=default.positions.copy(), velocities=default.velocities.copy())
+    for tolerance in given:
+        if tolerance.name not in joints.names:
+            hint = did_you_mean(tolerance.name, joints.names) or listing(joints.names, "joints")
+            raise TrajectoryError(INVALID_GOAL, f"{field}: '{printable(tolerance.name)}' is not a joint; {hint}")
+        joint = joints.names.index(tolerance.name)
+        for kind, limits in (("position", made.positions), ("velocity", made.velocities)):
+            place = f"{field} of {kind} of joint {tolerance.name}"
+            limits[joint] = _limit(getattr(tolerance, kind), limits[joint], place)
+    return made
+
+
+def _limit(given: float, default: float, place: str) -> float:
+    if given == 0.0:
+        return default
+    if given == _ERASED:
+        return np.inf
+    if not given > 0.0:
+        raise TrajectoryError(
+            INVALID_GOAL, f"{place} cannot be {given:g}, legal: above 0, 0 for the default, -1 for none"
+        )
+    return given

@@ -1,0 +1,90 @@
+"""Reads the geometry of a base with omnidirectional or mecanum wheels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from graphengine.devices.holonomic_wheels import HolonomicWheel
+from graphengine.devices.rotation import Pose, Quaternion, Vector3, relative, rotate
+from graphengine.node import Bound, Context, ContextError, Double3, Double3s, Double4s, Doubles, In, Node, Out
+from graphengine.node.types import Target, Token, Tokens, read_only
+
+_AXLE = (0.0, 1.0, 0.0)
+"""Direction of the axle in the frame of each wheel."""
+
+
+class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.HolonomicRobotUsdSetup"):
+    """Outputs the geometry of a base with omnidirectional or mecanum wheels, for a HolonomicController with `rolling: true`.
+
+    Isaac Sim reads the attributes `isaacmecanumwheel:radius` and `isaacmecanumwheel:angle` of wheel joints. Here the radius is
+    that of the wheel's collider, and a wheel has rollers if its material in the robot file has friction in two directions: the
+    direction of the greater friction is the axis of the roller on the floor. Each wheel is given by the origin and the axis of
+    its joint, with all joints at zero.
+
+    Positions are in the frame of `comPrim`; in Isaac Sim, they have the axes of the world. `wheelAxis` is always the y axis, and
+    `wheelOrientations` turn it to each wheel's axle.
+    """
+
+    robot_prim: Target = In(setup=True, doc="the robot's prim, base link or articulation root")
+    com_prim: Target = In(setup=True, doc="prim at the centre of the base; if empty, the base link")
+    use_path: bool = In(default=False, setup=True, doc="true: `robotPrimPath` and `comPrimPath` give the prims")
+    robot_prim_path: Token = In(default="", setup=True, doc="path of the robot's prim; used if `usePath` is true")
+    com_prim_path: Token = In(default="", setup=True, doc="path of the centre's prim; used if `usePath` is true")
+    wheel_radius: Doubles = Out(unit="m", doc="radius of each wheel")
+    wheel_positions: Double3s = Out(unit="m", doc="position of each wheel in the frame of `comPrim`")
+    wheel_orientations: Double4s = Out(doc="orientation (w, x, y, z) of each wheel in the frame of `comPrim`")
+    mecanum_angles: Doubles = Out(
+        unit="deg", doc="angle from the axle to the roller axis about `upAxis` for each wheel, above -90 to 90"
+    )
+    wheel_axis: Double3 = Out(doc="direction of the axle in the frame of each wheel")
+    up_axis: Double3 = Out(doc="up direction of the base, in its frame")
+    wheel_dof_names: Tokens = Out(doc="names of the wheels' joints, for IsaacArticulationController")
+
+    wheels: Sequence[HolonomicWheel] = Bound()
+    base: Pose = Bound()
+
+    def setup(self, context: Context) -> None:
+        """Find the wheels, and where the base link is relative to the centre.
+
+        Raises:
+            ContextError: no robot is given, or none of its wheels has rollers.
+        """
+        robot = self.robot_prim_path if self.use_path else next(iter(self.robot_prim), "")
+        centre = self.com_prim_path if self.use_path else next(iter(self.com_prim), "")
+        if not robot:
+            name = "robotPrimPath" if self.use_path else "robotPrim"
+            raise ContextError(f"{name} is empty", "", f"usePath is {str(self.use_path).lower()}")
+        self.wheels = context.holonomic_wheels(robot)
+        if not self.wheels:
+            raise ContextError(
+                f"no wheel of {robot} has rollers",
+                robot,
+                "give the materials of mecanum wheels `direction` and `across` in the robot file",
+                "HolonomicController also takes the geometry as literals",
+            )
+        link = context.base_link(robot)
+        self.base = relative((context.frame(centre) if centre else link).pose(), link.pose())
+
+    def compute(self) -> None:
+        """Output the geometry."""
+        wheels, (origin, turn) = self.wheels, self.base
+        places = [np.add(origin, rotate(turn, wheel.position)) for wheel in wheels]
+        turns = [_from_axle(rotate(turn, wheel.axle)) for wheel in wheels]
+        self.wheel_radius = read_only(np.array([wheel.radius for wheel in wheels]))
+        self.wheel_positions = read_only(np.array(places))
+        self.wheel_orientations = read_only(np.array([(w, x, y, z) for x, y, z, w in turns]))
+        self.mecanum_angles = read_only(np.array([wheel.roller_angle for wheel in wheels]))
+        self.wheel_axis, self.up_axis = _AXLE, rotate(turn, (0.0, 0.0, 1.0))
+        self.wheel_dof_names = tuple(wheel.joint for wheel in wheels)
+
+
+def _from_axle(axle: Vector3) -> Quaternion:
+    """Return the shortest rotation of the y axis to a unit vector; to the opposite direction, it is about the z axis."""
+    x, y, z = axle
+    across = math.hypot(x, z)
+    half = math.atan2(across, y) / 2.0
+    i, k = (z / across, -x / across) if across else (0.0, 1.0)
+    return i * math.sin(half), 0.0, k * math.sin(half), math.cos(half)
