@@ -34,7 +34,7 @@ from graphengine.physics.importing.import_robot import import_robot
 from graphengine.physics.loading import load_world
 
 SLOW = 5.0
-HANG = 60
+HANG = 200
 """Seconds after which an import is given up."""
 NASTY = (
     *("nan", "inf", "-1", "0", "1e308", "1e-320", "", " ", "-0.0", "99999999999999999999", "true", "[1, 2]", "{a: b}"),

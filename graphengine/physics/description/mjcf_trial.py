@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from typing import IO
 
 from graphengine.format.files import Files
+from graphengine.physics.description.mjcf_names import prepare
 from graphengine.physics.engine import REFUSALS, compiled, mujoco
 from graphengine.sandbox.confinement import ProcessError, ask, confine
 from graphengine.sandbox.seccomp import TIERS
@@ -58,8 +59,7 @@ def main() -> None:
     confine(Files(()), TIERS["mesh"], memory=MAX_MEMORY_BYTES)
     try:
         spec = mujoco.MjSpec.from_string(text, include=models, assets=assets)
-        spec.compiler.usethread = False  # this process starts no threads
-        spec.compiler.fusestatic = False
+        prepare(spec)
         spec.option.timestep, spec.option.integrator = 0.004, mujoco.mjtIntegrator.mjINT_DISCRETE
         model, _ = compiled(spec)
         data = mujoco.MjData(model)
