@@ -6,7 +6,7 @@ In Isaac Sim, these nodes read a buffer of the RTX renderer. Here `renderProduct
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -27,6 +27,8 @@ _TYPE = "has no meaning: the type is fixed"
 _SIZE = "bytes in the buffer"
 _NONE = "always 0: ray casting does not provide it"
 _NO_OBJECT = read_only(np.zeros(4, np.uint32))
+_PROVIDED = ("azimuth", "elevation", "distance", "timestamp", "intensity", "emitterId", "channelId", "radialVelocityMS")
+"""Metadata of points of a lidar or a radar."""
 _MISSING = ("materialId", "tickId", "hitNormal", "velocity", "objectId", "echoId", "tickState")
 """Metadata of points that ray casting does not provide."""
 
@@ -39,20 +41,25 @@ class _Returns:
     """Simulation time, s."""
     points: NDArray[np.float32]
     """Positions in the sensor's frame, m, shape (n, 3)."""
-    values: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    values: Mapping[str, NDArray[Any]]
     """Metadata with one record per point, by name."""
 
-    def metadata(self) -> dict[str, NDArray[Any]]:
-        """Return all metadata: that of the sensor, and what follows from the points."""
-        distance = np.linalg.norm(self.points, axis=1)
-        up = np.divide(self.points[:, 2], distance, out=np.zeros_like(distance), where=distance > 0.0)
-        return {
-            "azimuth": np.degrees(np.arctan2(self.points[:, 1], self.points[:, 0])),
-            "elevation": np.degrees(np.arcsin(up.clip(-1.0, 1.0))),
-            "distance": distance,
-            "timestamp": np.full(len(distance), int(self.time * 1e9), np.uint64),
-            **self.values,
-        }
+    def metadata(self, name: str) -> NDArray[Any] | None:
+        """Return the metadata of this name, of the sensor or computed from the points; None if there is none."""
+        x, y, z = self.points.T
+        found: NDArray[Any] | None
+        match name:
+            case "azimuth":
+                found = np.degrees(np.arctan2(y, x))
+            case "elevation":
+                found = np.degrees(np.arctan2(z, np.hypot(x, y)))
+            case "distance":
+                found = np.linalg.norm(self.points, axis=1)
+            case "timestamp":
+                found = np.full(len(self.points), int(self.time * 1e9), np.uint64)
+            case _:
+                found = self.values.get(name)
+        return found
 
 
 def _of_lidar(lidar: Lidar) -> _Returns:
@@ -167,15 +174,22 @@ class PointBuffersNode(Node):
         """Set the outputs to the points of a sample."""
         self.data_ptr_out, self.buffer_size = returns.points, returns.points.nbytes
         self.width, self.transform = len(returns.points), matrix_of(self.frame.pose())
-        ports = type(self).ports
-        for name, values in returns.metadata().items():
-            if self.is_selected(name):
-                setattr(self, ports[f"outputs:{name}Ptr"].field, values)
-                setattr(self, ports[f"outputs:{name}BufferSize"].field, values.nbytes)
+        for name, (buffer, size) in _METADATA.items():
+            values = returns.metadata(name) if self.is_selected(name) else None
+            if values is not None:
+                setattr(self, buffer, values)
+                setattr(self, size, values.nbytes)
 
     def is_selected(self, name: str) -> bool:
         """Return whether to output metadata of this name."""
-        return True
+        raise NotImplementedError
+
+
+_METADATA = {
+    name: tuple(PointBuffersNode.ports[f"outputs:{name}{what}"].field for what in ("Ptr", "BufferSize"))
+    for name in _PROVIDED
+}
+"""Python names of the outputs for the buffer and the buffer's size of each metadata."""
 
 
 class OgnIsaacExtractRTXSensorPointCloud(
@@ -184,7 +198,7 @@ class OgnIsaacExtractRTXSensorPointCloud(
     """Outputs the points of a lidar or radar and all their metadata as buffers; fires once per sample.
 
     In Isaac Sim, the points come from `dataPtr`, a buffer of the RTX renderer. Here `renderProductPath` gives the sensor, and
-    metadata that ray casting does not provide stays 0. All points of a sample have the same time.
+    metadata that ray casting does not provide stays 0, as does what is not wired. All points of a sample have the same time.
     """
 
     render_product_path: Token = In(
@@ -195,9 +209,16 @@ class OgnIsaacExtractRTXSensorPointCloud(
     )
     exec_out = ExecOut(name="exec", doc="fires once per sample")
 
+    wired: frozenset[str] = Bound()
+
     def setup(self, context: Context) -> None:
-        """Bind the sensor."""
+        """Bind the sensor, and find the outputs that are wired."""
         self.bind(context, self.render_product_path)
+        self.wired = frozenset(name for name, fields in _METADATA.items() if any(map(context.wired, fields)))
+
+    def is_selected(self, name: str) -> bool:
+        """Return whether the metadata is wired."""
+        return name in self.wired
 
 
 class IsaacCreateRTXLidarScanBuffer(

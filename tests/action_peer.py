@@ -121,6 +121,12 @@ class ActionServerPeer:
         result = self._made("Result", fields)
         self._answer("get_result", status=status, result=result)
 
+    def answer_cancel(self) -> None:
+        """Answer the oldest request to cancel a goal: it is cancelled."""
+        info = DEFINITIONS.initial("action_msgs/msg/GoalInfo")
+        info.goal_id.uuid[:] = list(self.cancelled[-1])
+        self._answer("cancel_goal", goals_canceling=[info])
+
     def say(self, goal: bytes, **fields: Any) -> None:
         """Send feedback."""
         message = DEFINITIONS.initial(self._kinds["feedback"])

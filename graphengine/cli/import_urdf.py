@@ -218,8 +218,7 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
         if given := [*arguments.arguments, *filter(None, [arguments.macro]), *arguments.without]:
             raise UsageError(f"{given[0]}: {path} is a MuJoCo model, which has no arguments, macros or packages")
         return Origin(element, packages, path, str(path), target, arguments.fixed_base, model=path)
-    sdf = is_sdf(element)
-    is_xacro = not sdf and xacro.is_xacro(path, element)
+    is_xacro = xacro.is_xacro(path, element)
     if is_xacro and path.resolve() == target.with_suffix(".urdf").resolve():
         raise UsageError(f"-o {target}: the URDF written beside it would overwrite {path}; choose another name")
     if not is_xacro and (given := [*arguments.arguments, *filter(None, [arguments.macro])]):

@@ -1,4 +1,4 @@
-"""`graphrun topics`: list the topics and services of a scene without running it."""
+"""`graphrun topics`: list the topics, services and actions of a scene without running it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import sys
 
 from graphengine.cli.common import add_file_arguments, clean, load, print_findings, table
 from graphengine.messages.endpoints import EndpointClaim
+from graphengine.messages.goals import action_of
 
 FRAMES = 2
 """Edges of the TF tree that are told of one publisher; `--format json` has all."""
@@ -37,7 +38,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print(json.dumps(foxglove_layout(claims), indent=2))
         return 0
     rows: list[tuple[str, ...]] = [("TOPIC", "", "TYPE", "RATE", "QOS", "FRAME", "NODE")]
-    rows += [_row(claim) for claim in claims]
+    # Of the services and topics of an action, one stands for all.
+    rows += [_row(claim) for claim in claims if not action_of(claim.topic) or claim.topic.endswith("/send_goal")]
     print(clean(table([tuple(cell.replace("\n", " ") for cell in row) for row in rows])))
     if scene.world is None:
         print("namespaces are unknown without a scene; give one with --scene", file=sys.stderr)
@@ -45,6 +47,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _row(claim: EndpointClaim) -> tuple[str, ...]:
+    if action := action_of(claim.topic):
+        arrow = "act" if claim.direction == "serve" else "goal"
+        return action, arrow, claim.message_type.removesuffix("_SendGoal"), "", "", "", claim.node
     arrow = {"publish": "pub", "subscribe": "sub", "serve": "srv", "call": "call"}[claim.direction]
     if claim.direction != "publish":
         rate = ""

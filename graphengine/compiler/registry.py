@@ -31,6 +31,9 @@ OLD_PREFIXES: dict[str, tuple[str, ...]] = {
     "omni.isaac.wheeled_robots.": ("isaacsim.robot.wheeled_robots.",),
     "omni.isaac.sensor.": ("isaacsim.sensors.physics.", "isaacsim.sensors.rtx."),
     "omni.isaac.range_sensor.": ("isaacsim.sensors.physx.",),
+    "omni.isaac.conveyor.": ("isaacsim.asset.gen.conveyor.",),
+    "omni.isaac.manipulators.": ("isaacsim.robot.manipulators.",),
+    "omni.isaac.surface_gripper.": ("isaacsim.robot.surface_gripper.",),
 }
 """Prefixes of registered names before Isaac Sim 4.5, with the prefixes that replaced them."""
 

@@ -7,7 +7,6 @@ from graphengine.format.diagnostics import Findings
 from graphengine.isaac.recorded_graph import RecordedNode, RecordedValue
 
 _PICTURES = "ROS2CameraHelper publishes pictures and point clouds from a renderProductPath; leave the node out"
-_ARM = "IsaacArticulationController commands the fingers' joints, with positions from ROS2SubscribeJointState"
 _IMAGES = "ROS2CameraHelper publishes pictures as ROS 2 messages"
 _EXAMPLE = "an example of a node in an extension; write a node in Python and name its module with `--import`"
 _STEPS = "`graphrun ctl step`, or the service `step_simulation` of `graphrun run --simulation-interfaces`, steps from outside"
@@ -17,12 +16,6 @@ _ON_A_SPHERE = "RandomUnitVector times a radius from RandomNumeric, into WritePr
 _OUTSIDE = "publish to ROS 2 in its place: ROS2PublishClock, ROS2PublishImu, ROS2PublishJointState, ROS2PublishOdometry"
 _RANDOM = "RandomNumeric, or WritePrimAttribute from a node of your own"
 REPLACEMENTS = {
-    "IsaacGripperController": _ARM,
-    "SurfaceGripper": "nothing here holds things by suction; a gripper with fingers is an articulation",
-    "IsaacReadLightBeam": "IsaacReadLidarBeams, with a lidar of few beams on the robot",
-    "IsaacReadRaycastSensor": "IsaacReadLidarBeams, with a lidar of few beams on the robot",
-    "IsaacReadEffortSensor": "IsaacReadJointState has the efforts of all joints",
-    "IsaacConveyor": "WritePrimAttribute, or a joint of the world's MJCF that a velocity drives",
     "IsaacAttachHydraTexture": "IsaacCreateRenderProduct outputs the renderProductPath; there are no textures",
     "IsaacGenerateRGBA": _PICTURES,
     "IsaacGenerate32FC1": _PICTURES,

@@ -84,11 +84,11 @@ class Goal(TrackedGoal):
         return self.status == CANCELING
 
     def accept(self) -> None:
-        """Accept the goal, which is then executing."""
+        """Accept the goal, which is then executing; nothing happens if it was accepted or rejected before."""
         self._server.accept(self)
 
     def reject(self) -> None:
-        """Reject the goal."""
+        """Reject the goal; nothing happens if it was accepted or rejected before."""
         self._server.reject(self)
 
     def feedback(self, message: Any) -> None:

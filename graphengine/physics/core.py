@@ -412,7 +412,8 @@ class SimulationCore(Stateful):
         self.welds.withdraw()
         if saved.surfaces != tuple(self.surfaces.velocities):
             assert self.recompile is not None
-            self.continue_with(self.recompile(saved.surfaces))
+            model = self.recompile(saved.surfaces)
+            self.rebind(model, self._data_at_start(model))
         if self._mounts or any(saved.mounts):
             model = self._mounts.put_back(self.model) or copy.copy(self.model)
             self._mounts.restore(saved.mounts)

@@ -111,15 +111,12 @@ class Simulation(SimulationCore):
         """Return a handle to the surface velocity of a body.
 
         Raises:
-            ContextError: a joint moves the body, which only a body can be whose pose follows from another's.
+            ContextError: a joint moves the body.
         """
         assert prim.body is not None
-        model = self.model
-        if prim.body not in self.surfaces.velocities and model.body(prim.body).jntnum[0]:
-            number = int(model.body(prim.body).jntadr[0])
-            moved = f"the joint {model.joint(number).name!r}" if model.joint(number).name else "a joint"
-            advice = "a conveyor is fixed to the world or to a link: take the joint away, or move a body on top of it"
-            raise ContextError(f"{prim.path} cannot be a conveyor: {moved} moves it", prim.path, advice)
+        if prim.body not in self.surfaces.velocities and self.model.body(prim.body).jntnum[0]:
+            advice = "a conveyor is fixed to the world or to another body; for a robot, write fixed_base: true"
+            raise ContextError(f"{prim.path} cannot be a conveyor: a joint moves it", prim.path, advice)
         return self._handles.find(Conveyor, prim)
 
     def light(self, prim: Prim) -> Light:

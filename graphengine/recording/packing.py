@@ -12,6 +12,9 @@ from graphengine.recording.manifest import RaysName
 from graphengine.recording.sources import SourceNames, Workspace, sources
 from graphengine.scene.loaded_scene import LoadedScene, Options
 
+_CASTING = ("lidar", "radar", "range")
+"""Kinds of device that cast rays."""
+
 
 @dataclass(frozen=True, slots=True)
 class PackedScene:
@@ -44,7 +47,7 @@ class PackedScene:
         bare = replace(
             options, allowed=(), installed=(), message_paths=(), shipped=None, scene=None, registry=None, near=None
         )
-        if scene.world is not None and any(scene.stage.prims("lidar")):
+        if scene.world is not None and any(any(scene.stage.prims(kind)) for kind in _CASTING):
             bare = replace(bare, rays=cast("RaysName", scene.world.simulation.rays.name))
         placed = names.name(options.scene.absolute()) if options.scene else ""
         return cls(names.name(scene.path.absolute()), placed, bare, files)

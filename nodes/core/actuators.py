@@ -21,10 +21,10 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
     `max_force` its limit of effort. A feed-forward effort acts from the next physics step until the next one for the same joint;
     a joint without a drive ignores it, as in Isaac Sim. An `effortCommand` of IsaacArticulationController replaces it.
 
-    Drives are a part of the physics and act in every physics step, with targets from IsaacArticulationController. So
-    `autoStepPrePhysics` and `stepDt` have no effect: in Isaac Sim, they can make drives act only when the node is executed.
-    PID and neural controllers, delays and motor curves are not available. The joint's effort limit applies to the feed-forward
-    effort alone, and `max_force` to the drive alone; Isaac Sim limits their sum.
+    Drives are a part of the physics and act in every physics step, whatever `autoStepPrePhysics` says; in Isaac Sim, false lets
+    them act only when the node is executed. `stepDt` has no effect: in Isaac Sim, PID and neural controllers use it, which are
+    not available here, nor are delays and motor curves. The joint's effort limit applies to the feed-forward effort alone,
+    and `max_force` to the drive alone; Isaac Sim limits their sum.
     """
 
     exec_in = ExecIn()
@@ -32,7 +32,7 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
         default="", required=True, setup=True, doc="path of the robot's prim, base link or articulation root"
     )
     auto_step_pre_physics: bool = In(default=True, doc="no effect: drives act in every physics step")
-    step_dt: float = In(default=0.016667, unit="s", doc="no effect: a step is a physics step")
+    step_dt: float = In(default=0.016667, unit="s", doc="no effect: drives do not integrate errors")
     feedforward_command: Floats = In(
         unit="N m, N", doc="effort of each selected joint, or one for all of them; an empty array keeps the efforts"
     )
@@ -47,6 +47,8 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
         self.articulation = context.articulation(self.robot_path)
         positions, velocities = self.articulation.set_points()
         self.has_drive = ~(np.isnan(positions) & np.isnan(velocities))
+        if not self.auto_step_pre_physics:
+            context.log("warning", "autoStepPrePhysics: false has no effect, as drives act in every physics step")
         if not self.has_drive.any():
             context.log("warning", f"{self.robot_path} has no joint with a drive: feedforwardCommand has no effect")
 

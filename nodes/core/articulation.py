@@ -79,7 +79,11 @@ class SelectedJointsNode(RobotNode):
 
 
 class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.IsaacArticulationController"):
-    """Sets targets of joints, which act from the next physics step until the next command."""
+    """Sets targets of joints, which act from the next physics step until the next command.
+
+    A command to a joint that mimics another one is logged: it has no effect unless the joint has a drive of its own, which then
+    works against the joint that it follows.
+    """
 
     position_command: Doubles = In(
         unit="rad, m", doc="target of each joint; NaN keeps a joint's target, an empty array all targets"
@@ -90,6 +94,23 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
     effort_command: Doubles = In(
         unit="N m, N", doc="target of each joint; NaN keeps a joint's target, an empty array all targets"
     )
+
+    logger: Context = Bound()
+
+    def setup(self, context: Context) -> None:
+        """Bind the robot and the joints that the inputs select now."""
+        self.logger = context
+        super().setup(context)
+
+    def select(self) -> JointSelection:
+        """Look up the joints that the inputs select, and log those that mimic other joints."""
+        selection, robot = super().select(), self.articulation
+        chosen = set(selection.names) if self.joint_names or len(self.joint_indices) else ()
+        for name, leader in zip(robot.joint_names, robot.leaders, strict=True):
+            if leader and name in chosen:
+                text = f"joint {name} of {robot.prim_path} follows {leader}: command {leader} instead"
+                self.logger.log("warning", text)
+        return selection
 
     def compute(self) -> None:
         """Apply all commands, or none on an error.

@@ -1,4 +1,4 @@
-"""Render products: paths by which helper nodes find a camera or lidar (`isaacsim.core.nodes`)."""
+"""Render products: paths by which helper nodes find a camera, lidar or radar (`isaacsim.core.nodes`)."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from graphengine.node.types import Float, Floats, Target, Token, UInt, read_only
 
 
 class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRenderProduct", gated=True):
-    """Creates a render product of a camera or lidar; helper nodes find the sensor by its path."""
+    """Creates a render product of a camera, lidar or radar; helper nodes find the sensor by its path."""
 
     exec_in = ExecIn()
     width: UInt = In(default=1280, setup=True, unit="pixel")
     height: UInt = In(default=720, setup=True, unit="pixel")
-    camera_prim: Target = In(required=True, setup=True, doc="prim of the camera or lidar")
+    camera_prim: Target = In(required=True, setup=True, doc="prim of the camera, lidar or radar")
     enabled: bool = In(default=True, doc="false: `execOut` does not fire")
     render_product_prim: Target = In(setup=True, doc="existing render product to use instead of a new one")
     render_product_path: Token = Out(doc="path of the render product, for helper nodes")

@@ -107,8 +107,7 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
             self.goal.write(self, goal.message)
             self.is_active = True
             yield self.on_goal
-            if goal.pending:
-                goal.accept()
+            goal.accept()
             if not goal.status:
                 server.current = before
             elif before is not None and before.active:
@@ -157,8 +156,8 @@ class PursuingNode(ActionNode):
 class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionServerFeedback", gated=True):
     """Sends feedback on the active goal of a ROS2ActionServerGoal; the fields of the feedback are inputs.
 
-    `graphrun nodes ROS2ActionServerFeedback --message example_interfaces/action/Fibonacci` lists these inputs. Without an active
-    goal, nothing is sent and nothing fires.
+    `graphrun nodes ROS2ActionServerFeedback --message example_interfaces/action/Fibonacci` lists these inputs. Downstream of
+    `onGoal`, it accepts the goal. Without an active goal, nothing is sent and nothing fires.
     """
 
     exec_out = ExecOut(doc="fires if a goal is active")
@@ -182,8 +181,9 @@ class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionSe
         """
         server = self.find()
         goal = server.current
-        if goal is None or not goal.active:
+        if goal is None or not (goal.pending or goal.active):
             return None
+        goal.accept()
         if server.endpoints.feedback.wanted:
             self.feedback.send(self, goal.feedback)
         return self.exec_out
@@ -233,8 +233,7 @@ class ROS2ActionServerResult(PursuingNode, type="graphengine.ros2.ROS2ActionServ
         return self.exec_out
 
     def _end(self, goal: Goal, message: Any) -> None:
-        if goal.pending:
-            goal.accept()
+        goal.accept()
         if self.status == "succeeded":
             goal.succeed(message)
         elif self.status == "canceled" and goal.cancel_requested:

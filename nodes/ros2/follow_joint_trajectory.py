@@ -36,8 +36,9 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
 
     Trajectories come as goals of the action `<controllerName>/follow_joint_trajectory`, or as messages on the topic
     `<controllerName>/joint_trajectory`. Joints follow a spline: cubic between points with velocities, quintic with accelerations
-    too, else linear. It begins at the present set points, and at the time in the header, or at once if that is 0. Points whose
-    time has passed are left out. Wire the outputs to an IsaacArticulationController.
+    too, else linear. It begins at once, at the present set points. Times of points count from the time in the header, or from
+    now if that is 0; points whose time has passed are left out. Wire the outputs to an IsaacArticulationController. They are the
+    set points for the end of the execution, so drives with `interpolate: true` follow most closely.
 
     A new trajectory replaces the present one, whose goal is aborted. If a goal is canceled or violates its tolerances, the joints
     hold their measured positions, as they do for a trajectory without points. A goal succeeds when its time is over and all

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 
+from tests.action_graph import BOTH, FIBONACCI
 from tests.cli.harness import Graphrun
 
 WAREHOUSE = {
@@ -83,3 +85,12 @@ def test_a_layout_for_foxglove_has_panels_of_the_topics(graphrun: Graphrun) -> N
     layout = json.loads(graphrun("topics", "dd100_warehouse", "--format", "foxglove-layout", code=0).out)
     assert "/dd100_0000/cmd_vel" in json.dumps(layout)
     assert {name.partition("!")[0] for name in layout["configById"]} >= {"3D", "Plot", "Teleop"}
+
+
+def test_an_action_is_one_row(graphrun: Graphrun, tmp_path: Path) -> None:
+    path = tmp_path / "graph.yaml"
+    path.write_text(f"graph: graph\n{BOTH}", "utf-8")
+    assert [line.split() for line in graphrun("topics", str(path), code=0).lines[1:]] == [
+        ["/fibonacci", "goal", FIBONACCI, "/World/graph/Client"],
+        ["/fibonacci", "act", FIBONACCI, "/World/graph/Server"],
+    ]

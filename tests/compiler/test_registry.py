@@ -230,7 +230,7 @@ def test_a_broken_plugin_takes_nobody_down(monkeypatch: pytest.MonkeyPatch) -> N
 def test_who_misses_a_type_hears_of_the_broken_plugin(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     installed(monkeypatch, Entry("acme-bad", "acme.nodes", ImportError("no module named 'torch'")))
     path = tmp_path / "a.yaml"
-    path.write_text("graph: a\nnodes: {Arm: acme.Gripper}\n")
+    path.write_text("graph: a\nnodes: {Arm: acme.Torch}\n")
     (finding,) = build.load(path, Options()).findings.items
     assert finding.code == "G201"
     missing = "acme-bad: acme.nodes could not be imported (ImportError: no module named 'torch')"

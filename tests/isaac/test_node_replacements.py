@@ -25,7 +25,6 @@ def imported(node: RecordedNode) -> tuple[str, Findings]:
 @pytest.mark.parametrize(
     ("type_name", "words"),
     [
-        ("omni.isaac.surface_gripper.SurfaceGripper", "nothing here holds things by suction"),
         ("omni.isaac.core_nodes.IsaacGenerateRGBA", "ROS2CameraHelper"),
         ("omni.isaac.ros_bridge.ROS1PublishTransformTree", "the node of the same name with ROS2"),
         ("isaacsim.ucx.nodes.UCXPublishClock", "ROS2PublishClock"),
@@ -73,7 +72,7 @@ def test_an_import_says_what_takes_the_place_of_a_missing_type(name: str) -> Non
 def test_every_node_that_is_named_as_a_replacement_is_available() -> None:
     advice = " ".join((*node_replacements.REPLACEMENTS.values(), *node_replacements.FAMILIES.values()))
     named = set(re.findall(r"\b(?:ROS2|Isaac|Write|On|Random)[A-Z][A-Za-z0-9]+", advice))
-    assert {"ROS2CameraHelper", "IsaacReadLidarBeams", "WritePrimAttribute"} < named
+    assert {"ROS2CameraHelper", "IsaacReadLidarPointCloud", "WritePrimAttribute"} < named
     assert [name for name in sorted(named) if default_registry().find(name) is None] == []
     assert [name for name in node_replacements.REPLACEMENTS if default_registry().find(name) is not None] == []
 

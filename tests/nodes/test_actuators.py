@@ -149,3 +149,12 @@ def test_a_robot_without_drives_is_told(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(type(robot), "set_points", lambda _: (np.array([NAN]), np.array([NAN])))
     ready(ArticulationActuators, context, robot_path="/bot")
     assert context.logged == [("warning", "/bot has no joint with a drive: feedforwardCommand has no effect")]
+
+
+def test_manual_steps_are_told_to_have_no_effect() -> None:
+    context = RecordingContext()
+    context.world.add_robot("/bot", ["a"])
+    ready(ArticulationActuators, context, robot_path="/bot", auto_step_pre_physics=False)
+    assert context.logged == [
+        ("warning", "autoStepPrePhysics: false has no effect, as drives act in every physics step")
+    ]

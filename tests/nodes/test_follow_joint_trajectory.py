@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import uuid
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,11 @@ from graphengine.format.errors import ContextError
 from graphengine.messages import goals, messages
 from graphengine.nodes.ros2 import joint_trajectory as codes
 from graphengine.nodes.ros2.follow_joint_trajectory import ROS2FollowJointTrajectory
+from graphengine.scene import build
 from graphengine.testing import RecordingContext, check_node
 from tests.action_peer import ActionPeer
-from tests.nodes.harness import ready
+from tests.nodes.harness import ready, write
+from tests.physics.importing.harness import INERTIA
 from tests.trajectories import FOLLOW, point, tolerance, trajectory
 
 NAMES = ["lift", "elbow"]
@@ -113,7 +116,8 @@ def test_feedback_has_the_desired_and_the_actual_state_and_their_difference() ->
     times = [messages.seconds(sent.feedback.header.stamp) for sent in arm.peer.feedback]
     assert np.diff(times) == pytest.approx([0.1] * (len(times) - 1), abs=1e-6)
     sent = arm.peer.feedback[5].feedback
-    assert (sent.joint_names, messages.seconds(sent.desired.time_from_start)) == (NAMES, pytest.approx(0.5))
+    assert sent.joint_names == NAMES
+    assert messages.seconds(sent.desired.time_from_start) == pytest.approx(0.5)
     assert sent.desired.positions == pytest.approx([0.2, -0.1])
     assert sent.actual.positions.tolist() == [0.0, 0.0]
     assert sent.error.positions == pytest.approx([0.2, -0.1])
@@ -286,6 +290,42 @@ def test_a_mistake_in_the_inputs_is_told_before_the_run(inputs: dict[str, Any], 
     context.world.add_robot("/arm", [*NAMES, "finger"], leaders=("", "", "elbow"))
     with pytest.raises(ContextError, match=reason):
         ready(ROS2FollowJointTrajectory, context, target_prim="/arm", **{"joint_names": NAMES, **inputs})
+
+
+DRIVEN = "{stiffness: 100, damping: 10}"
+
+
+@pytest.mark.parametrize(
+    ("joints", "drive", "idle"),
+    [("[]", DRIVEN, []), ("[]", "{damping: 10}", ["W209"]), ("[elbow, slide]", DRIVEN, ["W209"])],
+)
+def test_joints_without_a_position_drive_are_found_by_the_check(
+    tmp_path: Path, joints: str, drive: str, idle: list[str]
+) -> None:
+    links = "".join(
+        f'<link name="{n}"><inertial><mass value="1"/>{INERTIA}</inertial></link>' for n in ("base_link", "a", "b")
+    )
+    between = [("elbow", "base_link", "a"), ("slide", "a", "b")]
+    hinges = "".join(
+        f'<joint name="{name}" type="continuous"><parent link="{above}"/><child link="{below}"/></joint>'
+        for name, above, below in between
+    )
+    files = {
+        "arm.urdf": f'<robot name="arm">{links}{hinges}</robot>',
+        "arm.yaml": f"""
+            format: 1
+            robot: arm
+            urdf: arm.urdf
+            fixed_base: true
+            joints: {{elbow: {{drive: {drive}}}}}
+            graphs: {{trajectory: {{use: graphs/arm/trajectory.yaml, parameters: {{joints: {joints}}}}}}}
+        """,
+        "scene.yaml": "format: 1\nscene: arm\nworld: worlds/flat_grid.xml\nrobots: {arm: {use: arm.yaml}}\n",
+    }
+    write(tmp_path, files)
+    findings = build.load(tmp_path / "scene.yaml").findings
+    assert [found.code for found in findings.warnings if "Trajectory commands" in found.message] == idle
+    assert findings.errors == []
 
 
 def test_the_class_is_sound() -> None:

@@ -12,9 +12,10 @@ from graphengine.format.errors import ContextError
 from graphengine.nodes.ros2 import joint_trajectory as codes
 from graphengine.nodes.ros2.joint_spline import JointPoint, JointSpline
 from graphengine.nodes.ros2.joint_trajectory import ControlledJoints, TrajectoryError, excess_speed, read_trajectory
+from graphengine.nodes.ros2.robot_action import duration
 from graphengine.nodes.ros2.trajectory_tolerances import Tolerances
 from graphengine.testing import RecordingWorld
-from tests.trajectories import duration, goal, point, tolerance, trajectory
+from tests.trajectories import goal, point, tolerance, trajectory
 
 NAMES = ("pan", "lift", "slide")
 NOW = 10.0

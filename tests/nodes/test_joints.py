@@ -44,6 +44,15 @@ def controlled(**inputs: Any) -> ArticulationStub:
     return robot
 
 
+def test_a_command_to_a_joint_that_mimics_another_one_is_logged(context: RecordingContext) -> None:
+    context.world.add_robot("/hand", ["left", "right"], leaders=("", "left"))
+    ready(IsaacArticulationController, context, target_prim="/hand", joint_names=["left"])
+    ready(IsaacArticulationController, context, target_prim="/hand")  # all joints; the follower is none of its own
+    assert context.logged == []
+    ready(IsaacArticulationController, context, target_prim="/hand", joint_names=["left", "right"])
+    assert context.logged == [("warning", "joint right of /hand follows left: command left instead")]
+
+
 # Which joints IsaacArticulationController and IsaacArticulationState select
 
 every_selection = pytest.mark.parametrize("cls", [IsaacArticulationController, IsaacArticulationState])

@@ -1,4 +1,4 @@
-"""IsaacReadIMU and IsaacReadContactSensor."""
+"""IsaacReadIMU, IsaacReadContactSensor and IsaacReadEffortSensor."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from graphengine.devices.contact import ContactReading, ContactSensorStub
 from graphengine.devices.imu import ImuSample, ImuStub
 from graphengine.format.errors import PrimError
-from graphengine.nodes.physics_sensors import IsaacReadContactSensor, IsaacReadIMU
+from graphengine.nodes.physics_sensors import IsaacReadContactSensor, IsaacReadEffortSensor, IsaacReadIMU
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, computed, ready, write
 from tests.nodes.scenes import CUBE, body, scene
@@ -141,3 +141,49 @@ connections: [Tick.tick -> Bumper.execIn]
     assert node.in_contact
     assert node.value == pytest.approx(2 * G, rel=1e-3)
     assert node.sensor_time == 1.0
+
+
+# IsaacReadEffortSensor
+
+
+def test_an_effort_is_that_of_the_joint_that_is_named(context: RecordingContext) -> None:
+    stub = context.world.add_robot("/robot", ["left", "right"])
+    context.world.stage.add("/robot/Physics/right", "joint", facts={"joint": "right"})
+    stub.state["effort"] = [1.0, -19.5]
+    node = computed(
+        IsaacReadEffortSensor, context, prim="/robot/Physics/right", enabled=False
+    )  # deprecated, and ignored
+    assert (node.value, node.sensor_time) == (-19.5, context.clock.time)
+    context.stop(node)
+    assert (node.value, node.sensor_time) == (0.0, 0.0)
+
+
+def test_a_joint_that_does_not_move_has_no_effort(context: RecordingContext) -> None:
+    context.world.add_robot("/robot", ["left"])
+    context.world.stage.add("/robot/Physics/mount", "joint", facts={"joint": "mount"})
+    with pytest.raises(PrimError, match="is a joint that does not move\njoints that move: left"):
+        ready(IsaacReadEffortSensor, context, prim="/robot/Physics/mount")
+
+
+@pytest.mark.parametrize(("load", "torque"), [(0.0, 2.0), (1.0, 3.5)])
+def test_in_a_simulation_an_arm_holds_its_load(play: Player, load: float, torque: float) -> None:
+    """Isaac Sim's test: an arm of 2 kg, whose centre of mass is 1 m from its joint, and a cube of 1 kg at 1.5 m."""
+    links = f'<link name="base_link">{body(50.0, 5.0, CUBE, collides=False)}</link><link name="arm">'
+    links += f"{body(2.0, 0.1, CUBE, '1 0 0', collides=False)}</link>"
+    joint = '<joint name="shoulder" type="revolute"><parent link="base_link"/><child link="arm"/><axis xyz="0 1 0"/>'
+    joint += '<limit lower="-1" upper="1" effort="500" velocity="9"/></joint>'
+    if load:
+        links += f'<link name="cube">{body(load, 0.001, CUBE, collides=False)}</link>'
+        joint += (
+            '<joint name="grip" type="fixed"><parent link="arm"/><child link="cube"/><origin xyz="1.5 0 0"/></joint>'
+        )
+    graph = """
+graph: graph
+nodes: {Tick: OnPlaybackTick, Effort: {type: ReadEffortSensor, inputs: {prim: /robot/Physics/shoulder}}}
+connections: [Tick.tick -> Effort.execIn]
+"""
+    robot = {"fixed_base": True, "joints": {"shoulder": {"drive": {"stiffness": 1e5, "damping": 1e4}}}}
+    playing = play.scene(scene(f'<robot name="arm">{links}{joint}</robot>', robot, graph, (0.0, 0.0, 2.0))).tick(60)
+    node = playing.node("Effort")
+    assert node.value == pytest.approx(-torque * G, abs=0.05)  # as in that test: positive turns the arm down
+    assert node.sensor_time == pytest.approx(1.0)

@@ -22,7 +22,9 @@ INF = math.inf
 RANGES = [1.0, 2.0, INF, 4.0, 5.0, 6.0]
 HIT = [0, 1, 3, 4, 5]
 POINTS = [[3.0, 4.0, 0.0], [0.0, 0.0, 2.0]]
-DTYPES = dict.fromkeys(("azimuth", "elevation", "distance", "intensity", "radialVelocityMS"), np.float32)
+DTYPES: dict[str, Any] = dict.fromkeys(
+    ("azimuth", "elevation", "distance", "intensity", "radialVelocityMS"), np.float32
+)
 DTYPES |= {"timestamp": np.uint64, "emitterId": np.uint32, "channelId": np.uint32}
 EVERY = ["azimuth", "elevation", "distance", "intensity", "timestamp", "emitterId", "channelId"]
 EVERY += ["materialId", "tickId", "hitNormal", "velocity", "objectId", "echoId", "tickState", "radialVelocityMS"]

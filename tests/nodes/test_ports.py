@@ -14,8 +14,11 @@ from graphengine.devices.contact import ContactSensorStub
 from graphengine.devices.holonomic_wheels import HolonomicWheel
 from graphengine.devices.imu import ImuStub
 from graphengine.devices.lidar import LidarStub
+from graphengine.devices.light_beam import LightBeamStub
 from graphengine.devices.radar import RadarStub
 from graphengine.devices.range import RangeSensorStub
+from graphengine.devices.raycast import RaycastSensorStub
+from graphengine.devices.surface_gripper import SurfaceGripperStub
 from graphengine.format.files import Files
 from graphengine.format.permissions import Permissions
 from graphengine.node import Node
@@ -160,11 +163,21 @@ NEEDED: dict[str, dict[str, Any]] = {
     },
     "HolonomicRobotUsdSetup": {"robot_prim": "/robot"},
     "IsaacComputeOdometry": {"chassis_prim": "/robot"},
+    "IsaacConveyor": {"conveyor_prim": "/robot", "velocity": 0.5},
     "IsaacCreateRenderProduct": {"camera_prim": "/robot/Geometry/base_link/Lidar"},
+    "IsaacGripperController": {
+        "articulation_root_prim": "/robot",
+        "joint_names_in": ["left"],
+        "open_position": [0.04],
+        "gripper_speed": [0.01],
+    },
     "IsaacGetViewportRenderProduct": {"viewport": "Viewport"},
     "IsaacJointNameResolver": {"target_prim": "/robot", "joint_names": ["left"]},
     "IsaacReadContactSensor": {"cs_prim": "/robot/Geometry/base_link/Contact"},
+    "IsaacReadEffortSensor": {"prim": "/robot/Physics/left"},
     "IsaacReadIMU": {"imu_prim": "/robot/Geometry/base_link/Imu"},
+    "IsaacReadLightBeam": {"lightbeam_prim": "/robot/Geometry/base_link/Beam"},
+    "IsaacReadRaycastSensor": {"raycast_sensor_prim": "/robot/Geometry/base_link/Rays"},
     "IsaacSetCameraOnRenderProduct": {
         "render_product_path": "/Render/robot_Geometry_base_link_Camera_64x48",
         "camera_prim": "/robot/Geometry/base_link/Camera",
@@ -179,6 +192,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "ROS2GripperCommand": {"target_prim": "/robot", "joint_name": "left"},
     "ROS2SubscribeTransformTree": {"frame_names_map": ["/robot", "base_link"]},
     "RangePublisher": {"range_prim": "/robot/Geometry/base_link/Range"},
+    "SurfaceGripper": {"surface_gripper": "/robot/Geometry/base_link/Cup"},
     "WriteVariable": {"variable_name": "speed", "value_in": 2.0},
     "AppendArray": {"input0": np.array([1.0]), "input1": np.array([2.0])},
     "AppendString": {"value_in": "a", "suffix": "b"},
@@ -206,7 +220,7 @@ NEEDED: dict[str, dict[str, Any]] = {
 
 
 def surroundings() -> RecordingContext:
-    """A robot with a lidar, a radar, a camera and a range sensor that see something, an inertial unit and a contact sensor."""
+    """A robot with a joint, one device of each kind, some of which measure something, and a surface gripper."""
     context = RecordingContext()
     context.variables["speed"] = Variable(1.0)
     context.services.permissions = Permissions(Files.of(HERE / "graph.yaml"), {"ROBOT": "dd100"}, scripts=True)
@@ -220,6 +234,9 @@ def surroundings() -> RecordingContext:
     context.world.add_device(ImuStub, "/robot/Geometry/base_link/Imu")
     context.world.add_device(ContactSensorStub, "/robot/Geometry/base_link/Contact")
     context.world.add_device(RangeSensorStub, "/robot/Geometry/base_link/Range").measure(1.0)
+    for stub, name in ((RaycastSensorStub, "Rays"), (LightBeamStub, "Beam"), (SurfaceGripperStub, "Cup")):
+        context.world.add_device(stub, f"{LINK}/{name}")
+    context.world.stage.add("/robot/Physics/left", "joint", facts={"joint": "left"})
     return context
 
 

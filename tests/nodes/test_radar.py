@@ -96,33 +96,25 @@ FILES = {
         urdf: tower.urdf
         fixed_base: true
         namespaces: {eye: tower}
-        sensors: {eye: {type: radar, profile: PROFILE, parent: base_link, position: [0, 0, 1]}}
-    """,
-    "graph.yaml": """
-        graph: radar
-        nodes:
-          Tick: OnPlaybackTick
-          Once: RunOneSimulationFrame
-          Product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /tower/base_link/eye/Radar}}
-          Radar: {type: RtxRadarHelper, inputs: {outputRadialVelocityMS: true}}
-        connections:
-          - Tick.tick -> Once.execIn
-          - Once.step -> Product.execIn
-          - Product.execOut -> Radar.execIn
-          - Product.renderProductPath -> Radar.renderProductPath
+        sensors: {eye: {type: SENSOR, parent: base_link, position: [0, 0, 1]}}
+        graphs: {radar: {use: graphs/publishers/radar.yaml, parameters: {radar: base_link/eye/CHILD}}}
     """,
     "scene.yaml": """
         scene: scene
         world: world.xml
         physics: {tick_rate: 60, substeps: 1}
         robots: {tower: {use: tower.yaml}}
-        graphs: {radar: {use: graph.yaml}}
     """,
 }
 
 
+def tower(sensor: str, child: str) -> dict[str, str]:
+    """A scene with a tower that has a sensor, on which the shipped graph is used."""
+    return FILES | {"tower.yaml": FILES["tower.yaml"].replace("SENSOR", sensor).replace("CHILD", child)}
+
+
 def test_in_a_scene_a_sheet_that_moves_away_is_seen_with_its_distance_and_speed(play: Player) -> None:
-    playing = play.scene(FILES | {"tower.yaml": FILES["tower.yaml"].replace("PROFILE", "radar_77ghz")})
+    playing = play.scene(tower("radar, profile: radar_77ghz", "Radar"))
     world: Any = playing.session.services.world
     world.data.qvel[0] = 0.6
     playing.tick(60)
@@ -139,10 +131,4 @@ def test_in_a_scene_a_sheet_that_moves_away_is_seen_with_its_distance_and_speed(
 
 def test_a_lidar_is_no_radar(play: Player) -> None:
     with pytest.raises(CheckError, match="is a lidar, not a radar"):
-        play.scene(
-            FILES
-            | {
-                "tower.yaml": FILES["tower.yaml"].replace("PROFILE", "lidar_360").replace("type: radar", "type: lidar"),
-                "graph.yaml": FILES["graph.yaml"].replace("eye/Radar", "eye/Lidar"),
-            }
-        )
+        play.scene(tower("lidar, profile: lidar_360", "Lidar"))

@@ -15,6 +15,9 @@ from graphengine.recording.packing import PackedScene
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import Options
 from tests.jobs.harness import ROOT, Job, assemble
+from tests.nodes.harness import write
+from tests.physics.bases import MECANUM, ON_THE_FLOOR
+from tests.physics.harness import FLOOR
 
 ELSEWHERE = """
 import pickle, sys, tempfile
@@ -90,3 +93,10 @@ def test_a_file_that_has_gone_meanwhile_is_named(tmp_path: Path) -> None:
 
 def test_the_rays_that_lidars_see_with_are_packed() -> None:
     assert PackedScene.of(assemble("dd100_flat")).options.rays in ("fast", "mujoco")
+
+
+@pytest.mark.parametrize(("kind", "profile"), [("radar", "radar_77ghz"), ("range", "hc_sr04")])
+def test_the_rays_of_other_sensors_are_packed(tmp_path: Path, kind: str, profile: str) -> None:
+    sensor = f"sensors: {{eye: {{type: {kind}, profile: {profile}, parent: base_link}}}}\n"
+    write(tmp_path, MECANUM.files(sensor) | {"world.xml": FLOOR, "scene.yaml": ON_THE_FLOOR.format(height=0.05)})
+    assert PackedScene.of(build.load(tmp_path / "scene.yaml")).options.rays in ("fast", "mujoco")

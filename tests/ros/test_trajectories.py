@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,8 @@ def test_fifty_points_are_followed_by_a_run_of_another_process(tmp_path: Path, d
         pytest.importorskip("control_msgs")
     write(tmp_path, arm_scene.files())
     around = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    if kind == "rclpy":
+        around |= {name: os.environ[name] for name in ("PYTHONPATH", "RMW_IMPLEMENTATION") if name in os.environ}
     with live("run", str(tmp_path / "scene.yaml"), "--transport", kind, "--no-control", env=around):
         client = open_transport(kind, JoinOptions(Domain(domain_id, "LOCALHOST"), "client"))
         try:

@@ -16,7 +16,9 @@ VERBS = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
-    parser.epilog = "Over embedded DDS, goals reach servers on Cyclone DDS only; --transport rclpy reaches those of the sourced RMW."
+    parser.epilog = (
+        "Embedded DDS reaches servers on Cyclone DDS only; --transport rclpy reaches those of the sourced RMW."
+    )
     verbs = parser.add_subparsers(dest="action_verb", metavar="VERB", required=True)
     for name, (module, summary) in VERBS.items():
         sub = add_verb(verbs, name, summary)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import queue
 import sys
 import time
 from typing import TYPE_CHECKING, Any
@@ -52,17 +53,16 @@ def execute(arguments: argparse.Namespace) -> int:
         _wait_for_server(live, caller, action)
         goal = draft.stamp(clock())
         show(f"Sending goal:\n     {text(goal)}")
-
-        def feedback(message: Any) -> None:
-            if arguments.feedback:
-                show(f"Feedback:\n    {text(message)}")
-
-        call = caller.send(goal, feedback)
+        arrived: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        call = caller.send(goal, arrived.put if arguments.feedback else _nothing)
+        call.result.add_done_callback(lambda _: arrived.put(None))
         try:
             if not call.accepted.result():
                 show("Goal was rejected.")
                 return 1
             show(f"Goal accepted with ID: {call.goal.hex()}\n")
+            while (message := arrived.get()) is not None:
+                show(f"Feedback:\n    {text(message)}")
             outcome = call.result.result()
         except KeyboardInterrupt:
             _cancel(caller, call)
@@ -72,6 +72,10 @@ def execute(arguments: argparse.Namespace) -> int:
         show(f"Goal finished with status: {STATUS_NAMES[status].upper()}")
         return 0 if status == SUCCEEDED else 1
     return 1
+
+
+def _nothing(message: Any) -> None:
+    """Ignore feedback."""
 
 
 def _wait_for_server(live: Live, caller: ActionCaller, action: str) -> None:

@@ -108,6 +108,10 @@ class WorldHandles:
             raise PrimError(
                 f"{prim!r} is {_named(found.kind)} without a body of its own", prim, listing(bodies, "bodies")
             )
+        robot = self._services.stage.robot_of(found)
+        if found.facts.get("jointed") or (robot is not None and found.path in robot.facts.get("moving_links", ())):
+            advice = "a conveyor is fixed to the world or to another body; take the joint away"
+            raise PrimError(f"{prim!r} cannot be a conveyor: a joint moves it", prim, advice)
         return self._services.world.conveyor(found)
 
     def transform_tree(self, targets: Sequence[str], parent: str = "", *, loops: bool = True) -> Sequence[FrameLink]:

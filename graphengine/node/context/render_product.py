@@ -1,4 +1,4 @@
-"""Render products: paths by which helper nodes find a camera or lidar; the camera can be exchanged."""
+"""Render products: paths by which helper nodes find a camera, lidar or radar; the camera can be exchanged."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class RenderProduct(Stateful):
     """A render product of a lidar, a camera or a viewport."""
 
     prim: str
-    """Path of the camera or lidar; empty for a viewport that shows no camera yet."""
+    """Path of the camera, lidar or radar; empty for a viewport that shows no camera yet."""
     size: tuple[int, int]
     """Width and height of a camera's pictures, pixels."""
     camera: ProductCamera | None = None

@@ -16,7 +16,7 @@ from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.references import Library
-from graphengine.physics.files.xml import parse, read
+from graphengine.physics.files.xml import Element, parse, read
 from graphengine.physics.importing import joint_drives, mjcf_parts
 from graphengine.physics.importing.draft import Draft
 from graphengine.physics.importing.writer import render
@@ -46,9 +46,7 @@ def read_description(file: RobotFile, library: Library) -> Urdf | None:
     root = read(path, findings, "S103")
     if root is None:
         return None
-    if is_sdf(root) and not file.spec.xacro_arguments:
-        root = read_sdf(path, root, packages, findings)
-    elif xacro.is_xacro(path, root):
+    if xacro.is_xacro(path, root):
         arguments = {name: _as_text(value) for name, value in file.spec.xacro_arguments.items()}
         places = {name: file.key_span("xacro_arguments", name) for name in arguments}
         root = xacro.expand(path, arguments, packages, findings, places)
@@ -56,6 +54,13 @@ def read_description(file: RobotFile, library: Library) -> Urdf | None:
         span = file.key_span("xacro_arguments")
         findings.add("G109", f"xacro_arguments: {file.spec.urdf!r} does not use xacro", span)
         return None
+    return _converted(path, root, packages, findings)
+
+
+def _converted(path: Path, root: Element | None, packages: Packages, findings: Findings) -> Urdf | None:
+    """Return the links and joints of URDF or SDF; None after an error."""
+    if root is not None and is_sdf(root):
+        root = read_sdf(path, root, packages, findings)
     return read_urdf(root, packages, findings) if root is not None else None
 
 
@@ -114,11 +119,9 @@ def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf] 
         return with_robot_file(urdf, path, findings)
     packages = Packages(path.parent, (), files)
     root = parse(use.encode(), path.name, findings, "S103") if is_text(use) else read(path, findings, "S103")
-    if root is not None and is_sdf(root):
-        root = read_sdf(path, root, packages, findings)
-    elif root is not None and not is_text(use) and xacro.is_xacro(path, root):
+    if root is not None and not is_text(use) and xacro.is_xacro(path, root):
         root = xacro.expand(path, {}, packages, findings)
-    return with_robot_file(read_urdf(root, packages, findings) if root is not None else None, path, findings)
+    return with_robot_file(_converted(path, root, packages, findings), path, findings)
 
 
 def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[RobotFile, Urdf] | None:

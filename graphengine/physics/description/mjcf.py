@@ -6,7 +6,7 @@ other description, so that stage, messages and mounts of sensors need not know w
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from graphengine.format.diagnostics import Findings, Span
@@ -14,6 +14,8 @@ from graphengine.format.wording import listing
 from graphengine.physics.description.mjcf_actuators import read_actuators
 from graphengine.physics.description.mjcf_links import MjcfLinks
 from graphengine.physics.description.mjcf_model import MjcfModel, read_keyframes
+from graphengine.physics.description.mjcf_names import name_bodies, prepare
+from graphengine.physics.description.mjcf_trial import reason_against
 from graphengine.physics.description.urdf import WORLD, Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
 from graphengine.physics.engine import REFUSALS, compiled, mujoco
@@ -36,11 +38,13 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     root = library.world(path, text)
     if root is None:
         return None
+    if against := reason_against(write(root)[0], library.models, library.assets):
+        findings.add("S102", f"MuJoCo: compiling the model {against}", root.span)
+        return None
     spec, lines = parse(root, library)
     if spec is None or not _is_robot(spec, root.span, findings):
         return None
-    _name_parts(spec)
-    spec.compiler.fusestatic = False  # links without a joint are links, too
+    prepare(spec)
     model = _compiled(spec, lines, findings)
     if model is None:
         return None
@@ -76,9 +80,7 @@ def parse(root: Element, library: Library, code: str = "S102") -> tuple[mujoco.M
         message, _, line = mujoco_says(error)
         library.findings.add(code, f"MuJoCo: {message}", place_of(lines, line))
         return None, lines
-    for index, body in enumerate(spec.bodies):
-        if not body.name:
-            body.name = f"body_{index}"
+    name_bodies(spec)
     return spec, lines
 
 
@@ -107,24 +109,6 @@ def _is_robot(spec: mujoco.MjSpec, span: Span, findings: Findings) -> bool:
         findings.add("S102", text, span, listing(floors, "it contains"), advice)
         return False
     return True
-
-
-def _name_parts(spec: mujoco.MjSpec) -> None:
-    """Name joints and actuators that have no name, after the body that a joint moves, and what an actuator acts on."""
-    _name(spec.joints, [f"{joint.parent.name}_joint" for joint in spec.joints])
-    _name(spec.actuators, [f"{actuator.target}_actuator" for actuator in spec.actuators])
-
-
-def _name(parts: Iterable[mujoco.MjsJoint | mujoco.MjsActuator], names: Iterable[str]) -> None:
-    parts = list(parts)
-    taken = {part.name for part in parts}
-    for part, name in zip(parts, names, strict=True):
-        if not part.name:
-            number, free = 2, name
-            while free in taken:
-                number, free = number + 1, f"{name}_{number}"
-            taken.add(free)
-            part.name = free
 
 
 def _meshes(spec: mujoco.MjSpec, library: Library) -> Iterator[tuple[str, tuple[str, tuple[float, float, float]]]]:

@@ -59,6 +59,8 @@ def is_xacro(path: Path, root: Element) -> bool:
     def holds(element: Element) -> bool:
         return element.tag.startswith("xacro:") or any("$(" in v or "${" in v for v in element.attributes.values())
 
+    if root.tag == "sdf":  # whose plugins may hold ${…} of their own
+        return path.suffix == SUFFIX
     return path.suffix == SUFFIX or any(holds(element) for element in root.walk())
 
 

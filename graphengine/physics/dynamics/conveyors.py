@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import itertools
+from typing import TYPE_CHECKING
 
 from graphengine.devices.rotation import Vector3
+from graphengine.devices.stage import Prim
 from graphengine.format.errors import PhysicsError
 from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.engine import wake
+
+if TYPE_CHECKING:
+    from graphengine.physics.core import SimulationCore
 
 FASTEST = 1000.0
 """Greatest speed of a surface, m/s or rad/s."""
@@ -16,12 +21,15 @@ FASTEST = 1000.0
 class Conveyor(Handle):
     """A handle of a body with a moving surface; the body gets one when the handle is made."""
 
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        assert prim.body is not None
+        self._body = prim.body
+        if self._body not in simulation.surfaces.velocities:
+            simulation.add_surfaces([self._body])
+        super().__init__(simulation, prim)
+
     def bind(self) -> None:
-        """Give the body a moving surface if it has none."""
-        assert self._prim.body is not None
-        self._body = self._prim.body
-        if self._body not in self._simulation.surfaces.velocities:
-            self._simulation.add_surfaces([self._body])
+        """Do nothing: the simulation finds the surfaces of its model."""
 
     def move(self, linear: Vector3, angular: Vector3) -> None:
         """Set the velocity of the surface, starting with the next step.

@@ -28,16 +28,17 @@ class GravityCompensation:
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drives: Iterable[tuple[str, Drive]]) -> None:
         self.joints = [name for name, drive in drives if drive.gravity_compensation]
-        self._model, self._data = model, data
-        self._ids = np.array([model.joint(name).id for name in self.joints], np.intp)
-        self._dofs = model.jnt_dofadr[self._ids].astype(np.intp)
-        self._slides = model.jnt_type[self._ids] == mujoco.mjtJoint.mjJNT_SLIDE
+        ids = np.array([model.joint(name).id for name in self.joints], np.intp)
+        self._ids, self._dofs = ids, model.jnt_dofadr[ids].astype(np.intp)
+        self._slides = model.jnt_type[ids] == mujoco.mjtJoint.mjJNT_SLIDE
+        self._ranges = _beyond(model, model.jnt_bodyid[ids])
         masses = model.body_mass * (1.0 - model.body_gravcomp)  # those that gravity acts on
         self._masses = np.append(masses, 0.0)[:, None]
-        self._places = np.zeros((model.nbody + 1, 3))
-        self._ranges = _beyond(model, model.jnt_bodyid[self._ids])
         self._carried = self._sums(self._masses)
+        self._places = np.zeros((model.nbody + 1, 3))
         self._efforts = np.zeros(model.nv)
+        self._gravity, self._applied = model.opt.gravity, data.qfrc_applied
+        self._centres, self._axes, self._anchors = data.xipos, data.xaxis, data.xanchor
 
     def apply(self, efforts: Floats) -> Floats:
         """Add the compensation to the commanded efforts of all degrees of freedom in the next step.
@@ -45,15 +46,14 @@ class GravityCompensation:
         Returns:
             the compensating efforts, N m or N, in an array that the next call overwrites.
         """
-        data, ids, gravity = self._data, self._ids, self._model.opt.gravity
-        self._places[:-1] = data.xipos
-        axes, anchors = data.xaxis[ids], data.xanchor[ids]
-        moments = self._sums(self._masses * self._places) - self._carried * anchors  # kg m
-        a, b, c = gravity.tolist()
-        torques = (moments @ np.array([[0.0, -c, b], [c, 0.0, -a], [-b, a, 0.0]]) * axes).sum(1)
-        forces = self._carried[:, 0] * (axes @ gravity)
-        self._efforts[self._dofs] = -np.where(self._slides, forces, torques)
-        data.qfrc_applied[self._dofs] = efforts[self._dofs] + self._efforts[self._dofs]
+        self._places[:-1] = self._centres
+        axes, (a, b, c) = self._axes[self._ids], self._gravity.tolist()
+        moments = self._sums(self._masses * self._places) - self._carried * self._anchors[self._ids]  # kg m
+        across = axes @ ((0.0, c, -b), (-c, 0.0, a), (b, -a, 0.0))  # gravity x axis
+        forces = self._carried[:, 0] * (axes @ self._gravity)
+        own = -np.where(self._slides, forces, np.einsum("ij,ij->i", moments, across))
+        self._efforts[self._dofs] = own
+        self._applied[self._dofs] = efforts[self._dofs] + own
         return self._efforts
 
     def _sums(self, values: Floats) -> Floats:

@@ -8,6 +8,7 @@ A box on a belt reaches exactly the belt's speed, and a belt adds 3 us to a step
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection
 from typing import Self
 
@@ -32,14 +33,43 @@ _JOINTS = [
 ]
 
 
-def add_surface_joints(spec: mujoco.MjSpec, bodies: Collection[str]) -> None:
-    """Give bodies of a model, by name, the joints of a moving surface; names of no body are skipped."""
-    for name in bodies:
-        body = spec.body(name)
-        for number, (kind, axis) in enumerate(_JOINTS if body is not None else ()):
-            joint = body.add_joint(name=f"{name}{_SUFFIX}{number}", type=kind, axis=axis, armature=_FIRM)
+def add_surface_joints(spec: mujoco.MjSpec, names: Collection[str]) -> None:
+    """Give bodies of a model, by name, the joints of a moving surface; names of no body are skipped.
+
+    They still do not collide with what is fixed to the same body as they are, such as the floor and other belts.
+    """
+    belts = {name for name in names if spec.body(name) is not None}
+    groups = _fixed_together(spec, belts) if belts else []
+    if belts:
+        # The solver's tolerance is relative to the inertia of what touches, and it would stop before light things are right.
+        spec.option.tolerance /= _FIRM
+    for parts in groups:
+        for one, other in itertools.combinations(parts.values(), 2):
+            for first, second in itertools.product(one, other):
+                spec.add_exclude(bodyname1=first, bodyname2=second)
+    for name in sorted(belts):
+        for number, (kind, axis) in enumerate(_JOINTS):
+            joint = spec.body(name).add_joint(name=f"{name}{_SUFFIX}{number}", type=kind, axis=axis, armature=_FIRM)
             joint.limited, joint.frictionloss, joint.ref = mujoco.mjtLimited.mjLIMITED_FALSE, 0.0, 0.0
             joint.stiffness[:] = joint.damping[:] = 0.0  # whatever the world's defaults are
+
+
+def _fixed_together(spec: mujoco.MjSpec, belts: Collection[str]) -> list[dict[str, list[str]]]:
+    """Return the bodies of a model in groups that no joint moves against each other, apart by the belt that carries them.
+
+    All bodies get names; the belt of those that none carries is empty.
+    """
+    groups: list[dict[str, list[str]]] = []
+    pending: list[tuple[mujoco.MjsBody, dict[str, list[str]], str]] = [(spec.worldbody, {}, "")]
+    for body, group, belt in pending:  # which grows by the children of each body
+        if not group or list(body.joints):
+            group, belt = {}, ""
+            groups.append(group)
+        body.name = body.name or f"{_SUFFIX}.{len(pending)}"
+        belt = body.name if body.name in belts else belt
+        group.setdefault(belt, []).append(body.name)
+        pending += [(child, group, belt) for child in body.bodies]
+    return groups
 
 
 class MovingSurfaces(Stateful):
@@ -57,8 +87,7 @@ class MovingSurfaces(Stateful):
 
     def bound_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> Self:
         """Return the surfaces of another model, with the velocities of these where both have them."""
-        made = type(self)()
-        count = len(_JOINTS)
+        made, count = type(self)(), len(_JOINTS)
         for body in np.flatnonzero(model.body_jntnum == count).tolist():
             name = model.body(body).name
             joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, f"{name}{_SUFFIX}0")

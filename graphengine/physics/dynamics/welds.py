@@ -20,6 +20,8 @@ _TIGHT_SOLREF = (0.005, 1.0)
 """Time constant (s) and damping ratio of a weld."""
 _TIGHT_SOLIMP = (0.999, 0.9999)
 """Impedance of a weld: a load of 10 N strays by micrometres."""
+_WIDE_AWAKE = -1 - mujoco.mjMINAWAKE
+"""MuJoCo's state of a tree of bodies that may sleep after some steps at rest, not at once."""
 _EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY.value
 _ANCHOR, _PLACE, _TURN = slice(0, 3), slice(3, 6), slice(6, 10)
 """Parts of MuJoCo's data of a weld: anchor in the second body's frame and in the first's, and the turn of the second."""
@@ -90,8 +92,13 @@ class Welds(Stateful):
 
     def release(self, weld: str) -> None:
         """Release the body that a weld holds, from the next step on."""
-        if self.held.pop(weld, None) is not None:
-            self._data.eq_active[self._model.equality(weld).id] = False
+        model, data = self._model, self._data
+        if weld in self.held:
+            other, _ = self.held.pop(weld)
+            data.eq_active[model.equality(weld).id] = False
+            tree = int(model.body_treeid[model.body(other).id])
+            if tree >= 0 and data.tree_asleep[tree] < 0:  # awake, but about to sleep where it hangs
+                data.tree_asleep[tree] = _WIDE_AWAKE
             self._write()
 
     def clear(self) -> None:

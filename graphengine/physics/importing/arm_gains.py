@@ -57,7 +57,7 @@ def fill(draft: Draft) -> None:
         drive["stiffness"], drive["damping"] = stiffness, rounded(stiffness / (math.pi * bandwidth), 3)
         drive |= {"interpolate": True, "gravity_compensation": True}
         unit = "kg" if joint.type == "prismatic" else "kg m2"
-        entry.hint = f"{bandwidth:.1f} Hz, for up to {rounded(load.inertia, 3):g} {unit}"
+        entry.hint = f"{bandwidth:.1f} Hz, at least critically damped up to {rounded(load.inertia, 3):g} {unit}"
         if joint.effort is not None and load.weight > joint.effort:
             weak.append(f"{joint.name} ({joint.effort:g} of {load.weight:.3g})")
     slowest, fastest = min(bandwidths), max(bandwidths)

@@ -66,7 +66,10 @@ def read_source(
     """
     before = len(findings.errors)
     if is_sdf(root):
-        model = read_sdf(path, root, packages, findings, wishes.model)
+        whole: Element | None = root
+        if xacro.is_xacro(path, root):
+            whole = xacro.expand(path, wishes.arguments, packages, findings, without=wishes.without)
+        model = read_sdf(path, whole, packages, findings, wishes.model) if whole is not None else None
         return _checked(model, wishes, packages, findings, before) if model is not None else None
     if not xacro.is_xacro(path, root):
         drop_meshes(root, wishes.without, findings)

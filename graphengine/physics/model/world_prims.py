@@ -25,7 +25,8 @@ def add_world(stage: Stage, model: mujoco.MjModel, robots: Collection[str]) -> N
         path = f"{paths[parent]}/{prim_name(body.name)}"
         paths[index] = path if path not in stage else f"{path}_{index}"
         position, orientation = pose_of(body.pos, body.quat)
-        stage.add(paths[index], "body", position=position, orientation=orientation, body=body.name)
+        facts = {"jointed": bool(model.body_jntnum[index])}
+        stage.add(paths[index], "body", position=position, orientation=orientation, body=body.name, facts=facts)
     for number, index in enumerate(world_lights(model, robots)):
         _add_light(stage, model, index, number, paths[int(model.light_bodyid[index])])
 

@@ -103,8 +103,8 @@ class _WorldWriter:
         with reported(self.findings, "S102"):
             (x, y, z), rotation = _root(model).place
             where = f"position: [{x:.6g}, {y:.6g}, {z:.6g}]"
-            angles = [math.degrees(angle) for angle in to_rpy(rotation)]
-            if any(abs(angle) > 1e-6 for angle in angles):
+            angles = [round(math.degrees(angle), 6) + 0.0 for angle in to_rpy(rotation)]
+            if any(angles):
                 where += f", orientation: {{rpy_deg: [{', '.join(f'{angle:.6g}' for angle in angles)}]}}"
         name = printable(model.name)
         self.findings.add(

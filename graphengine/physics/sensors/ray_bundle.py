@@ -73,13 +73,13 @@ class RayBundle:
         depths, geoms = np.full(count, far), np.full(count, -1)
         for own, caster in self._groups:
             distances, met = caster.cast(origins[own[0]], rotation)
-            depths[own], geoms[own] = np.where(met >= 0, distances, far), met
+            depths[own], geoms[own] = distances, np.where(distances >= 0.0, met, -1)
         for ray in np.flatnonzero((geoms >= 0) & (depths < near)).tolist():
             if ray not in self._single:
                 self._single[ray] = self._caster(self._directions[ray][None])
             begins[ray] += near * directions[ray]
             (distance,), (geom,) = self._single[ray].cast(begins[ray], rotation)
-            depths[ray], geoms[ray] = near + distance if geom >= 0 else far, geom
+            depths[ray], geoms[ray] = near + distance, geom if distance >= 0.0 else -1
         found = (geoms >= 0) & (depths <= far)
         depths[~found], geoms[~found] = far, -1
         for ray in np.flatnonzero(found).tolist():

@@ -4,6 +4,7 @@ import pytest
 
 pytest.importorskip("pxr")
 
+from tests.isaac.harness import composed
 from tests.isaac.stage.harness import node, read, read_graph
 
 FIRED = "custom uint outputs:tick (customData = { bool isExecution = 1 })"
@@ -368,3 +369,40 @@ def test_properties_of_an_odd_kind_are_passed_over(tmp_path: Path) -> None:
 
 def test_a_stage_without_graphs_has_none(tmp_path: Path) -> None:
     assert not read(tmp_path, "#usda 1.0\n").graphs
+
+
+def test_a_stage_sets_up_a_holonomic_base_from_the_prims_of_its_robot(tmp_path: Path) -> None:
+    family = "isaacsim.robot.wheeled_robots"
+    given = "custom rel inputs:robotPrim = </Bot>", "custom rel inputs:comPrim = </Bot/base_link>"
+    setup = node("Setup", f"{family}.HolonomicRobotUsdSetup", *given, "custom bool inputs:usePath = 0")
+    wires = [f"double[] inputs:{port}.connect = </G/Setup.outputs:{port}>" for port in ("wheelRadius", "mecanumAngles")]
+    controller = node("Controller", f"{family}.HolonomicController", *wires)
+    robot = 'def Xform "Bot" { def Xform "base_link" { } }'
+    stage = read_graph(tmp_path, TICK, setup, controller, after=robot)
+    assert stage.value("Setup", "robotPrim") == ["/Bot"]
+    assert stage.value("Setup", "comPrim") == ["/Bot/base_link"]
+    assert sorted(stage.wires, reverse=True) == [
+        "Setup.outputs:wheelRadius -> Controller.inputs:wheelRadius",
+        "Setup.outputs:mecanumAngles -> Controller.inputs:mecanumAngles",
+    ]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "isaacsim.core.experimental.actuators.ArticulationActuators",
+        "isaacsim.core.nodes.IsaacConvertDepthToPointCloud",
+        "isaacsim.core.nodes.IsaacConvertRGBAToRGB",
+        "isaacsim.core.nodes.IsaacTestNode",
+        "isaacsim.ros2.bridge.ROS2RtxRadarHelper",
+        "isaacsim.sensors.rtx.IsaacCreateRTXLidarScanBuffer",
+        "isaacsim.sensors.rtx.nodes.OgnIsaacExtractRTXSensorPointCloud",
+    ],
+)
+def test_a_stage_with_a_node_for_sensors_or_actuators_is_carried_over_whole(tmp_path: Path, name: str) -> None:
+    pin = "exec" if ".rtx." in name else "execIn"
+    stage = read_graph(tmp_path, TICK, node("N", name, f"uint inputs:{pin}.connect = </G/Tick.outputs:tick>"))
+    text, findings = composed(stage.graph)
+    assert f"type: {name}" in text or f"N: {name}" in text
+    assert f"Tick.tick -> N.{pin}" in text
+    assert [finding.render() for finding in (*stage.findings.items, *findings.items)] == []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -108,7 +109,7 @@ def test_a_radar_that_moves_sees_the_world_come_nearer_and_not_its_own_robot() -
 
 
 def test_power_falls_with_the_fourth_power_of_the_distance_to_0_db_at_the_largest_one() -> None:
-    beam = {"angles": (0.0, 0.1, 0.1), "elevations": (0.0,)}
+    beam: dict[str, Any] = {"angles": (0.0, 0.1, 0.1), "elevations": (0.0,)}
     near, half, far = (radar_of(wall(d), **beam).detections().intensities[0] for d in (12.5, 25.0, 49.99))
     assert far == pytest.approx(0.0, abs=0.01)
     assert half - far == pytest.approx(12.04, abs=0.02)
@@ -129,7 +130,7 @@ def test_distances_and_velocities_are_rounded_to_their_resolutions() -> None:
 
 
 def test_errors_are_normal_with_the_deviations_of_the_profile_and_independent() -> None:
-    deviations = {"noise_std": 0.2, "velocity_std": 0.05, "angle_std": 0.01}
+    deviations: dict[str, Any] = {"noise_std": 0.2, "velocity_std": 0.05, "angle_std": 0.01}
     ball = '<geom type="sphere" size="9" pos="0 0 0"/>'  # seen from inside: all distances are 9 m
     rings = np.linspace(-0.5, 0.5, 20)
     radar = radar_of(ball, angles=(-0.7, 0.7, 1.4 / 199), elevations=tuple(rings), **deviations)
@@ -145,7 +146,7 @@ def test_errors_are_normal_with_the_deviations_of_the_profile_and_independent() 
 
 
 def test_the_errors_of_a_sample_depend_on_seed_prim_and_number_alone() -> None:
-    noise = {"noise_std": 0.2, "velocity_std": 0.05, "angle_std": 0.01}
+    noise: dict[str, Any] = {"noise_std": 0.2, "velocity_std": 0.05, "angle_std": 0.01}
     one = rows(radar_of(wall(6.0), seed=3, **noise).detections())
     assert one == rows(radar_of(wall(6.0), seed=3, **noise).detections())
     assert one != rows(radar_of(wall(6.0), seed=4, **noise).detections())
