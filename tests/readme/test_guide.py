@@ -81,15 +81,6 @@ def test_an_arm_is_made_run_and_moved(tmp_path: Path) -> None:
         assert (ended.status, ended.result.error_code) == (4, ended.result.SUCCESSFUL)
         reached = [sim.robots["ur5e"].joints[name].position for name in trajectory["joint_names"]]
     assert reached == pytest.approx(trajectory["points"][0]["positions"], abs=0.01)
-    robot = folder / "robots/ur5e.yaml"
-    data = yaml.safe_load(robot.read_text(encoding="utf-8"))
-    data["graphs"] |= yaml.safe_load(next(block for block in blocks(ARM, "yaml")))["graphs"]
-    robot.write_text(json.dumps(data), encoding="utf-8")
-    seen = process("topics", "ur5e.yaml", cwd=folder, code=0).out
-    hardware = (folder / "ros2_control.xacro").read_text(encoding="utf-8")
-    topics = re.findall(r"_topic\">(/\w+)<", hardware)
-    assert len(topics) == 2
-    assert [topic for topic in topics if f"{topic} " not in seen] == []
 
 
 GRAPHS = [f"base/{name}" for name in ("differential", "mecanum", "ackermann")]
