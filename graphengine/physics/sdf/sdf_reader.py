@@ -99,6 +99,10 @@ def urdf_of(model: Scope, findings: Findings) -> Element:
     root.children += [element for link in links for element in reader.for_gazebo(link)]
     for scope in scopes:
         root.children += _for_gazebo(scope)
+    if reader.mere_frames:
+        text = "links without inertial and shape are frames without mass here; SDF lets each weigh 1 kg"
+        names = listing((printable(link.full_name) for link in reader.mere_frames), "links")
+        findings.add("N103", text, reader.mere_frames[0].element.span, names)
     if reader.images:
         findings.add("N103", "images on visuals are not drawn; their diffuse colours are", reader.images[0].span)
     return root
