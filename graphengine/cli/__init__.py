@@ -28,7 +28,7 @@ VERBS = {
     "map": "make an occupancy map of a scene for nav2's map_server",
     "import": "convert the graphs of an Isaac Sim script or USD stage to YAML",
     "export": "convert a graph to a script that builds it in Isaac Sim",
-    "import-urdf": "make a robot file from a URDF, a xacro file, or the description of a running ROS 2 system",
+    "import-urdf": "make a robot file from a URDF, xacro or SDF file, or the description of a running ROS 2 system",
     "topics": "list the topics and services of a scene without running it: types, QoS, frames, rates",
     "topic": "inspect topics of a live network, with or without ROS: list, info, echo, hz, delay, pub",
     "tf": "show the frame tree of a live network",

@@ -186,7 +186,7 @@ class RobotSpec(FileSpec, defer_build=True):
     extends: str = ""
     """Robot file that this file extends."""
     urdf: str = ""
-    """URDF file, or a .xacro file that expands to one."""
+    """URDF file, or a .xacro or .sdf file that becomes one."""
     xacro_arguments: dict[str, str | bool | int | float] = {}
     """Values of the xacro file's arguments, as in `xacro file name:=value`."""
     package_paths: tuple[str, ...] = Field(default=(), strict=False)
