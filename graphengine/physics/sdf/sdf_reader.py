@@ -36,10 +36,15 @@ def read_sdf(path: Path, root: Element, packages: Packages, findings: Findings, 
     with reported(findings):
         files = SdfFiles(packages, findings)
         file = files.main(path, root)
-        models = [files.scope(model, file) for model in root.all("model")]
-        for world in root.all("world"):
-            models += [_alone(model) for model in files.scope(world, file).models.values()]
-        made = urdf_of(_chosen(models, root, name), findings)
+        written = [model for holder in (root, *root.all("world")) for model in holder.all("model")]
+        chosen = next((model for model in written if name and model.get("name") == name), None)
+        if chosen is not None:  # what the rest of a world includes is no matter
+            made = urdf_of(files.scope(chosen, file), findings)
+        else:
+            models = [files.scope(model, file) for model in root.all("model")]
+            for world in root.all("world"):
+                models += [_alone(model) for model in files.scope(world, file).models.values()]
+            made = urdf_of(_chosen(models, root, name), findings)
     return made if len(findings.errors) == before else None
 
 

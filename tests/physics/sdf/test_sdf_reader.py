@@ -318,6 +318,8 @@ def test_the_only_model_of_a_world_that_is_no_scenery_is_the_robot(tmp_path: Pat
 def test_of_several_models_one_must_be_chosen(tmp_path: Path) -> None:
     text = document(WORLD.format(model(link("c"), "two")))
     assert urdf(tmp_path, text, "two").root == "c"
+    absent = "<include><uri>model://absent</uri></include>"
+    assert urdf(tmp_path, text.replace("</world>", f"{absent}</world>"), "two").root == "c"
     assert errors(tmp_path, text) == ["2: the file has more than one model"]
     assert errors(tmp_path, text, "too") == ["2: the file has no model 'too'"]
     assert errors(tmp_path, document("")) == ["2: the file has no model"]
