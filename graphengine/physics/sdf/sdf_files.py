@@ -31,6 +31,7 @@ MAX_DEPTH = 20
 MAX_MODELS = 5000
 MAX_URI = 1000
 """Characters of the name of a file."""
+_MAX_MISSING = 50
 _MAX_NEIGHBOURS = 1000
 _VERSION = re.compile(r"1\.(\d{1,3})(?:\.\d+)?")
 _FUEL = re.compile(r"https?://[^/]+/.*/models/([^/]+)(?:/(?:\d+|tip))?(/files/.*)?/?")
@@ -96,6 +97,8 @@ class SdfFiles:
         self._parsed: dict[Path, Element | None] = {}
         self._elements = 0
         self._models = 0
+        self._missing = 0
+        self._enough: SdfError | None = None
 
     def main(self, path: Path, root: Element) -> _File:
         """Return the file that the user gave.
@@ -184,6 +187,8 @@ class SdfFiles:
 
     def _find(self, uri: str, file: _File, span: Span) -> _File:
         """Read the file that a URI means."""
+        if self._enough is not None:
+            raise self._enough
         name, places = self._places(uri, file)
         if name is not None and not places and (text := _BUILT_IN.get(name.lower().replace(" ", "_"))):
             root = parse(text.encode(), f"model://{name}", self.findings, "S103")
@@ -195,6 +200,9 @@ class SdfFiles:
                 if self._may_read(path) and path.is_file():
                     return self._read(path, references + os.path.relpath(path.parent, place).removeprefix("."), span)
                 tried.append(str(path))
+        self._missing += 1
+        if self._missing > _MAX_MISSING:  # a search may go through thousands of folders
+            self._enough = SdfError(f"more than {_MAX_MISSING} models are not found; the rest is not looked for", span)
         outside = next((str(place) for place, _ in places if place.exists() and not self._may_read(place)), None)
         if outside is not None:
             what = f"{printable(uri[:200])!r} lies outside the folder of the file you gave"

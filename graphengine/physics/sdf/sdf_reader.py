@@ -36,10 +36,15 @@ def read_sdf(path: Path, root: Element, packages: Packages, findings: Findings, 
     with reported(findings):
         files = SdfFiles(packages, findings)
         file = files.main(path, root)
-        models = [files.scope(model, file) for model in root.all("model")]
-        for world in root.all("world"):
-            models += [_alone(model) for model in files.scope(world, file).models.values()]
-        made = urdf_of(_chosen(models, root, name), findings)
+        written = [model for holder in (root, *root.all("world")) for model in holder.all("model")]
+        chosen = next((model for model in written if name and model.get("name") == name), None)
+        if chosen is not None:  # what the rest of a world includes is no matter
+            made = urdf_of(files.scope(chosen, file), findings)
+        else:
+            models = [files.scope(model, file) for model in root.all("model")]
+            for world in root.all("world"):
+                models += [_alone(model) for model in files.scope(world, file).models.values()]
+            made = urdf_of(_chosen(models, root, name), findings)
     return made if len(findings.errors) == before else None
 
 
@@ -99,6 +104,10 @@ def urdf_of(model: Scope, findings: Findings) -> Element:
     root.children += [element for link in links for element in reader.for_gazebo(link)]
     for scope in scopes:
         root.children += _for_gazebo(scope)
+    if reader.mere_frames:
+        text = "links without inertial and shape are frames without mass here; SDF lets each weigh 1 kg"
+        names = listing((printable(link.full_name) for link in reader.mere_frames), "links")
+        findings.add("N103", text, reader.mere_frames[0].element.span, names)
     if reader.images:
         findings.add("N103", "images on visuals are not drawn; their diffuse colours are", reader.images[0].span)
     return root
