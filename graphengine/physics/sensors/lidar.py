@@ -154,7 +154,7 @@ class RaySensor(TickSampled[S]):
     def _meet(self) -> tuple[Floats, Integers]:
         """Return distance and geom id of what each ray meets first; see `rays.Caster`."""
         position, rotation = self.pose()
-        return self._caster.cast(np.array(position), matrix_of(rotation))
+        return self._caster.cast(np.array(position), _matrix(rotation))
 
     def _measured(self, distances: Floats, index: int) -> Floats:
         """Return distances within range with the noise of a sample, rounded to the resolution."""
@@ -197,7 +197,7 @@ class RayLidar(RaySensor[Scan]):
         return Scan(self._simulation.time, index, ranges, intensities)
 
 
-def matrix_of(rotation: Quaternion) -> Floats:
+def _matrix(rotation: Quaternion) -> Floats:
     """Return the rotation matrix of a unit quaternion (x, y, z, w)."""
     x, y, z, w = rotation
     return np.array(

@@ -23,7 +23,7 @@ from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative
 from graphengine.physics.engine import Floats
 from graphengine.physics.sensors.implementations import Deviation, implements
-from graphengine.physics.sensors.lidar import LidarProfile, RaySensor, matrix_of
+from graphengine.physics.sensors.lidar import LidarProfile, RaySensor
 from graphengine.physics.sensors.rays import Integers
 
 if TYPE_CHECKING:
@@ -91,8 +91,9 @@ class RayRadar(RaySensor[Detections]):
             distances: distances along the rays, m.
         """
         model, data = self._simulation.model, self._simulation.data
-        (position, rotation), (own, _) = self.pose(), self.velocity()
-        along = directions @ matrix_of(rotation).T
+        (position, (x, y, z, w)), (own, _) = self.pose(), self.velocity()
+        turn = 2.0 * np.cross((x, y, z), directions)  # as in `rotation.rotate`
+        along = directions + w * turn + np.cross((x, y, z), turn)
         bodies = model.geom_bodyid[geoms]
         # Velocities are about the centre of mass of a body's whole tree.
         arms = np.add(position, along * distances[:, None]) - data.subtree_com[model.body_rootid[bodies]]
