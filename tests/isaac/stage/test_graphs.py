@@ -4,6 +4,7 @@ import pytest
 
 pytest.importorskip("pxr")
 
+from tests.isaac.harness import composed
 from tests.isaac.stage.harness import node, read, read_graph
 
 FIRED = "custom uint outputs:tick (customData = { bool isExecution = 1 })"
@@ -368,3 +369,34 @@ def test_properties_of_an_odd_kind_are_passed_over(tmp_path: Path) -> None:
 
 def test_a_stage_without_graphs_has_none(tmp_path: Path) -> None:
     assert not read(tmp_path, "#usda 1.0\n").graphs
+
+
+def test_the_graph_of_a_conveyor_and_a_gripper_is_read_and_composed(tmp_path: Path) -> None:
+    """As Isaac Sim makes the first for a conveyor: its time is a double, which the conveyor takes as a float."""
+    tick = node("OnTick", "omni.graph.action.OnPlaybackTick", FIRED, "custom double outputs:deltaSeconds")
+    belt = node(
+        "ConveyorNode",
+        "isaacsim.asset.gen.conveyor.IsaacConveyor",
+        "rel inputs:conveyorPrim = </belt>",
+        "custom float inputs:velocity = 0.25",
+        "custom float3 inputs:direction = (0, 1, 0)",
+        "uint inputs:onStep.connect = </G/OnTick.outputs:tick>",
+        "float inputs:delta.connect = </G/OnTick.outputs:deltaSeconds>",
+    )
+    cup = node(
+        "Cup",
+        "isaacsim.robot.surface_gripper.SurfaceGripper",
+        "rel inputs:SurfaceGripper = </robot/cup>",
+        "uint inputs:Close.connect = </G/OnTick.outputs:tick>",
+    )
+    stage = read_graph(tmp_path, tick, belt, cup, after='def "belt" {\n}\ndef "robot" {\ndef "cup" {\n}\n}\n')
+    text, findings = composed(stage.graph)
+    assert [finding.code for finding in findings.items] == ["N301"]
+    for line in (
+        "inputs: {conveyorPrim: /belt, velocity: 0.25, direction: [0.0, 1.0, 0.0]}",
+        "inputs: {SurfaceGripper: /robot/cup}",
+        "- OnTick.tick -> ConveyorNode.onStep",
+        "- OnTick_deltaSeconds_as_float.converted -> ConveyorNode.delta",
+        "- OnTick.tick -> Cup.Close",
+    ):
+        assert line in text
