@@ -1,9 +1,9 @@
 """The `<ros2_control>` element with which ros2_control drives a simulated robot over topics.
 
-Its hardware is JointStateTopicSystem of joint_state_topic_hardware_interface (ROS 2 Jazzy and later), formerly TopicBasedSystem of
-topic_based_ros2_control. It publishes sensor_msgs/JointState with one array entry for each command interface of all joints, so all
-joints have the same interfaces, and a joint without command interfaces would make an array shorter than the names. Joints that mimic
-another one are therefore left out: robot_state_publisher and MoveIt compute them from the description.
+Its hardware is JointStateTopicSystem of joint_state_topic_hardware_interface (ROS 2 Jazzy and later), formerly TopicBasedSystem
+of topic_based_ros2_control. It publishes sensor_msgs/JointState with the names of all joints, but with one number for each
+command interface that exists. A joint without command interfaces would make the arrays shorter than the names, so all joints have
+the same interfaces, and joints that mimic another one are left out: robot_state_publisher and MoveIt compute them.
 """
 
 from __future__ import annotations

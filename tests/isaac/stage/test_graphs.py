@@ -393,8 +393,8 @@ def test_the_graph_of_a_conveyor_and_a_gripper_is_read_and_composed(tmp_path: Pa
     text, findings = composed(stage.graph)
     assert [finding.code for finding in findings.items] == ["N301"]
     for line in (
-        "inputs: {conveyorPrim: /belt, velocity: 0.25, direction: [0.0, 1.0, 0.0]}",
-        "inputs: {SurfaceGripper: /robot/cup}",
+        "inputs: {direction: [0.0, 1.0, 0.0], velocity: 0.25, conveyorPrim: [/belt]}",
+        "inputs: {SurfaceGripper: [/robot/cup]}",
         "- OnTick.tick -> ConveyorNode.onStep",
         "- OnTick_deltaSeconds_as_float.converted -> ConveyorNode.delta",
         "- OnTick.tick -> Cup.Close",
