@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from graphengine.devices.surface_gripper import SurfaceGripper
+from graphengine.devices.surface_gripper import SurfaceGripperDevice
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loaded_world import LoadedWorld
 from tests.physics.dynamics.things import add, run
@@ -53,7 +53,7 @@ class Bench:
         self.loaded: LoadedWorld = project.load()
         self.simulation = self.loaded.simulation
         stage = self.simulation.stage
-        self.gripper = self.simulation.device(SurfaceGripper, stage.find("/bot/hand/cup"))
+        self.gripper = self.simulation.device(SurfaceGripperDevice, stage.find("/bot/hand/cup"))
         self.lift = self.simulation.articulation(stage.find("/bot")).select(["lift"])
 
     def go(self, position: float, seconds: float = 2.0) -> None:
