@@ -1,9 +1,8 @@
 """Public robots by `graphrun new`, as tables: `python -m tests.bench.public_robots FOLDER [NAME …]`.
 
 FOLDER holds clones of the repositories by their own names. Each description is imported with nothing but the arguments that its
-vendor's launch file passes; no file is edited. `graphrun calibrate` measures bases, tests/bench/arm_figures.py arms in a bent pose
-that the scene gives, and tests/bench/leg_figures.py legs. `--write` renews the tables in docs/reference/robots.md. Nothing is
-asserted.
+vendor's launch file passes; no file is edited. `graphrun calibrate` measures bases, tests/bench/arm_figures.py measures arms in a
+bent pose that the scene gives, and tests/bench/leg_figures.py legs. `--write` renews the tables in docs/reference/robots.md.
 """
 
 from __future__ import annotations
