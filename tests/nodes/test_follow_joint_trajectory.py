@@ -276,6 +276,23 @@ def test_without_names_all_joints_are_commanded_that_follow_no_other() -> None:
     assert node.commanded == tuple(NAMES)
 
 
+def test_messages_have_the_published_names_of_joints_and_commands_their_own() -> None:
+    context = RecordingContext()
+    context.world.add_robot("/arm", NAMES)
+    context.world.stage.add("/arm/Physics/lift", "joint", name_override="shoulder", facts={"joint": "lift"})
+    node = ready(ROS2FollowJointTrajectory, context, target_prim="/arm")
+    assert (node.joints.names, node.commanded) == (("shoulder", "elbow"), ("lift", "elbow"))
+
+
+def test_the_namespace_of_a_robot_is_that_of_its_controller() -> None:
+    context = RecordingContext("/arm/base_link/graph/node")
+    context.world.add_robot("/arm", NAMES)
+    context.world.stage.add("/arm/base_link", "link", namespace="left")
+    node = ready(ROS2FollowJointTrajectory, context, target_prim="/arm")
+    assert node.server.action == "/left/joint_trajectory_controller/follow_joint_trajectory"
+    assert node.subscription.topic == "/left/joint_trajectory_controller/joint_trajectory"
+
+
 @pytest.mark.parametrize(
     ("inputs", "reason"),
     [
