@@ -9,7 +9,6 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.live import POLL, Live, absolute, add_live_arguments, show
-from graphengine.messages.goals import STATUS_NAMES, SUCCEEDED
 
 if TYPE_CHECKING:
     from graphengine.ros.action_caller import ActionCaller, Call
@@ -35,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Send the goal; return 0 if it succeeded."""
+    from graphengine.messages.goals import STATUS_NAMES, SUCCEEDED
     from graphengine.messages.message_input import full_type, parse
     from graphengine.messages.message_text import TypedValue, to_yaml
     from graphengine.ros.action_caller import ActionCaller
