@@ -215,14 +215,14 @@ class Goals(Stateful, Generic[G]):
         return info
 
 
-class Part(NamedTuple):
+class ActionPart(NamedTuple):
     """Name and type of a service or topic of an action."""
 
     name: str
     message_type: str
 
 
-def parts(action: str, action_type: str) -> Mapping[str, Part]:
+def parts(action: str, action_type: str) -> Mapping[str, ActionPart]:
     """Return the services and topics of an action by their role: send_goal, cancel_goal, get_result, feedback, status."""
     types = {
         "send_goal": f"{action_type}_SendGoal",
@@ -231,7 +231,7 @@ def parts(action: str, action_type: str) -> Mapping[str, Part]:
         "feedback": f"{action_type}_FeedbackMessage",
         "status": STATUS_ARRAY,
     }
-    return {part: Part(f"{action}{ACTION_PART}{part}", message_type) for part, message_type in types.items()}
+    return {part: ActionPart(f"{action}{ACTION_PART}{part}", message_type) for part, message_type in types.items()}
 
 
 def _order(stamp: Any) -> tuple[int, int]:

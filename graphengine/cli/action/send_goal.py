@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from graphengine.cli.live import POLL, Live, absolute, add_live_arguments, show
 
 if TYPE_CHECKING:
-    from graphengine.ros.action_caller import ActionCaller, Call
+    from graphengine.ros.action_caller import ActionCaller, GoalCall
 
 PATIENCE = 2.0
 """Seconds to wait for a server before the reason why none may be reachable is printed."""
@@ -90,7 +90,7 @@ def _wait_for_server(live: Live, caller: ActionCaller, action: str) -> None:
                 print(f"WARNING: {next(iter(found.values()))}", file=sys.stderr)
 
 
-def _cancel(caller: ActionCaller, call: Call) -> None:
+def _cancel(caller: ActionCaller, call: GoalCall) -> None:
     """Cancel a goal that the server accepted, and wait for its answer."""
     if not call.accepted.done() or not call.accepted.result():
         return
