@@ -14,7 +14,7 @@ from graphengine.devices.rotation import Pose, compose, pose_of, relative
 from graphengine.format.errors import JointError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.description import mjcf_trial
-from graphengine.physics.description.mjcf_names import prepare
+from graphengine.physics.description.mjcf_preparation import prepare
 from graphengine.physics.description.mjcf_trial import reason_against
 from graphengine.physics.description.urdf import origin_of
 from graphengine.physics.dynamics.motion_handles import Joints
