@@ -30,7 +30,7 @@ format: 1
 scene: {key}
 world: {world}    # a world of graphengine; or an MJCF file in this folder
 physics: {{tick_rate: 60, substeps: 4}}
-settle: true    # the robot comes to rest before t = 0
+settle: {settle}
 robots:
   {key}:
     use: robots/{name}.yaml
@@ -41,6 +41,9 @@ robots:
 graphs:
   clock: {{use: graphs/clock.yaml, at: /World/clock}}
 """
+
+SETTLED = "true    # the robot comes to rest before t = 0"
+STANDING = "false    # the graph that holds the robot runs from t = 0 on"
 
 DINGO_ROBOT = """\
 # The Clearpath Dingo-D that comes with graphengine. Keys that you write here replace or add to those of the extended file.
@@ -117,7 +120,8 @@ class Project:
             self._add(path, text)
         for path, source in imported.copies.items():
             self._contents[path] = source.read_bytes()
-        self._add_rest(f"The robot of {imported.draft.source}", imported.lift)
+        settle = SETTLED if imported.settles else STANDING
+        self._add_rest(f"The robot of {imported.draft.source}", imported.lift, settle)
 
     def write(self) -> None:
         """Write all files or none."""
@@ -133,10 +137,10 @@ class Project:
     def _add(self, path: Path, text: str) -> None:
         self._contents[path] = text.encode()
 
-    def _add_rest(self, source: str, lift: float) -> None:
+    def _add_rest(self, source: str, lift: float, settle: str = SETTLED) -> None:
         """Add the scene, with the robot at a height (m), and what does not depend on the robot."""
         world, (x, y) = WORLDS[self.world]
-        scene = SCENE.format(name=self.name, key=scalar(self.name), world=world, x=x, y=y, z=lift)
+        scene = SCENE.format(name=self.name, key=scalar(self.name), world=world, x=x, y=y, z=lift, settle=settle)
         self._add(self.folder / f"{self.name}.yaml", scene)
         self._add(self.folder / "test_drive.py", TEST.format(name=self.name))
         self._add(self.folder / "requirements.txt", f"graphengine[view]=={__version__}\npytest\n")

@@ -149,9 +149,9 @@ class Joints(Handle):
         the torque that accelerates a robot.
         """
         if self._has_actuators:
-            driven = self._simulation.forces.now().qfrc_actuator[self.dofs]
-            own: Floats = driven - self._damping * self.velocities() - self._stiffness * self.positions()
-            return own + self._data.qfrc_applied[self.dofs]
+            exerted: Floats = self._simulation.forces.now().qfrc_actuator[self.dofs]
+            exerted = exerted - self._damping * self.velocities() - self._stiffness * self.positions()
+            return exerted + self._data.qfrc_applied[self.dofs]
         force = self._damping * (self._control[self.velocity_servos] - self.velocities())
         if self._has_springs:
             force += self._stiffness * (self._control[self.position_servos] - self.positions())
