@@ -269,6 +269,23 @@ def test_after_a_stop_no_trajectory_is_followed() -> None:
     assert arm.results == [(goals.ABORTED, 0)]
 
 
+@pytest.mark.parametrize("by_topic", [False, True])
+def test_joints_stop_when_the_node_gets_other_joints(by_topic: bool) -> None:
+    arm = Arm()
+    if by_topic:
+        arm.publish(way())
+        arm.tick(2)
+    else:
+        arm.send(way())
+    arm.context.close()
+    arm.node.joint_names = ("elbow",)
+    arm.node.setup(arm.context)
+    present = arm.robot.positions()[1]
+    arm.tick(2)
+    assert arm.commands[-2:] == [[present], None]
+    assert by_topic or [status for status, _ in arm.results] == [goals.ABORTED]
+
+
 def test_without_names_all_joints_are_commanded_that_follow_no_other() -> None:
     context = RecordingContext()
     context.world.add_robot("/arm", [*NAMES, "finger"], leaders=("", "", "elbow"))
