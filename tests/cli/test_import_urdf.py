@@ -111,7 +111,15 @@ def test_a_robot_file_names_every_link_and_joint_and_loads_in_a_scene(graphrun: 
     assert robot(cart)["joints"] == {
         "left_joint": {"drive": {"damping": 883.0}},  # 9 kg on two wheels of 0.2 m: 8.83 N m by 0.01 rad/s
         "right_joint": {"drive": {"damping": 883.0}},
-        "grip_joint": {"drive": {"stiffness": 200.0, "damping": 20.0, "max_velocity": 2.0}},  # its 20 N m by 0.1 rad
+        "grip_joint": {
+            "drive": {
+                "stiffness": 2000.0,  # its 20 N m by 0.01 rad
+                "damping": 127.0,  # by 5 Hz times pi
+                "max_velocity": 2.0,
+                "interpolate": True,
+                "gravity_compensation": True,
+            }
+        },
         "finger_joint": {},
     }
     checked = graphrun("check", "scenes/cart.yaml", "--allow", "ws/cart")
@@ -149,6 +157,14 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "guessed: damping of velocity drives: 883 N m s/rad, by the weight on the wheels",
         "guessed: velocity drive: left_joint, right_joint; driven wheels of the base (cart.urdf:11)",
         "guessed: position drive: grip_joint; a limit of effort suggests a motor, which holds them (cart.urdf:23)",
+        (
+            "guessed: gains of position drives, from the mass matrix: at least critically damped, bandwidth 5.0 Hz; "
+            "the full effort answers to 10 mrad, or 10 mm (cart.urdf:23)"
+        ),
+        (
+            "guessed: position drives carry the weight of the links beyond them (gravity_compensation), as controllers of "
+            "arms do, and move evenly between set points (interpolate) (cart.urdf:23)"
+        ),
         "guessed: friction of wheels: 1 on any floor: left_wheel, right_wheel",
         "guessed: sensor eye: no update_rate: 30 Hz (cart.urdf:33)",
         "guessed: sensor eye: no topic: published on camera/image_raw, camera/camera_info (cart.urdf:33)",

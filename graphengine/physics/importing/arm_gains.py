@@ -1,8 +1,8 @@
 """Gains of the drives that hold the joints of an arm, computed from its mass matrix, its weight and its effort limits.
 
 The full effort of a joint answers to a small deviation, so that what an arm may carry moves it by less. Damping is critical for
-the largest inertia that the joint moves in any of some poses, and at least that of a servo of 5 Hz: with less, an arm whose target
-jumps swings beyond it, as its motors are too weak to stop it in time. Commanded velocities make up for the lag of such damping.
+the largest inertia that the joint moves in any of some poses, and at least that of a servo of 5 Hz: with less, an arm whose
+target jumps swings beyond it, as its motors are too weak to stop it in time. Commanded velocities make up for the lag.
 """
 
 from __future__ import annotations
