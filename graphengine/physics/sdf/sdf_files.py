@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+import posixpath
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -194,12 +195,15 @@ class SdfFiles:
             root = parse(text.encode(), f"model://{name}", self.findings, "S103")
             assert root is not None
             return _File(root, _version(root), None, "")
-        tried = []
         for place, references in places:
             for path in _model_files(place) if self._may_read(place) else ():
                 if self._may_read(path) and path.is_file():
-                    return self._read(path, references + os.path.relpath(path.parent, place).removeprefix("."), span)
-                tried.append(str(path))
+                    inside = (
+                        os.path.relpath(path.parent, place) if path != place else ".."
+                    )  # from the place that is named
+                    scheme, separator, folder = references.rpartition("://")
+                    folder = posixpath.normpath(posixpath.join(folder, inside))
+                    return self._read(path, f"{scheme}{separator}{folder}", span)
         self._missing += 1
         if self._missing > _MAX_MISSING:  # a search may go through thousands of folders
             self._enough = SdfError(f"more than {_MAX_MISSING} models are not found; the rest is not looked for", span)
@@ -250,7 +254,7 @@ class SdfFiles:
             raise SdfError(f"{printable(str(path))!r} cannot be read", span)
         if not is_sdf(root):
             raise SdfError(f"{printable(str(path))!r} begins with <{root.tag[:40]}>; an include is an SDF file", span)
-        return _File(root, _version(root), resolved, f"{references.rstrip('/')}/")
+        return _File(root, _version(root), resolved, f"{references}/")
 
 
 def _version(root: Element) -> int:

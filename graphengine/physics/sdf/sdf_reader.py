@@ -55,14 +55,15 @@ def _alone(model: Scope) -> Scope:
 
 
 def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
-    """Return the model with a name, or the only one that is not static."""
+    """Return the model with a name, or the only one that moves: by its joints, else as a whole."""
     names = [model.name for model in models]
     if name:
         if name not in names:
             near = did_you_mean(name, names) or listing(map(printable, names), "its models")
             raise SdfError(f"the file has no model {printable(name)!r}", root.span, near)
         return models[names.index(name)]
-    robots = [model for model in models if not model.static] or models
+    loose = [model for model in models if not model.static]
+    robots = [model for model in loose if any(map(is_moving, _joints(model)))] or loose or models
     if len(robots) != 1:
         known = listing((printable(robot.name) for robot in robots), "its models")
         what = "the file has more than one model" if robots else "the file has no model"
@@ -72,11 +73,15 @@ def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
     return robots[0]
 
 
+def _joints(model: Scope) -> list[Frame]:
+    return [joint for scope in model.walk() for joint in scope.joints.values()]
+
+
 def urdf_of(model: Scope, findings: Findings) -> Element:
     """Return a model as URDF; errors of its parts are added to `findings`."""
     root = Element("robot", {"name": model.name}, model.element.span)
     scopes = list(model.walk())
-    joints = [joint for scope in scopes for joint in scope.joints.values()]
+    joints = _joints(model)
     links = [link for scope in scopes for link in scope.links.values()]
     carriers: dict[Frame, Frame] = {}
     carries: dict[Frame, Frame] = {}
@@ -111,11 +116,6 @@ def urdf_of(model: Scope, findings: Findings) -> Element:
     if reader.images:
         findings.add("N103", "images on visuals are not drawn; their diffuse colours are", reader.images[0].span)
     return root
-
-
-def moves(model: Scope) -> bool:
-    """Return whether a model has joints that move."""
-    return any(is_moving(joint) for scope in model.walk() for joint in scope.joints.values())
 
 
 def _for_gazebo(scope: Scope) -> Iterator[Element]:

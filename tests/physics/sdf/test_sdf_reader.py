@@ -315,6 +315,11 @@ def test_the_only_model_of_a_world_that_is_no_scenery_is_the_robot(tmp_path: Pat
     assert urdf(tmp_path, document(WORLD.format(""))).root == "b"
 
 
+def test_a_robot_is_told_from_loose_objects_by_its_joints(tmp_path: Path) -> None:
+    robot = model(TWO + turning("<xyz>0 0 1</xyz>"), "robot")
+    assert urdf(tmp_path, document(WORLD.format(robot))).root == "base"
+
+
 def test_of_several_models_one_must_be_chosen(tmp_path: Path) -> None:
     text = document(WORLD.format(model(link("c"), "two")))
     assert urdf(tmp_path, text, "two").root == "c"
