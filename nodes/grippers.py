@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.motion import Articulation, JointSelection
-from graphengine.devices.surface_gripper import SurfaceGripper as SurfaceGripperDevice
+from graphengine.devices.surface_gripper import SurfaceGripperDevice
 from graphengine.format.errors import JointError
 from graphengine.node import BadValueError, Bound, Context, ExecIn, In, Node, Out, State
 from graphengine.node.types import Doubles, Target, Tokens

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
@@ -16,10 +17,10 @@ FOLLOW = "control_msgs/action/FollowJointTrajectory"
 
 def point(
     time: float,
-    positions: Sequence[float] = (),
-    velocities: Sequence[float] = (),
-    accelerations: Sequence[float] = (),
-    effort: Sequence[float] = (),
+    positions: ArrayLike = (),
+    velocities: ArrayLike = (),
+    accelerations: ArrayLike = (),
+    effort: ArrayLike = (),
 ) -> Any:
     """A point at a time after the start, s."""
     states = (np.array(state, float) for state in (positions, velocities, accelerations, effort))

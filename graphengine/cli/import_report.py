@@ -35,7 +35,8 @@ def report(imported: Imported, findings: Findings) -> list[str]:
     lines += [f"{links}, {joints} of which {len(robot.moving)} move, {urdf.mass:.4g} kg"]
     lines += [f"base link {urdf.root}, {base}"]
     if imported.lowest is not None:
-        lines.append(f"lowest collider at z = {imported.lowest:.4f} m, all joints at zero")
+        pose = "all joints at zero" if robot.keyframe is None else f"joints as in keyframe {robot.spec.start}"
+        lines.append(f"lowest collider at z = {imported.lowest:.4f} m, {pose}")
     outcomes = Counter(imported.library.outcomes.values())
     lines.append(f"meshes: {', '.join(f'{number} {what}' for what, number in sorted(outcomes.items())) or 'none'}")
     if followers := [joint.name for joint in robot.moving if joint.mimic is not None]:

@@ -82,7 +82,7 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
     left_out = "leave out what a package brings: included files, their macros, meshes"
     add_repeatable(parser, "--without", "PACKAGE", left_out)
     parser.add_argument("--fixed-base", action="store_true", help="fix the root link to the world, as for an arm")
-    packages = "folder of a ROS package or of several packages; files in it may be read"
+    packages = "folder of a ROS package, a Gazebo model or several of these; files in it may be read"
     add_repeatable(parser, "--package-path", "FOLDER", packages, type=Path)
     add_repeatable(parser, "--allow", "FOLDER", "additional folder that may be read", type=Path)
     parse = parser.parse_known_args

@@ -9,7 +9,7 @@ import sys
 
 from graphengine.cli.common import add_file_arguments, clean, load, print_findings, table
 from graphengine.messages.endpoints import EndpointClaim
-from graphengine.messages.goals import action_of
+from graphengine.messages.names import action_of
 
 FRAMES = 2
 """Edges of the TF tree that are told of one publisher; `--format json` has all."""

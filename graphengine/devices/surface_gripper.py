@@ -12,7 +12,7 @@ GripperStatus = Literal["Open", "Closing", "Closed"]
 """`Closing` while some points of a gripper hold nothing and it tries to grip with them; `Closed` when all hold something."""
 
 
-class SurfaceGripper(Sensor, Protocol):
+class SurfaceGripperDevice(Sensor, Protocol):
     """A gripper with one or several points; each holds the body in front of it, until it is pulled off."""
 
     @property
@@ -30,7 +30,7 @@ class SurfaceGripper(Sensor, Protocol):
         """Release everything at once."""
 
 
-@device("surface_gripper", SurfaceGripper, usd="IsaacSurfaceGripper", title="a surface gripper")
+@device("surface_gripper", SurfaceGripperDevice, usd="IsaacSurfaceGripper", title="a surface gripper")
 class SurfaceGripperStub(Stub):
     """A surface gripper that is closed at once; tests write what it holds to `reachable`."""
 

@@ -190,7 +190,7 @@ class RobotSpec(FileSpec, defer_build=True):
     extends: str = ""
     """Robot file that this file extends."""
     urdf: str = ""
-    """URDF file, or a .xacro file that expands to one."""
+    """URDF file, or a .xacro or .sdf file that becomes one."""
     mjcf: str = ""
     """MuJoCo model of the robot, in place of `urdf`: attached as it is, with its actuators as drives."""
     start: str = ""

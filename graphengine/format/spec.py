@@ -236,7 +236,7 @@ class RobotUse(FileSpec):
     """The use of a robot file in a scene, once or as a fleet: `NAME_0000`, `NAME_0001` and so on."""
 
     use: str
-    """Robot file, or a robot description alone: a URDF, xacro or MJCF file, or the text of a URDF or MJCF."""
+    """Robot file, or a robot description alone: a URDF, xacro, SDF or MJCF file, or the text of a URDF, SDF or MJCF."""
     at: RobotPath | None = None
     """Path of the robot's prim, such as /World/robot; default /NAME. In a fleet, the robot's number is appended."""
     position: Vector = (0.0, 0.0, 0.0)
@@ -276,7 +276,7 @@ class SceneSpec(FileSpec):
     scene: Name
     doc: str = ""
     world: str
-    """MJCF file of everything except the robots."""
+    """MJCF or SDF file of everything except the robots."""
     physics: PhysicsSpec = PhysicsSpec()
     settle: bool = False
     """Simulate until the robots are at rest before t = 0."""

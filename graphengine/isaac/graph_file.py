@@ -17,6 +17,7 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import ContextError
 from graphengine.format.wording import listing
 from graphengine.format.yaml_text import block, comment, flow, scalar
+from graphengine.isaac.narrowing import narrow
 from graphengine.isaac.node_replacements import modernize, replacement
 from graphengine.isaac.recorded_graph import IMPULSE, RecordedGraph, RecordedNode, RecordedValue, RecordedWire
 from graphengine.node import PortType, types
@@ -113,6 +114,9 @@ class _Composer:
             self.names[node.name] = legal = unique([_legal(node.name)], taken, fold=False)
             if legal != node.name:
                 findings.add("N301", f"node {node.name!r} is named {legal!r} in the file", node.span)
+            self.classes[node.name] = self._class(node)
+        for node in narrow(graph, self.classes, findings):
+            self.names[node.name] = unique([_legal(node.name)], taken, fold=False)
             self.classes[node.name] = self._class(node)
 
     def _class(self, node: RecordedNode) -> type[Node] | None:

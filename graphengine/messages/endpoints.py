@@ -8,9 +8,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
-from graphengine.messages.definitions import DEFINITIONS, Definitions
+if TYPE_CHECKING:
+    from graphengine.messages.definitions import Definitions
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,8 +162,13 @@ class ServiceClient(ServiceEndpoint):
 class Network:
     """Creates the endpoints that nodes claim."""
 
-    definitions: Definitions = DEFINITIONS
-    """Message types."""
+    @cached_property
+    def definitions(self) -> Definitions:
+        """Message types."""
+        from graphengine.messages.definitions import DEFINITIONS  # heavy, and not needed for `--help`
+
+        return DEFINITIONS
+
     identity = b""
     """Distinguishes the session on its network; empty if all peers are in the session."""
 

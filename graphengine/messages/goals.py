@@ -14,6 +14,7 @@ from graphengine.format.stateful import Stateful
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import QoS
+from graphengine.messages.names import ACTION_PART
 from graphengine.messages.qos import LATCHED
 
 # Of action_msgs/msg/GoalStatus.
@@ -22,8 +23,6 @@ STATUS_NAMES = ("unknown", "accepted", "executing", "canceling", "succeeded", "c
 # Of action_msgs/srv/CancelGoal.
 _NONE, _REJECTED, _UNKNOWN_GOAL, _TERMINATED = range(4)
 
-_HIDDEN = "/_action/"
-"""What separates an action's name from those of its services and topics."""
 CANCEL_GOAL = "action_msgs/srv/CancelGoal"
 STATUS_ARRAY = "action_msgs/msg/GoalStatusArray"
 STATUS_QOS = LATCHED
@@ -216,14 +215,14 @@ class Goals(Stateful, Generic[G]):
         return info
 
 
-class Part(NamedTuple):
+class ActionPart(NamedTuple):
     """Name and type of a service or topic of an action."""
 
     name: str
     message_type: str
 
 
-def parts(action: str, action_type: str) -> Mapping[str, Part]:
+def parts(action: str, action_type: str) -> Mapping[str, ActionPart]:
     """Return the services and topics of an action by their role: send_goal, cancel_goal, get_result, feedback, status."""
     types = {
         "send_goal": f"{action_type}_SendGoal",
@@ -232,13 +231,7 @@ def parts(action: str, action_type: str) -> Mapping[str, Part]:
         "feedback": f"{action_type}_FeedbackMessage",
         "status": STATUS_ARRAY,
     }
-    return {part: Part(f"{action}{_HIDDEN}{part}", message_type) for part, message_type in types.items()}
-
-
-def action_of(name: str) -> str:
-    """Return the action that a service or topic belongs to; empty if it belongs to none."""
-    action, hidden, part = name.rpartition(_HIDDEN)
-    return action if hidden and part in ("send_goal", "cancel_goal", "get_result", "feedback", "status") else ""
+    return {part: ActionPart(f"{action}{ACTION_PART}{part}", message_type) for part, message_type in types.items()}
 
 
 def _order(stamp: Any) -> tuple[int, int]:

@@ -12,6 +12,8 @@ MAX_TOPIC = 247
 MAX_NAMESPACE = MAX_TOPIC - 2
 """A slash and one character of a topic must fit behind it."""
 MAX_NODE = 255
+ACTION_PART = "/_action/"
+"""Separates the name of an action from the last part of its services' and topics' names."""
 
 _PARTS_HELP = "legal: letters A-Z a-z, digits and _, in parts separated by /; no part is empty or starts with a digit"
 _NODE_HELP = "legal: letters A-Z a-z, digits and _; the first is no digit"
@@ -68,6 +70,12 @@ def node_name(prim_path: str) -> str:
 def service_topics(service: str) -> tuple[str, str]:
     """Return the DDS topics of a service's requests and responses."""
     return f"rq{service}Request", f"rr{service}Reply"
+
+
+def action_of(name: str) -> str:
+    """Return the action that a service or topic belongs to; empty if it belongs to none."""
+    action, separator, part = name.rpartition(ACTION_PART)
+    return action if separator and part in ("send_goal", "cancel_goal", "get_result", "feedback", "status") else ""
 
 
 def ros_name(dds_topic: str) -> str:

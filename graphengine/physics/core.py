@@ -293,11 +293,14 @@ class SimulationCore(Stateful):
         self.limits.start()
 
     def _drives(self) -> Iterator[tuple[str, Drive]]:
-        """Return the joints that have a drive, by their names in the model."""
+        """Return the joints that have a drive, by their names in the model, then drives of no single joint."""
         for prim in self.stage.prims("joint"):
             robot, drive = self.stage.robot_of(prim), prim.facts["drive"]
             if robot is not None and drive is not None:
                 yield f"{robot.entity_name}/{prim.facts['joint']}", drive
+        for robot in self.stage.prims("robot"):
+            for drive in robot.facts.get("other_actuators", {}).values():
+                yield f"{robot.entity_name}/", drive
 
     @property
     def time(self) -> float:

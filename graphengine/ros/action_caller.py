@@ -13,7 +13,7 @@ from graphengine.format.errors import TransportError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import QoS
-from graphengine.messages.goals import CANCEL_GOAL, FEEDBACK_READER_QOS, Part, parts
+from graphengine.messages.goals import CANCEL_GOAL, FEEDBACK_READER_QOS, ActionPart, parts
 from graphengine.ros.transport import Transport
 
 MAX_CALLS = 1000
@@ -21,7 +21,7 @@ MAX_CALLS = 1000
 
 
 @dataclass(eq=False)
-class Call:
+class GoalCall:
     """A goal that was sent. Its futures are completed in a thread of the transport.
 
     Attributes:
@@ -60,7 +60,7 @@ class ActionCaller:
         definitions.action_parts(action_type)
         self.action_type = action_type
         self._definitions = definitions
-        self._calls: dict[bytes, Call] = {}
+        self._calls: dict[bytes, GoalCall] = {}
         """Calls without a result, by UUID."""
         named = parts(action, action_type)
         self._feedback_type = named["feedback"].message_type
@@ -74,7 +74,7 @@ class ActionCaller:
         """Whether a server offers all services of the action."""
         return all(service.ready for service in (self._send, self._cancel, self._get))
 
-    def send(self, goal: Any, feedback: Callable[[Any], object] = lambda message: None) -> Call:
+    def send(self, goal: Any, feedback: Callable[[Any], object] = lambda message: None) -> GoalCall:
         """Send a goal and return at once; without a server, the goal is lost.
 
         Args:
@@ -85,7 +85,7 @@ class ActionCaller:
             MessageError: the message is not a goal of the action.
             TransportError: the client is closed.
         """
-        call = Call(uuid.uuid4().bytes, feedback)
+        call = GoalCall(uuid.uuid4().bytes, feedback)
         request = self._request(f"{self.action_type}_SendGoal", call.goal)
         request.goal = goal
         self._calls[call.goal] = call
@@ -107,7 +107,7 @@ class ActionCaller:
         for service in (self._send, self._cancel, self._get):
             service.close()
 
-    def _answered(self, call: Call, answer: Future[Any]) -> None:
+    def _answered(self, call: GoalCall, answer: Future[Any]) -> None:
         error = answer.exception()
         if error is not None:
             call.accepted.set_exception(error)
@@ -123,7 +123,7 @@ class ActionCaller:
             call.accepted.set_result(False)
         self._calls.pop(call.goal, None)
 
-    def _ended(self, call: Call, result: Future[Any]) -> None:
+    def _ended(self, call: GoalCall, result: Future[Any]) -> None:
         self._calls.pop(call.goal, None)
         error = result.exception()
         if error is not None:
@@ -149,7 +149,7 @@ class ActionCaller:
 class _Service:
     """A client of one service, whose calls return futures."""
 
-    def __init__(self, transport: Transport, part: Part, definitions: Definitions) -> None:
+    def __init__(self, transport: Transport, part: ActionPart, definitions: Definitions) -> None:
         self._response = f"{part.message_type}_Response"
         self._definitions = definitions
         self._lock = threading.Lock()

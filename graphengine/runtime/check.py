@@ -15,7 +15,7 @@ from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import ContextError, GraphError, JointError, PrimError
 from graphengine.format.permissions import Permissions
 from graphengine.messages.endpoints import EndpointClaim, Network
-from graphengine.messages.goals import action_of
+from graphengine.messages.names import action_of
 from graphengine.node.clock import Clock
 from graphengine.node.context.session_services import Services
 from graphengine.runtime.graph_run import make_clock, make_graph_run

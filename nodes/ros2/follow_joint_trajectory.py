@@ -86,6 +86,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
     defaults: Tolerances = Bound()
     spline: JointSpline | None = State(default=None)
     tolerances: Tolerances | None = State(default=None)
+    followed: Tokens = State(default=())
     started: float = State(default=0.0)
     reported: float = State(default=-np.inf)
 
@@ -112,9 +113,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
 
     def compute(self) -> Fire:
         """Take trajectories that arrived, and follow the present one."""
-        fired = None
-        if self.goal is not None and not self.goal.active:  # its server was closed
-            self.goal, fired = None, self.hold()
+        fired = self.drop()
         newest = self.subscription.newest()
         if newest is not None:
             fired = self.begin(newest, None) or fired
@@ -125,6 +124,14 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
             fired = self.follow(self.spline, self.tolerances)
         self.server.update()
         return fired
+
+    def drop(self) -> Fire:
+        """Hold the joints if their goal was ended by others, or if the node was set up with other joints."""
+        if self.goal is not None and not self.goal.active:  # its server was closed
+            self.goal = None
+        elif self.spline is None or self.followed == self.commanded:
+            return None
+        return self.hold(codes.INVALID_GOAL, "the controller was set up again", "abort")
 
     def begin(self, trajectory: Any, goal: Goal | None) -> Fire:
         """Replace the present trajectory by that of a goal or of the topic, unless it cannot be followed."""
@@ -143,7 +150,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         if self.goal is not None:
             by = "a new goal" if goal is not None else "a trajectory from the topic"
             self.goal.abort(self.result(codes.INVALID_GOAL, f"preempted by {by}"))
-        self.goal, self.spline, self.tolerances = goal, spline, tolerances
+        self.goal, self.spline, self.tolerances, self.followed = goal, spline, tolerances, self.commanded
         if spline is None:
             return self.hold(codes.SUCCESSFUL, "the trajectory has no points: joints hold their positions", "succeed")
         self.started = messages.seconds(trajectory.header.stamp) or start.time
@@ -187,7 +194,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
                 return self.hold(codes.GOAL_TOLERANCE_VIOLATED, text, "abort")
         return self.command(*spline.sample(now + self.clock.delta))
 
-    def hold(self, code: int = 0, text: str = "", ending: str = "") -> int:
+    def hold(self, code: int, text: str, ending: str) -> int:
         """End the present goal and trajectory, and output the measured positions."""
         if code:
             self.logger.log("warning", f"{self.server.action}: {text}")

@@ -11,7 +11,7 @@ from graphengine.format.errors import ContextError
 from graphengine.messages.actions import Goal
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.node import Bound, Context, Fire, In, State
-from graphengine.node.types import String, Token
+from graphengine.node.types import String, Token, Tokens
 from graphengine.nodes.ros2.robot_action import RobotActionNode, message
 
 _TYPES = ("GripperCommand", "ParallelGripperCommand")
@@ -54,6 +54,7 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
     index: int = Bound()
     published: str = Bound()
     target: float | None = State(default=None)
+    moving: Tokens = State(default=())
     effort: float = State(default=math.inf)
     speed: float = State(default=math.inf)
     set_point: float = State(default=0.0)
@@ -71,7 +72,11 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
 
     def compute(self) -> Fire:
         """Take goals that arrived, and move towards the present one."""
-        fired = self.hold() if self.goal is not None and not self.goal.active else None  # its server was closed
+        fired = None
+        if (self.goal is not None and not self.goal.active) or (
+            self.target is not None and self.moving != self.commanded
+        ):
+            fired = self.hold()  # the node was set up again
         for goal in self.server.goals():
             self.begin(goal)
         if self.goal is not None and self.goal.cancel_requested:
@@ -98,6 +103,7 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         if self.target is None:
             self.set_point = float(at if np.isfinite(at) else self.articulation.positions()[self.index])
         self.goal, self.target, self.moved = goal, position, self.clock.time
+        self.moving = self.commanded
         self.effort, self.speed = effort or self.max_effort or math.inf, speed or math.inf
 
     def read(self, command: Any) -> tuple[float, float, float, str]:

@@ -39,7 +39,9 @@ def test_a_scene_that_ships_checks_without_an_error(graphrun: Graphrun, name: st
 def test_a_graph_that_ships_checks_without_an_error_alone_and_in_a_scene(graphrun: Graphrun, name: str) -> None:
     alone = graphrun("check", name)
     assert (alone.code, alone.lines[-1]) == (0, "1 file, 1 graph: 0 errors, 0 warnings")
-    if not name.startswith(("arm/", "base/", "joint_", "legs/", "publishers/")):  # whose parameters name no robot of ours
+    if not name.startswith(
+        ("arm/", "base/", "joint_", "legs/", "publishers/")
+    ):  # whose parameters name no robot of ours
         assert graphrun("check", name, "--scene", "tutorial/navigation").code == 0
 
 

@@ -18,7 +18,8 @@ LID = """<sdf version="1.8"><model name="lid"><link name="lid">
 MOUNT = """<include><uri>model://lid</uri><pose relative_to="base_link">0 0 .1 0 0 0</pose></include>
 <joint name="lid_joint" type="fixed"><parent>base_link</parent><child>lid::lid</child></joint></model></sdf>"""
 TWO = sdf(DIFFERENTIAL).replace('<model name="diff">', '<world name="w"><model name="diff">').removesuffix("</sdf>")
-TWO += '<model name="other"><link name="l"/><link name="m"/></model></world></sdf>'
+TURNING = '<joint name="j" type="revolute"><parent>l</parent><child>m</child></joint>'
+TWO += f'<model name="other"><link name="l"/><link name="m"/>{TURNING}</model></world></sdf>'
 
 
 @pytest.fixture

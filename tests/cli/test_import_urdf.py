@@ -1,4 +1,4 @@
-"""`graphrun import-urdf`: what it writes loads, what it refuses leaves nothing behind."""
+"""`graphrun import-robot`: what it writes loads, what it refuses leaves nothing behind."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.select import open_transport
 from tests.cli.harness import ROOT, Graphrun, Result
 from tests.jobs.harness import Job
+from tests.physics.mjcf_models import QUADRUPED
 
 CART = "ws/cart/urdf/cart.urdf"
 INERTIA = '<inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/>'
@@ -90,7 +91,7 @@ def imported(graphrun: Graphrun, *arguments: str, text: str = "", **ended: Any) 
     """Import a description, or that of the cart, which may have another text."""
     if text:
         Path(CART).write_text(text, encoding="utf-8")
-    return graphrun("import-urdf", *(arguments or [CART]), "-o", "scenes/robots/cart.yaml", **ended)
+    return graphrun("import-robot", *(arguments or [CART]), "-o", "scenes/robots/cart.yaml", **ended)
 
 
 def robot(folder: Path) -> dict[str, object]:
@@ -110,7 +111,15 @@ def test_a_robot_file_names_every_link_and_joint_and_loads_in_a_scene(graphrun: 
     assert robot(cart)["joints"] == {
         "left_joint": {"drive": {"damping": 883.0}},  # 9 kg on two wheels of 0.2 m: 8.83 N m by 0.01 rad/s
         "right_joint": {"drive": {"damping": 883.0}},
-        "grip_joint": {"drive": {"stiffness": 200.0, "damping": 20.0, "max_velocity": 2.0}},  # its 20 N m by 0.1 rad
+        "grip_joint": {
+            "drive": {
+                "stiffness": 2000.0,  # its 20 N m by 0.01 rad
+                "damping": 127.0,  # by 5 Hz times pi
+                "max_velocity": 2.0,
+                "interpolate": True,
+                "gravity_compensation": True,
+            }
+        },
         "finger_joint": {},
     }
     checked = graphrun("check", "scenes/cart.yaml", "--allow", "ws/cart")
@@ -119,7 +128,7 @@ def test_a_robot_file_names_every_link_and_joint_and_loads_in_a_scene(graphrun: 
 
 
 def test_the_folder_of_a_robot_file_is_made(graphrun: Graphrun, cart: Path) -> None:
-    assert graphrun("import-urdf", CART, "-o", "new/robots/cart.yaml").code == 0
+    assert graphrun("import-robot", CART, "-o", "new/robots/cart.yaml").code == 0
     made = (cart / "new/robots/cart.yaml").read_text(encoding="utf-8")
     assert imported(graphrun).code == 0
     beside = (cart / "scenes/robots/cart.yaml").read_text(encoding="utf-8")
@@ -148,6 +157,14 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "guessed: damping of velocity drives: 883 N m s/rad, by the weight on the wheels",
         "guessed: velocity drive: left_joint, right_joint; driven wheels of the base (cart.urdf:11)",
         "guessed: position drive: grip_joint; a limit of effort suggests a motor, which holds them (cart.urdf:23)",
+        (
+            "guessed: gains of position drives, from the mass matrix: at least critically damped, bandwidth 5.0 Hz; "
+            "the full effort answers to 10 mrad, or 10 mm (cart.urdf:23)"
+        ),
+        (
+            "guessed: position drives carry the weight of the links beyond them (gravity_compensation), as controllers of "
+            "arms do, and move evenly between set points (interpolate) (cart.urdf:23)"
+        ),
         "guessed: friction of wheels: 1 on any floor: left_wheel, right_wheel",
         "guessed: sensor eye: no update_rate: 30 Hz (cart.urdf:33)",
         "guessed: sensor eye: no topic: published on camera/image_raw, camera/camera_info (cart.urdf:33)",
@@ -269,16 +286,16 @@ def test_what_mujoco_warns_of_is_told(graphrun: Graphrun, cart: Path) -> None:
 
 def test_arguments_of_xacro_stand_wherever_one_puts_them(graphrun: Graphrun, cart: Path) -> None:
     target = ("-o", "scenes/robots/cart.yaml")
-    assert graphrun("import-urdf", *target, "prefix:=a_", "ws/cart/urdf/cart.urdf.xacro").code == 0
+    assert graphrun("import-robot", *target, "prefix:=a_", "ws/cart/urdf/cart.urdf.xacro").code == 0
     assert "a_left_joint" in robot(cart)["joints"]  # type: ignore[operator]
-    assert graphrun("import-urdf", "ws/cart/urdf/cart.urdf.xacro", *target, "--force", "prefix:=b_").code == 0
+    assert graphrun("import-robot", "ws/cart/urdf/cart.urdf.xacro", *target, "--force", "prefix:=b_").code == 0
     assert "b_left_joint" in robot(cart)["joints"]  # type: ignore[operator]
 
 
 def test_a_description_is_not_written_over_by_what_it_expands_to(graphrun: Graphrun, cart: Path) -> None:
     source = cart / "ws/cart/urdf/robot.urdf"
     source.write_text(XACRO, encoding="utf-8")
-    result = graphrun("import-urdf", "ws/cart/urdf/robot.urdf", "-o", "ws/cart/urdf/robot.yaml", "--force", code=2)
+    result = graphrun("import-robot", "ws/cart/urdf/robot.urdf", "-o", "ws/cart/urdf/robot.yaml", "--force", code=2)
     assert "the URDF written beside it would overwrite ws/cart/urdf/robot.urdf; choose another name" in result.err
     assert source.read_text(encoding="utf-8") == XACRO
 
@@ -296,7 +313,7 @@ def test_a_robot_file_takes_the_place_of_a_link_and_names_files_from_there(graph
 
 @pytest.mark.parametrize("name", ["true", "null", "nan"])
 def test_a_name_that_is_a_word_of_yaml_stays_a_name(graphrun: Graphrun, cart: Path, name: str) -> None:
-    assert graphrun("import-urdf", CART, "-o", f"scenes/robots/{name}.yaml").code == 0
+    assert graphrun("import-robot", CART, "-o", f"scenes/robots/{name}.yaml").code == 0
     scene = SCENE.replace("robots/cart.yaml", f"robots/{name}.yaml")
     (cart / "scenes/cart.yaml").write_text(scene, encoding="utf-8")
     assert graphrun("check", "scenes/cart.yaml", "--allow", "ws").code == 0
@@ -403,13 +420,13 @@ def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
 def test_a_command_line_that_makes_no_sense(
     graphrun: Graphrun, cart: Path, arguments: tuple[str, ...], told: str
 ) -> None:
-    result = graphrun("import-urdf", *arguments, "-o", "scenes/robots/cart.yaml", code=2, out="")
+    result = graphrun("import-robot", *arguments, "-o", "scenes/robots/cart.yaml", code=2, out="")
     assert told in result.err
 
 
 @pytest.mark.parametrize("target", ["cart.urdf", "scenes/robots/my-cart.yaml"])
 def test_a_target_that_is_no_robot_file(graphrun: Graphrun, cart: Path, target: str) -> None:
-    result = graphrun("import-urdf", CART, "-o", target, code=2, out="")
+    result = graphrun("import-robot", CART, "-o", target, code=2, out="")
     assert f"-o {target}: " in result.err
 
 
@@ -529,7 +546,7 @@ def test_a_file_with_a_macro_is_not_written_over_by_the_one_that_calls_it(graphr
 
 
 def test_arguments_are_listed_with_their_defaults(graphrun: Graphrun, macro: Path) -> None:
-    result = graphrun("import-urdf", "ws/cart/urdf/macro.urdf.xacro", "--args")
+    result = graphrun("import-robot", "ws/cart/urdf/macro.urdf.xacro", "--args")
     assert result.out.splitlines() == [
         "arguments of ws/cart/urdf/macro.urdf.xacro:",
         "  prefix  default ''",
@@ -537,7 +554,7 @@ def test_arguments_are_listed_with_their_defaults(graphrun: Graphrun, macro: Pat
         "  height  default '0.3'",
         "  side    no default",
     ]
-    assert graphrun("import-urdf", CART, "--args").out == f"{CART}: no xacro syntax, so it takes no arguments\n"
+    assert graphrun("import-robot", CART, "--args").out == f"{CART}: no xacro syntax, so it takes no arguments\n"
 
 
 def test_a_package_that_is_missing_can_be_left_out(graphrun: Graphrun, cart: Path) -> None:
@@ -555,7 +572,33 @@ def test_meshes_of_a_package_can_be_left_out_of_a_plain_urdf(graphrun: Graphrun,
     told = imported(graphrun, text=text, code=1).err
     assert "error S101: no package 'elsewhere'" in told
     assert "meshes: package://elsewhere/body.obj" in told
-    assert "or leave them out: --without elsewhere of import-urdf" in told
+    assert "or leave them out: --without elsewhere of import-robot" in told
     result = imported(graphrun, CART, "--without", "elsewhere")
     assert "note: left out, as asked for: a collision of link 'base_link'" in result.out
     assert "elsewhere" not in (cart / "scenes/robots/cart.urdf").read_text(encoding="utf-8")
+
+
+def test_the_old_name_of_the_verb_still_works(graphrun: Graphrun, project: Path) -> None:
+    (project / "new").mkdir()
+    assert graphrun("import-urdf", CART, "-o", "new/cart.yaml").code == 0
+
+
+def test_a_mujoco_model_becomes_a_robot_file_and_a_project(graphrun: Graphrun, project: Path) -> None:
+    (project / "pup.xml").write_text(QUADRUPED, encoding="utf-8")
+    told = graphrun("import-robot", "pup.xml", "-o", "robots/pup.yaml").out
+    assert "12 move" in told
+    assert "carried over: motors of the model: FL_hip_joint" in told
+    assert "in a scene: robots: {pup: {use: robots/pup.yaml" in told
+    robot = yaml.safe_load((project / "robots/pup.yaml").read_text(encoding="utf-8"))
+    assert (robot["mjcf"], robot["base_link"], robot["start"]) == ("../pup.xml", "trunk", "home")
+    assert robot["sensors"] == {"imu_sensor": {"type": "imu", "parent": "imu", "profile": {"rate": 100.0}}}
+    assert graphrun("new", "dog", "--from", "pup.xml").code == 0
+    assert (project / "dog/robots/dog_model/pup.xml").read_text(encoding="utf-8") == QUADRUPED
+    assert graphrun("check", "dog/dog.yaml").code == 0
+    assert "settle: false" in (project / "dog/dog.yaml").read_text(encoding="utf-8")
+
+
+def test_arguments_of_xacro_are_no_arguments_of_a_mujoco_model(graphrun: Graphrun, project: Path) -> None:
+    (project / "pup.xml").write_text(QUADRUPED, encoding="utf-8")
+    result = graphrun("import-robot", "pup.xml", "-o", "robots/pup.yaml", "arm:=true", code=2, out="")
+    assert "arm:=true: pup.xml is a MuJoCo model, which has no arguments" in result.err

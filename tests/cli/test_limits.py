@@ -70,7 +70,7 @@ VERBS = {
     "export": ["f.yaml", "--to", "isaac-script"],
     "replay": ["f.mcap"],
     "import": ["f.py"],
-    "import-urdf": ["f.urdf", "-o", "x.yaml"],
+    "import-robot": ["f.urdf", "-o", "x.yaml"],
 }
 
 

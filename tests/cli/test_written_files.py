@@ -26,7 +26,7 @@ WRITTEN = {
     "show mine.yaml --html x.html": ["x.html"],
     "export mine.yaml --to isaac-script -o x.py": ["x.py"],
     "import script.py -o out": ["out/g.yaml"],
-    "import-urdf cart.urdf -o x.yaml": ["x.yaml"],
+    "import-robot cart.urdf -o x.yaml": ["x.yaml"],
     "map room.yaml -o x --bounds -1 -1 1 1": ["x.png", "x.yaml"],
     "snapshot room.yaml --size 8x8 -o x.png": ["x.png"],
 }

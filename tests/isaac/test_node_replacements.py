@@ -72,7 +72,7 @@ def test_an_import_says_what_takes_the_place_of_a_missing_type(name: str) -> Non
 def test_every_node_that_is_named_as_a_replacement_is_available() -> None:
     advice = " ".join((*node_replacements.REPLACEMENTS.values(), *node_replacements.FAMILIES.values()))
     named = set(re.findall(r"\b(?:ROS2|Isaac|Write|On|Random)[A-Z][A-Za-z0-9]+", advice))
-    assert {"ROS2CameraHelper", "IsaacReadLidarPointCloud", "WritePrimAttribute"} < named
+    assert {"ROS2CameraHelper", "ROS2PublishClock", "WritePrimAttribute"} < named
     assert [name for name in sorted(named) if default_registry().find(name) is None] == []
     assert [name for name in node_replacements.REPLACEMENTS if default_registry().find(name) is not None] == []
 

@@ -280,3 +280,27 @@ def test_uuids_of_goals_are_the_same_in_equal_runs_and_others_in_each_goal(play:
         runs.append(peer.goals)
     assert runs[0] == runs[1]
     assert len(set(runs[0])) == 3
+
+
+def test_an_action_goes_on_from_a_checkpoint_as_it_did(play: Player) -> None:
+    playing = play.graph(BOTH)
+    playing.tick(4)
+    playing.command("checkpoint", name="here")
+
+    def rest() -> list[tuple[str, list[int], bytes]]:
+        client, server = playing.node("Client"), playing.node("Server").server
+        goals = server._goals
+        return playing.each_tick(8, lambda: (client.status, [goal.status for goal in goals], client.latest))
+
+    before = rest()
+    playing.command("restore", name="here")
+    assert rest() == before
+    assert before[-1][0] == "succeeded"
+
+
+def test_a_client_sends_goals_with_new_uuids_after_a_stop(play: Player) -> None:
+    playing, peer = sending(play)
+    playing.tick(2)
+    playing.session.stop()
+    playing.tick(2)
+    assert len(set(peer.goals)) == 2

@@ -269,11 +269,45 @@ def test_after_a_stop_no_trajectory_is_followed() -> None:
     assert arm.results == [(goals.ABORTED, 0)]
 
 
+@pytest.mark.parametrize("by_topic", [False, True])
+def test_joints_stop_when_the_node_gets_other_joints(by_topic: bool) -> None:
+    arm = Arm()
+    if by_topic:
+        arm.publish(way())
+        arm.tick(2)
+    else:
+        arm.send(way())
+    arm.context.close()
+    arm.node.joint_names = ("elbow",)
+    arm.node.setup(arm.context)
+    present = arm.robot.positions()[1]
+    arm.tick(2)
+    assert arm.commands[-2:] == [[present], None]
+    assert by_topic or [status for status, _ in arm.results] == [goals.ABORTED]
+
+
 def test_without_names_all_joints_are_commanded_that_follow_no_other() -> None:
     context = RecordingContext()
     context.world.add_robot("/arm", [*NAMES, "finger"], leaders=("", "", "elbow"))
     node = ready(ROS2FollowJointTrajectory, context, target_prim="/arm")
     assert node.commanded == tuple(NAMES)
+
+
+def test_messages_have_the_published_names_of_joints_and_commands_their_own() -> None:
+    context = RecordingContext()
+    context.world.add_robot("/arm", NAMES)
+    context.world.stage.add("/arm/Physics/lift", "joint", name_override="shoulder", facts={"joint": "lift"})
+    node = ready(ROS2FollowJointTrajectory, context, target_prim="/arm")
+    assert (node.joints.names, node.commanded) == (("shoulder", "elbow"), ("lift", "elbow"))
+
+
+def test_the_namespace_of_a_robot_is_that_of_its_controller() -> None:
+    context = RecordingContext("/arm/base_link/graph/node")
+    context.world.add_robot("/arm", NAMES)
+    context.world.stage.add("/arm/base_link", "link", namespace="left")
+    node = ready(ROS2FollowJointTrajectory, context, target_prim="/arm")
+    assert node.server.action == "/left/joint_trajectory_controller/follow_joint_trajectory"
+    assert node.subscription.topic == "/left/joint_trajectory_controller/joint_trajectory"
 
 
 @pytest.mark.parametrize(

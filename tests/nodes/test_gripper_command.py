@@ -173,6 +173,19 @@ def test_an_infinite_position_is_rejected() -> None:
     assert hand.peer.accepted == [False]
 
 
+def test_a_finger_stops_when_the_node_is_set_up_again() -> None:
+    hand = Hand(max_effort=1.0)
+    hand.grip(0.04)
+    hand.context.close()
+    hand.node.setup(hand.context)
+    present = hand.robot.positions()[0]
+    hand.tick()
+    assert hand.commands[-1] == present
+    hand.tick()
+    assert hand.commands[-1] is None
+    assert [result.status for result in hand.peer.results] == [goals.ABORTED]
+
+
 def test_a_follower_cannot_be_the_joint() -> None:
     with pytest.raises(ContextError, match="joint 'other' follows 'finger'"):
         ready(ROS2GripperCommand, surroundings(), target_prim="/hand", joint_name="other")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from graphengine.devices.dry_world import ArticulationStub
-from graphengine.devices.surface_gripper import SurfaceGripperStub
+from graphengine.devices.surface_gripper import GripperStatus, SurfaceGripperStub
 from graphengine.format.errors import BadValueError, PrimError
 from graphengine.nodes.grippers import IsaacGripperController, SurfaceGripper
 from graphengine.testing import RecordingContext, RecordingWorld
@@ -45,11 +45,12 @@ def fire(node: Any, *pins: str) -> None:
     ],
 )
 def test_close_counts_before_open_and_that_before_toggle(
-    context: RecordingContext, pins: list[str], was_open: str, was_closed: str
+    context: RecordingContext, pins: list[str], was_open: GripperStatus, was_closed: GripperStatus
 ) -> None:
     gripper = cup(context)
     node = ready(SurfaceGripper, context, surface_gripper=CUP)
-    for before, after in (("Open", was_open), ("Closed", was_closed)):
+    states: list[tuple[GripperStatus, GripperStatus]] = [("Open", was_open), ("Closed", was_closed)]
+    for before, after in states:
         gripper.status = before
         fire(node, *pins)
         assert gripper.status == after
@@ -60,7 +61,7 @@ def test_a_toggle_opens_a_gripper_that_is_closing(context: RecordingContext) -> 
     node = ready(SurfaceGripper, context, surface_gripper=CUP)
     gripper.status = "Closing"
     fire(node, "toggle")
-    assert gripper.status == "Open"
+    assert str(gripper.status) == "Open"
 
 
 def test_while_it_is_not_enabled_nothing_happens(context: RecordingContext) -> None:

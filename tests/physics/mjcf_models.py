@@ -122,7 +122,8 @@ _LEG = """<body name="{leg}_hip" pos="{x} {y} 0">
         <body name="{leg}_thigh">
           <joint name="{leg}_thigh_joint"/><geom type="capsule" size="0.01" fromto="0 0 0 0 0 -0.2" mass="1"/>
           <body name="{leg}_calf" pos="0 0 -0.213">
-            <joint name="{leg}_calf_joint" range="-2.7 -0.8"/><geom type="capsule" size="0.008" fromto="0 0 0 0 0 -0.2" mass="0.2"/>
+            <joint name="{leg}_calf_joint" range="-2.7 -0.8"/>
+            <geom type="capsule" size="0.008" fromto="0 0 0 0 0 -0.2" mass="0.2"/>
             <geom name="{leg}" size="0.022" pos="0 0 -0.213" mass="0.05" condim="6" priority="1" friction="0.8 0.02 0.01"/>
           </body>
         </body>

@@ -49,7 +49,7 @@ def table(text: str, heading: str) -> list[list[str]]:
 
 
 PLACES = {
-    "import-urdf": {"FILE": "scenes/robots/dd100/dd100.urdf"},
+    "import-robot": {"FILE": "scenes/robots/dd100/dd100.urdf"},
     "new": {"DIR": "my_robot"},
     "replay": {"FILE": "out.mcap"},
 }
@@ -80,7 +80,7 @@ def test_the_table_has_every_verb_once() -> None:
 def test_every_command_is_one_that_the_program_takes(command: str) -> None:
     program, *words = shlex.split(command)
     words = [PLACES.get(words[0], PLACEHOLDERS).get(word, word) for word in words]
-    if words[0] in ("snapshot", "import-urdf") and "-o" not in words:
+    if words[0] in ("snapshot", "import-robot") and "-o" not in words:
         words += ["-o", "out"]
     assert program == "graphrun"
     parsed = make_parser(words[0]).parse_args(words)

@@ -46,6 +46,7 @@ class Program:
         self.process = subprocess.Popen(
             command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
         )
+        self._waiting: list[dict[str, Any]] = []
         self._lines: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
         self._reading = threading.Thread(target=self._read)
         self._reading.start()
@@ -61,11 +62,11 @@ class Program:
         self.process.stdin.write(f"{line}\n")
 
     def hear(self, *keys: str) -> dict[str, Any]:
-        """The next line that has these keys."""
-        while True:
-            line = self._lines.get(timeout=PATIENCE)
-            if line.keys() >= set(keys):
-                return line
+        """The next line that has these keys; the others wait, as answers of different services come in any order."""
+        while not (found := [line for line in self._waiting if line.keys() >= set(keys)]):
+            self._waiting.append(self._lines.get(timeout=PATIENCE))
+        self._waiting.remove(found[0])
+        return found[0]
 
     def end(self) -> None:
         """Let it end by itself."""
@@ -103,6 +104,7 @@ def test_a_client_of_rclpy_pursues_goals_of_a_graph(
         client.tell(2)
         assert client.hear("accepted")["accepted"]
         client.tell(3)
+        assert client.hear("accepted") == {"order": 3, "accepted": True}
         assert client.hear("status") == {"order": 2, "status": ABORTED, "sequence": []}
         client.tell("cancel")
         assert client.hear("cancelling") == {"cancelling": 1}

@@ -42,3 +42,13 @@ def test_a_warning_says_who_it_is_and_what_to_do(own: str, gids: list[bytes], ot
     assert f"RMW_IMPLEMENTATION={own}" in remedy
     assert "--transport rclpy" in remedy
     assert "graphrun ctl" in remedy
+
+
+def test_the_services_of_an_action_have_one_warning() -> None:
+    texts = {
+        warning(f"/dock/_action/{part}", "client", [FAST], "rmw_cyclonedds_cpp") for part in ("send_goal", "get_result")
+    }
+    (text,) = texts
+    assert text.startswith(
+        "/dock: a client on rmw_fastrtps_cpp is unreachable: actions do not work between different RMWs"
+    )

@@ -9,10 +9,9 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.live import POLL, Live, absolute, add_live_arguments, show
-from graphengine.messages.goals import STATUS_NAMES, SUCCEEDED
 
 if TYPE_CHECKING:
-    from graphengine.ros.action_caller import ActionCaller, Call
+    from graphengine.ros.action_caller import ActionCaller, GoalCall
 
 PATIENCE = 2.0
 """Seconds to wait for a server before the reason why none may be reachable is printed."""
@@ -35,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Send the goal; return 0 if it succeeded."""
+    from graphengine.messages.goals import STATUS_NAMES, SUCCEEDED
     from graphengine.messages.message_input import full_type, parse
     from graphengine.messages.message_text import TypedValue, to_yaml
     from graphengine.ros.action_caller import ActionCaller
@@ -90,7 +90,7 @@ def _wait_for_server(live: Live, caller: ActionCaller, action: str) -> None:
                 print(f"WARNING: {next(iter(found.values()))}", file=sys.stderr)
 
 
-def _cancel(caller: ActionCaller, call: Call) -> None:
+def _cancel(caller: ActionCaller, call: GoalCall) -> None:
     """Cancel a goal that the server accepted, and wait for its answer."""
     if not call.accepted.done() or not call.accepted.result():
         return

@@ -43,7 +43,7 @@ class OwnedActions(OwnedEndpoints):
             topic("publish", network.publisher, "feedback", goals.FEEDBACK_QOS),
             topic("publish", network.publisher, "status", goals.STATUS_QOS),
         )
-        full = goals.action_of(endpoints.send_goal.service)
+        full = names.action_of(endpoints.send_goal.service)
         made = ActionServer(full, action_type, endpoints, lambda: clock.time, network.definitions)
         return self._hold(ActionServer, made, first)
 
@@ -58,7 +58,7 @@ class OwnedActions(OwnedEndpoints):
             topic("subscribe", network.subscription, "feedback", goals.FEEDBACK_READER_QOS),
             topic("subscribe", network.subscription, "status", goals.STATUS_QOS),
         )
-        full = goals.action_of(endpoints.send_goal.service)
+        full = names.action_of(endpoints.send_goal.service)
         made = ActionClient(full, action_type, endpoints, network.definitions, self.prim_path, network.identity)
         return self._hold(ActionClient, made, first)
 

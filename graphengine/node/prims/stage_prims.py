@@ -15,7 +15,7 @@ from typing import Any
 
 from graphengine.devices.backend import World
 from graphengine.devices.camera import Camera
-from graphengine.devices.surface_gripper import SurfaceGripper
+from graphengine.devices.surface_gripper import SurfaceGripperDevice
 from graphengine.format.errors import ContextError
 from graphengine.format.wording import did_you_mean, listing, shown
 from graphengine.node.prims import attributes
@@ -104,7 +104,7 @@ class Prims:
         if prim.kind == "camera":
             found["clippingRange"] = Attribute(lambda: list(world.device(Camera, prim).clip))
         if prim.kind == "surface_gripper":
-            found["isaac:status"] = Attribute(lambda: world.device(SurfaceGripper, prim).status)
+            found["isaac:status"] = Attribute(lambda: world.device(SurfaceGripperDevice, prim).status)
         if prim.namespace:
             found["isaac:namespace"] = Attribute(lambda: prim.namespace)
         if prim.name_override:

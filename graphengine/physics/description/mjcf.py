@@ -14,7 +14,7 @@ from graphengine.format.wording import listing
 from graphengine.physics.description.mjcf_actuators import read_actuators
 from graphengine.physics.description.mjcf_links import MjcfLinks
 from graphengine.physics.description.mjcf_model import MjcfModel, read_keyframes
-from graphengine.physics.description.mjcf_names import name_bodies, prepare
+from graphengine.physics.description.mjcf_preparation import name_bodies, prepare
 from graphengine.physics.description.mjcf_trial import reason_against
 from graphengine.physics.description.urdf import WORLD, Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
@@ -51,7 +51,8 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     keyframes = read_keyframes(spec, model)
     for key in list(spec.keys):
         spec.delete(key)
-    spec.option = mujoco.MjSpec().option  # that of the world counts
+    for actuator, ends in zip(spec.actuators, model.actuator_lengthrange, strict=True):
+        actuator.lengthrange = ends  # or each compilation would simulate muscles anew
     links = MjcfLinks(model, dict(_meshes(spec, library)), _places(root), root.span)
     urdf = read_urdf(links.element(spec.modelname), Packages(path.parent, (), library.files), findings)
     if urdf is None:

@@ -6,6 +6,7 @@ or it ends the process. A request is a line of JSON, followed by the files.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import sys
@@ -13,7 +14,7 @@ from collections.abc import Mapping
 from typing import IO
 
 from graphengine.format.files import Files
-from graphengine.physics.description.mjcf_names import prepare
+from graphengine.physics.description.mjcf_preparation import prepare
 from graphengine.physics.engine import REFUSALS, compiled, mujoco
 from graphengine.sandbox.confinement import ProcessError, ask, confine
 from graphengine.sandbox.seccomp import TIERS
@@ -51,22 +52,24 @@ def reason_against(text: str, models: Mapping[str, bytes], assets: Mapping[str, 
 
 
 def main() -> None:
-    """Compile the model of one request, and step it as a scene would."""
+    """Rehearse the model of one request."""
     stream = sys.stdin.buffer
     head = json.loads(stream.readline())
     text = stream.read(head["text"]).decode()
     models, assets = (_files(stream, head[key]) for key in ("models", "assets"))
     confine(Files(()), TIERS["mesh"], memory=MAX_MEMORY_BYTES)
-    try:
-        spec = mujoco.MjSpec.from_string(text, include=models, assets=assets)
+    rehearse(text, models, assets)
+
+
+def rehearse(text: str, models: Mapping[str, bytes], assets: Mapping[str, bytes]) -> None:
+    """Compile a model and step it as a scene would; what MuJoCo refuses is reported where the model is compiled again."""
+    with contextlib.suppress(*REFUSALS):
+        spec = mujoco.MjSpec.from_string(text, include=dict(models), assets=dict(assets))
         prepare(spec)
-        spec.option.timestep, spec.option.integrator = 0.004, mujoco.mjtIntegrator.mjINT_DISCRETE
         model, _ = compiled(spec)
         data = mujoco.MjData(model)
         for _ in range(_STEPS):
             mujoco.mj_step(model, data)
-    except REFUSALS:
-        pass  # which is reported where the model is compiled
 
 
 def _files(stream: IO[bytes], lengths: Mapping[str, int]) -> dict[str, bytes]:

@@ -3,7 +3,8 @@
 MuJoCo takes the velocity of a contact from the joints of both bodies alone. So such a body gets six joints, whose velocity is
 that of the surface, with so much inertia that nothing changes it; their coordinates are written back after each step. Changing
 the solver's reference velocity of each contact instead has no effect, because the discrete integrator computes it again.
-A box on a belt reaches exactly the belt's speed, and a belt adds 3 us to a step.
+A box on a belt then moves like one that slides the other way on a resting floor, within 1e-5 m/s, and comes to exactly the belt's
+speed. A belt adds 15 us to a step; without one, nothing is added.
 """
 
 from __future__ import annotations

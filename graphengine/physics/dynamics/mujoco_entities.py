@@ -81,6 +81,8 @@ class MujocoEntities:
     def _kind(self, prim: Prim) -> EntityKind:
         if prim.facts.get("joints") or prim.facts.get("mounts"):
             return "robot"
+        if prim.body in self._simulation.surfaces.velocities:
+            return "static"  # only its surface moves
         model, roots = self._simulation.model, self.roots(prim)
         own = np.isin(model.body_rootid, roots)
         moves = model.body_weldid[own].any() or (model.body_mocapid[own] >= 0).any()

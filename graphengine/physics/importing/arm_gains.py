@@ -1,8 +1,8 @@
 """Gains of the drives that hold the joints of an arm, computed from its mass matrix, its weight and its effort limits.
 
 The full effort of a joint answers to a small deviation, so that what an arm may carry moves it by less. Damping is critical for
-the largest inertia that the joint moves in any of some poses, and at least that of a servo of 10 Hz: stiffer drives overshoot
-more when a target jumps, as their motors are too weak to stop the arm in time.
+the largest inertia that the joint moves in any of some poses, and at least that of a servo of 5 Hz: with less, an arm whose
+target jumps swings beyond it, as its motors are too weak to stop it in time. Commanded velocities make up for the lag.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from graphengine.physics.importing.trial import trial_model, trial_spec
 
 DEVIATION = 0.01
 """Deviation, rad or m, that the full effort answers to."""
-FASTEST = 10.0
+FASTEST = 5.0
 """Highest bandwidth, Hz."""
 POSES = 64
 """Poses within the limits of all joints in which inertias and weights are computed."""

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+import posixpath
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -31,6 +32,7 @@ MAX_DEPTH = 20
 MAX_MODELS = 5000
 MAX_URI = 1000
 """Characters of the name of a file."""
+_MAX_MISSING = 50
 _MAX_NEIGHBOURS = 1000
 _VERSION = re.compile(r"1\.(\d{1,3})(?:\.\d+)?")
 _FUEL = re.compile(r"https?://[^/]+/.*/models/([^/]+)(?:/(?:\d+|tip))?(/files/.*)?/?")
@@ -96,6 +98,8 @@ class SdfFiles:
         self._parsed: dict[Path, Element | None] = {}
         self._elements = 0
         self._models = 0
+        self._missing = 0
+        self._enough: SdfError | None = None
 
     def main(self, path: Path, root: Element) -> _File:
         """Return the file that the user gave.
@@ -184,17 +188,25 @@ class SdfFiles:
 
     def _find(self, uri: str, file: _File, span: Span) -> _File:
         """Read the file that a URI means."""
+        if self._enough is not None:
+            raise self._enough
         name, places = self._places(uri, file)
         if name is not None and not places and (text := _BUILT_IN.get(name.lower().replace(" ", "_"))):
             root = parse(text.encode(), f"model://{name}", self.findings, "S103")
             assert root is not None
             return _File(root, _version(root), None, "")
-        tried = []
         for place, references in places:
             for path in _model_files(place) if self._may_read(place) else ():
                 if self._may_read(path) and path.is_file():
-                    return self._read(path, references + os.path.relpath(path.parent, place).removeprefix("."), span)
-                tried.append(str(path))
+                    inside = (
+                        os.path.relpath(path.parent, place) if path != place else ".."
+                    )  # from the place that is named
+                    scheme, separator, folder = references.rpartition("://")
+                    folder = posixpath.normpath(posixpath.join(folder, inside))
+                    return self._read(path, f"{scheme}{separator}{folder}", span)
+        self._missing += 1
+        if self._missing > _MAX_MISSING:  # a search may go through thousands of folders
+            self._enough = SdfError(f"more than {_MAX_MISSING} models are not found; the rest is not looked for", span)
         outside = next((str(place) for place, _ in places if place.exists() and not self._may_read(place)), None)
         if outside is not None:
             what = f"{printable(uri[:200])!r} lies outside the folder of the file you gave"
@@ -242,7 +254,7 @@ class SdfFiles:
             raise SdfError(f"{printable(str(path))!r} cannot be read", span)
         if not is_sdf(root):
             raise SdfError(f"{printable(str(path))!r} begins with <{root.tag[:40]}>; an include is an SDF file", span)
-        return _File(root, _version(root), resolved, f"{references.rstrip('/')}/")
+        return _File(root, _version(root), resolved, f"{references}/")
 
 
 def _version(root: Element) -> int:

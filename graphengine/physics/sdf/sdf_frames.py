@@ -12,13 +12,14 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from graphengine.devices.rotation import NOWHERE, Pose, compose, relative
-from graphengine.format.diagnostics import Span
 from graphengine.format.wording import did_you_mean, listing, printable
 from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_values import SdfError, flag_at, pose_of, text_at
 
 _MAX_ATTACHED = 1000
 """Frames that are attached to each other, one after the other."""
+_LONGEST = 1000
+"""Characters of a name that leads into nested models."""
 _MAX_COMPARED = 200
 """Names that a wrong one is compared with."""
 FIRST_WITH_FRAMES = 7
@@ -47,6 +48,8 @@ class Frame:
     _place: Pose | None = None
     """Pose in the outermost scope."""
     _raw: Pose | None = None
+    _fault: SdfError | None = None
+    """Why it has no place; known of all frames of a circle once it was met."""
 
     @property
     def full_name(self) -> str:
@@ -60,6 +63,8 @@ class Frame:
         Raises:
             SdfError: it is relative to a frame that does not exist, or to itself.
         """
+        if self._fault is not None:
+            raise self._fault
         if self._place is None:
             chain = _chain(self, lambda frame: frame._place is not None)
             last = chain.pop()
@@ -81,7 +86,7 @@ class Frame:
         if self.kind == "joint":
             return home.child_of(self.element)
         attached = self.element.get("attached_to") if self.kind == "frame" else ""
-        return home.require(attached, self.element.place("attached_to")) if attached else home.frame
+        return home.require(attached, self.element, "attached_to") if attached else home.frame
 
     def link(self) -> Frame:
         """Return the link that the frame is attached to; for a world, its own frame.
@@ -94,7 +99,7 @@ class Frame:
             if at.kind == "joint":
                 at = at.scope.child_of(at.element)
             elif at.kind == "frame" and (name := at.element.get("attached_to")):
-                at = at.scope.require(name, at.element.place("attached_to"))
+                at = at.scope.require(name, at.element, "attached_to")
             elif at.kind == "frame":
                 at = at.scope.frame
             else:
@@ -109,7 +114,7 @@ class Frame:
         if self._raw is None:
             self._raw = pose_of(self.element.first("pose"))
             if self.kind == "scope" and (name := self.element.get("placement_frame")):
-                frame = self.scope.require(name, self.element.place("placement_frame"))
+                frame = self.scope.require(name, self.element, "placement_frame")
                 self._raw = compose(self._raw, relative(frame._place_in(self), NOWHERE))
         return self._raw
 
@@ -123,12 +128,19 @@ class Frame:
 def _chain(frame: Frame, ends: Callable[[Frame], bool]) -> list[Frame]:
     """Return a frame, the one that it is relative to, and so on, to the first at which the chain ends."""
     chain: dict[Frame, None] = {frame: None}
-    while not ends(frame) and (base := frame.base()) is not None:
-        if base in chain:
-            names = " -> ".join(printable(each.name) for each in [*chain, base][-6:])
-            raise SdfError(f"frames are relative to each other in a circle: {names}", frame.element.span)
-        frame = base
-        chain[frame] = None
+    try:
+        while not ends(frame) and (base := frame.base()) is not None:
+            if base._fault is not None:
+                raise base._fault
+            if base in chain:
+                names = " -> ".join(printable(each.name) for each in [*chain, base][-6:])
+                raise SdfError(f"frames are relative to each other in a circle: {names}", frame.element.span)
+            frame = base
+            chain[frame] = None
+    except SdfError as error:
+        for each in chain:
+            each._fault = error
+        raise
     return list(chain)
 
 
@@ -160,22 +172,18 @@ class Scope:
     known: dict[str, Frame] = field(default_factory=dict)
     """All frames by name, without those in nested models."""
     frame: Frame = field(init=False)
+    static: bool = field(init=False)
+    """Whether the model, or one around it, is static."""
 
     def __post_init__(self) -> None:
         self.frame = Frame("scope", self.name, self.element, self)
+        around = self.outer is not None and self.outer.static
+        self.static = not self.is_world and (around or flag_at(self.element, "static") is True)
 
     @property
     def is_world(self) -> bool:
         """Whether it is a world."""
         return self.element.tag == "world"
-
-    @property
-    def static(self) -> bool:
-        """Whether the model, or one around it, is static."""
-        if self.is_world:
-            return False
-        around = self.outer is not None and self.outer.static
-        return flag_at(self.element, "static") is True or around
 
     @property
     def prefix(self) -> str:
@@ -194,8 +202,8 @@ class Scope:
         """Return the frame that a name means; None without."""
         if name == "__model__" or (name == "world" and self.is_world):
             return self.frame
-        if name in self.known:
-            return self.known[name]
+        if name in self.known or len(name) > _LONGEST:
+            return self.known.get(name)
         end = name.find("::")
         while end >= 0:  # before 1.7, a name itself may contain ::
             outer = self.known.get(name[:end])
@@ -210,8 +218,8 @@ class Scope:
         self.known |= {name: scope.frame for name, scope in self.models.items()}
         self.known |= {**self.joints, **self.frames, **self.links}
 
-    def require(self, name: str, span: Span) -> Frame:
-        """Return the frame that a name means.
+    def require(self, name: str, element: Element, attribute: str = "") -> Frame:
+        """Return the frame that a name means, which an element or an attribute of it gives.
 
         Raises:
             SdfError: there is none.
@@ -220,6 +228,7 @@ class Scope:
         if found is None:
             known = ["__model__", *itertools.islice(self.known, _MAX_COMPARED)]
             near = did_you_mean(name[:80], known) or listing(map(printable, known), "known")
+            span = element.place(attribute) if attribute else element.span
             raise SdfError(f"{self._described()} has no frame {printable(name[:80])!r}", span, near)
         return found
 
@@ -232,7 +241,7 @@ class Scope:
         child = joint.first("child")
         if child is None or not text_at(joint, "child"):
             raise SdfError(f"joint {printable(joint.get('name'))!r}: no <child>", joint.span)
-        return self.require(child.text, child.span)
+        return self.require(child.text, child)
 
     def canonical_link(self) -> Frame:
         """Return the link that a model's frame is attached to: the one that it names, else its first.
@@ -241,7 +250,7 @@ class Scope:
             SdfError: it has no link.
         """
         if name := self.element.get("canonical_link"):
-            return self.require(name, self.element.place("canonical_link"))
+            return self.require(name, self.element, "canonical_link")
         found = next((link for scope in self.walk() for link in scope.links.values()), None)
         if found is None:
             raise SdfError(f"{self._described()} has no link", self.element.span)
@@ -262,7 +271,7 @@ def relative_to(element: Element, scope: Scope) -> Frame | None:
         return None
     attribute = "relative_to" if scope.version >= FIRST_WITH_FRAMES or "relative_to" in pose.attributes else "frame"
     name = pose.get(attribute)
-    return scope.require(name, pose.place(attribute)) if name else None
+    return scope.require(name, pose, attribute) if name else None
 
 
 def place_of(element: Element, frame: Frame) -> Pose:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
-from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import printable
 from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_frames import Frame, place_of
@@ -49,32 +47,31 @@ class Mass(NamedTuple):
     pose: Pose
 
 
-def inertial(link: Frame, frame: Pose, findings: Findings) -> Iterator[Element]:
-    """Yield the `<inertial>` of a link for URDF.
+def is_mere_frame(link: Frame) -> bool:
+    """Return whether a link has neither an inertial nor a shape; SDF lets it weigh 1 kg, but nothing of it is seen or felt."""
+    return not any(link.element.first(tag) for tag in ("inertial", "collision", "visual"))
 
-    A link that states none weighs 1 kg with moments of 1 kg m2, as SDF specifies; one without shapes is a mere frame here.
+
+def inertial(link: Frame, frame: Pose) -> Element:
+    """Return the `<inertial>` of a link for URDF.
 
     Args:
         link: SDF's link.
         frame: of the link's URDF, in the outermost scope.
-        findings: receives a note on a mere frame.
+
+    Raises:
+        SdfError: a value is no number, or the inertia of a shape is unknown.
     """
     element = link.element.first("inertial")
-    if element is None and not any(link.element.first(tag) for tag in ("collision", "visual")):
-        text = (
-            f"link {printable(link.full_name)!r} has no inertial and no shape: a frame without mass, where SDF has 1 kg"
-        )
-        findings.add("N103", text, link.element.span)
-        return
     span = element.span if element is not None else link.element.span
     mass, moments, pose = mass_of(link)
     terms = {term: written(moment) for term, moment in zip(_TERMS, moments, strict=True)}
     children = [Element("mass", {"value": written(mass)}, span), Element("inertia", terms, span)]
-    yield Element("inertial", {}, span, [*origin(relative(frame, pose), span), *children])
+    return Element("inertial", {}, span, [*origin(relative(frame, pose), span), *children])
 
 
 def mass_of(link: Frame) -> Mass:
-    """Return what a link weighs.
+    """Return what a link weighs: 1 kg with moments of 1 kg m2 where it states none, as SDF specifies.
 
     Raises:
         SdfError: a value is no number, or the inertia of a shape is unknown.

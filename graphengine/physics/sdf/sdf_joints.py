@@ -60,7 +60,7 @@ def fastened(joint: Frame) -> tuple[Frame | None, Frame]:
         raise SdfError(f"joint {printable(joint.name)!r}: no <parent>", joint.element.span)
     if parent.text == WORLD and WORLD not in joint.scope.links:
         return None, child
-    return joint.scope.require(parent.text, parent.span).link(), child
+    return joint.scope.require(parent.text, parent).link(), child
 
 
 def urdf_joint(
@@ -137,7 +137,7 @@ def _axis(joint: Frame, axis: Element | None) -> Iterator[Element]:
     if mimic is not None:
         multiplier = number_at(mimic, "multiplier", default=0.0)
         offset = number_at(mimic, "offset", default=0.0) - multiplier * number_at(mimic, "reference", default=0.0)
-        leader = joint.scope.require(mimic.get("joint"), mimic.place("joint"))
+        leader = joint.scope.require(mimic.get("joint"), mimic, "joint")
         law = {"joint": leader.full_name, "multiplier": written(multiplier), "offset": written(offset)}
         yield Element("mimic", law, mimic.span)
 
@@ -154,7 +154,7 @@ def _direction(joint: Frame, axis: Element | None) -> tuple[float, ...]:
     if joint.scope.version < FIRST_WITH_FRAMES and flag_at(axis, "use_parent_model_frame") is not None:
         by_model = flag_at(axis, "use_parent_model_frame") is True
     if named and direction is not None:
-        base = joint.scope.require(named, direction.place("expressed_in"))
+        base = joint.scope.require(named, direction, "expressed_in")
     elif by_model:
         base = joint.scope.frame
     else:

@@ -12,7 +12,7 @@ from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_frames import Frame, place_of
-from graphengine.physics.sdf.sdf_inertia import inertial
+from graphengine.physics.sdf.sdf_inertia import inertial, is_mere_frame
 from graphengine.physics.sdf.sdf_shapes import colour_of, shape_of, surface_for_gazebo, textured, urdf_shape
 from graphengine.physics.sdf.sdf_values import SdfError, find, flag_at, leaf, origin, reported, text_at, to_rpy, written
 
@@ -28,17 +28,21 @@ class LinkReader:
         frames: frame of each link's URDF in the outermost scope.
         findings: receives errors and notes.
         images: visuals with images, which are not drawn.
+        mere_frames: links without mass and shape.
     """
 
     frames: Mapping[Frame, Pose]
     findings: Findings
     images: list[Element] = field(default_factory=list)
+    mere_frames: list[Frame] = field(default_factory=list)
 
     def link(self, link: Frame) -> Element:
         """Return a link for URDF; errors are added to the findings."""
         made = Element("link", {"name": link.full_name}, link.element.span)
+        if is_mere_frame(link):
+            self.mere_frames.append(link)
         with reported(self.findings):
-            made.children += inertial(link, self.frames[link], self.findings)
+            made.children += [inertial(link, self.frames[link])] if not is_mere_frame(link) else []
         for part in link.element.children:
             if part.tag in ("collision", "visual"):
                 with reported(self.findings):

@@ -36,10 +36,15 @@ def read_sdf(path: Path, root: Element, packages: Packages, findings: Findings, 
     with reported(findings):
         files = SdfFiles(packages, findings)
         file = files.main(path, root)
-        models = [files.scope(model, file) for model in root.all("model")]
-        for world in root.all("world"):
-            models += [_alone(model) for model in files.scope(world, file).models.values()]
-        made = urdf_of(_chosen(models, root, name), findings)
+        written = [model for holder in (root, *root.all("world")) for model in holder.all("model")]
+        chosen = next((model for model in written if name and model.get("name") == name), None)
+        if chosen is not None:  # what the rest of a world includes is no matter
+            made = urdf_of(files.scope(chosen, file), findings)
+        else:
+            models = [files.scope(model, file) for model in root.all("model")]
+            for world in root.all("world"):
+                models += [_alone(model) for model in files.scope(world, file).models.values()]
+            made = urdf_of(_chosen(models, root, name), findings)
     return made if len(findings.errors) == before else None
 
 
@@ -50,14 +55,15 @@ def _alone(model: Scope) -> Scope:
 
 
 def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
-    """Return the model with a name, or the only one that is not static."""
+    """Return the model with a name, or the only one that moves: by its joints, else as a whole."""
     names = [model.name for model in models]
     if name:
         if name not in names:
             near = did_you_mean(name, names) or listing(map(printable, names), "its models")
             raise SdfError(f"the file has no model {printable(name)!r}", root.span, near)
         return models[names.index(name)]
-    robots = [model for model in models if not model.static] or models
+    loose = [model for model in models if not model.static]
+    robots = [model for model in loose if any(map(is_moving, _joints(model)))] or loose or models
     if len(robots) != 1:
         known = listing((printable(robot.name) for robot in robots), "its models")
         what = "the file has more than one model" if robots else "the file has no model"
@@ -67,11 +73,15 @@ def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
     return robots[0]
 
 
+def _joints(model: Scope) -> list[Frame]:
+    return [joint for scope in model.walk() for joint in scope.joints.values()]
+
+
 def urdf_of(model: Scope, findings: Findings) -> Element:
     """Return a model as URDF; errors of its parts are added to `findings`."""
     root = Element("robot", {"name": model.name}, model.element.span)
     scopes = list(model.walk())
-    joints = [joint for scope in scopes for joint in scope.joints.values()]
+    joints = _joints(model)
     links = [link for scope in scopes for link in scope.links.values()]
     carriers: dict[Frame, Frame] = {}
     carries: dict[Frame, Frame] = {}
@@ -99,14 +109,13 @@ def urdf_of(model: Scope, findings: Findings) -> Element:
     root.children += [element for link in links for element in reader.for_gazebo(link)]
     for scope in scopes:
         root.children += _for_gazebo(scope)
+    if reader.mere_frames:
+        text = "links without inertial and shape are frames without mass here; SDF lets each weigh 1 kg"
+        names = listing((printable(link.full_name) for link in reader.mere_frames), "links")
+        findings.add("N103", text, reader.mere_frames[0].element.span, names)
     if reader.images:
         findings.add("N103", "images on visuals are not drawn; their diffuse colours are", reader.images[0].span)
     return root
-
-
-def moves(model: Scope) -> bool:
-    """Return whether a model has joints that move."""
-    return any(is_moving(joint) for scope in model.walk() for joint in scope.joints.values())
 
 
 def _for_gazebo(scope: Scope) -> Iterator[Element]:

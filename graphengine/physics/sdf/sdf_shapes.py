@@ -133,7 +133,7 @@ def _direction(element: Element | None, collision: Element, link: Frame, frames:
     if element is None or given is None or not any(given):
         return []
     named = next((value for key, value in element.attributes.items() if key.endswith("expressed_in")), "")
-    base = link.scope.require(named, element.span) if named else link
+    base = link.scope.require(named, element) if named else link
     rotation = base.place[1] if named else place_of(collision, link)[1]
     holder = base.link()
     turned = unrotate(frames[holder][1], rotate(rotation, (given[0], given[1], given[2])))

@@ -25,6 +25,7 @@ class SdfError(Exception):
         message: what is wrong.
         span: where.
         help: lines of help.
+        reported: whether the findings have it.
     """
 
     def __init__(self, message: str, span: Span, *help: str) -> None:
@@ -32,15 +33,18 @@ class SdfError(Exception):
         self.message = message
         self.span = span
         self.help = help
+        self.reported = False
 
 
 @contextlib.contextmanager
 def reported(findings: Findings, code: str = "S103") -> Iterator[None]:
-    """Add an SdfError that is raised in the context to the findings."""
+    """Add an SdfError that is raised in the context to the findings, once."""
     try:
         yield
     except SdfError as error:
-        findings.add(code, error.message, error.span, *error.help)
+        if not error.reported:
+            findings.add(code, error.message, error.span, *error.help)
+        error.reported = True
 
 
 def find(element: Element | None, *path: str) -> Element | None:
@@ -72,7 +76,7 @@ def numbers_at(element: Element | None, *path: str, default: Sequence[float]) ->
     if found is None or not found.text:
         return tuple(default)
     values = numbers(found.text, len(default))
-    if values is None:
+    if values is None or max(map(abs, values)) > INFINITE:
         count = "a number" if len(default) == 1 else f"{len(default)} numbers"
         raise SdfError(f"{found.tag} is {count}, not {printable(found.text[:60])!r}", found.span)
     return values

@@ -55,7 +55,7 @@ def read_world(path: Path, root: Element, library: Library, findings: Findings) 
             advice = "use a model as a robot or an object: robots: {NAME: {use: FILE}}" if root.all("model") else ""
             raise SdfError(f"a world is a file with one <world>, not {len(worlds)}", root.span, *filter(None, [advice]))
         writer = GeomWriter(library, findings)
-        made = _WorldWriter(files.scope(worlds[0], file), writer, findings, path.name).mjcf(packages)
+        made = _WorldWriter(files.scope(worlds[0], file), writer, findings, path).mjcf(packages)
     return made if len(findings.errors) == before else None
 
 
@@ -66,7 +66,7 @@ class _WorldWriter:
     world: Scope
     writer: GeomWriter
     findings: Findings
-    file: str
+    path: Path
 
     def mjcf(self, packages: Packages) -> Element:
         """Return the whole world; errors are added to the findings."""
@@ -111,7 +111,7 @@ class _WorldWriter:
             "W302",
             f"model {name!r} is left out: {_LEFT_OUT}",
             model.element.span,
-            f"make a robot file: graphrun import-urdf {self.file} --model {name} -o robots/NAME.yaml",
+            f"make a robot file: graphrun import-urdf {self.path} --model {name} -o robots/NAME.yaml",
             f"and add to the scene: robots: {{NAME: {{use: robots/NAME.yaml, {where}}}}}",
         )
         return True

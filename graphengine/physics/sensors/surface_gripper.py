@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from graphengine.devices.rotation import vector
 from graphengine.devices.stage import Prim
-from graphengine.devices.surface_gripper import GripperStatus, SurfaceGripper
+from graphengine.devices.surface_gripper import GripperStatus, SurfaceGripperDevice
 from graphengine.format.spec import NotNegative, Positive
 from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.dynamics.welds import add_weld
@@ -76,7 +76,7 @@ def add_gripper_welds(spec: mujoco.MjSpec, body: str, prim: Prim) -> None:
         add_weld(spec, name, body)
 
 
-@implements(SurfaceGripper, SurfaceGripperProfile, build=add_gripper_welds)
+@implements(SurfaceGripperDevice, SurfaceGripperProfile, build=add_gripper_welds)
 class SuctionGripper(CarriedPrim):
     """The surface gripper at a prim; the prim's `facts` are the values of its profile."""
 

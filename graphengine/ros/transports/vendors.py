@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from graphengine.messages.names import action_of
+
 CYCLONE = b"\x01\x10"
 """What GIDs of Eclipse Cyclone DDS begin with."""
 FAST_DDS = b"\x01\x0f"
@@ -27,8 +29,10 @@ def warning(service: str, peer: str, gids: Iterable[bytes], own: str) -> str:
     others = {_RMWS.get(gid[:2], "another RMW") for gid in gids} - {own}
     if not others or own not in _RMWS.values():
         return ""
+    action = action_of(service)  # the warnings of its services are equal
     return (
-        f"{service}: a {peer} on {' and '.join(sorted(others))} is unreachable: services do not work between different"
+        f"{action or service}: a {peer} on {' and '.join(sorted(others))} is unreachable:"
+        f" {'actions' if action else 'services'} do not work between different"
         f" RMWs of ROS 2\n  run it with RMW_IMPLEMENTATION={own}, or graphrun with --transport rclpy on its RMW; `graphrun ctl`"
         " controls the simulation in any case"
     )

@@ -27,6 +27,7 @@ BUILDS: dict[str, dict[str, tuple[int, int]]] = {
     "extension_started": {"/World/from_extension": (3, 2)},
     "fleet_factory": {"/World/Graphs/jetbot": (6, 8), "/World/Graphs/carter": (6, 8)},
     "fstring_paths": {"/World/nova/odometry": (3, 4)},
+    "grippers_and_conveyors": {"/World/ConveyorBeltGraph": (9, 9)},
     "guarded": {"/World/husky/joints": (2, 1)},
     "isaac_namespace": {"/World/dingo/base_link/cmd-vel.graph": (2, 1)},
     "look_around": {"/World/look": (4, 3)},

@@ -406,3 +406,34 @@ def test_a_stage_with_a_node_for_sensors_or_actuators_is_carried_over_whole(tmp_
     assert f"type: {name}" in text or f"N: {name}" in text
     assert f"Tick.tick -> N.{pin}" in text
     assert [finding.render() for finding in (*stage.findings.items, *findings.items)] == []
+
+
+def test_the_graph_of_a_conveyor_and_a_gripper_is_read_and_composed(tmp_path: Path) -> None:
+    """As Isaac Sim makes the first for a conveyor: its time is a double, which the conveyor takes as a float."""
+    tick = node("OnTick", "omni.graph.action.OnPlaybackTick", FIRED, "custom double outputs:deltaSeconds")
+    belt = node(
+        "ConveyorNode",
+        "isaacsim.asset.gen.conveyor.IsaacConveyor",
+        "rel inputs:conveyorPrim = </belt>",
+        "custom float inputs:velocity = 0.25",
+        "custom float3 inputs:direction = (0, 1, 0)",
+        "uint inputs:onStep.connect = </G/OnTick.outputs:tick>",
+        "float inputs:delta.connect = </G/OnTick.outputs:deltaSeconds>",
+    )
+    cup = node(
+        "Cup",
+        "isaacsim.robot.surface_gripper.SurfaceGripper",
+        "rel inputs:SurfaceGripper = </robot/cup>",
+        "uint inputs:Close.connect = </G/OnTick.outputs:tick>",
+    )
+    stage = read_graph(tmp_path, tick, belt, cup, after='def "belt" {\n}\ndef "robot" {\ndef "cup" {\n}\n}\n')
+    text, findings = composed(stage.graph)
+    assert [finding.code for finding in findings.items] == ["N301"]
+    for line in (
+        "inputs: {direction: [0.0, 1.0, 0.0], velocity: 0.25, conveyorPrim: [/belt]}",
+        "inputs: {SurfaceGripper: [/robot/cup]}",
+        "- OnTick.tick -> ConveyorNode.onStep",
+        "- OnTick_deltaSeconds_as_float.converted -> ConveyorNode.delta",
+        "- OnTick.tick -> Cup.Close",
+    ):
+        assert line in text

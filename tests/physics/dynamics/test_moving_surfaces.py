@@ -51,6 +51,7 @@ def test_a_cube_reaches_the_speed_of_the_belt(project: Project, direction: Vecto
     run(simulation, 1.0)
     assert velocity(simulation) == pytest.approx((x, y, z), abs=1e-6)  # Isaac Sim's test allows 1e-2
     assert simulation.entities.state("belt").position == (0.0, 0.0, 0.0)
+    assert [entity.kind for entity in simulation.entities.all()] == ["static", "object"]
 
 
 @pytest.mark.parametrize("friction", [0.2, 0.5])

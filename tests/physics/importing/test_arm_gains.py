@@ -33,12 +33,12 @@ def test_the_full_effort_answers_to_10_mrad_and_damping_is_at_least_critical(tmp
         drive, entry = drives(found)[name], found.draft.entry("joints", name)
         assert drive["stiffness"] == pytest.approx(effort / 0.01)
         bandwidth, inertia = float(entry.hint.split()[0]), float(entry.hint.split()[-3])
-        assert bandwidth <= 10.0
+        assert bandwidth <= 5.0
         assert drive["damping"] == pytest.approx(2 * drive["stiffness"] / (2 * math.pi * bandwidth), rel=0.01)
         assert drive["damping"] >= 1.99 * math.sqrt(drive["stiffness"] * inertia)
         assert drive["interpolate"] is True
         assert drive["gravity_compensation"] is True
-    assert max(float(found.draft.entry("joints", name).hint.split()[0]) for name in joints_of()) == 10.0
+    assert max(float(found.draft.entry("joints", name).hint.split()[0]) for name in joints_of()) == 5.0
 
 
 def test_the_largest_inertia_counts_not_that_of_the_zero_pose(tmp_path: Path) -> None:
@@ -67,7 +67,7 @@ def test_without_effort_limits_gains_follow_from_inertia_and_weight(tmp_path: Pa
     found = imported(tmp_path, robot(limb("j", 6, effort=None), control))
     for name in joints_of():
         inertia = float(found.draft.entry("joints", name).hint.split()[-3])
-        assert drives(found)[name]["stiffness"] >= 0.99 * inertia * (2 * math.pi * 10) ** 2
+        assert drives(found)[name]["stiffness"] >= 0.99 * inertia * (2 * math.pi * 5) ** 2
     assert drives(found)["j2"]["stiffness"] > 5000
 
 

@@ -100,7 +100,9 @@ def test_the_newest_version_that_is_read_counts(tmp_path: Path) -> None:
 def test_meshes_of_an_included_model_lie_in_its_folder(tmp_path: Path) -> None:
     mesh = "<collision name='c'><geometry><mesh><uri>meshes/a.stl</uri></mesh></geometry></collision>"
     write(tmp_path, "wheel", document(model(link("hub", mesh), "wheel")))
-    for uri, expected in (("model://wheel", "model://wheel/meshes/a.stl"), ("wheel", "wheel/meshes/a.stl")):
+    named = ("model://wheel", "model://wheel/model.sdf", "wheel", "wheel/model.sdf")
+    places = ("model://wheel/meshes/a.stl", "model://wheel/meshes/a.stl", "wheel/meshes/a.stl", "wheel/meshes/a.stl")
+    for uri, expected in zip(named, places, strict=True):
         text = document(model(link("base") + include(uri) + joint("j", "base", "wheel::hub")))
         meshes = [part.get("filename") for part in urdf(tmp_path, text).element.walk() if part.tag == "mesh"]
         assert meshes == [expected]

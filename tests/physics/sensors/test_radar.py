@@ -108,6 +108,14 @@ def test_a_radar_that_moves_sees_the_world_come_nearer_and_not_its_own_robot() -
     np.testing.assert_allclose(sample.radial_velocities, [-1.5 * x for x, _, _ in AHEAD], atol=1e-6)
 
 
+def test_a_radar_that_is_turned_measures_in_its_own_frame() -> None:
+    mast = '<body name="mast" euler="0 0 1.5707963"><joint type="hinge" axis="0 0 1"/><geom size=".1" mass="1"/></body>'
+    wall = '<body pos="0 6 0"><joint type="slide" axis="0 1 0"/><geom type="box" size="9 .05 9" pos="0 .05 0" mass="1"/></body>'
+    sample = radar_of(mast + wall, [0.0, 1.2], carrier="mast").detections()
+    np.testing.assert_allclose(sample.points[:, 0], 6.0, atol=1e-5)
+    np.testing.assert_allclose(sample.radial_velocities, [1.2 * x for x, _, _ in AHEAD], atol=1e-6)
+
+
 def test_power_falls_with_the_fourth_power_of_the_distance_to_0_db_at_the_largest_one() -> None:
     beam: dict[str, Any] = {"angles": (0.0, 0.1, 0.1), "elevations": (0.0,)}
     near, half, far = (radar_of(wall(d), **beam).detections().intensities[0] for d in (12.5, 25.0, 49.99))

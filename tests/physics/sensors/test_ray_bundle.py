@@ -107,9 +107,9 @@ def test_a_ray_turns_with_its_sensor() -> None:
 
 
 def test_paths_of_bodies_are_reported_if_asked_for() -> None:
-    rays = {"ray_directions": [(1, 0, 0), (-1, 0, 0)]}
-    assert cast(BOX.format("3 0 0"), **rays).hit_prims == ("", "")
-    assert cast(BOX.format("3 0 0"), report_hit_prim_paths=True, **rays).hit_prims == ("/World/thing", "")
+    ways = [(1, 0, 0), (-1, 0, 0)]
+    assert cast(BOX.format("3 0 0"), ray_directions=ways).hit_prims == ("", "")
+    assert cast(BOX.format("3 0 0"), report_hit_prim_paths=True, ray_directions=ways).hit_prims == ("/World/thing", "")
 
 
 @either_rays
@@ -155,7 +155,7 @@ def test_a_low_thing_breaks_the_lower_beams() -> None:
 
 
 def test_beams_go_along_the_axes_of_the_profile_and_turn_with_the_sensor() -> None:
-    axes = {
+    axes: dict[str, Any] = {
         "forward_axis": (0, 0, 2),
         "curtain_axis": (1, 0, 0),
         "num_rays": 2,

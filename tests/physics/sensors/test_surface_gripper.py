@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from graphengine.devices.surface_gripper import SurfaceGripper
+from graphengine.devices.surface_gripper import SurfaceGripperDevice
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loaded_world import LoadedWorld
 from tests.physics.dynamics.things import add, run
@@ -53,7 +53,7 @@ class Bench:
         self.loaded: LoadedWorld = project.load()
         self.simulation = self.loaded.simulation
         stage = self.simulation.stage
-        self.gripper = self.simulation.device(SurfaceGripper, stage.find("/bot/hand/cup"))
+        self.gripper = self.simulation.device(SurfaceGripperDevice, stage.find("/bot/hand/cup"))
         self.lift = self.simulation.articulation(stage.find("/bot")).select(["lift"])
 
     def go(self, position: float, seconds: float = 2.0) -> None:
@@ -77,11 +77,16 @@ class Bench:
         return self.simulation.entities.state("box").position[2]
 
     @property
+    def status(self) -> str:
+        return self.gripper.status
+
+    @property
     def holds(self) -> tuple[str, list[str]]:
-        return self.gripper.status, list(self.gripper.gripped)
+        return self.status, list(self.gripper.gripped)
 
 
-CLOSED, OPEN = ("Closed", ["/World/box"]), ("Open", [])
+CLOSED: tuple[str, list[str]] = ("Closed", ["/World/box"])
+OPEN: tuple[str, list[str]] = ("Open", [])
 
 
 def test_it_closes_opens_and_closes_again(project: Project) -> None:
@@ -99,7 +104,7 @@ def test_what_is_farther_than_its_reach_is_not_gripped(project: Project) -> None
     bench = Bench(project)
     bench.go(ABOVE)
     bench.gripper.close()
-    assert bench.gripper.status == "Closing"
+    assert bench.status == "Closing"
     run(bench.simulation, 1 / 240)
     assert bench.holds == OPEN
     assert Bench(project, max_grip_distance=0.02).lifted().holds == CLOSED
@@ -110,14 +115,14 @@ def test_it_tries_for_its_retry_interval(project: Project) -> None:
     bench.go(ABOVE)
     bench.gripper.close()
     run(bench.simulation, 0.5)
-    assert bench.gripper.status == "Closing"
+    assert bench.status == "Closing"
     bench.go(TOUCHING, 0.4)
     assert bench.holds == CLOSED
     bench.gripper.open()
     bench.go(ABOVE)
     bench.gripper.close()
     run(bench.simulation, 1.01)
-    assert bench.gripper.status == "Open"
+    assert bench.status == "Open"
     bench.go(TOUCHING)
     assert bench.holds == OPEN
 
@@ -137,9 +142,9 @@ def test_a_box_is_lifted_as_it_was_gripped(project: Project) -> None:
 def test_a_pull_beyond_the_coaxial_limit_breaks_the_grip(project: Project, pull: float, status: str) -> None:
     """Its weight of 9.81 N pulls too, so that 30 N are between the two."""
     bench = Bench(project, coaxial_force_limit=30.0).lifted()
-    assert bench.gripper.status == "Closed"
+    assert bench.status == "Closed"
     bench.pull(0.0, -pull)
-    assert bench.gripper.status == status
+    assert bench.status == status
     run(bench.simulation, 2.0)
     assert (bench.height > 0.3) == (status == "Closed")
 
@@ -156,7 +161,7 @@ def test_a_force_across_beyond_the_shear_limit_breaks_the_grip(project: Project,
     """Isaac Sim's test: a limit of 5 N; a force of 4 N is held."""
     bench = Bench(project, shear_force_limit=5.0).lifted()
     bench.pull(force, 0.0)
-    assert bench.gripper.status == status
+    assert bench.status == status
 
 
 def test_a_grip_that_broke_is_tried_again_for_the_retry_interval(project: Project) -> None:
@@ -240,6 +245,23 @@ def test_a_robot_that_comes_and_goes_leaves_the_grip_as_it_is(project: Project) 
         ends.append((bench.simulation.entities.state("box"), bench.holds))
     assert ends[0] == ends[1]
     assert ends[0][1] == CLOSED
+
+
+def test_each_robot_of_a_fleet_grips_with_its_own_gripper(project: Project) -> None:
+    bench = Bench(project, BOX + BOX.replace("0 0 .05", "2 0 .05").replace("box", "box2", 1))
+    bench.loaded.add("bot2", RobotUse(use="bot.yaml", position=(2.0, 0.0, 0.0)))
+    stage = bench.simulation.stage
+    other = bench.simulation.device(SurfaceGripperDevice, stage.find("/bot2/hand/cup"))
+    bench.simulation.articulation(stage.find("/bot2")).select(["lift"]).command([TOUCHING])
+    bench.go(TOUCHING)
+    other.close()
+    run(bench.simulation, 0.1)
+    assert bench.holds == OPEN
+    assert (other.status, list(other.gripped)) == ("Closed", ["/World/box2"])
+    bench.lifted()
+    assert bench.holds == CLOSED
+    other.open()
+    assert bench.holds == CLOSED
 
 
 def test_a_robot_that_is_held_can_be_removed(project: Project) -> None:
