@@ -1,4 +1,4 @@
-"""`graphrun import-urdf` and `graphrun new` make robots of SDF models, in the layouts that these have in Gazebo."""
+"""`graphrun import-robot` and `graphrun new` make robots of SDF models, in the layouts that these have in Gazebo."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_mistakes_name_the_place_in_the_sdf_and_write_nothing(graphrun: Graphrun
 def test_models_elsewhere_need_a_package_path(graphrun: Graphrun, models: Path) -> None:
     (models / "models/lid").rename(models / "lid")
     (models / "models/cart").rename(models / "models/elsewhere")
-    given = ("import-urdf", "models/elsewhere/model.sdf", "-o", "cart.yaml")
+    given = ("import-robot", "models/elsewhere/model.sdf", "-o", "cart.yaml")
     assert "model://lid" in graphrun(*given, code=1).err
     graphrun(*given, "--package-path", "lid", code=0)
 

@@ -168,8 +168,9 @@ class Joints(Handle):
         """
         if self._has_actuators:
             driven = self._simulation.forces.now().qfrc_actuator[self.dofs]
-            own: Floats = driven - self._damping * self.velocities() - self.stiffness * self.positions()
-            return own + self._data.qfrc_applied[self.dofs]
+            own = driven - self._damping * self.velocities() - self.stiffness * self.positions()
+            measured: Floats = own + self._data.qfrc_applied[self.dofs]
+            return measured
         force = self._damping * (self._control[self.velocity_servos] - self.velocities())
         if self._has_springs:
             force += self.stiffness * (self._control[self.position_servos] - self.positions())

@@ -213,7 +213,7 @@ class SdfFiles:
             raise SdfError(what, span, f"allow it with --allow {outside}")
         searched = listing(self.packages.searched(), "looked in")
         advice = (
-            "give the folder of its models: --package-path of import-urdf, package_paths in the robot file, --allow"
+            "give the folder of its models: --package-path of import-robot, package_paths in the robot file, --allow"
         )
         if uri.startswith("http") and name is not None:
             advice = (

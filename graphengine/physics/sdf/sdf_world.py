@@ -111,7 +111,7 @@ class _WorldWriter:
             "W302",
             f"model {name!r} is left out: {_LEFT_OUT}",
             model.element.span,
-            f"make a robot file: graphrun import-urdf {self.path} --model {name} -o robots/NAME.yaml",
+            f"make a robot file: graphrun import-robot {self.path} --model {name} -o robots/NAME.yaml",
             f"and add to the scene: robots: {{NAME: {{use: robots/NAME.yaml, {where}}}}}",
         )
         return True

@@ -184,7 +184,7 @@ def test_a_model_with_joints_that_move_is_left_out_with_what_to_do(tmp_path: Pat
     assert loaded.simulation.model.nbody == 2
     (warning,) = (each for each in findings.items if each.severity == "warning")
     assert (warning.code, warning.message[:23]) == ("W302", "model 'arm' is left out")
-    assert f"graphrun import-urdf {tmp_path}/world.sdf --model arm -o robots/NAME.yaml" in warning.help[0]
+    assert f"graphrun import-robot {tmp_path}/world.sdf --model arm -o robots/NAME.yaml" in warning.help[0]
     assert "position: [1, 2, 0.5], orientation: {rpy_deg: [0, 0, 57.2958]}" in warning.help[1]
 
 
