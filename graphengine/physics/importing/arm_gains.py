@@ -62,13 +62,8 @@ def fill(draft: Draft) -> None:
             weak.append(f"{joint.name} ({joint.effort:g} of {load.weight:.3g})")
     slowest, fastest = min(bandwidths), max(bandwidths)
     rate = f"{slowest:.1f} to {fastest:.1f} Hz" if f"{slowest:.1f}" != f"{fastest:.1f}" else f"{slowest:.1f} Hz"
-    text = f"gains of position drives, from the mass matrix: at least critically damped, bandwidth {rate}"
-    draft.guessed.append(Remark(f"{text}; the full effort answers to 10 mrad, or 10 mm", joints[0].element.span))
-    text = (
-        "position drives carry the weight of the links beyond them (gravity_compensation), as controllers of arms do, "
-    )
-    text += "and move evenly between set points (interpolate)"
-    draft.guessed.append(Remark(text, joints[0].element.span))
+    text = f"gains of position drives: {rate}, at least critically damped by the mass matrix; full effort at 10 mrad or 10 mm; "
+    draft.guessed.append(Remark(text + "gravity_compensation and interpolate", joints[0].element.span))
     if weak:
         text = f"effort limits below the weight that a joint carries in some poses, N m or N: {', '.join(weak)}"
         draft.noticed.append(Remark(text, joints[0].element.span))
