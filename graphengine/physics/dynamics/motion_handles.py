@@ -151,7 +151,8 @@ class Joints(Handle):
         if self._has_actuators:
             exerted: Floats = self._simulation.forces.now().qfrc_actuator[self.dofs]
             exerted = exerted - self._damping * self.velocities() - self._stiffness * self.positions()
-            return exerted + self._data.qfrc_applied[self.dofs]
+            exerted += self._data.qfrc_applied[self.dofs]
+            return exerted
         force = self._damping * (self._control[self.velocity_servos] - self.velocities())
         if self._has_springs:
             force += self._stiffness * (self._control[self.position_servos] - self.positions())
