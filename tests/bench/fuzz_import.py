@@ -182,6 +182,8 @@ def main() -> None:
                 changed = bent(root, dice) if root is not None and dice.random() < 0.6 else mutated(text, dice)
                 mutant.write_text(changed, encoding="utf-8")
                 outcomes[_apart(given, mutant, Path(scratch), more, number, opened)] += 1
+                if number % 500 == 499:
+                    print(f"after mutant {number}: {dict(outcomes)}", flush=True)
         finally:
             mutant.unlink(missing_ok=True)
     print(f"{origin.name}: {dict(outcomes)}")
@@ -192,7 +194,7 @@ def _apart(given: argparse.Namespace, mutant: Path, scratch: Path, more: list[st
     child = os.fork()
     if child == 0:
         signal.alarm(HANG)  # which ends the process
-        setattr(mjcf, "reason_against", _rehearsed)  # noqa: B010 - mypy knows the name as that of another module
+        vars(mjcf)["reason_against"] = _rehearsed
         outcome = (_world if given.world else _outcome)(given, mutant, scratch, more, number)
         if opened.outside or opened.ran:
             print(f"mutant {number}: opened {dict(opened.outside)}, ran {dict(opened.ran)}", flush=True)

@@ -6,6 +6,7 @@ The model itself says how joints are driven. The robot file lists it, and mounts
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 from graphengine.format.wording import printable
@@ -142,6 +143,5 @@ def _link(draft: Draft, name: str, kind: str) -> str:
 
 
 def _mount(draft: Draft, name: str, value: dict[str, Any]) -> None:
-    from graphengine.physics.model.robot_prims import prim_name
-
-    draft.entry("sensors", prim_name(name)).value = value
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    draft.entry("sensors", f"_{plain}" if plain[0].isdigit() else plain).value = value
