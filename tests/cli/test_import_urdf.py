@@ -578,8 +578,8 @@ def test_meshes_of_a_package_can_be_left_out_of_a_plain_urdf(graphrun: Graphrun,
     assert "elsewhere" not in (cart / "scenes/robots/cart.urdf").read_text(encoding="utf-8")
 
 
-def test_the_old_name_of_the_verb_still_works(graphrun: Graphrun, project: Path) -> None:
-    (project / "new").mkdir()
+def test_the_old_name_of_the_verb_still_works(graphrun: Graphrun, cart: Path) -> None:
+    (cart / "new").mkdir()
     assert graphrun("import-urdf", CART, "-o", "new/cart.yaml").code == 0
 
 
