@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from graphengine.physics.importing.draft import Remark
     from graphengine.physics.importing.import_robot import Imported
 
-LONGEST = 10
+LONGEST = 12
 """Maximum number of lines of one kind; the robot file has all."""
 WIDEST = 160
 """Maximum number of characters of a remark."""

@@ -575,7 +575,8 @@ def test_meshes_of_a_package_can_be_left_out_of_a_plain_urdf(graphrun: Graphrun,
 
 
 def test_the_old_name_of_the_verb_still_works(graphrun: Graphrun, cart: Path) -> None:
-    assert graphrun("import-urdf", CART, "-o", "new/robots/cart.yaml").code == 0
+    (cart / "new").mkdir()
+    assert graphrun("import-urdf", CART, "-o", "new/cart.yaml").code == 0
 
 
 def test_a_mujoco_model_becomes_a_robot_file_and_a_project(graphrun: Graphrun, project: Path) -> None:
