@@ -90,6 +90,14 @@ class UrdfJoint:
         """Velocity limit, rad/s or m/s; a limit of zero or less is ignored."""
         return self._positive("velocity")
 
+    @property
+    def losses(self) -> tuple[float, float]:
+        """Damping, N m s/rad or N s/m, and friction, N m or N."""
+        dynamics = self.element.first("dynamics")
+        if dynamics is None:
+            return 0.0, 0.0
+        return number(dynamics.get("damping")) or 0.0, number(dynamics.get("friction")) or 0.0
+
     def _positive(self, name: str) -> float | None:
         limit = self.element.first("limit")
         value = number(limit.get(name)) if limit is not None else None

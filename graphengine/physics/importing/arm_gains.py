@@ -1,8 +1,9 @@
 """Gains of the drives that hold the joints of an arm, computed from its mass matrix, its weight and its effort limits.
 
-The full effort of a joint answers to a small deviation, so that what an arm may carry moves it by less. Damping is critical for
-the largest inertia that the joint moves in any of some poses, and at least that of a servo of 5 Hz: with less, an arm whose
-target jumps swings beyond it, as its motors are too weak to stop it in time. Commanded velocities make up for the lag.
+The full effort of a joint answers to a small deviation, so that what an arm may carry moves it by less. What the joint's own
+damping and friction take at half its speed limit answers to an even smaller one. The drive's damping is critical for the largest
+inertia that the joint moves in any of some poses, and at least that of a servo of 5 Hz: with less, an arm whose target jumps
+swings beyond it, as its motors are too weak to stop it in time. Commanded velocities make up for the lag.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ DEVIATION = 0.01
 """Deviation, rad or m, that the full effort answers to."""
 FASTEST = 5.0
 """Highest bandwidth, Hz."""
+LAG = 0.0025
+"""Deviation, rad or m, that a joint's own losses at half its speed limit may cause."""
 POSES = 64
 """Poses within the limits of all joints in which inertias and weights are computed."""
 _MOST = 1e9
@@ -50,7 +53,7 @@ def fill(draft: Draft) -> None:
     bandwidths: list[float] = []
     weak: list[str] = []
     for joint, load in zip(joints, loads, strict=True):
-        stiffness, bandwidth = _gains(joint.effort, load)
+        stiffness, bandwidth = _gains(joint, load)
         bandwidths.append(bandwidth)
         entry = draft.entry("joints", joint.name)
         drive = entry.value["drive"]
@@ -69,11 +72,13 @@ def fill(draft: Draft) -> None:
         draft.noticed.append(Remark(text, joints[0].element.span))
 
 
-def _gains(effort: float | None, load: Load) -> tuple[float, float]:
-    """Return stiffness (N m/rad or N/m) and bandwidth (Hz) of a drive."""
+def _gains(joint: UrdfJoint, load: Load) -> tuple[float, float]:
+    """Return stiffness (N m/rad or N/m) and bandwidth (Hz) of a joint's drive."""
     fastest = 2 * math.pi * FASTEST
-    most = effort or max(load.weight, load.inertia * fastest**2 * DEVIATION)
-    stiffness = rounded(min(max(most, 1e-6) / DEVIATION, _MOST), 3)
+    most = joint.effort or max(load.weight, load.inertia * fastest**2 * DEVIATION)
+    damping, friction = joint.losses
+    lost = damping * (joint.velocity or 0.0) / 2 + friction
+    stiffness = rounded(min(max(most / DEVIATION, lost / LAG, 1e-6 / DEVIATION), _MOST), 3)
     natural = math.sqrt(stiffness / load.inertia) if load.inertia > 0 else fastest
     return stiffness, min(natural, fastest) / (2 * math.pi)
 

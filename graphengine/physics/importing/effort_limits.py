@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from graphengine.physics.description.urdf import UrdfJoint
-from graphengine.physics.files.xml import number
 from graphengine.physics.importing.draft import Draft, Remark
 
 _FAST = 1.0
@@ -17,7 +16,7 @@ def fill(draft: Draft) -> None:
         wheel = draft.wheels.get(joint.name)
         if wheel is None or "drive" not in draft.entry("joints", joint.name).value or joint.effort is None:
             continue
-        damping, friction = _dynamics(joint)
+        damping, friction = joint.losses
         speed = (joint.effort - friction) / damping * wheel.radius if damping > 0 else _FAST
         if joint.effort <= friction:
             speed = 0.0
@@ -28,11 +27,3 @@ def fill(draft: Draft) -> None:
     for text, joints in slow.items():
         names = ", ".join(joint.name for joint in joints)
         draft.noticed.append(Remark(f"wheel joints {names}: {text}", joints[0].element.span))
-
-
-def _dynamics(joint: UrdfJoint) -> tuple[float, float]:
-    """Damping, N m s/rad, and friction, N m."""
-    dynamics = joint.element.first("dynamics")
-    if dynamics is None:
-        return 0.0, 0.0
-    return number(dynamics.get("damping")) or 0.0, number(dynamics.get("friction")) or 0.0

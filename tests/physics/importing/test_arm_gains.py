@@ -41,6 +41,15 @@ def test_the_full_effort_answers_to_10_mrad_and_damping_is_at_least_critical(tmp
     assert max(float(found.draft.entry("joints", name).hint.split()[0]) for name in joints_of()) == 5.0
 
 
+def test_what_a_joint_loses_by_itself_at_half_its_speed_answers_to_2_5_mrad(tmp_path: Path) -> None:
+    lossy = robot(limb("j", 6)).replace("</joint>", '<dynamics damping="10" friction="3"/></joint>')
+    found = imported(tmp_path, lossy)
+    for name, effort in zip(joints_of(), EFFORTS, strict=True):
+        speed = found.draft.urdf.joints[name].velocity
+        assert speed is not None
+        assert drives(found)[name]["stiffness"] == pytest.approx(max(effort / 0.01, (5 * speed + 3) / 0.0025), rel=1e-3)
+
+
 def test_the_largest_inertia_counts_not_that_of_the_zero_pose(tmp_path: Path) -> None:
     # all joints at zero the arm stands upright, and its first joint turns next to nothing
     found = imported(tmp_path, ARM)
