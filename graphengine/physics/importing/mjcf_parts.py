@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from graphengine.devices.stage import prim_name
 from graphengine.format.wording import printable
 from graphengine.physics.description.mjcf_model import MjcfModel
 from graphengine.physics.engine import mujoco
@@ -142,6 +143,4 @@ def _link(draft: Draft, name: str, kind: str) -> str:
 
 
 def _mount(draft: Draft, name: str, value: dict[str, Any]) -> None:
-    from graphengine.physics.model.robot_prims import prim_name
-
     draft.entry("sensors", prim_name(name)).value = value
