@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.devices.backend import joint_numbers
 from graphengine.devices.motion import Articulation, JointSelection
 from graphengine.devices.surface_gripper import SurfaceGripperDevice
 from graphengine.format.errors import JointError
@@ -130,10 +131,9 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
         if not names:
             raise BadValueError("jointNames", names, "the names of the fingers' joints")
         try:
-            selection = robot.select(names)
+            selection, chosen = robot.select(names), joint_numbers(robot, names)
         except JointError as error:
             raise BadValueError("jointNames", names) from error
-        chosen = [robot.joint_names.index(name) for name in names]
         if np.isnan(robot.set_points()[0][chosen]).any():
             raise BadValueError("jointNames", names, "joints with a position drive (stiffness in the robot file)")
         return selection, robot.positions()[chosen]

@@ -48,14 +48,14 @@ def test_the_base_follows_its_commands_within_two_percent() -> None:
 """,
 )
 _REACH = """
-def test_{name}_reaches_a_pose_within_two_milliradians() -> None:
+def test_{name}_reaches_a_pose_within_{within}() -> None:
     pose = {pose}    # rad, m
     way = {{"joint_names": [*pose], "points": [{{"positions": [*pose.values()], "time_from_start": {{"sec": 3}}}}]}}
     with ge.load(SCENE).session() as sim:
         sim.robots[ROBOT].publish({topic}, way)
         sim.run(5.0)
         reached = {{joint: state.position for joint, state in sim.robots[ROBOT].joints.items() if joint in pose}}
-    assert reached == pytest.approx(pose, abs=0.002)
+    assert reached == pytest.approx(pose, abs={error})
 """
 _STANDS = """
 def test_the_robot_stands_for_ten_seconds() -> None:
@@ -147,7 +147,10 @@ def _reach(imported: Imported, name: str, parameters: Mapping[str, Any]) -> Skil
     controller = parameters.get("controller", "joint_trajectory_controller")
     topic = f"{controller}/joint_trajectory"
     lines = "".join(f"        {json.dumps(joint)}: {position!r},\n" for joint, position in pose.items())
-    test = _REACH.format(name=re.sub(r"\W", "_", name), pose=f"{{\n{lines}    }}", topic=json.dumps(topic))
+    # The servos of a MuJoCo model sag under the weight of the arm, as its author chose.
+    within, error = ("two_milliradians", 0.002) if imported.robot.urdf.mjcf is None else ("five_degrees", 0.087)
+    target, place = f"{{\n{lines}    }}", json.dumps(topic)
+    test = _REACH.format(name=re.sub(r"\W", "_", name), within=within, error=error, pose=target, topic=place)
     way = {"joint_names": [*pose], "points": [{"positions": [*pose.values()], "time_from_start": {"sec": 3}}]}
     action = f"/{controller}/follow_joint_trajectory control_msgs/action/FollowJointTrajectory"
     return Skill((), test, f"graphrun action send_goal {action} {shlex.quote(flow({'trajectory': way}))}")

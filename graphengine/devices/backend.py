@@ -240,3 +240,17 @@ def select_joints(articulation: Articulation, names: Sequence[str], indices: Seq
         if not 0 <= index < len(known):
             raise JointError(f"{articulation.prim_path} has no joint {index}", index, f"legal: 0 to {len(known) - 1}")
     return [places[name] for name in names] or [int(index) for index in indices] or list(range(len(known)))
+
+
+def joint_numbers(articulation: Articulation, names: Sequence[str]) -> list[int]:
+    """Return the indices of joints by their names or those of their actuators; of all joints for no names.
+
+    Raises:
+        JointError: the articulation has no joint with a name, or it is that of an actuator that does not move a single joint.
+    """
+    known, found = articulation.joint_names, select_joints(articulation, names, ())
+    for name, index in zip(names, found, strict=False):
+        if index >= len(known):
+            text = f"actuator {name!r} of {articulation.prim_path} does not move a single joint, and has no position"
+            raise JointError(text, name, listing(known, "joints"))
+    return found

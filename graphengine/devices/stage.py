@@ -17,6 +17,7 @@ articulation root for the robot.
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
@@ -259,6 +260,12 @@ class Stage:
         if more:
             return prim is passed and rest[: len(more)] == more
         return passed in prim.ancestors()
+
+
+def prim_name(name: str) -> str:
+    """Return a name that is legal in USD: letters, digits and '_'."""
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return f"_{plain}" if plain[:1].isdigit() else plain
 
 
 def normalize(path: str) -> str:

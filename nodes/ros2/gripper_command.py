@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from graphengine.devices.backend import joint_numbers
 from graphengine.format.errors import ContextError
 from graphengine.messages.actions import Goal
 from graphengine.messages.definitions import DEFINITIONS
@@ -64,7 +65,7 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         """Bind the joint and open the action server."""
         self.bind(context, f"control_msgs/action/{self.action_type}", self.action_name)
         robot = self.articulation
-        self.index = robot.joint_names.index(robot.select([self.joint_name]).names[0])
+        (self.index,) = joint_numbers(robot, [self.joint_name])
         self.published = context.joint_names(self.prim())[self.index]
         if leader := robot.leaders[self.index]:
             raise ContextError(f"joint {self.joint_name!r} follows {leader!r}", self.joint_name, f"name {leader}")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.devices.backend import joint_numbers
 from graphengine.devices.motion import Articulation
 from graphengine.format.errors import ContextError, GraphError
 from graphengine.format.stateful import Shared
@@ -82,17 +83,14 @@ class ControlledJoints(Shared):
             JointError: the robot has no joint with a name.
             ContextError: no joint is chosen, one is chosen twice, or one mimics another joint.
         """
-        indices = [robot.joint_names.index(name) for name in robot.select(chosen).names]
-        leaders = dict(zip(robot.joint_names, robot.leaders, strict=True))
-        if not chosen or len(set(chosen)) < len(chosen):
+        indices = joint_numbers(robot, chosen)
+        if not chosen or len(set(indices)) < len(indices):
             raise ContextError(
                 "a controller needs joints, each once", list(chosen), "name joints with a position drive"
             )
-        for name in chosen:
-            if leaders[name]:
-                raise ContextError(
-                    f"joint {name!r} follows {leaders[name]!r}", name, "command the joint that it follows"
-                )
+        for name, index in zip(chosen, indices, strict=True):
+            if leader := robot.leaders[index]:
+                raise ContextError(f"joint {name!r} follows {leader!r}", name, "command the joint that it follows")
         return cls(
             tuple(published[index] for index in indices),
             tuple(indices),

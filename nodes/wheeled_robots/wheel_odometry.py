@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graphengine.compiler.lint_registry import lint
+from graphengine.devices.backend import joint_numbers
 from graphengine.node import BadValueError, Bound, Clock, Context, ContextError, ExecOut, In, Out, State
 from graphengine.node.types import Double2, Doubles, Int, Quaterniond, Token, Tokens, Vector3d, read_only
 from graphengine.nodes.checked import check_finite, check_outcome
@@ -137,7 +138,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
 
     def joints(self, names: Tokens) -> list[int]:
         """Return the numbers of joints in the articulation's order."""
-        return [self.articulation.joint_names.index(name) for name in self.articulation.select(names).names]
+        return joint_numbers(self.articulation, names)
 
     def compute(self) -> None:
         """Add the motion since the previous execution.

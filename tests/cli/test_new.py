@@ -16,6 +16,7 @@ from tests.cli.harness import Graphrun
 from tests.cli.test_import_urdf import TETRAHEDRON, URDF
 from tests.physics.importing.imported_arms import PLATE, arm, bolted
 from tests.physics.importing.imported_bases import DIFFERENTIAL, description
+from tests.physics.mjcf_models import ARM
 
 OTHER = '<visual><geometry><mesh filename="package://lid/meshes/body.obj"/></geometry></visual>'
 
@@ -170,6 +171,15 @@ def test_an_arm_stands_on_a_table_and_reaches_a_pose(graphrun: Graphrun, workspa
         robot.read_text().replace("max_velocity: 1.0", "max_velocity: 0.05")
     )  # too slow to be there in time
     assert "1 failed, 1 passed" in pytest_in("arm").stdout
+
+
+def test_an_arm_of_a_mujoco_model_reaches_a_pose_as_well_as_its_own_servos_do(
+    graphrun: Graphrun, workspace: Path
+) -> None:
+    Path("arm.xml").write_text(ARM)
+    graphrun("new", "arm", "--from", "arm.xml", code=0, err="")
+    done = pytest_in("arm")
+    assert "2 passed" in done.stdout, done.stdout
 
 
 def test_a_mobile_manipulator_is_driven_and_reaches_a_pose(graphrun: Graphrun, workspace: Path) -> None:

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from graphengine.devices.rotation import rotate
+from graphengine.devices.stage import prim_name
 from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.xml import Element, numbers
 from graphengine.physics.importing.draft import Draft, Remark
 from graphengine.physics.importing.gazebo_values import Notes, Subject, UnusableError, Values
-from graphengine.physics.model.robot_prims import prim_name
 
 COLOURS = {
     "black": (0.0, 0.0, 0.0),

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from graphengine.devices.camera import LOOKING_FORWARD
 from graphengine.devices.device import Device
 from graphengine.devices.rotation import IDENTITY, NOWHERE, Pose, compose, from_rpy, multiply, relative
+from graphengine.devices.stage import prim_name
 from graphengine.format.kinds import DEVICES
 from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import Urdf
@@ -20,7 +21,6 @@ from graphengine.physics.importing import gazebo_profiles, gazebo_topics
 from graphengine.physics.importing.draft import Draft, Remark
 from graphengine.physics.importing.gazebo_figures import Figures
 from graphengine.physics.importing.gazebo_values import Notes, Subject, UnusableError, Values
-from graphengine.physics.model.robot_prims import prim_name
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 
 MAX_SENSORS = 200

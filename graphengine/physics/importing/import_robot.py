@@ -36,7 +36,6 @@ from graphengine.physics.importing import (
     gazebo_sensors,
     joint_dynamics,
     left_behind,
-    legs_graph,
     mjcf_parts,
     resting,
     wheel_material,
@@ -127,11 +126,6 @@ class Imported:
     outside: list[Path]
     use: str
     draft: Draft
-
-    @property
-    def settles(self) -> bool:
-        """Whether the robot comes to rest by itself, without the graph that lets it stand."""
-        return legs_graph.GRAPH not in self.draft.sections["graphs"]
 
     @property
     def lift(self) -> float:

@@ -6,9 +6,9 @@ The model itself says how joints are driven. The robot file lists it, and mounts
 from __future__ import annotations
 
 import math
-import re
 from typing import Any
 
+from graphengine.devices.stage import prim_name
 from graphengine.format.wording import printable
 from graphengine.physics.description.mjcf_model import MjcfModel
 from graphengine.physics.engine import mujoco
@@ -143,5 +143,4 @@ def _link(draft: Draft, name: str, kind: str) -> str:
 
 
 def _mount(draft: Draft, name: str, value: dict[str, Any]) -> None:
-    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
-    draft.entry("sensors", f"_{plain}" if plain[0].isdigit() else plain).value = value
+    draft.entry("sensors", prim_name(name)).value = value

@@ -9,7 +9,7 @@ import numpy as np
 
 from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
-from graphengine.format.robot_spec import JointSpec, SpringSpec, WheelColliderSpec
+from graphengine.format.robot_spec import JointSpec, WheelColliderSpec
 from graphengine.physics.description.for_mujoco import for_mujoco
 from graphengine.physics.description.mjcf import parse
 from graphengine.physics.description.mjcf_model import MjcfModel
@@ -42,8 +42,9 @@ def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: F
     if spec is None:
         return None
     for link, changes in robot.spec.links.items():
-        if robot.urdf.mjcf is None or not changes.gravity:
-            spec.body(link).gravcomp = 0.0 if changes.gravity else 1.0
+        body = spec.body(link)
+        if body is not None and (robot.urdf.mjcf is None or not changes.gravity):  # a site of a MuJoCo model is no body
+            body.gravcomp = 0.0 if changes.gravity else 1.0
     _equip_joints(spec, robot)
     _shape_wheels(spec, robot)
     if robot.urdf.mjcf is None:
@@ -128,7 +129,7 @@ def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
             _delete_actuators(spec, robot, joint.name)
             _add_servos(spec, joint.name, drive)
         if changes.spring is not None:
-            _add_spring(driven, changes.spring)
+            _add_spring(driven, changes.spring.stiffness, changes.spring.rest)
 
 
 def _delete_actuators(spec: mujoco.MjSpec, robot: RobotInstance, joint: str) -> None:
@@ -144,19 +145,25 @@ def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:
     """Add a drive to a joint, as spring, damper and actuators; `ForceLimits` limits the force."""
     for servo, gain in servos(joint, drive):
         if gain > 0:
-            spec.add_actuator(name=servo, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT).gainprm[0] = gain
+            _add_actuator(spec, servo, joint, gain)
     driven = spec.joint(joint)
-    driven.stiffness[0] += drive.stiffness
+    _add_spring(driven, drive.stiffness, 0.0)
     driven.damping[0] += drive.damping
     driven.actfrclimited = False
 
 
-def _add_spring(joint: mujoco.MjsJoint, spring: SpringSpec) -> None:
-    """Add a spring to a joint, whose drive may be one too: two springs are one with the sum of their forces."""
-    stiffness = joint.stiffness[0] + spring.stiffness
-    if stiffness > 0:
-        joint.springref = spring.stiffness * spring.rest / stiffness
-    joint.stiffness[0] = stiffness
+def _add_actuator(spec: mujoco.MjSpec, name: str, joint: str, gain: float) -> None:
+    """Add an actuator that pushes a joint by gain times its control signal, whatever the model's own defaults are."""
+    plain = mujoco.MjSpec().default
+    spec.add_actuator(default=plain, name=name, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT).gainprm[0] = gain
+
+
+def _add_spring(joint: mujoco.MjsJoint, stiffness: float, rest: float) -> None:
+    """Add a spring to a joint, which may have others, of its model or its drive: several are one with the sum of their forces."""
+    total = joint.stiffness[0] + stiffness
+    if total > 0:
+        joint.springref = (joint.stiffness[0] * joint.springref + stiffness * rest) / total
+    joint.stiffness[0] = total
 
 
 def _tie(spec: mujoco.MjSpec, joint: str, mimic: Mimic) -> None:
@@ -183,6 +190,8 @@ def _colliders(body: mujoco.MjsBody) -> list[mujoco.MjsGeom]:
 def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     """Replace cylinders by ellipsoids: these touch the floor in one point, but cylinders with both rims, which rub in turns."""
     for link, shape in robot.spec.wheel_colliders.items():
+        if spec.body(link) is None:  # a site of a MuJoCo model, which was reported
+            continue
         if isinstance(shape, WheelColliderSpec):
             _replace_colliders(spec, link, shape, robot.urdf)
         elif shape == "ellipsoid":

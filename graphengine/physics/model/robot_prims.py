@@ -6,12 +6,11 @@ Mounts of sensors and frames are prims only. Physics knows nothing of them; thei
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Collection
 from typing import Any
 
 from graphengine.devices.rotation import from_orientation
-from graphengine.devices.stage import Prim, PrimKind, Stage
+from graphengine.devices.stage import Prim, PrimKind, Stage, prim_name
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import AmbiguousPrimError, PrimError
 from graphengine.format.robot_spec import MaterialSpec, SensorSpec
@@ -20,12 +19,6 @@ from graphengine.physics.model.holonomic_wheels import holonomic_wheels
 from graphengine.physics.model.profiles import RigProfile
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.sensors.implementations import Profile
-
-
-def prim_name(name: str) -> str:
-    """Return a name that is legal in USD: letters, digits and '_'."""
-    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
-    return f"_{plain}" if plain[:1].isdigit() else plain
 
 
 def within(stage: Stage, robot: str, reference: str) -> Prim:

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from graphengine.devices.rotation import pose_of
-from graphengine.devices.stage import Stage
+from graphengine.devices.stage import Stage, prim_name
 from graphengine.physics.engine import mujoco
-from graphengine.physics.model.robot_prims import prim_name
 
 
 def add_world(stage: Stage, model: mujoco.MjModel, robots: Collection[str]) -> None:

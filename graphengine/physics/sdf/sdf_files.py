@@ -17,7 +17,7 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing, printable
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.xml import MAX_ELEMENTS, Element, parse, read
-from graphengine.physics.sdf.sdf_frames import Frame, Kind, Scope
+from graphengine.physics.sdf.sdf_frames import Kind, Scope, SdfFrame
 from graphengine.physics.sdf.sdf_values import SdfError, leaf, reported, text_at
 
 SUFFIXES = (".sdf", ".world")
@@ -142,7 +142,7 @@ class SdfFiles:
         made.index()
         return made
 
-    def _add(self, kind: Kind, named: dict[str, Frame], element: Element, scope: Scope) -> None:
+    def _add(self, kind: Kind, named: dict[str, SdfFrame], element: Element, scope: Scope) -> None:
         name = element.get("name")
         if not name:
             self.findings.add("S103", f"a {element.tag} without a name", element.span)
@@ -151,7 +151,7 @@ class SdfFiles:
             text = f"two {element.tag}s named {printable(name)!r}"
             self.findings.add("S105", text, element.place("name"), related=first)
         else:
-            named[name] = Frame(kind, name, element, scope)
+            named[name] = SdfFrame(kind, name, element, scope)
 
     def _add_model(self, outer: Scope, scope: Scope) -> None:
         name = scope.name

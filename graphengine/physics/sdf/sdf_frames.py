@@ -31,7 +31,7 @@ Kind = Literal["scope", "link", "joint", "frame"]
 
 
 @dataclass(slots=True, eq=False)
-class Frame:
+class SdfFrame:
     """A frame of a model or world.
 
     Attributes:
@@ -76,7 +76,7 @@ class Frame:
             return pose
         return self._place
 
-    def base(self) -> Frame | None:
+    def base(self) -> SdfFrame | None:
         """Return the frame that its pose is relative to; None for the outermost scope."""
         home = self.scope.outer if self.kind == "scope" else self.scope
         if home is None:
@@ -88,7 +88,7 @@ class Frame:
         attached = self.element.get("attached_to") if self.kind == "frame" else ""
         return home.require(attached, self.element, "attached_to") if attached else home.frame
 
-    def link(self) -> Frame:
+    def link(self) -> SdfFrame:
         """Return the link that the frame is attached to; for a world, its own frame.
 
         Raises:
@@ -118,16 +118,16 @@ class Frame:
                 self._raw = compose(self._raw, relative(frame._place_in(self), NOWHERE))
         return self._raw
 
-    def _place_in(self, model: Frame) -> Pose:
+    def _place_in(self, model: SdfFrame) -> Pose:
         pose = NOWHERE
         for frame in _chain(self, lambda at: at is model)[:-1]:
             pose = compose(frame._pose(), pose)
         return pose
 
 
-def _chain(frame: Frame, ends: Callable[[Frame], bool]) -> list[Frame]:
+def _chain(frame: SdfFrame, ends: Callable[[SdfFrame], bool]) -> list[SdfFrame]:
     """Return a frame, the one that it is relative to, and so on, to the first at which the chain ends."""
-    chain: dict[Frame, None] = {frame: None}
+    chain: dict[SdfFrame, None] = {frame: None}
     try:
         while not ends(frame) and (base := frame.base()) is not None:
             if base._fault is not None:
@@ -164,19 +164,19 @@ class Scope:
     outer: Scope | None
     references: str = ""
     merged: bool = False
-    links: dict[str, Frame] = field(default_factory=dict)
-    joints: dict[str, Frame] = field(default_factory=dict)
-    frames: dict[str, Frame] = field(default_factory=dict)
+    links: dict[str, SdfFrame] = field(default_factory=dict)
+    joints: dict[str, SdfFrame] = field(default_factory=dict)
+    frames: dict[str, SdfFrame] = field(default_factory=dict)
     models: dict[str, Scope] = field(default_factory=dict)
     merges: list[Scope] = field(default_factory=list)
-    known: dict[str, Frame] = field(default_factory=dict)
+    known: dict[str, SdfFrame] = field(default_factory=dict)
     """All frames by name, without those in nested models."""
-    frame: Frame = field(init=False)
+    frame: SdfFrame = field(init=False)
     static: bool = field(init=False)
     """Whether the model, or one around it, is static."""
 
     def __post_init__(self) -> None:
-        self.frame = Frame("scope", self.name, self.element, self)
+        self.frame = SdfFrame("scope", self.name, self.element, self)
         around = self.outer is not None and self.outer.static
         self.static = not self.is_world and (around or flag_at(self.element, "static") is True)
 
@@ -198,7 +198,7 @@ class Scope:
         for scope in (*self.merges, *self.models.values()):
             yield from scope.walk()
 
-    def find(self, name: str) -> Frame | None:
+    def find(self, name: str) -> SdfFrame | None:
         """Return the frame that a name means; None without."""
         if name == "__model__" or (name == "world" and self.is_world):
             return self.frame
@@ -218,7 +218,7 @@ class Scope:
         self.known |= {name: scope.frame for name, scope in self.models.items()}
         self.known |= {**self.joints, **self.frames, **self.links}
 
-    def require(self, name: str, element: Element, attribute: str = "") -> Frame:
+    def require(self, name: str, element: Element, attribute: str = "") -> SdfFrame:
         """Return the frame that a name means, which an element or an attribute of it gives.
 
         Raises:
@@ -232,7 +232,7 @@ class Scope:
             raise SdfError(f"{self._described()} has no frame {printable(name[:80])!r}", span, near)
         return found
 
-    def child_of(self, joint: Element) -> Frame:
+    def child_of(self, joint: Element) -> SdfFrame:
         """Return the frame that a joint's `<child>` names.
 
         Raises:
@@ -243,7 +243,7 @@ class Scope:
             raise SdfError(f"joint {printable(joint.get('name'))!r}: no <child>", joint.span)
         return self.require(child.text, child)
 
-    def canonical_link(self) -> Frame:
+    def canonical_link(self) -> SdfFrame:
         """Return the link that a model's frame is attached to: the one that it names, else its first.
 
         Raises:
@@ -260,7 +260,7 @@ class Scope:
         return f"{self.element.tag} {printable(self.name)!r}"
 
 
-def relative_to(element: Element, scope: Scope) -> Frame | None:
+def relative_to(element: Element, scope: Scope) -> SdfFrame | None:
     """Return the frame that the `<pose>` of an element names; None if it names none.
 
     Raises:
@@ -274,7 +274,7 @@ def relative_to(element: Element, scope: Scope) -> Frame | None:
     return scope.require(name, pose, attribute) if name else None
 
 
-def place_of(element: Element, frame: Frame) -> Pose:
+def place_of(element: Element, frame: SdfFrame) -> Pose:
     """Return the pose of an element in a link, such as a collision, in the outermost scope.
 
     Args:

@@ -13,7 +13,7 @@ from graphengine.physics.engine import PICTURES, RAYS, RAYS_AND_PICTURES
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.references import Library, MeshFile
 from graphengine.physics.files.xml import Element
-from graphengine.physics.sdf.sdf_frames import Frame, place_of
+from graphengine.physics.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.physics.sdf.sdf_shapes import colour_of, friction_of, shape_of, urdf_mesh
 from graphengine.physics.sdf.sdf_shells import MAX_PLATES, plates, triangles
 from graphengine.physics.sdf.sdf_values import SdfError, number_at, numbers_at, placed, reported, written
@@ -39,7 +39,7 @@ class GeomWriter:
     """URDF's `<mesh>` of each mesh of a collision or visual."""
     _files: Mapping[Element, list[MeshFile]] = field(default_factory=dict)
 
-    def load_meshes(self, links: Iterable[Frame], packages: Packages) -> None:
+    def load_meshes(self, links: Iterable[SdfFrame], packages: Packages) -> None:
         """Read the meshes of some links, all at once; errors are added to the findings."""
         shapes: list[tuple[Element, bool]] = []
         for link in links:
@@ -51,7 +51,7 @@ class GeomWriter:
                         shapes.append((self._meshes[shape], part.tag == "visual"))
         self._files = self.library.meshes(shapes, packages)
 
-    def geoms(self, link: Frame, *, static: bool) -> list[Element]:
+    def geoms(self, link: SdfFrame, *, static: bool) -> list[Element]:
         """Return the geoms of a link, first those that collide; errors are added to the findings.
 
         Args:
@@ -73,7 +73,7 @@ class GeomWriter:
             geom.attributes["group"] = str(RAYS if seen and geom not in floors else RAYS_AND_PICTURES)
         return [*solid, *seen]
 
-    def _geoms(self, part: Element, link: Frame, *, static: bool) -> Iterator[Element]:
+    def _geoms(self, part: Element, link: SdfFrame, *, static: bool) -> Iterator[Element]:
         """Yield the geoms of a collision or visual: more than one for a mesh of several colours, or one that is not convex."""
         shape = _drawable(part, None)
         if shape is None:

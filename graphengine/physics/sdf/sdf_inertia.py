@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
 from graphengine.format.wording import printable
 from graphengine.physics.files.xml import Element
-from graphengine.physics.sdf.sdf_frames import Frame, place_of
+from graphengine.physics.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.physics.sdf.sdf_shapes import shape_of
 from graphengine.physics.sdf.sdf_values import (
     SdfError,
@@ -47,12 +47,12 @@ class Mass(NamedTuple):
     pose: Pose
 
 
-def is_mere_frame(link: Frame) -> bool:
+def is_mere_frame(link: SdfFrame) -> bool:
     """Return whether a link has neither an inertial nor a shape; SDF lets it weigh 1 kg, but nothing of it is seen or felt."""
     return not any(link.element.first(tag) for tag in ("inertial", "collision", "visual"))
 
 
-def inertial(link: Frame, frame: Pose) -> Element:
+def inertial(link: SdfFrame, frame: Pose) -> Element:
     """Return the `<inertial>` of a link for URDF.
 
     Args:
@@ -70,7 +70,7 @@ def inertial(link: Frame, frame: Pose) -> Element:
     return Element("inertial", {}, span, [*origin(relative(frame, pose), span), *children])
 
 
-def mass_of(link: Frame) -> Mass:
+def mass_of(link: SdfFrame) -> Mass:
     """Return what a link weighs: 1 kg with moments of 1 kg m2 where it states none, as SDF specifies.
 
     Raises:
@@ -85,7 +85,7 @@ def mass_of(link: Frame) -> Mass:
     return Mass(number_at(element, "mass", default=1.0), tuple(moments), pose)
 
 
-def _of_collisions(link: Frame, element: Element) -> Mass:
+def _of_collisions(link: SdfFrame, element: Element) -> Mass:
     """Return what the collisions of a link weigh."""
     usual = number_at(element, "density", default=WATER)
     masses, centres, matrices = [], [], []

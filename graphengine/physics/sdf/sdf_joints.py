@@ -10,7 +10,7 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing, printable
 from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.files.xml import Element, numbers
-from graphengine.physics.sdf.sdf_frames import FIRST_WITH_FRAMES, Frame, place_of
+from graphengine.physics.sdf.sdf_frames import FIRST_WITH_FRAMES, SdfFrame, place_of
 from graphengine.physics.sdf.sdf_shapes import shape_of
 from graphengine.physics.sdf.sdf_values import (
     SdfError,
@@ -43,12 +43,12 @@ _SAME_PLACE = 1e-6
 """Greatest distance (m) of a ball's middle from its joint."""
 
 
-def is_moving(joint: Frame) -> bool:
+def is_moving(joint: SdfFrame) -> bool:
     """Return whether a joint has a degree of freedom."""
     return joint.element.get("type") != "fixed"
 
 
-def fastened(joint: Frame) -> tuple[Frame | None, Frame]:
+def fastened(joint: SdfFrame) -> tuple[SdfFrame | None, SdfFrame]:
     """Return the links that a joint connects, parent and child; None for the world.
 
     Raises:
@@ -64,7 +64,7 @@ def fastened(joint: Frame) -> tuple[Frame | None, Frame]:
 
 
 def urdf_joint(
-    joint: Frame, frames: Mapping[Frame, Pose], carries: Mapping[Frame, Frame], findings: Findings
+    joint: SdfFrame, frames: Mapping[SdfFrame, Pose], carries: Mapping[SdfFrame, SdfFrame], findings: Findings
 ) -> Iterator[Element]:
     """Yield a joint for URDF, then elements for Gazebo that concern it.
 
@@ -104,7 +104,7 @@ def urdf_joint(
     yield from _for_gazebo(joint, axis)
 
 
-def _kind(joint: Frame) -> str:
+def _kind(joint: SdfFrame) -> str:
     """Return the type of a joint; a revolute one without limits is continuous."""
     kind, axis = joint.element.get("type"), joint.element.first("axis")
     if kind == "revolute" and math.inf == _limit(axis, "upper") == -_limit(axis, "lower"):
@@ -116,7 +116,7 @@ def _limit(axis: Element | None, end: str) -> float:
     return limit_at(axis, "limit", end, default=math.inf if end == "upper" else -math.inf)
 
 
-def _axis(joint: Frame, axis: Element | None) -> Iterator[Element]:
+def _axis(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
     """Yield axis, limits, dynamics and the mimic law of a joint that moves."""
     span = axis.span if axis is not None else joint.element.span
     yield Element("axis", {"xyz": written(*_direction(joint, axis))}, span)
@@ -142,7 +142,7 @@ def _axis(joint: Frame, axis: Element | None) -> Iterator[Element]:
         yield Element("mimic", law, mimic.span)
 
 
-def _direction(joint: Frame, axis: Element | None) -> tuple[float, ...]:
+def _direction(joint: SdfFrame, axis: Element | None) -> tuple[float, ...]:
     """Return the axis of a joint in the frame of the joint."""
     x, y, z = numbers_at(axis, "xyz", default=(0.0, 0.0, 1.0))
     if not (x or y or z):
@@ -163,7 +163,7 @@ def _direction(joint: Frame, axis: Element | None) -> tuple[float, ...]:
     return tuple(0.0 if abs(part) < _SLIGHTLY else part for part in turned)
 
 
-def _for_gazebo(joint: Frame, axis: Element | None) -> Iterator[Element]:
+def _for_gazebo(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
     """Yield what URDF cannot say of a joint: its spring, and what is not converted."""
     made = Element("gazebo", {"reference": joint.full_name}, joint.element.span)
     if axis is not None and number_at(axis, "dynamics", "spring_stiffness", default=0.0):
@@ -174,7 +174,7 @@ def _for_gazebo(joint: Frame, axis: Element | None) -> Iterator[Element]:
         yield made
 
 
-def _is_ball(joint: Frame, child: Frame) -> bool:
+def _is_ball(joint: SdfFrame, child: SdfFrame) -> bool:
     """Return whether a link is a ball about its joint, as a caster without a fork."""
     collisions = child.element.all("collision")
     for collision in collisions:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.files.xml import Element
-from graphengine.physics.sdf.sdf_frames import Frame, place_of
+from graphengine.physics.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.physics.sdf.sdf_inertia import inertial, is_mere_frame
 from graphengine.physics.sdf.sdf_shapes import colour_of, shape_of, surface_for_gazebo, textured, urdf_shape
 from graphengine.physics.sdf.sdf_values import SdfError, find, flag_at, leaf, origin, reported, text_at, to_rpy, written
@@ -31,12 +31,12 @@ class LinkReader:
         mere_frames: links without mass and shape.
     """
 
-    frames: Mapping[Frame, Pose]
+    frames: Mapping[SdfFrame, Pose]
     findings: Findings
     images: list[Element] = field(default_factory=list)
-    mere_frames: list[Frame] = field(default_factory=list)
+    mere_frames: list[SdfFrame] = field(default_factory=list)
 
-    def link(self, link: Frame) -> Element:
+    def link(self, link: SdfFrame) -> Element:
         """Return a link for URDF; errors are added to the findings."""
         made = Element("link", {"name": link.full_name}, link.element.span)
         if is_mere_frame(link):
@@ -49,7 +49,7 @@ class LinkReader:
                     made.children += self._part(part, link)
         return made
 
-    def _part(self, part: Element, link: Frame) -> Iterator[Element]:
+    def _part(self, part: Element, link: SdfFrame) -> Iterator[Element]:
         """Yield a collision or a visual; a visual that cannot be drawn is left out with a note."""
         try:
             shape = shape_of(part)
@@ -68,7 +68,7 @@ class LinkReader:
             self.images += [part] if textured(part) else []
         yield made
 
-    def for_gazebo(self, link: Frame) -> Iterator[Element]:
+    def for_gazebo(self, link: SdfFrame) -> Iterator[Element]:
         """Yield a `<gazebo>` element with what the link's URDF cannot hold, if there is something."""
         made = Element("gazebo", {"reference": link.full_name}, link.element.span)
         with reported(self.findings):
@@ -86,7 +86,7 @@ class LinkReader:
         if made.children:
             yield made
 
-    def _sensor(self, sensor: Element, link: Frame) -> Element:
+    def _sensor(self, sensor: Element, link: SdfFrame) -> Element:
         """Return a sensor with its pose in the frame of the link's URDF."""
         pose = relative(self.frames[link], place_of(sensor, link))
         children = [child for child in sensor.children if child.tag != "pose"]

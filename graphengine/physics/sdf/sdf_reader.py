@@ -12,7 +12,7 @@ from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_files import SdfFiles
-from graphengine.physics.sdf.sdf_frames import Frame, Scope
+from graphengine.physics.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.physics.sdf.sdf_joints import fastened, is_moving, urdf_joint
 from graphengine.physics.sdf.sdf_links import LinkReader
 from graphengine.physics.sdf.sdf_values import SdfError, flag_at, leaf, reported
@@ -73,7 +73,7 @@ def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
     return robots[0]
 
 
-def _joints(model: Scope) -> list[Frame]:
+def _joints(model: Scope) -> list[SdfFrame]:
     return [joint for scope in model.walk() for joint in scope.joints.values()]
 
 
@@ -83,8 +83,8 @@ def urdf_of(model: Scope, findings: Findings) -> Element:
     scopes = list(model.walk())
     joints = _joints(model)
     links = [link for scope in scopes for link in scope.links.values()]
-    carriers: dict[Frame, Frame] = {}
-    carries: dict[Frame, Frame] = {}
+    carriers: dict[SdfFrame, SdfFrame] = {}
+    carries: dict[SdfFrame, SdfFrame] = {}
     bolted, before = False, len(findings.errors)
     for joint in joints:
         with reported(findings):
@@ -93,7 +93,7 @@ def urdf_of(model: Scope, findings: Findings) -> Element:
             if parent is not None:
                 carries[parent] = joint
             bolted = bolted or parent is None
-    frames: dict[Frame, Pose] = {}
+    frames: dict[SdfFrame, Pose] = {}
     for link in links:
         with reported(findings):
             frames[link] = carriers[link].place if link in carriers else link.place

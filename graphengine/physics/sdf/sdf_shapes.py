@@ -8,7 +8,7 @@ from graphengine.devices.rotation import Pose, rotate, unrotate
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import listing, printable
 from graphengine.physics.files.xml import Element, numbers
-from graphengine.physics.sdf.sdf_frames import Frame, place_of
+from graphengine.physics.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.physics.sdf.sdf_values import SdfError, find, leaf, number_at, numbers_at, text_at, written
 
 SHAPES = ("box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh", "plane")
@@ -100,7 +100,7 @@ def textured(visual: Element) -> bool:
     return material is not None and any(element.tag in maps and element.text for element in material.walk())
 
 
-def surface_for_gazebo(link: Frame, frames: Mapping[Frame, Pose]) -> Iterator[Element]:
+def surface_for_gazebo(link: SdfFrame, frames: Mapping[SdfFrame, Pose]) -> Iterator[Element]:
     """Yield what a URDF's `<gazebo>` of a link says about friction and contacts: that of its first collision with a surface.
 
     Args:
@@ -124,7 +124,9 @@ def surface_for_gazebo(link: Frame, frames: Mapping[Frame, Pose]) -> Iterator[El
         yield from (leaf(child.tag, child.text, child.span) for child in contact.children if child.tag in _SOLVER)
 
 
-def _direction(element: Element | None, collision: Element, link: Frame, frames: Mapping[Frame, Pose]) -> list[Element]:
+def _direction(
+    element: Element | None, collision: Element, link: SdfFrame, frames: Mapping[SdfFrame, Pose]
+) -> list[Element]:
     """Return a direction of friction in the frame of a URDF's link; none for a zero vector.
 
     SDF gives it in the frame of the collision, with which it turns, or of a link that it names.

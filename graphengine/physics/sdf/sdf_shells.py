@@ -25,7 +25,7 @@ _NARROWEST = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
-class Triangles:
+class MeshShell:
     """The triangles of a mesh.
 
     Attributes:
@@ -37,7 +37,7 @@ class Triangles:
     convex: bool
 
 
-def triangles(data: bytes, name: str, scale: Vector3) -> Triangles | None:
+def triangles(data: bytes, name: str, scale: Vector3) -> MeshShell | None:
     """Return the triangles of a mesh file as MuJoCo reads it; None if it does not, which it then reports itself.
 
     Args:
@@ -59,7 +59,7 @@ def triangles(data: bytes, name: str, scale: Vector3) -> Triangles | None:
     corners = vertices[mesh_faces(model, 0)]
     if _volume(corners) < 0.0:
         corners = corners[:, ::-1]
-    return Triangles(corners, _convex(corners[: MAX_PLATES + 1], vertices))
+    return MeshShell(corners, _convex(corners[: MAX_PLATES + 1], vertices))
 
 
 def _volume(corners: Floats) -> float:
@@ -86,7 +86,7 @@ def _normals(corners: Floats) -> Floats:
     return units
 
 
-def plates(mesh: Triangles) -> Iterator[list[float]]:
+def plates(mesh: MeshShell) -> Iterator[list[float]]:
     """Yield the six corners of a plate below each triangle, as 18 numbers; triangles too narrow for one are left out."""
     for triangle, normal in zip(mesh.corners, _normals(mesh.corners), strict=True):
         sides = np.linalg.norm(triangle - np.roll(triangle, 1, axis=0), axis=1)

@@ -18,7 +18,7 @@ from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_files import SdfFiles
-from graphengine.physics.sdf.sdf_frames import Frame, Scope
+from graphengine.physics.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.physics.sdf.sdf_geoms import GeomWriter
 from graphengine.physics.sdf.sdf_inertia import mass_of, turned
 from graphengine.physics.sdf.sdf_joints import fastened, is_moving
@@ -134,7 +134,7 @@ class _WorldWriter:
                 body.children.append(made)
             yield body
 
-    def _body(self, link: Frame, model: Scope, parent: Pose | None, name: str = "") -> Element:
+    def _body(self, link: SdfFrame, model: Scope, parent: Pose | None, name: str = "") -> Element:
         """Return the body of a link with its geoms, in a frame of the world or in the world."""
         place = relative(parent, link.place) if parent is not None else link.place
         values = placed(place, name=name or f"{model.name}::{link.full_name}")
@@ -150,20 +150,20 @@ class _WorldWriter:
             self.findings.add("N103", "images on visuals are not drawn; their diffuse colours are", image.span)
 
 
-def _links(model: Scope) -> list[Frame]:
+def _links(model: Scope) -> list[SdfFrame]:
     return [link for scope in model.walk() for link in scope.links.values()]
 
 
-def _root(model: Scope) -> Frame:
+def _root(model: Scope) -> SdfFrame:
     """Return the link of a robot that no joint carries."""
     carried = {fastened(joint)[1] for scope in model.walk() for joint in scope.joints.values()}
     return next((link for link in _links(model) if link not in carried), model.frame)
 
 
-def _rigid(model: Scope, links: list[Frame]) -> Iterator[tuple[list[Frame], bool]]:
+def _rigid(model: Scope, links: list[SdfFrame]) -> Iterator[tuple[list[SdfFrame], bool]]:
     """Yield the links of a model in groups that joints hold together, and whether they are fixed to the world."""
     groups = {link: [link] for link in links}
-    bolted: set[Frame] = set()
+    bolted: set[SdfFrame] = set()
     for joint in (joint for scope in model.walk() for joint in scope.joints.values()):
         parent, child = fastened(joint)
         if parent is None:
@@ -181,7 +181,7 @@ def _rigid(model: Scope, links: list[Frame]) -> Iterator[tuple[list[Frame], bool
             yield sorted(group, key=lambda link: order[link]), not bolted.isdisjoint(group)
 
 
-def _inertial(link: Frame) -> Element:
+def _inertial(link: SdfFrame) -> Element:
     mass = mass_of(link)
     centre, rotation = relative(link.place, mass.pose)
     values = {"pos": written(*centre), "mass": written(mass.mass)}

@@ -321,3 +321,32 @@ def test_the_project_of_a_model_is_not_changed_by_reading_it(project: Project, t
     before = {path: path.read_bytes() for path in project.folder.rglob("*") if path.is_file()}
     project.load()
     assert {path: path.read_bytes() for path in project.folder.rglob("*") if path.is_file()} == before
+
+
+def test_the_drive_of_a_robot_file_does_not_take_over_defaults_of_actuators(project: Project) -> None:
+    drive = "drive: {stiffness: 5000, damping: 200, gravity_compensation: true, interpolate: true}"
+    simulation, joints = loaded(project, ARM, f"start: home\njoints: {{shoulder: {{{drive}}}}}\n", "base")
+    steps(simulation, 500)
+    assert joints.positions()[0] == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("key", "expected"),
+    [
+        ("drive: {stiffness: 300, damping: 30}", 100 * 0.5 / 400),
+        ("spring: {stiffness: 300, rest: 0.1}", (100 * 0.5 + 300 * 0.1) / 400),
+    ],
+)
+def test_the_springs_of_a_model_and_of_a_robot_file_act_together(project: Project, key: str, expected: float) -> None:
+    sprung = """<mujoco><compiler angle="radian"/><worldbody><body name="base" pos="0 0 1"><geom size=".1"/><body name="arm">
+      <joint name="turn" axis="0 0 1" stiffness="100" springref="0.5" damping="20"/><geom size=".05" mass="1" pos=".3 0 0"/>
+      </body></body></worldbody></mujoco>"""
+    simulation, joints = loaded(project, sprung, f"fixed_base: true\njoints: {{turn: {{{key}}}}}\n", "base")
+    steps(simulation, 1000)
+    assert joints.positions().tolist() == pytest.approx([expected], abs=1e-3)
+
+
+def test_a_robot_file_may_name_links_that_stand_for_sites(project: Project) -> None:
+    loaded(project, ARM, "links: {flange: {gravity: false}}\n", "base")
+    error = model(project, ARM, "wheel_colliders: {flange: ellipsoid}\n", "base").error()
+    assert "link 'flange' is not a wheel" in error

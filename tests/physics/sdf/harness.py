@@ -14,7 +14,7 @@ from graphengine.physics.description.urdf_reader import read_urdf
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element, parse
 from graphengine.physics.sdf.sdf_files import SdfFiles
-from graphengine.physics.sdf.sdf_frames import Frame, Scope
+from graphengine.physics.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.physics.sdf.sdf_reader import read_sdf
 from graphengine.physics.sdf.sdf_values import to_rpy
 
@@ -62,7 +62,7 @@ def packages(folder: Path) -> Packages:
     return Packages(folder, (), Files.of(folder / "main.sdf", (), folder))
 
 
-def frame(within: Scope, name: str) -> Frame:
+def frame(within: Scope, name: str) -> SdfFrame:
     """A frame by its name."""
     found = within.find(name)
     assert found is not None, name
