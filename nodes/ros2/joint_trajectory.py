@@ -86,7 +86,7 @@ class ControlledJoints(Shared):
         leaders = dict(zip(robot.joint_names, robot.leaders, strict=True))
         if not chosen or len(set(chosen)) < len(chosen):
             raise ContextError(
-                "a controller needs joints, each once", list(chosen), "name joints with a position drive"
+                "a controller needs one or more joints, each once", list(chosen), "name joints with a position drive"
             )
         for name in chosen:
             if leaders[name]:

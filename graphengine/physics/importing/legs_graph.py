@@ -37,5 +37,5 @@ def fill(draft: Draft) -> None:
     }
     comment = f"torques that hold the joints where the keyframe {KEYFRAME} has them"
     draft.sections["graphs"][GRAPH] = Entry({"use": "graphs/legs/stand.yaml", "parameters": parameters}, [comment])
-    text = f"gains of the graph that stands: {stiffness:g} N m/rad and {parameters['damping']:g} N m s/rad"
+    text = f"gains of the graph stand: {stiffness:g} N m/rad and {parameters['damping']:g} N m s/rad"
     draft.guessed.append(Remark(text))
