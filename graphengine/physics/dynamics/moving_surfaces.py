@@ -42,7 +42,7 @@ def add_surface_joints(spec: mujoco.MjSpec, names: Collection[str]) -> None:
     belts = {name for name in names if spec.body(name) is not None}
     groups = _fixed_together(spec, belts) if belts else []
     if belts:
-        # The solver's tolerance is relative to the inertias in contact: it would stop before the result for light bodies is right.
+        # The solver's tolerance is relative to the inertias in contact: it would stop too early for light bodies.
         spec.option.tolerance /= _FIRM
     for parts in groups:
         for one, other in itertools.combinations(parts.values(), 2):

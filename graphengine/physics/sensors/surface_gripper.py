@@ -1,7 +1,7 @@
 """A surface gripper, whose points hold bodies by welds.
 
 A closing gripper casts a ray from each point along its forward axis, and welds the body that the ray hits to the gripper, at its
-present pose. A weld breaks if its force exceeds the gripper's limits; forces count from ten steps on, when a new weld has settled.
+present pose. A weld breaks if its force exceeds the gripper's limits. Forces count after ten steps, when a new weld has settled.
 """
 
 from __future__ import annotations
