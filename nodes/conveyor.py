@@ -15,19 +15,20 @@ _NO_EFFECT = "no effect: textures do not move"
 
 
 class IsaacConveyor(Node, type="isaacsim.asset.gen.conveyor.IsaacConveyor"):
-    """Sets the surface velocity of a body, which carries along what lies on it and stays in place itself.
+    """Sets the surface velocity of a body: objects on its surface are carried along, while the body itself stays in place.
 
-    The body is a body of the world or a link, fixed to the world or to another body; the surfaces of bodies that are attached to
-    it move too. The velocity lasts until the next execution, or a reset. Every change takes effect, also one below 1 mm/s, which
-    Isaac Sim ignores. A node whose `onStep` is not wired does nothing.
+    The body is a body of the world or a link of a robot that no joint moves; bodies attached to it get the same velocity.
+    The velocity lasts until the next execution or reset. Isaac Sim ignores changes below 1 mm/s; here they take effect. Without
+    a wire to `onStep`, the node does nothing.
     """
 
-    on_step = ExecIn(doc="sets the velocity; in Isaac Sim changes of inputs do that, too")
-    enabled: bool = In(default=True, doc="false: executions do nothing, and the velocity stays as it is")
-    conveyor_prim: Target = In(required=True, setup=True, doc="prim of the body")
+    on_step = ExecIn(doc="sets the surface velocity; in Isaac Sim, a change of an input sets it too")
+    enabled: bool = In(default=True, doc="false: executions do nothing, and the surface keeps its velocity")
+    conveyor_prim: Target = In(required=True, setup=True, doc="prim of the conveyor's body")
     velocity: Float = In(default=0.0, unit="m/s, rad/s", doc="speed of the surface")
     direction: Float3 = In(
-        default=(1.0, 0.0, 0.0), doc="direction in the body's frame, or axis of the rotation; multiplied by `velocity`"
+        default=(1.0, 0.0, 0.0),
+        doc="direction of motion, or rotation axis if `curved`, in the body's frame; its length multiplies `velocity`",
     )
     curved: bool = In(
         default=False, doc="true: the surface turns about the origin of the body; false: it moves straight"

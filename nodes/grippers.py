@@ -17,15 +17,16 @@ from graphengine.nodes.touched import attribute_of, drives_of
 
 
 class SurfaceGripper(Node, type="isaacsim.robot.surface_gripper.SurfaceGripper"):
-    """Closes and opens a surface gripper; of pins that fire together, `Close` counts before `Open`, and that before `Toggle`.
+    """Closes and opens a surface gripper. If several inputs fire together, `Close` takes precedence over `Open` and `Toggle`.
 
-    Bodies are held where they were gripped, even at a distance. ReadPrimAttribute reads the gripper's status from the attribute
-    `isaac:status`. The gripper is a device of the robot file, `type: surface_gripper`, with the attributes of Isaac Sim's prim.
+    A gripped body keeps its pose relative to the gripper, even at a distance from it. ReadPrimAttribute reads the gripper's
+    status from the attribute `isaac:status`. The gripper is a device of type `surface_gripper` in the robot file, with the
+    attributes of Isaac Sim's prim.
     """
 
     toggle = ExecIn(name="Toggle", doc="closes the gripper if it is open; opens it otherwise")
-    open_in = ExecIn(name="Open", doc="releases what the gripper holds")
-    close_in = ExecIn(name="Close", doc="grips what is in front of the gripper")
+    open_in = ExecIn(name="Open", doc="opens the gripper, which releases the bodies that it holds")
+    close_in = ExecIn(name="Close", doc="closes the gripper, which grips bodies in front of it")
     enabled: bool = In(default=True, doc="false: executions do nothing")
     surface_gripper: Target = In(name="SurfaceGripper", required=True, setup=True, doc="prim of the surface gripper")
 
@@ -50,16 +51,16 @@ class SurfaceGripper(Node, type="isaacsim.robot.surface_gripper.SurfaceGripper")
 
 
 class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGripperController"):
-    """Opens and closes the fingers of a gripper step by step; each execution moves them by `gripperSpeed`, also without `execIn`.
+    """Opens and closes the fingers of a gripper step by step: each execution moves them by `gripperSpeed`.
 
-    Of pins that fire together, `stop` counts before `close`, and that before `open`. Each joint moves to its own position,
-    whatever the direction; in Isaac Sim all joints move in the direction of the first. Inputs may change at any time; in Isaac
-    Sim those of the first execution count. The joints need position drives.
+    If several inputs fire together, `stop` takes precedence over `close`, and `close` over `open`. Each joint moves towards its
+    own goal; in Isaac Sim, all joints move in the direction of the first. Changes of inputs take effect at any time; Isaac Sim
+    uses the values of the first execution. The joints need position drives.
     """
 
-    exec_in = ExecIn(doc="moves the fingers on, if they are opening or closing")
-    open_in = ExecIn(name="open", doc="begins to open the gripper")
-    close_in = ExecIn(name="close", doc="begins to close the gripper")
+    exec_in = ExecIn(doc="moves the fingers one step further if they are opening or closing")
+    open_in = ExecIn(name="open", doc="begins to open the gripper, with the first step at once")
+    close_in = ExecIn(name="close", doc="begins to close the gripper, with the first step at once")
     stop = ExecIn(doc="stops the fingers where they are")
     articulation_root_prim: Target = In(
         required=True, setup=True, doc="the robot's prim, base link or articulation root"
@@ -68,19 +69,21 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
     joint_names_in: Tokens = In(name="jointNames", required=True, doc="names of the fingers' joints")
     open_position: Doubles = In(
         unit="rad, m",
-        doc="position of each joint when open, or one for all; if these and all of `closePosition` are 0 or not given, the upper "
-        "limit of each joint",
+        doc="position of each joint when open, or one for all; if this and `closePosition` are empty or all 0: the joints' upper "
+        "limits",
     )
     close_position: Doubles = In(
         unit="rad, m",
-        doc="position of each joint when closed, or one for all; see `openPosition`; the lower limit of each joint",
+        doc="position of each joint when closed, or one for all; if this and `openPosition` are empty or all 0: the joints' "
+        "lower limits",
     )
     gripper_speed: Doubles = In(
-        required=True, unit="rad, m", doc="distance of each joint per execution, or one for all; greater than 0"
+        required=True, unit="rad, m", doc="distance that each joint moves per execution, or one for all; greater than 0"
     )
     joint_names_out: Tokens = Out(name="jointNames", doc="names of the joints, in the order of `positionCommands`")
     position_commands: Doubles = Out(
-        unit="rad, m", doc="position of each joint; while it is wired, the node does not command the joints itself"
+        unit="rad, m",
+        doc="position set point of each joint; if this output is wired, the node does not command the joints itself",
     )
 
     articulation: Articulation = Bound()
@@ -91,12 +94,12 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
     """Commanded position of each joint; empty before the first execution."""
 
     def setup(self, context: Context) -> None:
-        """Bind the robot, and find out whether another node commands the joints."""
+        """Bind the robot, and check whether another node commands the joints."""
         self.articulation = context.articulation(self.articulation_root_prim[0])
         self.commands_joints = not context.wired("position_commands")
 
     def compute(self) -> None:
-        """Move the fingers on, or hold them at the first execution.
+        """Move the fingers one step further; hold them at the first execution.
 
         Raises:
             BadValueError: a joint is unknown or has no limits, or an array has the wrong length.
@@ -139,10 +142,10 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
         return selection, robot.positions()[chosen]
 
     def goals(self, names: Sequence[str]) -> dict[str, NDArray[np.float64]]:
-        """Return the positions of the open and of the closed gripper.
+        """Return the joint positions of the open and the closed gripper, by `open` and `close`.
 
         Raises:
-            BadValueError: an array has the wrong length, or the positions are to be the limits of a joint that has none.
+            BadValueError: an array has the wrong length, or no positions are given and a joint has no limits.
         """
         opened = self.one_per_joint("openPosition", self.open_position, names)
         closed = self.one_per_joint("closePosition", self.close_position, names)

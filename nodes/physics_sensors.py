@@ -79,9 +79,9 @@ class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadConta
 
 
 class IsaacReadEffortSensor(Node, type="isaacsim.sensors.physics.IsaacReadEffortSensor"):
-    """Reads the effort of a joint, as IsaacReadJointState does for all joints: that of its drive plus the commanded effort.
+    """Reads the effort of a joint: the effort of its drive plus the commanded effort, as IsaacReadJointState outputs it.
 
-    In Isaac Sim the effort includes what limits, friction and springs of the joint exert.
+    In Isaac Sim, the effort includes those of the joint's limits, friction and springs.
     """
 
     exec_in = ExecIn()

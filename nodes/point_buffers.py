@@ -1,6 +1,6 @@
 """Nodes that output the points of a lidar or radar as buffers (`isaacsim.sensors.rtx`), for ROS2PublishPointCloud.
 
-In Isaac Sim, these nodes read a buffer of the RTX renderer. Here `renderProductPath` gives them the sensor.
+In Isaac Sim, these nodes read a buffer of the RTX renderer. Here `renderProductPath` selects the sensor.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from graphengine.node.types import Buffer, Float, Float3, Int, Matrix4d, Token, 
 from graphengine.nodes.lidar import beams_of_a_ring, points_of
 from graphengine.nodes.prims import matrix_of
 
-_BUFFER = "no effect; in Isaac Sim it is a buffer of the RTX renderer"
-_DEPRECATED = "no effect, and deprecated in Isaac Sim"
-_TYPE = "has no meaning: the type is fixed"
-_SIZE = "bytes in the buffer"
+_BUFFER = "no effect; in Isaac Sim, a buffer of the RTX renderer"
+_DEPRECATED = "no effect; deprecated in Isaac Sim"
+_TYPE = "value has no meaning: the type of the buffer's elements is fixed"
+_SIZE = "size of the buffer in bytes"
 _NONE = "always 0: ray casting does not provide it"
 _NO_OBJECT = read_only(np.zeros(4, np.uint32))
 _PROVIDED = ("azimuth", "elevation", "distance", "timestamp", "intensity", "emitterId", "channelId", "radialVelocityMS")
-"""Metadata of points of a lidar or a radar."""
+"""Metadata of points that a lidar or a radar provides."""
 _MISSING = ("materialId", "tickId", "hitNormal", "velocity", "objectId", "echoId", "tickState")
 """Metadata of points that ray casting does not provide."""
 
@@ -45,7 +45,7 @@ class _Returns:
     """Metadata with one record per point, by name."""
 
     def metadata(self, name: str) -> NDArray[Any] | None:
-        """Return the metadata of this name, of the sensor or computed from the points; None if there is none."""
+        """Return the metadata of this name, from the sensor or computed from the points; None if neither provides it."""
         x, y, z = self.points.T
         found: NDArray[Any] | None
         match name:
@@ -63,7 +63,7 @@ class _Returns:
 
 
 def _of_lidar(lidar: Lidar) -> _Returns:
-    """Return the points of the newest sample; beams without a hit have none."""
+    """Return the points of the newest sample; beams without a hit give no point."""
     scan = lidar.scan()
     hit = np.flatnonzero(np.isfinite(scan.ranges))
     rings = (hit // beams_of_a_ring(lidar)).astype(np.uint32)
@@ -87,12 +87,14 @@ class PointBuffersNode(Node):
     data_ptr: Buffer = In(default=0, doc=_BUFFER)
     cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in host memory")
     data_ptr_out: Buffer = Out(
-        default=0, name="dataPtr", unit="m", doc="buffer of points in the sensor's frame, three float32 each"
+        default=0, name="dataPtr", unit="m", doc="buffer of points in the sensor's frame: x, y, z as three float32 each"
     )
     cuda_device_index_out: Int = Out(default=-1, name="cudaDeviceIndex", doc="always -1: host memory")
     buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    transform: Matrix4d = Out(doc="pose of the sensor in the world, row by row; the position (m) is the last row")
-    width: UInt = Out(default=0, doc="number of points")
+    transform: Matrix4d = Out(
+        doc="pose of the sensor in the world frame as a row-vector matrix; the last row holds the position, m"
+    )
+    width: UInt = Out(default=0, doc="number of points in the sample")
     height: UInt = Out(default=1, doc="always 1")
     azimuth_ptr: Buffer = Out(default=0, unit="deg", doc="buffer with one float32 per point")
     azimuth_data_type: Float = Out(default=4.0, doc=_TYPE)
@@ -197,8 +199,8 @@ class OgnIsaacExtractRTXSensorPointCloud(
 ):
     """Outputs the points of a lidar or radar and all their metadata as buffers; fires once per sample.
 
-    In Isaac Sim, the points come from `dataPtr`, a buffer of the RTX renderer. Here `renderProductPath` gives the sensor, and
-    metadata that ray casting does not provide stays 0, as does what is not wired. All points of a sample have the same time.
+    `renderProductPath` selects the sensor; `dataPtr`, in Isaac Sim a buffer of the RTX renderer, has no effect. Outputs that
+    are not wired stay 0, and so does metadata that ray casting does not provide. All points of a sample have the same time.
     """
 
     render_product_path: Token = In(
@@ -212,7 +214,7 @@ class OgnIsaacExtractRTXSensorPointCloud(
     wired: frozenset[str] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the sensor, and find the outputs that are wired."""
+        """Bind the sensor, and look up which outputs are wired."""
         self.bind(context, self.render_product_path)
         self.wired = frozenset(name for name, fields in _METADATA.items() if any(map(context.wired, fields)))
 

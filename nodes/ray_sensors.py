@@ -11,24 +11,28 @@ from graphengine.node.types import Bools, Float, Floats, Int, Point3fs, Target, 
 
 
 class IsaacReadRaycastSensor(Node, type="isaacsim.sensors.physics.IsaacReadRaycastSensor"):
-    """Casts the rays of a raycast sensor and outputs what they hit; fires at every execution.
+    """Casts the rays of a raycast sensor and outputs their hits; fires at every execution.
 
-    Rays pass through the sensor's own robot. They are all cast at the time of the execution: `rayTimeOffsets` of Isaac Sim's
-    prim does not exist. `hitPrimPaths` has the paths of bodies; a shape that the world has without a body gives an empty path.
+    Rays pass through the sensor's own robot. All are cast at the time of the execution: `rayTimeOffsets` of Isaac Sim's prim
+    is not available. `hitPrimPaths` contains paths of bodies; it is empty for geometry of the world that belongs to no body.
     """
 
     exec_in = ExecIn()
     raycast_sensor_prim: Target = In(required=True, setup=True, doc="prim of the raycast sensor")
     exec_out = ExecOut()
     sensor_time: Float = Out(default=0.0, unit="s", doc="simulation time of the reading")
-    depths: Floats = Out(unit="m", doc="distance of each hit from its ray's origin; the sensor's range without a hit")
+    depths: Floats = Out(
+        unit="m", doc="distance from each ray's origin to its hit; the sensor's range if there is no hit"
+    )
     hit_positions: Floats = Out(
         unit="m",
-        doc="x, y, z of each hit, one after the other, in the frame of the sensor or of the world; 0 without a hit",
+        doc="x, y, z of all hits in one array, in the sensor's or world frame (`output_frame` of the sensor); 0 without a hit",
     )
-    hit_normals: Floats = Out(doc="x, y, z of the surface's normal at each hit, in the same frame; 0 without a hit")
+    hit_normals: Floats = Out(
+        doc="x, y, z of all surface normals in one array, in the frame of `hitPositions`; 0 if there is no hit"
+    )
     hit_prim_paths: Tokens = Out(
-        doc="path of the body that each ray hits; empty without a hit, or if the sensor does not report them"
+        doc="path of the body that each ray hits, empty if there is no hit; an empty array if the sensor does not report paths"
     )
     num_rays: UInt = Out(default=0, doc="number of rays")
     beam_origins: Point3fs = Out(unit="m", doc="origin of each ray in the world frame")
@@ -51,9 +55,10 @@ class IsaacReadRaycastSensor(Node, type="isaacsim.sensors.physics.IsaacReadRayca
 
 
 class IsaacReadLightBeam(Node, type="isaacsim.sensors.physx.IsaacReadLightBeam"):
-    """Casts the beams of a light beam sensor and outputs which are broken; fires at every execution.
+    """Casts the beams of a light beam sensor and outputs which beams are broken; fires at every execution.
 
-    Beams pass through the sensor's own robot and end at `max_range` from the sensor; in Isaac Sim they are longer by `min_range`.
+    Beams pass through the sensor's own robot and end at the distance `max_range` from the sensor; in Isaac Sim, they are longer
+    by `min_range`.
     """
 
     exec_in = ExecIn()
@@ -62,10 +67,10 @@ class IsaacReadLightBeam(Node, type="isaacsim.sensors.physx.IsaacReadLightBeam")
     num_rays: Int = Out(default=0, doc="number of beams")
     beam_hit_data: Bools = Out(doc="whether each beam is broken")
     linear_depth_data: Floats = Out(
-        unit="m", doc="distance of each hit from the sensor along the beam; the sensor's range without a hit"
+        unit="m", doc="distance from the sensor to each hit along the beam; the sensor's range if there is no hit"
     )
-    hit_pos_data: Point3fs = Out(unit="m", doc="end of each beam in the sensor's frame")
-    beam_origins: Point3fs = Out(unit="m", doc="beginning of each beam in the world frame")
+    hit_pos_data: Point3fs = Out(unit="m", doc="end of each beam in the sensor's frame: its hit, or the sensor's range")
+    beam_origins: Point3fs = Out(unit="m", doc="start of each beam in the world frame")
     beam_end_points: Point3fs = Out(unit="m", doc="end of each beam in the world frame: its hit, or the sensor's range")
 
     sensor: LightBeam = Bound()

@@ -77,7 +77,9 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="parameters of ros2_control, such as ros2_controllers.yaml, which say how the base is driven",
     )
-    parser.add_argument("--model", metavar="NAME", default="", help="the model of an SDF file to make a robot of")
+    parser.add_argument(
+        "--model", metavar="NAME", default="", help="model in an SDF file to import, if the file has several"
+    )
     parser.add_argument("--macro", metavar="NAME", help="the macro of a xacro file to make a robot of")
     left_out = "leave out what a package brings: included files, their macros, meshes"
     add_repeatable(parser, "--without", "PACKAGE", left_out)

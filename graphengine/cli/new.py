@@ -25,9 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="file",
         help="robot description file (default: begin with the Dingo-D)",
     )
-    parser.add_argument(
-        "--world", choices=WORLDS, help="the world that the scene begins with (default flat; table for an arm)"
-    )
+    parser.add_argument("--world", choices=WORLDS, help="world of the scene (default: flat; for an arm: table)")
     import_urdf.add_source_arguments(parser)
 
 

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class WorldPlaces:
-    """A world of graphengine with room for a robot.
+    """A world of graphengine with free space for a robot.
 
     Attributes:
-        file: of the world.
-        stand: free place on the floor, m.
-        mount: place for a robot that is bolted down, m.
+        file: file of the world.
+        stand: position on the floor for a robot that moves freely, m.
+        mount: position for a robot with a fixed base, m.
     """
 
     file: str

@@ -1,4 +1,4 @@
-"""What the robot of a new project can do, by its graphs: commands for the README, and tests."""
+"""Skills that the graphs of a new project's robot give it: commands for the README, and tests."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ _BASE, _STAND, _TRAJECTORY = "base", "stand", "arm/trajectory.yaml"
 
 @dataclass(frozen=True, slots=True)
 class Skill:
-    """Something that a robot can do.
+    """A skill of a robot, such as driving or following trajectories.
 
     Attributes:
-        commands: to try it, each with what it is for.
+        commands: commands that try it, each with its purpose.
         example: a longer command, which moves a joint or an arm; empty without one.
         active: whether the robot falls over unless its graphs run.
         test: Python code of its test, which may use the scene `SCENE`, the name `ROBOT` and what `_TEST_FILE` imports.

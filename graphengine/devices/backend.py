@@ -127,10 +127,10 @@ class World(Protocol):
         """
 
     def conveyor(self, prim: Prim) -> Surface:
-        """Return a handle to the surface velocity of a body, which is zero at first.
+        """Return a handle to the surface velocity of a body; the velocity is initially zero.
 
         Args:
-            prim: prim of the body, which is fixed to the world or to another body.
+            prim: prim of a body that is fixed to the world or to another body.
 
         Raises:
             ContextError: a joint moves the body.
@@ -221,9 +221,9 @@ class World(Protocol):
 
 
 def select_joints(articulation: Articulation, names: Sequence[str], indices: Sequence[int]) -> list[int]:
-    """Return indices of the selected joints in the articulation: those of the names, else the given indices, else all.
+    """Return indices of the selected joints: of `names` if given, otherwise `indices` if given, otherwise all joints.
 
-    The name of an actuator stands for its joint. Actuators that do not move a single joint follow the joints.
+    The name of an actuator selects its joint. Actuators that do not move exactly one joint have the indices after the joints.
 
     Raises:
         JointError: the articulation has no joint with a name or index.

@@ -9,7 +9,7 @@ from graphengine.devices.rotation import Vector3
 
 @dataclass(frozen=True, slots=True)
 class HolonomicWheel:
-    """A wheel that grips the floor along the axis of its rollers only, with its robot's joints at zero."""
+    """A wheel with rollers, which grips the floor only along the roller axis; geometry with all joints of the robot at zero."""
 
     joint: str
     """Name of the joint that turns the wheel."""

@@ -16,30 +16,30 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class BeamReading:
-    """What the beams of a sensor meet, in the order of the beams; the arrays are not to be changed."""
+    """Hits of a sensor's beams; arrays have one entry per beam and must not be changed."""
 
     hits: NDArray[np.bool_]
     """Whether each beam is broken."""
     depths: Floats
-    """Distance of each hit from the sensor along the beam, m; the sensor's range without a hit."""
+    """Distance from the sensor to each hit along the beam, m; the sensor's range if there is no hit."""
     hit_positions: Floats
     """End of each beam in the sensor's frame, shape (n, 3), m."""
     origins: Floats
-    """Beginning of each beam in the world frame, shape (n, 3), m."""
+    """Start of each beam in the world frame, shape (n, 3), m."""
     ends: Floats
     """End of each beam in the world frame, at its hit or at the sensor's range, shape (n, 3), m."""
 
 
 class LightBeam(Sensor, Protocol):
-    """A sensor with one beam, or with several parallel beams side by side, that casts them whenever it is read."""
+    """A sensor with one beam, or several parallel beams side by side; it casts them whenever it is read."""
 
     def reading(self) -> BeamReading:
-        """Return what the beams meet now."""
+        """Cast the beams and return their hits."""
 
 
 @device("light_beam", LightBeam, usd="IsaacLightBeamSensor", title="a light beam sensor")
 class LightBeamStub(Stub):
-    """A light beam sensor whose reading tests write to `measured`; without beams at first."""
+    """A light beam sensor that returns the reading which a test writes to `measured`; initially without beams."""
 
     def __init__(self, prim: Prim) -> None:
         super().__init__(prim)

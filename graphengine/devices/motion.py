@@ -44,7 +44,7 @@ class Placement(Protocol):
 
 
 class Surface(Protocol):
-    """The surface of a body that carries along what touches it, like the belt of a conveyor, while the body stays in place."""
+    """The moving surface of a body that stays in place, like a conveyor belt: it carries along objects that touch it."""
 
     def move(self, linear: Vector3, angular: Vector3) -> None:
         """Set the velocity of the surface from the next physics step on; a reset stops it.
@@ -54,7 +54,7 @@ class Surface(Protocol):
             angular: angular velocity about the origin of the body, in its frame, rad/s.
 
         Raises:
-            PhysicsError: a number is too large for the physics; nothing has changed.
+            PhysicsError: a number is too large for the physics; the velocity stays as before.
         """
 
 
@@ -110,7 +110,7 @@ class Articulation(Protocol):
 
     @property
     def actuators(self) -> Mapping[str, str]:
-        """Actuators by name, and the joint that each moves; empty for one that does not move a single joint."""
+        """Joint that each actuator moves, by the actuator's name; empty if it does not move exactly one joint."""
 
     @property
     def prismatic(self) -> tuple[bool, ...]:
@@ -118,15 +118,15 @@ class Articulation(Protocol):
 
     @property
     def ranges(self) -> tuple[tuple[float, float], ...]:
-        """Lowest and highest position of each joint by its description, rad or m; infinite without limits."""
+        """Lowest and highest position of each joint from the robot description, rad or m; infinite without limits."""
 
     @property
     def max_velocities(self) -> tuple[float, ...]:
-        """Velocity limit of each joint by its description, rad/s or m/s; infinite without one."""
+        """Velocity limit of each joint from the robot description, rad/s or m/s; infinite without one."""
 
     @property
     def leaders(self) -> tuple[str, ...]:
-        """Name of the joint that each joint mimics; empty for a joint that moves by itself."""
+        """Name of the joint that each joint mimics; empty for joints that are not mimic joints."""
 
     @property
     def stiffness(self) -> NDArray[np.float64]:

@@ -23,20 +23,20 @@ class Detections:
     points: NDArray[np.float32]
     """Positions in the radar's frame, m, shape (n, 3)."""
     radial_velocities: NDArray[np.float32]
-    """Rates of change of the distances, m/s; positive for what moves away from the radar."""
+    """Rates of change of the distances, m/s; positive for targets that move away from the radar."""
     intensities: NDArray[np.float32]
-    """Received power above that from the same target at the largest distance, dB."""
+    """Received power relative to that of the same target at the largest distance, dB."""
 
 
 class Radar(TickSensor, Protocol):
-    """A sensor that measures position and radial velocity of what its rays hit."""
+    """A sensor that measures the position and radial velocity of each point that its rays hit."""
 
     @property
     def ranges(self) -> tuple[float, float]:
         """Smallest and largest distance reported, m."""
 
     def detections(self) -> Detections:
-        """Return the newest sample, which is measured at the first call in its tick and shared by all callers."""
+        """Return the newest sample; it is measured at the first call in its tick and shared by all callers."""
 
 
 @device("radar", Radar, usd="OmniRadar", title="a radar", rank=3, child="Radar")

@@ -1,4 +1,4 @@
-"""Raycast sensors, whose rays have origins and directions of their own: the Protocol and the stub."""
+"""Raycast sensors, with an origin and a direction for each ray: the Protocol and the stub."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class RaycastReading:
-    """What the rays of a sensor meet, in the order of the rays; the arrays are not to be changed."""
+    """Hits of a sensor's rays; arrays have one entry per ray and must not be changed."""
 
     time: float
     """Simulation time, s."""
     depths: Floats
-    """Distance of each hit from the origin of its ray, m; the sensor's range without a hit."""
+    """Distance from the origin of each ray to its hit, m; the sensor's range if there is no hit."""
     hit_positions: Floats
     """Position of each hit in the sensor's frame or in the world frame, shape (n, 3), m; zero without a hit."""
     hit_normals: Floats
     """Unit normal of the surface at each hit, in the same frame, shape (n, 3); zero without a hit."""
     hit_prims: tuple[str, ...]
-    """Path of the body that each ray meets; empty without a hit, for a shape of the world itself, or if not asked for."""
+    """Path of the body that each ray hits; empty without a hit or for geometry of no body. No entries if not enabled."""
     origins: Floats
     """Origin of each ray in the world frame, shape (n, 3), m."""
     ends: Floats
@@ -38,12 +38,12 @@ class RaycastSensor(Sensor, Protocol):
     """A sensor that casts its rays whenever it is read."""
 
     def reading(self) -> RaycastReading:
-        """Return what the rays meet now."""
+        """Cast the rays and return their hits."""
 
 
 @device("raycast", RaycastSensor, usd="IsaacRaycastSensor", title="a raycast sensor")
 class RaycastSensorStub(Stub):
-    """A raycast sensor whose reading tests write to `measured`; without rays at first."""
+    """A raycast sensor that returns the reading which a test writes to `measured`; initially without rays."""
 
     def __init__(self, prim: Prim) -> None:
         super().__init__(prim)

@@ -1,4 +1,4 @@
-"""Surface grippers, which hold things by suction: the Protocol and the stub."""
+"""Surface grippers, which hold bodies by suction: the Protocol and the stub."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from graphengine.devices.device import Sensor, Stub, device
 from graphengine.devices.stage import Prim
 
 GripperStatus = Literal["Open", "Closing", "Closed"]
-"""`Closing` while some points of a gripper hold nothing and it tries to grip with them; `Closed` when all hold something."""
+"""`Closing` while the gripper tries to grip with points that hold no body yet; `Closed` when all points hold one."""
 
 
 class SurfaceGripperDevice(Sensor, Protocol):
-    """A gripper with one or several points; each holds the body in front of it, until it is pulled off."""
+    """A gripper with one or several points; each point grips the body in front of it, until the body is pulled off."""
 
     @property
     def status(self) -> GripperStatus:
@@ -21,18 +21,18 @@ class SurfaceGripperDevice(Sensor, Protocol):
 
     @property
     def gripped(self) -> Sequence[str]:
-        """Paths of the prims of all held bodies, each once, in the order of the points; a body of the world's own is left out."""
+        """Prim paths of all held bodies, each once, in the order of the points; geometry of no body is left out."""
 
     def close(self) -> None:
-        """Start to grip what is in front of the points, in the next physics steps; no effect unless it is open."""
+        """Start to grip the bodies in front of the points, from the next physics step on; no effect unless open."""
 
     def open(self) -> None:
-        """Release everything at once."""
+        """Release all bodies immediately."""
 
 
 @device("surface_gripper", SurfaceGripperDevice, usd="IsaacSurfaceGripper", title="a surface gripper")
 class SurfaceGripperStub(Stub):
-    """A surface gripper that is closed at once; tests write what it holds to `reachable`."""
+    """A surface gripper that closes immediately; tests write the paths of the bodies within reach to `reachable`."""
 
     reachable: Sequence[str] = ()
 
@@ -42,7 +42,7 @@ class SurfaceGripperStub(Stub):
 
     @property
     def gripped(self) -> Sequence[str]:
-        """Return what the test put within reach, if the gripper is closed."""
+        """Return `reachable` if the gripper is closed."""
         return self.reachable if self.status == "Closed" else ()
 
     def close(self) -> None:

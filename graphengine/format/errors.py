@@ -16,7 +16,7 @@ GraphError                  base of all exceptions of this package
 ├── PhysicsError            the simulation diverged
 ├── RecordingError          a recording that cannot be written or read
 ├── RenderError             pictures cannot be drawn
-├── TrajectoryError         a trajectory that joints cannot follow (in nodes/ros2/joint_trajectory.py)
+├── TrajectoryError         a trajectory that is invalid for the joints (in nodes/ros2/joint_trajectory.py)
 ├── TransportError          the network could not be joined, or a peer's library failed
 │   └── MessageError        a message that does not match its type (in messages/messages.py)
 └── UsageError              invalid arguments (exit code 2 of `graphrun`)

@@ -50,7 +50,7 @@ REPLACEMENTS = {
     "ExampleCpp": _EXAMPLE,
     "ExamplePython": _EXAMPLE,
 }
-"""Types of Isaac Sim that are not available, by the last part of their names."""
+"""Replacements for node types of Isaac Sim that are not available, by the last part of the type's name."""
 FAMILIES = {
     "isaacsim.ucx.nodes.": _OUTSIDE,
     "omni.isaac.ros_bridge.": "ROS 1 is not spoken here: use the node of the same name with ROS2 in the place of ROS1",
@@ -58,7 +58,7 @@ FAMILIES = {
     "omni.replicator.": _RANDOM,
     "omni.graph.ui": "there are no windows; an OnImpulseEvent fires on `graphrun ctl impulse`, keys on `ctl press`",
 }
-"""Types that REPLACEMENTS does not have, by the beginning of their names."""
+"""Replacements for node types that are not in `REPLACEMENTS`, by the beginning of the type's name."""
 _CAMERA_HELPER = "isaacsim.ros2.bridge.ROS2CameraHelper"
 _INFO_HELPER = "isaacsim.ros2.bridge.ROS2CameraInfoHelper"
 _VERSIONS = {

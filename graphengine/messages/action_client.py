@@ -1,4 +1,4 @@
-"""Action clients of nodes, on top of service clients and subscriptions: a tick sees what arrived before it."""
+"""Action clients of nodes, on top of service clients and subscriptions: a tick sees messages that arrived before it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from graphengine.messages.endpoints import ServiceClient, Subscription
 from graphengine.messages.goals import ACCEPTED, CANCEL_GOAL, STATUS_NAMES, UNKNOWN
 
 MAX_OPEN = 1000
-"""Goals without a result that a client keeps; beyond, the oldest are forgotten."""
+"""Maximum number of goals without a result that a client keeps; beyond it, the oldest are dropped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,14 +75,14 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         self._count = 0
         """Goals that were sent since the start of the session; peers may know each of them."""
         self._sent: dict[int, bytes] = {}
-        """UUIDs of goals without an answer, by the number of the call."""
+        """UUIDs of goals that the server has not accepted or rejected yet, by the number of the service call."""
         self._asked: dict[int, bytes] = {}
-        """UUIDs of goals without a result, by the number of the call."""
+        """UUIDs of goals without a result, by the number of the service call."""
         self._open: dict[bytes, int] = {}
         """Status of each accepted goal without a result."""
 
     def restore(self, saved: Any) -> None:
-        """Return to a saved state; peers outside of the session have not forgotten the UUIDs used since."""
+        """Return to a saved state, but use new UUIDs, because peers outside of the session know those used since."""
         count = self._count
         super().restore(saved)
         self._count = self._count if self._repeats else count
@@ -104,13 +104,13 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         return identity
 
     def cancel(self, goal: bytes) -> None:
-        """Ask the server to cancel a goal; ask again if it may not have accepted the goal yet."""
+        """Request that the server cancel a goal; repeat the call if the server had not accepted the goal yet."""
         request = self._definitions.initial(f"{CANCEL_GOAL}_Request")
         request.goal_info.goal_id.uuid[:] = list(goal)
         self.endpoints.cancel_goal.call(request)
 
     def events(self) -> Sequence[ActionEvent]:
-        """Return what the server said since the last call: answers, feedback, statuses, then results."""
+        """Return the server's messages since the last call: acceptances and rejections, feedback, statuses, then results."""
         found: list[ActionEvent] = []
         ends = self.endpoints
         ends.cancel_goal.take()  # the status tells what came of it
@@ -143,7 +143,7 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         return found
 
     def restart(self) -> None:
-        """Forget all goals, because the graph restarts at time 0; the server goes on with them."""
+        """Drop all goals, because the graph restarts at time 0; the server continues with them."""
         for known in (self._sent, self._asked, self._open):
             known.clear()
 
@@ -154,6 +154,6 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
 
 
 def _limit(known: dict[Any, Any]) -> None:
-    """Forget the oldest entries."""
+    """Remove the oldest entries beyond the maximum number."""
     while len(known) > MAX_OPEN:
         del known[next(iter(known))]

@@ -1,4 +1,4 @@
-"""Action servers of nodes, on top of service servers and publishers: a tick sees what arrived before it."""
+"""Action servers of nodes, on top of service servers and publishers: a tick sees messages that arrived before it."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class ActionEndpoint(Stateful, Generic[E]):
         """Nodes that hold it: two while a changed graph replaces the running one."""
 
     def has(self, endpoints: E) -> bool:
-        """Return whether it consists of these very endpoints, which are then handed over."""
+        """Return whether `endpoints` are the same objects as those of this action."""
         names = type(endpoints).__slots__  # type: ignore[attr-defined]
         return all(getattr(self.endpoints, name, None) is getattr(endpoints, name) for name in names)
 
@@ -53,7 +53,7 @@ class ActionEndpoint(Stateful, Generic[E]):
         raise NotImplementedError
 
     def close(self) -> bool:
-        """Remove one holder; return whether it was the last one, in which case all goals have ended."""
+        """Remove one holder. If it was the last one, end all goals and return True."""
         self.holders -= 1
         if self.holders == 0:
             self.restart()
@@ -80,19 +80,19 @@ class Goal(TrackedGoal):
 
     @property
     def cancel_requested(self) -> bool:
-        """Whether a client asked to cancel the goal, which has not ended yet."""
+        """Whether a client has requested to cancel the goal and the goal has not ended yet."""
         return self.status == CANCELING
 
     def accept(self) -> None:
-        """Accept the goal, which is then executing; nothing happens if it was accepted or rejected before."""
+        """Accept the goal: its status becomes executing. No effect if it was accepted or rejected before."""
         self._server.accept(self)
 
     def reject(self) -> None:
-        """Reject the goal; nothing happens if it was accepted or rejected before."""
+        """Reject the goal. No effect if it was accepted or rejected before."""
         self._server.reject(self)
 
     def feedback(self, message: Any) -> None:
-        """Publish feedback if anybody listens.
+        """Publish feedback if it has subscribers.
 
         Raises:
             MessageError: the message does not fit the action.
@@ -100,7 +100,7 @@ class Goal(TrackedGoal):
         self._server.publish_feedback(self, message)
 
     def succeed(self, result: Any = None) -> None:
-        """End the goal as reached; `result` is None for default values.
+        """End the goal as succeeded; without `result`, the result has default values.
 
         Raises:
             ValueError: the goal is not active.
@@ -109,11 +109,11 @@ class Goal(TrackedGoal):
         self._server.end(self, SUCCEEDED, result)
 
     def abort(self, result: Any = None) -> None:
-        """End the goal as not reached. Takes the same argument and raises the same errors as `succeed`."""
+        """End the goal as aborted. Takes the same argument and raises the same errors as `succeed`."""
         self._server.end(self, ABORTED, result)
 
     def canceled(self, result: Any = None) -> None:
-        """End the goal because a client asked for it; a ValueError if none did. Otherwise like `succeed`."""
+        """End the goal as canceled; like `succeed`, but raises ValueError also if no client requested to cancel it."""
         self._server.end(self, CANCELED, result)
 
 
@@ -143,9 +143,9 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
     ) -> None:
         super().__init__(action, action_type, endpoints)
         self.handle = endpoints.send_goal.handle
-        """Number by which `Context.action` finds it; never 0."""
+        """Handle of the server for `Context.action`; never 0."""
         self.current: Goal | None = None
-        """Goal that the graph pursues."""
+        """Goal on which the graph works; None if there is none."""
         self._now = now
         self._goals: Goals[Goal] = Goals(action_type, definitions)
         self._changed = False
@@ -167,9 +167,9 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
         return [goal for goal in self._goals if goal.active]
 
     def goals(self) -> Sequence[Goal]:
-        """Return the goals that arrived, oldest first, once; each must be accepted or rejected, in this tick or later.
+        """Return the goals that arrived since the last call, oldest first; accept or reject each, in this tick or later.
 
-        Also answers what clients ask for: to cancel goals, and results. Call it once per execution, before anything else.
+        Also handles requests of clients for cancellation and results. Call it once per execution, before all other methods.
         """
         arrived: list[Goal] = []
         for request_id, request in self.endpoints.send_goal.take():
@@ -191,7 +191,7 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
         return arrived
 
     def update(self) -> None:
-        """Publish the goals' status if it changed, and discard old results. Call it once per execution, after anything else."""
+        """Publish the goals' status if it changed, and discard old results. Call it at the end of each execution."""
         self._changed |= self._goals.expire(self._now())
         self._publish()
 
@@ -201,7 +201,7 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
             self.endpoints.status.publish(self._goals.status_array())
 
     def accept(self, goal: Goal) -> None:
-        """Accept a goal; nothing happens if it was answered before."""
+        """Accept a goal; no effect if it was accepted or rejected before."""
         if not goal.pending:
             return
         goal.pending = False
@@ -210,18 +210,18 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
         self._changed = True
 
     def reject(self, goal: Goal) -> None:
-        """Reject a goal; nothing happens if it was answered before."""
+        """Reject a goal; no effect if it was accepted or rejected before."""
         if goal.pending:
             goal.pending = False
             self.endpoints.send_goal.answer(goal.request_id, self._goals.reject(goal))
 
     def publish_feedback(self, goal: Goal, message: Any) -> None:
-        """Publish feedback on a goal if anybody listens."""
+        """Publish feedback on a goal if it has subscribers."""
         if self.endpoints.feedback.wanted:
             self.endpoints.feedback.publish(self._goals.feedback(goal, message))
 
     def end(self, goal: Goal, status: int, result: Any) -> None:
-        """End a goal, and answer those who wait for its result."""
+        """End a goal, and send its result to the clients that wait for it."""
         response = self._goals.end(goal, status, result)
         while goal.waiting:
             self.endpoints.get_result.answer(goal.waiting.popleft(), response)

@@ -1,7 +1,7 @@
-"""Goals of an action server: their states, and the answers to clients, by the rules of rcl_action.
+"""Goals of an action server: their states, and the responses to clients, by the rules of rcl_action.
 
-An action consists of three services and two topics (design.ros2.org/articles/actions.html). Nothing here sends a message: an
-action server passes requests in, and sends the messages that come out.
+An action consists of three services and two topics (design.ros2.org/articles/actions.html). This module does not send messages:
+an action server passes requests to it, and sends the messages that it returns.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ STATUS_ARRAY = "action_msgs/msg/GoalStatusArray"
 STATUS_QOS = LATCHED
 FEEDBACK_QOS = QoS()
 FEEDBACK_READER_QOS = QoS(depth=100)
-"""Profile of a client, which reads once a tick what a server may send at a higher rate."""
+"""QoS of a client's feedback subscription: deep, because it is read once per tick and servers may send faster."""
 
 MAX_ACTIVE = 100
-"""Goals of an action server that have not ended."""
+"""Maximum number of goals of an action server that have not ended."""
 MAX_ENDED = 100
-"""Ended goals whose results are kept."""
+"""Maximum number of ended goals whose results are kept."""
 RESULT_TIMEOUT = 900.0
 """Time for which the result of a goal is kept after its end, s; rclpy's default."""
 MAX_WAITING = 100
-"""Requests for the result of one goal that wait for its end."""
+"""Maximum number of requests for the result of one goal that wait for its end."""
 
 
 class TrackedGoal(Stateful):
-    """A goal as its action server knows it; the status is UNKNOWN until the goal is accepted.
+    """A goal and its state in an action server; the status is UNKNOWN until the goal is accepted.
 
     Args:
         identity: the client's UUID of the goal, 16 bytes.
@@ -59,7 +59,7 @@ class TrackedGoal(Stateful):
         self.ended_at: float | None = None
         """Time since which the result is kept, s."""
         self.waiting: deque[Any] = deque(maxlen=MAX_WAITING)
-        """Requests for the result that came before the end, as the action server represents them."""
+        """Requests for the result that arrived before the goal ended, in the action server's representation."""
 
     @property
     def active(self) -> bool:
@@ -140,10 +140,10 @@ class Goals(Stateful, Generic[G]):
         Args:
             goal: active goal.
             status: SUCCEEDED, CANCELED or ABORTED.
-            result: result of the action; None: with default values.
+            result: result of the action; None: default values.
 
         Raises:
-            ValueError: the goal is not active, or nobody has asked to cancel it.
+            ValueError: the goal is not active, or status is CANCELED and no client has requested to cancel the goal.
             MessageError: the result does not fit the action.
         """
         if not goal.active or (status == CANCELED and goal.status != CANCELING):
@@ -161,7 +161,7 @@ class Goals(Stateful, Generic[G]):
         return self._definitions.initial(f"{self.action_type}_GetResult_Response")
 
     def cancel(self, request: Any) -> Any:
-        """Ask active goals to end: the given one, and those accepted up to a time; without both, all. Return the response."""
+        """Mark goals as to be cancelled: the requested one and those accepted up to a time, or all. Return the response."""
         response = self._definitions.initial(f"{CANCEL_GOAL}_Response")
         identity, stamp = bytes(request.goal_info.goal_id.uuid), _order(request.goal_info.stamp)
         one, every = any(identity) and not any(stamp), not any(identity) and not any(stamp)
@@ -176,7 +176,7 @@ class Goals(Stateful, Generic[G]):
         return response
 
     def expire(self, now: float) -> bool:
-        """Discard goals that ended too long ago, and the oldest ended ones of too many; return whether there were any."""
+        """Discard goals that ended too long ago, and the oldest ended ones beyond the maximum; return whether any were."""
         ended = [goal for goal in self if goal.ended]
         for goal in ended:
             goal.ended_at = now if goal.ended_at is None else goal.ended_at
@@ -187,7 +187,7 @@ class Goals(Stateful, Generic[G]):
         return bool(old)
 
     def restart(self) -> None:
-        """Keep results for their whole time again, because the clock restarts at 0."""
+        """Restart the time for which results are kept, because the clock restarts at 0."""
         for goal in self:
             goal.ended_at = None
 
@@ -199,7 +199,7 @@ class Goals(Stateful, Generic[G]):
         return message
 
     def status_array(self) -> Any:
-        """Return the message of the topic status: all accepted goals whose result is kept."""
+        """Return the message of the topic status: all accepted goals that have not been discarded."""
         message = self._definitions.initial(STATUS_ARRAY)
         for goal in self:
             if goal.status != UNKNOWN:
@@ -235,5 +235,5 @@ def parts(action: str, action_type: str) -> Mapping[str, ActionPart]:
 
 
 def _order(stamp: Any) -> tuple[int, int]:
-    """Return a time message as numbers that can be compared."""
+    """Return a time message as a tuple for comparisons."""
     return stamp.sec, stamp.nanosec

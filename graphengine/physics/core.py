@@ -46,7 +46,7 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # what it takes to go on bit by bi
 
 @dataclass(frozen=True, slots=True)
 class SavedState:
-    """The part of a checkpoint for a simulation.
+    """The state of a simulation in a checkpoint.
 
     Attributes:
         counts: ticks, steps and other counters.
@@ -238,10 +238,10 @@ class SimulationCore(Stateful):
             handle.see_displacement()
 
     def add_surfaces(self, bodies: Collection[str]) -> None:
-        """Give bodies, by name, a moving surface, which is at rest at first.
+        """Add a moving surface, initially at rest, to the named bodies.
 
         Raises:
-            CheckError: MuJoCo refuses the model; nothing has changed.
+            CheckError: MuJoCo refuses the model; the simulation is unchanged.
         """
         assert self.recompile is not None  # a world that was loaded sets it
         self.continue_with(self.recompile([*self.surfaces.velocities, *bodies]))
@@ -293,7 +293,7 @@ class SimulationCore(Stateful):
         self.limits.start()
 
     def _drives(self) -> Iterator[tuple[str, Drive]]:
-        """Return the joints that have a drive, by their names in the model, then drives of no single joint."""
+        """Yield the drives with the names of their joints in the model; those that do not move one joint come last."""
         for prim in self.stage.prims("joint"):
             robot, drive = self.stage.robot_of(prim), prim.facts["drive"]
             if robot is not None and drive is not None:

@@ -115,7 +115,7 @@ class Simulation(SimulationCore):
         """
         assert prim.body is not None
         if prim.body not in self.surfaces.velocities and self.model.body(prim.body).jntnum[0]:
-            advice = "a conveyor is fixed to the world or to another body; for a robot, write fixed_base: true"
+            advice = "a conveyor must be fixed to the world or to another body; for a robot, write fixed_base: true"
             raise ContextError(f"{prim.path} cannot be a conveyor: a joint moves it", prim.path, advice)
         return self._handles.find(Conveyor, prim)
 

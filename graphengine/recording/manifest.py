@@ -43,7 +43,7 @@ class Manifest(BaseModel):
     domain_id: DomainId = 0
     domain_from_environment: DomainId | None = None
     identity: Annotated[str, Field(pattern=r"^([0-9a-f]{2}){0,64}$")] = ""
-    """What distinguished the session on its network, in hexadecimal; UUIDs of goals of actions depend on it."""
+    """Identity of the session on its network, in hexadecimal; UUIDs of action goals depend on it."""
     period: tuple[Positive, Positive]
     """Seconds between two ticks as numerator and denominator."""
     machine: dict[str, str] = {}

@@ -1,4 +1,4 @@
-"""A client of an action outside of a session: sends goals over a transport and waits for what comes of them."""
+"""An action client outside of a session: sends goals over a transport and receives feedback and results."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from graphengine.messages.goals import CANCEL_GOAL, FEEDBACK_READER_QOS, ActionP
 from graphengine.ros.transport import Transport
 
 MAX_CALLS = 1000
-"""Goals whose feedback a caller passes on; beyond, it is no longer passed on for the oldest."""
+"""Maximum number of goals whose feedback a caller passes on; beyond it, the oldest goals get no more feedback."""
 
 
 @dataclass(eq=False)
 class GoalCall:
-    """A goal that was sent. Its futures are completed in a thread of the transport.
+    """A sent goal. A thread of the transport completes its futures.
 
     Attributes:
         goal: UUID of the goal, 16 bytes.
@@ -71,7 +71,7 @@ class ActionCaller:
 
     @property
     def ready(self) -> bool:
-        """Whether a server offers all services of the action."""
+        """Whether all services of the action have a server."""
         return all(service.ready for service in (self._send, self._cancel, self._get))
 
     def send(self, goal: Any, feedback: Callable[[Any], object] = lambda message: None) -> GoalCall:
@@ -95,7 +95,7 @@ class ActionCaller:
         return call
 
     def cancel(self, goal: bytes | None = None) -> Future[Any]:
-        """Ask to cancel a goal by its UUID, or all goals of the action; return the future response of cancel_goal."""
+        """Request to cancel a goal by its UUID, or all goals of the action; return a future of cancel_goal's response."""
         request = self._definitions.initial(f"{CANCEL_GOAL}_Request")
         if goal is not None:
             request.goal_info.goal_id.uuid[:] = list(goal)
@@ -155,7 +155,7 @@ class _Service:
         self._lock = threading.Lock()
         self._open: dict[int, Future[Any]] = {}
         self._early: dict[int, bytes] = {}
-        """Responses that came before the number of their call was known."""
+        """Responses that arrived before `call` knew the number of their request."""
         self._client = transport.client(part.name, part.message_type, QoS(), self._receive)
 
     @property

@@ -253,7 +253,7 @@ def _check_servers(context: LintContext) -> None:
 
 
 def _what(claim: EndpointClaim) -> tuple[str, str, str]:
-    """Return kind, name and type of what a claim belongs to, such as an action."""
+    """Return kind, name and type of the topic, service or action that a claim belongs to."""
     if action := action_of(claim.topic):
         return "action", action, claim.message_type.rpartition("_")[0]
     return "service" if claim.is_service else "topic", claim.topic, claim.message_type

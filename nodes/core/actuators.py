@@ -15,16 +15,16 @@ from graphengine.nodes.touched import drives_of
 
 
 class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.ArticulationActuators"):
-    """Sets feed-forward efforts, which joints exert in addition to the forces of their drives.
+    """Sets feed-forward efforts, which are added to the efforts of the joints' drives.
 
-    The actuators of a robot are the drives of its robot file: a drive with `stiffness` and `damping` is Isaac Sim's PD actuator,
-    `max_force` its limit of effort. A feed-forward effort acts from the next physics step until the next one for the same joint;
-    a joint without a drive ignores it, as in Isaac Sim. An `effortCommand` of IsaacArticulationController replaces it.
+    The actuators are the drives in the robot file: a drive with `stiffness` and `damping` corresponds to Isaac Sim's PD
+    actuator, and `max_force` to its effort limit. A feed-forward effort acts from the next physics step until it is set again
+    or replaced by the `effortCommand` of an IsaacArticulationController. Joints without a drive ignore it, as in Isaac Sim.
 
-    Drives are a part of the physics and act in every physics step, whatever `autoStepPrePhysics` says; in Isaac Sim, false lets
-    them act only when the node is executed. `stepDt` has no effect: in Isaac Sim, PID and neural controllers use it, which are
-    not available here, nor are delays and motor curves. The joint's effort limit applies to the feed-forward effort alone,
-    and `max_force` to the drive alone; Isaac Sim limits their sum.
+    Drives act in every physics step, also if `autoStepPrePhysics` is false; in Isaac Sim, they then act only when the node is
+    executed. `stepDt` has no effect, because PID and neural controllers, which use it in Isaac Sim, are not available; nor are
+    delays and motor curves. The joint's effort limit applies to the feed-forward effort alone and `max_force` to the drive
+    alone; Isaac Sim limits their sum.
     """
 
     exec_in = ExecIn()
@@ -34,9 +34,9 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
     auto_step_pre_physics: bool = In(default=True, doc="no effect: drives act in every physics step")
     step_dt: float = In(default=0.016667, unit="s", doc="no effect: drives do not integrate errors")
     feedforward_command: Floats = In(
-        unit="N m, N", doc="effort of each selected joint, or one for all of them; an empty array keeps the efforts"
+        unit="N m, N", doc="feed-forward effort of each selected joint, or one for all; empty: keep the present efforts"
     )
-    indices: Ints = In(doc="indices of the robots that `robotPath` stands for: empty, or 0 as it is always one")
+    indices: Ints = In(doc="must be empty or 0, as `robotPath` is a single robot")
     dof_indices: Ints = In(doc="indices of the joints to set; if empty, all")
 
     articulation: Articulation = Bound()
@@ -56,8 +56,7 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
         """Set the efforts, or none on an error.
 
         Raises:
-            BadValueError: an index is that of no robot or joint, the numbers of efforts and joints differ, or an effort is too
-                large.
+            BadValueError: no robot or joint has an index, the numbers of efforts and joints differ, or an effort is too large.
         """
         efforts = self.feedforward_command.tolist()
         if not efforts:
@@ -79,7 +78,7 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
         """Return the joints that `dofIndices` selects.
 
         Raises:
-            BadValueError: an index is that of no joint.
+            BadValueError: no joint has an index.
         """
         try:
             return self.articulation.select((), self.dof_indices.tolist())

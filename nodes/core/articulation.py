@@ -81,8 +81,8 @@ class SelectedJointsNode(RobotNode):
 class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.IsaacArticulationController"):
     """Sets targets of joints, which act from the next physics step until the next command.
 
-    A command to a joint that mimics another one is logged: it has no effect unless the joint has a drive of its own, which then
-    works against the joint that it follows.
+    A command to a mimic joint logs a warning: without a drive, the command has no effect; with one, the drive works against the
+    joint that it mimics.
     """
 
     position_command: Doubles = In(

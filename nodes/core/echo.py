@@ -1,4 +1,4 @@
-"""The node with which Isaac Sim tests graphs (`isaacsim.core.nodes`)."""
+"""Isaac Sim's node for tests of graphs (`isaacsim.core.nodes`)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Nodes that convert images in buffers (`isaacsim.core.nodes`).
 
-In Isaac Sim, the renderer passes its buffers to these nodes. Here `renderProductPath` gives them the pictures of a camera; a
-buffer of another node may be wired to `dataPtr` in its place.
+In Isaac Sim, these nodes get their buffers from the renderer. Here they convert the pictures of the camera that
+`renderProductPath` selects, or a buffer that another node outputs, if it is wired to `dataPtr`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from graphengine.node.types import Buffer, Float, Int, Token, UInt, UInt64
 from graphengine.nodes.checked import one_of
 
 _R32_SFLOAT = 33
-"""Number of the format with one float32 per pixel in Carbonite's enumeration."""
+"""Carbonite's number of the format with one float32 per pixel."""
 _HOST = "no effect: buffers are in host memory"
 
 
@@ -34,7 +34,7 @@ class ImageBufferNode(Node):
         default="",
         setup=True,
         extension=True,
-        doc="path of a camera from IsaacCreateRenderProduct, or its prim path; its pictures are used if `dataPtr` is empty",
+        doc="camera whose pictures to convert if `dataPtr` is empty: path from IsaacCreateRenderProduct, or prim path",
     )
     cuda_device_index: Int = In(default=-1, doc=_HOST)
     width: UInt = In(default=0, unit="pixel", doc="width of the image in `dataPtr`")
@@ -49,7 +49,7 @@ class ImageBufferNode(Node):
         self.camera = context.device(Camera, self.render_product_path) if self.render_product_path else None
 
     def converted(self, buffer: Buffer) -> bool:
-        """Convert the buffer, or else the picture that the camera delivers in this tick; return whether there was one.
+        """Convert the buffer if it is given, otherwise this tick's picture of the camera; return False if there is no picture.
 
         Raises:
             BadValueError: neither a buffer nor a camera is given, or the buffer does not have the size of the image.
@@ -67,7 +67,7 @@ class ImageBufferNode(Node):
         return picture is not None
 
     def pixels(self, buffer: memoryview, dtype: str, channels: int) -> NDArray[np.generic]:
-        """Return the image of a buffer with shape (height, width, channels).
+        """Return a buffer as an image of shape (height, width, channels).
 
         Raises:
             BadValueError: the buffer has another size, or the image is empty.
@@ -91,22 +91,24 @@ class ImageBufferNode(Node):
 
 
 class IsaacConvertRGBAToRGB(ImageBufferNode, type="isaacsim.core.nodes.IsaacConvertRGBAToRGB", gated=True):
-    """Converts an rgba8 image to rgb8: copies red, green and blue of each pixel, and fires.
+    """Converts an rgba8 image to rgb8 and fires.
 
-    The image is in `dataPtr`, or else it is a picture of the camera in `renderProductPath`, which has no alpha; then the node
-    must be executed in every tick, and fires once per picture. In Isaac Sim, a buffer in host memory is passed on with its
-    alpha; here it is converted, as Isaac Sim does on the GPU.
+    The image is the buffer in `dataPtr`. If `dataPtr` is empty, the node outputs the pictures of the camera that
+    `renderProductPath` selects; execute it in every tick then: it fires once per picture. Isaac Sim converts only buffers on
+    the GPU, and outputs buffers in host memory with their alpha.
     """
 
-    data_ptr: Buffer = In(default=0, doc="buffer with four bytes per pixel, top row first")
+    data_ptr: Buffer = In(default=0, doc="rgba8 image: buffer with four bytes per pixel, top row first")
     encoding: Token = In(default="rgba8", doc="encoding of the image in `dataPtr`: rgba8")
     format: UInt64 = In(default=0, doc="no effect: `encoding` sets the pixel format")
     exec_out = ExecOut()
-    data_ptr_out: Buffer = Out(default=0, name="dataPtr", doc="buffer with three bytes per pixel, for ROS2PublishImage")
-    encoding_out: Token = Out(name="encoding", doc="rgb8")
-    width_out: UInt = Out(name="width", unit="pixel")
-    height_out: UInt = Out(name="height", unit="pixel")
-    buffer_size_out: UInt = Out(name="bufferSize", doc="bytes in the buffer")
+    data_ptr_out: Buffer = Out(
+        default=0, name="dataPtr", doc="rgb8 image for ROS2PublishImage: buffer with three bytes per pixel"
+    )
+    encoding_out: Token = Out(name="encoding", doc="always rgb8")
+    width_out: UInt = Out(name="width", unit="pixel", doc="width of the image")
+    height_out: UInt = Out(name="height", unit="pixel", doc="height of the image")
+    buffer_size_out: UInt = Out(name="bufferSize", doc="size of the rgb8 image in bytes")
 
     def compute(self) -> Fire:
         """Convert an image.
@@ -137,24 +139,31 @@ class IsaacConvertDepthToPointCloud(
     """Converts a depth image to points in the camera's optical frame (x right, y down, z forward), and fires.
 
     The pixel in column u and row v with depth z is the point z ((u - width / 2) / f, (v - height / 2) / f, 1) with the focal
-    length f = `width` * `focalLength` / `horizontalAperture` in pixels. This is Isaac Sim's formula: it takes the upper left
-    corner of each pixel, where ROS2CameraHelper with `type: depth_pcl` takes the centre. Each pixel has a point; one without a
-    surface is NaN.
+    length f = `width` * `focalLength` / `horizontalAperture` in pixels. This is Isaac Sim's formula: it uses the upper left
+    corner of each pixel, while ROS2CameraHelper with `type: depth_pcl` uses the centre. Each pixel has a point, which is NaN
+    where there is no surface.
 
-    The image is in `dataPtr`, or else it is a picture of the camera in `renderProductPath`, which also gives its size and focal
-    length; then the node must be executed in every tick, and fires once per picture.
+    The image is the buffer in `dataPtr`. If `dataPtr` is empty, the node converts the pictures of the camera that
+    `renderProductPath` selects, with the camera's size and focal length; execute it in every tick then: it fires once per
+    picture.
     """
 
-    data_ptr: Buffer = In(default=0, doc="buffer with one float32 per pixel, m, top row first; inf without a surface")
-    focal_length: Float = In(default=0.0, unit="mm", doc="focal length, in the unit of `horizontalAperture`")
-    horizontal_aperture: Float = In(default=0.0, unit="mm", doc="width of the aperture")
+    data_ptr: Buffer = In(
+        default=0, doc="depth image, m: buffer with one float32 per pixel, top row first; inf where there is no surface"
+    )
+    focal_length: Float = In(
+        default=0.0, unit="mm", doc="focal length of the camera, in the same unit as `horizontalAperture`"
+    )
+    horizontal_aperture: Float = In(default=0.0, unit="mm", doc="width of the camera's aperture")
     vertical_aperture: Float = In(default=0.0, unit="mm", doc="no effect: pixels are square")
     format: UInt64 = In(default=_R32_SFLOAT, doc="format of the image in `dataPtr`: 33 (R32_SFLOAT)")
     exec_out = ExecOut()
     data_ptr_out: Buffer = Out(
-        default=0, name="dataPtr", doc="buffer with three float32 per pixel, for ROS2PublishPointCloud"
+        default=0,
+        name="dataPtr",
+        doc="points for ROS2PublishPointCloud, m: buffer with x, y, z as three float32 per pixel",
     )
-    buffer_size_out: UInt = Out(name="bufferSize", doc="bytes in the buffer")
+    buffer_size_out: UInt = Out(name="bufferSize", doc="size of the points in bytes")
     height_out: UInt = Out(default=1, name="height", doc="always 1")
     width_out: UInt = Out(default=0, name="width", doc="number of points")
 
@@ -182,12 +191,12 @@ class IsaacConvertDepthToPointCloud(
         self.put_out(picture.depth, camera.intrinsics[0])
 
     def put_out(self, depth: NDArray[np.float32], focal: float) -> None:
-        """Set the outputs to the points of a depth image (m) with a focal length in pixels."""
+        """Set the outputs to the points of a depth image, m; `focal` is the focal length in pixels."""
         height, width = depth.shape
         right, down = (np.arange(width) - width / 2) / focal, (np.arange(height) - height / 2) / focal
         points = np.full((height, width, 3), np.nan, np.float32)
         seen = depth != np.inf
-        with np.errstate(all="ignore"):  # inf times 0 where nothing is seen, and depths that float32 cannot hold
+        with np.errstate(all="ignore"):  # inf times 0 at pixels without a surface, and depths that float32 cannot hold
             for axis, along in enumerate((right[None, :], down[:, None], 1.0)):
                 np.copyto(points[:, :, axis], depth * along, where=seen, casting="same_kind")
         self.data_ptr_out, self.buffer_size_out = points.reshape(-1, 3), points.nbytes

@@ -59,7 +59,7 @@ class ConstantPi(Node, type="omni.graph.nodes.ConstantPi"):
 class ConstantE(Node, type="omni.graph.nodes.ConstantE"):
     """A power of Euler's number."""
 
-    exponent: float = In(default=1.0, doc="exponent of the power")
+    exponent: float = In(default=1.0, doc="power to which e is raised")
     value: float = Out(doc="e to the power of `exponent`")
 
     def compute(self) -> None:

@@ -123,7 +123,7 @@ def rotation_matrix(values: Array, order: str = "XYZ") -> Array:
     """Return rotation matrices (..., 3, 3) of port values; the number of components selects the representation.
 
     Args:
-        values: in the last axis, 16 or 9 numbers of a matrix, 4 of a quaternion, or 3 angles in degrees.
+        values: array whose last axis holds 16 or 9 numbers of a matrix, 4 of a quaternion, or 3 angles in degrees.
         order: order in which angles are applied.
     """
     match values.shape[-1]:

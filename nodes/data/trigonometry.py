@@ -64,7 +64,9 @@ class Tan(_OfAngle, type="omni.graph.nodes.Tan"):
 class _ToAngle(Elementwise):
     """Base of functions whose results are angles in degrees."""
 
-    value_in: Any = In(type=DECIMALS, name="value", required=True, doc="number, tuple or array")
+    value_in: Any = In(
+        type=DECIMALS, name="value", required=True, doc="argument of the function: number, tuple or array"
+    )
     value_out: Any = Out(type=DECIMALS, name="value", unit="deg", doc="angle, of the type of the input")
 
 

@@ -1,4 +1,4 @@
-"""Actions of any type, with a port for each field: a client, and a server of three nodes that share a handle."""
+"""Action client and server nodes for any action type, with a port for each field; a server consists of three nodes."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from graphengine.nodes.ros2.fields import Layout, expect, find_action
 
 
 class ActionNode(Node):
-    """Base of nodes for one action of any type, which the graph file sets: ports are made before wires are read."""
+    """Base of nodes for an action whose type the graph file selects; a port for each field is made before wires are read."""
 
     goal: ClassVar[Layout]
     result: ClassVar[Layout]
     feedback: ClassVar[Layout]
 
-    message_package: String = In(required=True, setup=True, doc="package of the action type, such as control_msgs")
+    message_package: String = In(required=True, setup=True, doc="package of the action type, such as `control_msgs`")
     message_subfolder: String = In(default="action", setup=True, doc="folder of the action type in the package")
-    message_name: String = In(required=True, setup=True, doc="name of the action type, such as FollowJointTrajectory")
+    message_name: String = In(required=True, setup=True, doc="name of the action type, such as `FollowJointTrajectory`")
 
     def bind(self) -> str:
         """Return the action type that the inputs name, such as control_msgs/action/FollowJointTrajectory.
@@ -37,38 +37,45 @@ class ActionNode(Node):
 
 
 class NamedActionNode(ActionNode):
-    """Base of nodes that open an action."""
+    """Base of nodes that offer or call an action by its name."""
 
     exec_in = ExecIn()
     context: UInt64 = In(default=0, setup=True, doc="domain handle from a ROS2Context; 0: the session's domain")
-    node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
+    node_namespace: String = In(
+        default="", setup=True, doc="ROS namespace of the action; `isaac:namespace` of prims is not added"
+    )
     action_name: String = In(default="/action_name", setup=True, doc="name of the action")
     qos_profile: String = In(
         default="",
         setup=True,
-        doc="JSON from a ROS2QoSProfile for the services; if empty: reliable, volatile, depth 10",
+        doc="QoS of the action's services, as JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth 10",
     )
 
     def endpoint(self) -> dict[str, Any]:
-        """Return the options of the action that the inputs set: namespace, QoS and domain."""
+        """Return the namespace, QoS and domain inputs as options for the action."""
         return {"namespace": self.node_namespace, "qos_profile": self.qos_profile, "ros_context": self.context}
 
 
 class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionServerGoal"):
-    """Offers an action; the fields of a goal are outputs, such as `Goal:order` of a Fibonacci. Execute it in every tick.
+    """Offers an action and outputs the fields of each goal, such as `Goal:order` for Fibonacci. Execute it in every tick.
 
-    `graphrun nodes ROS2ActionServerGoal --message example_interfaces/action/Fibonacci` lists these outputs. Each goal fires
-    `onGoal` once, and is accepted unless a ROS2ActionServerResult downstream of `onGoal` ends it as `rejected`. One goal is
-    active at a time: a new goal aborts it. Nodes with the same `serverHandle` send feedback (ROS2ActionServerFeedback) and
-    end the goal (ROS2ActionServerResult). A stop aborts the goal.
+    `graphrun nodes ROS2ActionServerGoal --message example_interfaces/action/Fibonacci` lists these outputs. `onGoal` fires once
+    for each goal; the goal is then accepted, unless a ROS2ActionServerResult downstream of `onGoal` ends it as `rejected`. At
+    most one goal is active: a new goal aborts it if `preempts` is true, otherwise the new goal is rejected. Wire `serverHandle`
+    to a ROS2ActionServerFeedback, which sends feedback, and to a ROS2ActionServerResult, which ends the goal. When the
+    simulation stops, the goal is aborted.
     """
 
-    preempts: bool = In(default=True, doc="whether a new goal aborts the active one; otherwise new goals are rejected")
-    on_goal = ExecOut(doc="fires for each goal")
-    on_cancel = ExecOut(
-        doc="fires once when a client asks to cancel the active goal; unwired: the goal ends as canceled"
+    preempts: bool = In(
+        default=True, doc="true: a new goal aborts the active one; false: new goals are rejected while one is active"
     )
-    server_handle: UInt64 = Out(default=0, doc="handle of this server; wire it to the nodes for feedback and result")
+    on_goal = ExecOut(doc="fires once for each goal that arrives")
+    on_cancel = ExecOut(
+        doc="fires once when a client requests to cancel the active goal; if not wired, the goal ends as canceled"
+    )
+    server_handle: UInt64 = Out(
+        default=0, doc="handle of this action server, for ROS2ActionServerFeedback and ROS2ActionServerResult"
+    )
     is_active: bool = Out(default=False, doc="whether a goal is active")
 
     server: ActionServer = Bound()
@@ -88,7 +95,7 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
         self.tells_of_cancel = context.wired("on_cancel")
 
     def compute(self) -> Pushes:
-        """Yield when the active goal is to be cancelled, then once for each goal, after setting the outputs."""
+        """Fire `onCancel` if the active goal is to be cancelled, then set the outputs and fire `onGoal` for each new goal."""
         server = self.server
         self.server_handle = server.handle
         arrived, active = server.goals(), server.current
@@ -117,15 +124,15 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
 
 
 class PursuingNode(ActionNode):
-    """Base of nodes that work on the goal of a ROS2ActionServerGoal."""
+    """Base of nodes that send feedback on the goal of a ROS2ActionServerGoal, or end it."""
 
     exec_in = ExecIn()
-    server_handle: UInt64 = In(required=True, doc="handle from the ROS2ActionServerGoal")
+    server_handle: UInt64 = In(required=True, doc="action server: `serverHandle` of its ROS2ActionServerGoal")
 
     door: Context = Bound()
 
     def setup(self, context: Context) -> None:
-        """Check that the server has the same type, if its handle is known."""
+        """Check that the server has the same action type, if its handle is known already."""
         self.door = context
         self.bind()
         if self.server_handle:
@@ -156,11 +163,11 @@ class PursuingNode(ActionNode):
 class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionServerFeedback", gated=True):
     """Sends feedback on the active goal of a ROS2ActionServerGoal; the fields of the feedback are inputs.
 
-    `graphrun nodes ROS2ActionServerFeedback --message example_interfaces/action/Fibonacci` lists these inputs. Downstream of
-    `onGoal`, it accepts the goal. Without an active goal, nothing is sent and nothing fires.
+    `graphrun nodes ROS2ActionServerFeedback --message example_interfaces/action/Fibonacci` lists these inputs. Executed
+    downstream of `onGoal`, the node accepts the goal. Without a goal, it sends nothing and does not fire.
     """
 
-    exec_out = ExecOut(doc="fires if a goal is active")
+    exec_out = ExecOut(doc="fires if there is a goal")
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
@@ -174,7 +181,7 @@ class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionSe
         self.feedback.check(self)
 
     def compute(self) -> Fire:
-        """Send feedback if anybody listens.
+        """Accept the goal if it is new, and send feedback if the topic has subscribers.
 
         Raises:
             BadValueError: no server has the handle, or the feedback cannot hold an input's value.
@@ -193,16 +200,15 @@ class ROS2ActionServerResult(PursuingNode, type="graphengine.ros2.ROS2ActionServ
     """Ends the goal of a ROS2ActionServerGoal; the fields of the result are inputs.
 
     `graphrun nodes ROS2ActionServerResult --message example_interfaces/action/Fibonacci` lists these inputs. Without a goal,
-    nothing is sent and nothing fires.
+    the node sends nothing and does not fire.
     """
 
     status: Token = In(
         default="succeeded",
         tokens=("succeeded", "aborted", "canceled", "rejected"),
-        doc="how the goal ends: `canceled` only if a client asked for it, `rejected` only downstream of `onGoal`;"
-        " otherwise both count as `aborted`",
+        doc="final status of the goal; `canceled` without a client's request and `rejected` after acceptance count as `aborted`",
     )
-    exec_out = ExecOut(doc="fires after the end of a goal")
+    exec_out = ExecOut(doc="fires when the node has ended a goal")
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
@@ -245,16 +251,16 @@ class ROS2ActionServerResult(PursuingNode, type="graphengine.ros2.ROS2ActionServ
 class ROS2ActionClient(NamedActionNode, type="graphengine.ros2.ROS2ActionClient"):
     """Sends goals to an action server; goal fields are inputs, feedback and result fields are outputs, such as `Result:sequence`.
 
-    `graphrun nodes ROS2ActionClient --message example_interfaces/action/Fibonacci` lists these ports. Every execution sends a
-    goal, at the end of the tick if a server exists, otherwise when one appears. Outputs tell about the latest goal only. A tick
-    outputs only the newest feedback.
+    `graphrun nodes ROS2ActionClient --message example_interfaces/action/Fibonacci` lists these ports. Every execution of `execIn`
+    creates a goal; it is sent at the end of the tick, or when a server appears. The outputs belong to the latest goal; events of
+    older goals are ignored. If several feedback messages arrive in a tick, the newest is output.
     """
 
-    cancel = ExecIn(control=True, doc="asks the server to cancel the latest goal")
-    on_accepted = ExecOut(doc="fires when the server has accepted the goal")
-    on_rejected = ExecOut(doc="fires when the server has rejected the goal")
-    on_feedback = ExecOut(doc="fires in each tick with feedback")
-    on_result = ExecOut(doc="fires when the goal has ended; `status` says how")
+    cancel = ExecIn(control=True, doc="requests that the server cancel the latest goal")
+    on_accepted = ExecOut(doc="fires when the server has accepted the latest goal")
+    on_rejected = ExecOut(doc="fires when the server has rejected the latest goal")
+    on_feedback = ExecOut(doc="fires in each tick in which feedback arrives")
+    on_result = ExecOut(doc="fires when the latest goal has ended; `status` is its final status")
     status: Token = Out(
         default="",
         doc="state of the latest goal: sent, rejected, accepted, executing, canceling, succeeded, canceled, aborted, unknown",
@@ -296,7 +302,7 @@ class ROS2ActionClient(NamedActionNode, type="graphengine.ros2.ROS2ActionClient"
         self.active = True
 
     def update(self) -> Fire:
-        """Output what the server said about the latest goal, and fire."""
+        """Output the server's events for the latest goal, and fire the outputs that belong to them."""
         fired = 0
         for event in self.client.events():
             if event.goal != self.latest:

@@ -126,7 +126,7 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
 
 
 def points_of(depth: NDArray[np.float32], intrinsics: tuple[float, float, float, float]) -> NDArray[np.float32]:
-    """Return the points of a depth image in the camera's optical frame, m, shape (n, 3), row by row without the misses.
+    """Return the points of a depth image in the camera's optical frame, m, shape (n, 3); pixels without a surface are left out.
 
     The optical frame has x right, y down and z forward: a pixel (u, v) of depth z is z ((u - cx) / fx, (v - cy) / fy, 1).
 

@@ -283,7 +283,7 @@ def find_service(literals: Mapping[str, Any], definitions: Definitions) -> tuple
 def find_action(literals: Mapping[str, Any], definitions: Definitions) -> tuple[Layout, Layout, Layout]:
     """Return the goal, result and feedback layouts of the action type that a node's message inputs select.
 
-    The inputs are those of `find_service`; takes the same arguments and raises the same errors.
+    Uses the same inputs, takes the same arguments and raises the same errors as `find_service`.
     """
     parts = zip(definitions.action_parts(_named(literals, "action")), ("Goal", "Result", "Feedback"), strict=True)
     goal, result, feedback = (Layout(definitions.message_class(kind), definitions, part) for kind, part in parts)

@@ -1,4 +1,4 @@
-"""A joint trajectory controller: an action server and a topic for trajectories of a robot's joints."""
+"""A joint trajectory controller: moves a robot's joints along trajectories from an action server and a topic."""
 
 from __future__ import annotations
 
@@ -32,42 +32,51 @@ _NONE = read_only(np.zeros(0))
 
 
 class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2FollowJointTrajectory", gated=True):
-    """Moves a robot's joints along trajectories, as joint_trajectory_controller of ros2_controllers does.
+    """Moves a robot's joints along trajectories, like joint_trajectory_controller of ros2_controllers.
 
-    Trajectories come as goals of the action `<controllerName>/follow_joint_trajectory`, or as messages on the topic
-    `<controllerName>/joint_trajectory`. Joints follow a spline: cubic between points with velocities, quintic with accelerations
-    too, else linear. It begins at once, at the present set points. Times of points count from the time in the header, or from
-    now if that is 0; points whose time has passed are left out. Wire the outputs to an IsaacArticulationController. They are the
-    set points for the end of the execution, so drives with `interpolate: true` follow most closely.
+    Trajectories are goals of the action `<controllerName>/follow_joint_trajectory`, or messages on the topic
+    `<controllerName>/joint_trajectory`. The joints follow a spline that starts at once from the present set points: linear
+    between points with positions only, cubic with velocities, quintic with velocities and accelerations. Times of points are
+    relative to the header's stamp, or to the present time if the stamp is 0; points in the past are left out. Wire the outputs
+    to an IsaacArticulationController. Outputs are the set points for the end of the execution, so that drives with
+    `interpolate: true` have the smallest error.
 
-    A new trajectory replaces the present one, whose goal is aborted. If a goal is canceled or violates its tolerances, the joints
-    hold their measured positions, as they do for a trajectory without points. A goal succeeds when its time is over and all
-    joints are within the goal tolerances.
+    A new trajectory replaces the present one and aborts its goal. The joints hold their measured positions if a goal is canceled
+    or violates its tolerances, or if a trajectory has no points. A goal succeeds when the time of its last point has passed and
+    all joints are within the goal tolerances.
 
-    A goal that cannot be followed is accepted and aborted at once, so that its client gets an error code and the reason, and the
-    present trajectory continues (joint_trajectory_controller rejects such goals without a reason). The codes are INVALID_JOINTS
-    for unknown, missing and mimic joints, OLD_HEADER_TIMESTAMP for a trajectory that is over, and INVALID_GOAL for wrong lengths,
-    times that do not increase, numbers that are not finite, positions beyond the limits of a joint, and a last point that moves.
-    A trajectory that is faster than a joint's limit is followed, with a warning.
+    An invalid goal is accepted and aborted at once, so that the client gets an error code and the reason; the present trajectory
+    continues (joint_trajectory_controller rejects such goals without a reason). The error codes are INVALID_JOINTS for unknown,
+    missing and mimic joints, OLD_HEADER_TIMESTAMP for a trajectory that ends in the past, and INVALID_GOAL for wrong lengths,
+    times that do not increase, numbers that are not finite, positions beyond the limits of a joint, and a last point with
+    nonzero velocity. A trajectory that exceeds a joint's velocity limit is followed, with a warning.
     """
 
     joint_names: Tokens = In(
-        default=(), setup=True, doc="joints to command; if empty, all with a position drive that mimic no other joint"
+        default=(),
+        setup=True,
+        doc="joints to command; if empty, all joints that have a position drive and are not mimic joints",
     )
     controller_name: String = In(
-        default="joint_trajectory_controller", setup=True, doc="name of the controller, in front of action and topic"
+        default="joint_trajectory_controller",
+        setup=True,
+        doc="name of the controller, the prefix of its action and topic names",
     )
     allow_partial_joints_goal: bool = In(
-        default=False, doc="whether a trajectory may leave out joints, which then keep their positions"
+        default=False,
+        doc="true: a trajectory may leave out joints, which keep their set points; false: such a goal is invalid",
     )
     path_tolerances: Doubles = In(
         default=_NONE,
         setup=True,
         unit="rad, m",
-        doc="largest position errors on the way: one number, or one for each joint; 0: no limit",
+        doc="largest position errors during a trajectory: one number, or one for each joint; 0: no limit",
     )
     goal_tolerances: Doubles = In(
-        default=_NONE, setup=True, unit="rad, m", doc="like `pathTolerances`, at the end of a trajectory"
+        default=_NONE,
+        setup=True,
+        unit="rad, m",
+        doc="largest position errors at the end of a trajectory: one number, or one for each joint; 0: no limit",
     )
     stopped_velocity_tolerance: float = In(
         default=0.01, ge=0.0, setup=True, unit="rad/s, m/s", doc="largest speed at the end of a trajectory; 0: no limit"
@@ -79,7 +88,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         unit="s",
         doc="time after the end of a trajectory in which joints may still reach the goal; 0: no limit",
     )
-    feedback_rate: float = In(default=20.0, ge=0.0, unit="Hz", doc="rate of the action's feedback; 0: none")
+    feedback_rate: float = In(default=20.0, ge=0.0, unit="Hz", doc="rate of the action's feedback; 0: no feedback")
 
     joints: ControlledJoints = Bound()
     subscription: Subscription = Bound()
@@ -112,7 +121,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         self.commanded = tuple(names)
 
     def compute(self) -> Fire:
-        """Take trajectories that arrived, and follow the present one."""
+        """Start trajectories that arrived, and follow the present one."""
         fired = self.drop()
         newest = self.subscription.newest()
         if newest is not None:
@@ -126,7 +135,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return fired
 
     def drop(self) -> Fire:
-        """Hold the joints if their goal was ended by others, or if the node was set up with other joints."""
+        """Hold the joints if the goal ended outside this node, or if the node was set up with other joints."""
         if self.goal is not None and not self.goal.active:  # its server was closed
             self.goal = None
         elif self.spline is None or self.followed == self.commanded:
@@ -134,7 +143,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return self.hold(codes.INVALID_GOAL, "the controller was set up again", "abort")
 
     def begin(self, trajectory: Any, goal: Goal | None) -> Fire:
-        """Replace the present trajectory by that of a goal or of the topic, unless it cannot be followed."""
+        """Replace the present trajectory by the one of a goal or topic message, unless the new one is invalid."""
         try:
             if goal is not None and len(goal.message.multi_dof_trajectory.joint_names):
                 raise TrajectoryError(codes.INVALID_GOAL, "joints with several degrees of freedom are not supported")
@@ -160,7 +169,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return None
 
     def set_point(self) -> JointPoint:
-        """Return the present set point: of the present trajectory, or else of the joints' drives."""
+        """Return the present set point of the trajectory, or of the joints' drives if there is no trajectory."""
         now, zeros = self.clock.time, np.zeros(len(self.joints.names))
         if self.spline is not None:
             return JointPoint(now, *self.spline.sample(now), zeros)
@@ -203,7 +212,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return self.command(positions, np.zeros_like(positions))
 
     def end(self, code: int, text: str, ending: str) -> None:
-        """End the present trajectory, and its goal by the method of Goal with the name `ending`."""
+        """End the present trajectory, and its goal by the method of `Goal` that `ending` names."""
         if self.goal is not None:
             getattr(self.goal, ending)(self.result(code, text))
         self.goal = self.spline = self.tolerances = None
@@ -213,7 +222,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return message(f"{ACTION}_Result", code, text)
 
     def report(self, goal: Goal, *states: tuple[Floats, Floats]) -> None:
-        """Publish desired and actual positions and velocities, and their differences, if a client listens."""
+        """Send desired and actual positions and velocities, and their differences, as feedback if it has subscribers."""
         if not self.server.endpoints.feedback.wanted:
             return
         time, none = duration(self.clock.time - self.started), np.zeros(0)

@@ -21,32 +21,38 @@ _LARGEST = 1e6
 
 
 class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperCommand", gated=True):
-    """Moves a gripper, as gripper_controllers and parallel_gripper_controller of ros2_controllers do.
+    """Moves a gripper, like gripper_controllers and parallel_gripper_controller of ros2_controllers.
 
-    A goal gives the position of the joint `jointName`; fingers that mimic it move along. Wire the outputs to an
-    IsaacArticulationController. With a maximum effort, the position set point is at most so far from the finger that the drive's
-    spring exerts this effort; the node then keeps commanding after the goal, so that an object is held with this effort.
+    A goal is a position of the joint `jointName`; fingers that mimic this joint move with it. Wire the outputs to an
+    IsaacArticulationController. A maximum effort limits the distance of the position set point from the finger to the one at
+    which the drive's spring exerts this effort. The node then keeps commanding the joint after the goal, so that the gripper
+    holds an object with this effort.
 
-    A goal succeeds when the finger is within `goalTolerance`. If the finger rests before that for `stallTimeout`, as it does on
-    an object, the goal ends with `stalled`: it succeeds if `allowStalling` is true, otherwise it is aborted. A new goal aborts
-    the present one, and a canceled goal makes the finger hold its position. A goal whose numbers are not finite, or that names
-    another joint, is rejected.
+    A goal succeeds when the finger is within `goalTolerance`. If the finger rests for `stallTimeout` before that, for example
+    on an object, the goal ends with `stalled`: it succeeds if `allowStalling` is true, otherwise it is aborted. A new goal
+    aborts the present one. If a goal is canceled, the finger holds its position. Goals with numbers that are not finite, or for
+    another joint, are rejected.
     """
 
     joint_name: String = In(
-        default="", required=True, setup=True, doc="joint of the fingers; one that mimics no other joint"
+        default="", required=True, setup=True, doc="joint that moves the fingers; not a mimic joint"
     )
-    action_name: String = In(default="gripper_controller/gripper_cmd", setup=True, doc="name of the action")
-    action_type: Token = In(
-        default="GripperCommand", setup=True, tokens=_TYPES, doc="type of the action in control_msgs"
-    )
+    action_name: String = In(default="gripper_controller/gripper_cmd", setup=True, doc="name of the gripper's action")
+    action_type: Token = In(default="GripperCommand", setup=True, tokens=_TYPES, doc="action type in `control_msgs`")
     max_effort: float = In(
-        default=0.0, ge=0.0, unit="N m, N", doc="largest effort of a goal that gives none; 0: that of the drive"
+        default=0.0,
+        ge=0.0,
+        unit="N m, N",
+        doc="largest effort for goals that set none; 0: only the drive limits the effort",
     )
-    goal_tolerance: float = In(default=0.01, ge=0.0, unit="rad, m", doc="largest position error at the goal")
-    allow_stalling: bool = In(default=False, doc="whether a goal succeeds when the finger rests on an object")
+    goal_tolerance: float = In(
+        default=0.01, ge=0.0, unit="rad, m", doc="largest position error with which a goal succeeds"
+    )
+    allow_stalling: bool = In(
+        default=False, doc="true: a goal succeeds when the finger has stalled, as on an object; false: it is aborted"
+    )
     stall_timeout: float = In(
-        default=1.0, ge=0.0, unit="s", doc="time at rest after which the finger counts as stalled"
+        default=1.0, ge=0.0, unit="s", doc="time at rest after which the finger counts as stalled and the goal ends"
     )
     stall_velocity_threshold: float = In(
         default=0.001, ge=0.0, unit="rad/s, m/s", doc="speed up to which the finger counts as resting"
@@ -72,7 +78,7 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         self.commanded = (self.joint_name,)
 
     def compute(self) -> Fire:
-        """Take goals that arrived, and move towards the present one."""
+        """Start goals that arrived, and move towards the present one."""
         fired = None
         if (self.goal is not None and not self.goal.active) or (
             self.target is not None and self.moving != self.commanded
@@ -108,11 +114,11 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         self.effort, self.speed = effort or self.max_effort or math.inf, speed or math.inf
 
     def read(self, command: Any) -> tuple[float, float, float, str]:
-        """Return position, effort (0: the default) and velocity (0: any) of a goal, and what is wrong with it, if anything."""
+        """Return position, effort (0: the default) and velocity (0: any) of a goal, and why it is invalid (empty if valid)."""
         if self.action_type == _TYPES[0]:
             return command.position, abs(command.max_effort), 0.0, ""
         if len(command.position) != 1 or len(command.velocity) > 1 or len(command.effort) > 1:
-            return 0.0, 0.0, 0.0, f"a goal has one position, it has {len(command.position)}"
+            return 0.0, 0.0, 0.0, f"a goal has one position, this one has {len(command.position)}"
         if list(command.name) not in ([], [self.published]):
             return 0.0, 0.0, 0.0, f"the gripper's joint is {self.published}"
         effort, speed = (abs(float(values[0])) if len(values) else 0.0 for values in (command.effort, command.velocity))
@@ -141,7 +147,7 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         return self.command(np.array([command]), np.zeros(1))
 
     def hold(self) -> int:
-        """Forget the goal, and output the measured position."""
+        """Drop the goal, and output the measured position."""
         self.goal = self.target = None
         return self.command(self.articulation.positions()[[self.index]], np.zeros(1))
 

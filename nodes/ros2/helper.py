@@ -59,14 +59,14 @@ class SensorHelper(TopicNode):
 
 
 class SkippingHelper(SensorHelper):
-    """Base of helper nodes that can leave samples out."""
+    """Base of helper nodes that can skip samples."""
 
     frame_skip_count: UInt = In(
         default=0, setup=True, doc="deprecated: number of samples to skip after each published one"
     )
 
     def samples_per_message(self) -> int:
-        """Return the number of samples of which one is published."""
+        """Return n if every nth sample is published."""
         return self.frame_skip_count + 1
 
     def left_out(self, index: int) -> bool:

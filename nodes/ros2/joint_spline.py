@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class JointPoint(Shared):
-    """Positions (rad or m) of joints at a time, with velocities and accelerations if these are known."""
+    """Positions (rad or m) of joints at one time, and their velocities and accelerations if known."""
 
     time: float
     """Time in s, on the clock of the run."""
@@ -30,7 +30,7 @@ class JointPoint(Shared):
 
 @dataclass(frozen=True, slots=True)
 class JointSpline(Shared):
-    """The motion of joints through points; they rest before the first and after the last one."""
+    """The motion of joints through points; the joints rest before the first point and after the last one."""
 
     points: tuple[JointPoint, ...]
     """At least one point; times increase strictly."""
@@ -57,7 +57,7 @@ class JointSpline(Shared):
 
 
 def _polynomial(before: JointPoint, after: JointPoint) -> list[Floats]:
-    """Coefficients, lowest power first, of the polynomial between two points in the time since the first one.
+    """Return the coefficients of the polynomial between two points, lowest power first, for the time since the first point.
 
     With s = t / T, the change of position is `step`, and velocities and accelerations at both ends are scaled by T and T^2.
     """

@@ -1,4 +1,4 @@
-"""Checks of trajectory_msgs/JointTrajectory, and its conversion to a spline from the present set point of the joints."""
+"""Checks trajectory_msgs/JointTrajectory messages and converts them to splines that start at the joints' set points."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ PATH_TOLERANCE_VIOLATED, GOAL_TOLERANCE_VIOLATED = -4, -5
 
 MAX_POINTS = 100_000
 _SLACK = 1e-3
-"""Distance beyond a joint's range at which a point is still legal, rad or m, because physics gives way a little at a limit."""
+"""Distance beyond a joint's range up to which points are legal, rad or m, because limits in physics are slightly soft."""
 _FASTER = 1.01
 """Ratio to a joint's velocity limit above which a trajectory is reported."""
 _LARGEST = 1e6
 """Largest legal number of a point; physics takes up to 1e10."""
 _SOON = 1e-6
-"""Time before which a point counts as passed, s, because a spline cannot bend in no time."""
+"""Points less than this time ahead, s, count as passed, because a spline cannot reach them in so short a time."""
 _AT_REST = float(np.finfo(np.float32).eps)
 """Speed below which a trajectory ends at rest, rad/s or m/s, as in joint_trajectory_controller."""
 
 
 class TrajectoryError(GraphError):
-    """A trajectory that the joints cannot follow.
+    """A trajectory is invalid for the joints.
 
     Args:
         code: error code of control_msgs/action/FollowJointTrajectory.
@@ -50,23 +50,23 @@ class TrajectoryError(GraphError):
 
 @dataclass(frozen=True, slots=True)
 class ControlledJoints(Shared):
-    """The joints that a controller moves, in its order, with the limits of their description."""
+    """The joints that a controller moves, in its order, with their limits from the robot description."""
 
     names: tuple[str, ...]
     """Names in messages."""
     indices: tuple[int, ...]
-    """Their numbers in the articulation's order."""
+    """Indices of the joints in the articulation."""
     units: tuple[str, ...]
     """rad or m."""
     ranges: Floats
     """Lowest and highest position, shape (joints, 2); infinite without limits."""
     max_velocities: Floats
     leaders: Mapping[str, str]
-    """Joints that each of the robot's mimic joints follows."""
+    """The joint that each mimic joint of the robot follows, by the name of the mimic joint."""
 
     @property
     def continuous(self) -> NDArray[np.bool_]:
-        """Whether each joint turns without limits, so that positions a full turn apart mean the same pose."""
+        """Whether each joint is continuous: a full turn leads to the same pose."""
         endless: NDArray[np.bool_] = np.isinf(self.ranges).all(axis=1) & (np.array(self.units) == "rad")
         return endless
 
@@ -76,17 +76,17 @@ class ControlledJoints(Shared):
 
         Args:
             robot: the robot.
-            chosen: names of the joints in the robot's description, one or more.
+            chosen: one or more joint names of the robot's description.
             published: names of all joints in messages, in the articulation's order.
 
         Raises:
-            JointError: the robot has no joint with a name.
+            JointError: the robot has no joint with one of the names.
             ContextError: no joint is chosen, one is chosen twice, or one mimics another joint.
         """
         indices = joint_numbers(robot, chosen)
         if not chosen or len(set(indices)) < len(indices):
             raise ContextError(
-                "a controller needs joints, each once", list(chosen), "name joints with a position drive"
+                "a controller needs one or more joints, each once", list(chosen), "name joints with a position drive"
             )
         for name, index in zip(chosen, indices, strict=True):
             if leader := robot.leaders[index]:
@@ -104,9 +104,9 @@ class ControlledJoints(Shared):
 def read_trajectory(message: Any, joints: ControlledJoints, start: JointPoint, *, partial: bool) -> JointSpline:
     """Convert a trajectory to a spline.
 
-    The spline begins at the present set point; points whose time has passed are left out. Joints that the message does not name
-    keep their set points. All points of a continuous joint are shifted by full turns, so that the first is reached on the shorter
-    way.
+    The spline begins at the present set point; points in the past are left out. Joints that the message does not name keep their
+    set points. All positions of a continuous joint are shifted by the same full turns, so that it takes the shorter way to the
+    first point.
 
     Args:
         message: trajectory_msgs/JointTrajectory with one point or more.
@@ -131,7 +131,7 @@ def read_trajectory(message: Any, joints: ControlledJoints, start: JointPoint, *
 
 
 def excess_speed(spline: JointSpline, joints: ControlledJoints) -> str:
-    """Return which joint of a spline is faster than its limit by more than 1 %, and how much; empty if there is none."""
+    """Return a message about the joint that exceeds its velocity limit by more than 1 %; empty if there is none."""
     limits = joints.max_velocities * _FASTER
     for before, after in zip(spline.points, spline.points[1:], strict=False):
         speeds = np.abs(after.positions - before.positions) / (after.time - before.time)
@@ -146,7 +146,7 @@ def excess_speed(spline: JointSpline, joints: ControlledJoints) -> str:
 
 
 def _columns(names: Sequence[str], joints: ControlledJoints, *, partial: bool) -> list[int]:
-    """Number of each named joint in the controller's order."""
+    """Return the controller's index of each named joint."""
     known = {name: number for number, name in enumerate(joints.names)}
     for name in names:
         if name in known:
@@ -170,7 +170,7 @@ def _columns(names: Sequence[str], joints: ControlledJoints, *, partial: bool) -
 
 
 def _check_numbers(points: Sequence[Any], joints: int) -> None:
-    """Check that each point has one legal position for each joint, and velocities and accelerations for all or none."""
+    """Check that each point has one legal position per joint, and velocities and accelerations for all joints or none."""
     if len(points) > MAX_POINTS:
         raise TrajectoryError(INVALID_GOAL, f"{len(points)} points are too many, legal: up to {MAX_POINTS}")
     for name in ("positions", "velocities", "accelerations", "effort"):
@@ -188,7 +188,7 @@ def _check_numbers(points: Sequence[Any], joints: int) -> None:
 
 
 def _times(message: Any, now: float) -> Floats:
-    """Time of each point on the clock of the run, s."""
+    """Return the time of each point on the clock of the run, s."""
     stamp = messages.seconds(message.header.stamp)
     offsets = np.array([messages.seconds(point.time_from_start) for point in message.points])
     times: Floats = offsets + (stamp or now)
@@ -205,7 +205,7 @@ def _times(message: Any, now: float) -> Floats:
 
 
 def _point(time: float, point: Any, columns: Sequence[int], start: JointPoint) -> JointPoint:
-    """A point of all joints of the controller; joints without a column keep their set point."""
+    """Return a point of all joints of the controller; joints without a column keep their set point."""
 
     def spread(values: NDArray[Any], rest: Floats) -> Floats | None:
         if not len(values):
@@ -227,7 +227,7 @@ def _check_end(last: JointPoint, joints: ControlledJoints) -> None:
 
 
 def _turned(points: Sequence[JointPoint], joints: ControlledJoints, start: JointPoint) -> list[JointPoint]:
-    """Points whose continuous joints are shifted by full turns towards the set point."""
+    """Shift the positions of continuous joints by full turns towards the set point."""
     turns = np.round((start.positions - points[0].positions) / math.tau) * joints.continuous
     if not turns.any():
         return list(points)

@@ -17,12 +17,12 @@ class ROS2RtxRadarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxRadarHe
     """Publishes the detections of a radar as PointCloud2, from the first execution until stop.
 
     A point has x, y and z in the radar's frame, and the fields that inputs select, in this order: `intensity` (float32, dB),
-    `timestamp` (two uint32, ns, low half first), `radial_velocity_ms` (float32, m/s, positive for what moves away).
+    `timestamp` (two uint32, ns, low half first), `radial_velocity_ms` (float32, m/s, positive for objects that move away).
 
-    Detections come from rays against the collision geometry, with a noise model of this project; Isaac Sim's RTX radar traces
-    radio waves against materials. So every ray that hits something is one point, and the intensity depends on the distance
-    alone: it is the received power above that from the same target at the radar's largest distance. The radar is a sensor of
-    type `radar` in a robot file.
+    Isaac Sim's RTX radar traces radio waves against materials; here, rays against the collision geometry and a noise model of
+    this project give the detections. Each ray that hits a surface gives one point. The intensity depends only on the distance:
+    it is the received power relative to that of the same target at the radar's largest distance. The radar is a sensor of type
+    `radar` in a robot file.
 
     The topic's namespace is collected from the radar's prim and its ancestors. No rays are cast without subscribers.
     """
@@ -31,10 +31,14 @@ class ROS2RtxRadarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxRadarHe
     topic_name: String = In(default="radar_point_cloud", setup=True)
     show_debug_view: bool = In(default=False, doc="no effect: there is no viewport")
     output_radial_velocity_ms: bool = In(
-        default=False, name="outputRadialVelocityMS", doc="publish the radial velocity of each point"
+        default=False,
+        name="outputRadialVelocityMS",
+        doc="add the field `radial_velocity_ms` to each point: its radial velocity, m/s",
     )
-    output_intensity: bool = In(default=False, doc="publish the intensity of each point")
-    output_timestamp: bool = In(default=False, doc="publish the time of each point, which is that of the message")
+    output_intensity: bool = In(default=False, doc="add the field `intensity` to each point: its received power, dB")
+    output_timestamp: bool = In(
+        default=False, doc="add the field `timestamp` to each point: the time of the message, ns"
+    )
 
     radar: Radar = Bound()
     publisher: Publisher = Bound()

@@ -1,4 +1,4 @@
-"""Base of nodes that move joints of a robot for one goal of an action at a time."""
+"""Base of action servers that move joints of a robot, one goal at a time."""
 
 from __future__ import annotations
 
@@ -15,19 +15,21 @@ from graphengine.nodes.ros2.joint_spline import Floats
 
 
 class RobotActionNode(RobotNode):
-    """Base of action servers that command joints; outputs are for an IsaacArticulationController.
+    """Base of action servers that command joints through an IsaacArticulationController, to which the outputs are wired.
 
-    `execOut` fires only while there is something to command, so that other nodes may command the joints between goals.
+    `execOut` fires only while the node has a command, so that other nodes can command the joints between goals.
     """
 
     context: UInt64 = In(default=0, setup=True, doc="domain handle from a ROS2Context; 0: the session's domain")
     node_namespace: String = In(
-        default="", setup=True, doc="ROS namespace; if empty, collected from `isaac:namespace` of the ancestor prims"
+        default="",
+        setup=True,
+        doc="ROS namespace of the action; if empty, collected from `isaac:namespace` of the node's ancestor prims",
     )
     exec_out = ExecOut(doc="fires in each execution that commands joints")
     joint_names_out: Tokens = Out(name="jointNames", doc="names of the commanded joints, in the order of the commands")
-    position_command: Doubles = Out(unit="rad, m", doc="position set points")
-    velocity_command: Doubles = Out(unit="rad/s, m/s", doc="velocity set points")
+    position_command: Doubles = Out(unit="rad, m", doc="position set point of each joint in `jointNames`")
+    velocity_command: Doubles = Out(unit="rad/s, m/s", doc="velocity set point of each joint in `jointNames`")
 
     clock: Clock = Bound()
     logger: Context = Bound()
@@ -42,7 +44,7 @@ class RobotActionNode(RobotNode):
         self.server = context.action_server(action_type, action, collects_namespace=True, **self.endpoint())
 
     def endpoint(self) -> dict[str, Any]:
-        """Return the options of topics and actions that the inputs set: namespace and domain."""
+        """Return the namespace and domain inputs as options for topics and actions."""
         return {"namespace": self.node_namespace, "ros_context": self.context}
 
     def command(self, positions: Floats, velocities: Floats) -> int:

@@ -1,4 +1,4 @@
-"""Tolerances on the way and at the end of a trajectory, by the rules of control_msgs/action/FollowJointTrajectory."""
+"""Tolerances during and at the end of a trajectory, by the rules of control_msgs/action/FollowJointTrajectory."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class StateTolerances(Shared):
     velocities: Floats
 
     def violation(self, joints: ControlledJoints, positions: Floats, velocities: Floats) -> str:
-        """Return which joint's error is too large, and by how much; empty if there is none.
+        """Return a message about the first joint whose error exceeds its tolerance; empty if there is none.
 
         Args:
             joints: the joints, for names and units.
@@ -57,7 +57,7 @@ class Tolerances(Shared):
     def by_default(
         cls, joints: int, path: Floats, goal: Floats, stopped_velocity: float, goal_time: float
     ) -> Tolerances:
-        """Return tolerances for goals without any; 0 means no limit, and a single number is for all joints."""
+        """Return the tolerances of goals that set none; 0 means no limit, and a single number applies to all joints."""
         none = np.full(joints, np.inf)
         return cls(
             StateTolerances(_limits(path, joints), none),
@@ -66,12 +66,12 @@ class Tolerances(Shared):
         )
 
     def of_goal(self, goal: Any, joints: ControlledJoints) -> Tolerances:
-        """Return these tolerances with those that a goal sets: 0 keeps a default, -1 removes it.
+        """Return these tolerances, replaced by those that a goal sets; in a goal, 0 keeps a default and -1 removes it.
 
         Tolerances of accelerations have no effect, as accelerations are not measured.
 
         Raises:
-            TrajectoryError: a tolerance is negative or NaN, or its joint is none of the controller.
+            TrajectoryError: a tolerance is negative but not -1, or NaN, or the controller has no joint of its name.
         """
         time = messages.seconds(goal.goal_time_tolerance)
         return Tolerances(

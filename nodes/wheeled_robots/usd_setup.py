@@ -20,19 +20,27 @@ class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.Holonomic
     """Outputs the geometry of a base with omnidirectional or mecanum wheels, for a HolonomicController with `rolling: true`.
 
     Isaac Sim reads the attributes `isaacmecanumwheel:radius` and `isaacmecanumwheel:angle` of wheel joints. Here the radius is
-    that of the wheel's collider, and a wheel has rollers if its material in the robot file has friction in two directions: the
-    direction of the greater friction is the axis of the roller on the floor. Each wheel is given by the origin and the axis of
-    its joint, with all joints at zero.
+    that of the wheel's collider. A wheel has rollers if its material in the robot file has different friction in two
+    directions; the roller on the floor turns about the direction of the greater friction. Position and orientation of a wheel
+    are those of its joint's origin and axis, with all joints at zero.
 
-    Positions are in the frame of `comPrim`; in Isaac Sim, they have the axes of the world. `wheelAxis` is always the y axis, and
-    `wheelOrientations` turn it to each wheel's axle.
+    Positions are in the frame of `comPrim`; in Isaac Sim, they are along the world's axes. `wheelAxis` is always the y axis, and
+    `wheelOrientations` rotate it to each wheel's axle.
     """
 
     robot_prim: Target = In(setup=True, doc="the robot's prim, base link or articulation root")
-    com_prim: Target = In(setup=True, doc="prim at the centre of the base; if empty, the base link")
-    use_path: bool = In(default=False, setup=True, doc="true: `robotPrimPath` and `comPrimPath` give the prims")
+    com_prim: Target = In(
+        setup=True, doc="prim at the centre of the base, in whose frame the outputs are; if empty, the base link"
+    )
+    use_path: bool = In(
+        default=False,
+        setup=True,
+        doc="true: `robotPrimPath` and `comPrimPath` select the prims; false: `robotPrim` and `comPrim`",
+    )
     robot_prim_path: Token = In(default="", setup=True, doc="path of the robot's prim; used if `usePath` is true")
-    com_prim_path: Token = In(default="", setup=True, doc="path of the centre's prim; used if `usePath` is true")
+    com_prim_path: Token = In(
+        default="", setup=True, doc="path of the prim at the centre of the base; used if `usePath` is true"
+    )
     wheel_radius: Doubles = Out(unit="m", doc="radius of each wheel")
     wheel_positions: Double3s = Out(unit="m", doc="position of each wheel in the frame of `comPrim`")
     wheel_orientations: Double4s = Out(doc="orientation (w, x, y, z) of each wheel in the frame of `comPrim`")
@@ -47,7 +55,7 @@ class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.Holonomic
     base: Pose = Bound()
 
     def setup(self, context: Context) -> None:
-        """Find the wheels, and where the base link is relative to the centre.
+        """Find the wheels, and the pose of the base link relative to the centre.
 
         Raises:
             ContextError: no robot is given, or none of its wheels has rollers.
@@ -82,7 +90,7 @@ class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.Holonomic
 
 
 def _from_axle(axle: Vector3) -> Quaternion:
-    """Return the shortest rotation of the y axis to a unit vector; to the opposite direction, it is about the z axis."""
+    """Return the shortest rotation from the y axis to a unit vector; for -y, a half turn about the z axis."""
     x, y, z = axle
     across = math.hypot(x, z)
     half = math.atan2(across, y) / 2.0

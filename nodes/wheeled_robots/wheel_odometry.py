@@ -59,10 +59,10 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
     )
     wheel_radius: float = In(default=0.0, required=True, unit="m", doc="radius of the wheels")
     left_wheel_radius_multiplier: float = In(
-        default=1.0, doc="factor for the radius of left wheels; negative if forward is a negative joint speed"
+        default=1.0, doc="factor for the radius of left wheels; negative if negative joint speeds drive forward"
     )
     right_wheel_radius_multiplier: float = In(
-        default=1.0, doc="factor for the radius of right wheels; negative if forward is a negative joint speed"
+        default=1.0, doc="factor for the radius of right wheels; negative if negative joint speeds drive forward"
     )
     wheel_distance: float = In(default=0.0, required=True, unit="m", doc="distance between left and right wheels")
     wheel_distance_multiplier: float = In(default=1.0, unit="m/m", doc="factor for `wheelDistance`, to calibrate turns")

@@ -48,6 +48,8 @@ REFUSED = {
     "base/differential": [NO_TIMEOUT, *_wheel_odometry("State/Odometry", "State/PublishOdometry")],
     "base/mecanum": [NO_TIMEOUT, NO_ROLLING, *_wheel_odometry("State/Odometry", "State/PublishOdometry")],
     "base/omni": [NO_TIMEOUT, NO_ROLLING],
+    "arm/gripper": ["Gripper: there is no graphengine.ros2.ROS2GripperCommand in Isaac Sim"],
+    "arm/trajectory": ["Trajectory: there is no graphengine.ros2.ROS2FollowJointTrajectory in Isaac Sim"],
     "base/state": _wheel_odometry("Odometry", "PublishOdometry"),
     "publishers/range": ["PublishRange: there is no graphengine.ros2.RangePublisher in Isaac Sim"],
     "wheel_odometry": _wheel_odometry("WheelOdometry", "PublishOdom"),

@@ -53,7 +53,7 @@ class Motion:
     slip: float | None = None
 
     def is_within(self, bound: float) -> bool:
-        """Return whether the share is off by at most `bound`, or `TURN_MARGIN` times that for a turn or a sideways motion."""
+        """Return whether `share` differs from 1 by at most `bound`; `TURN_MARGIN * bound` for a turn or sideways motion."""
         return abs(self.share - 1.0) <= (bound if self.kind == "straight" else TURN_MARGIN * bound)
 
 
@@ -226,7 +226,7 @@ class Calibration:
     notes: tuple[str, ...] = ()
 
     def outside(self, bound: float) -> tuple[Motion, ...]:
-        """Return the motions whose share is off by more than `bound`; see `Motion.is_within`."""
+        """Return the motions for which `Motion.is_within(bound)` is false."""
         return tuple(motion for motion in self.motions if not motion.is_within(bound))
 
     def to_data(self) -> dict[str, Any]:

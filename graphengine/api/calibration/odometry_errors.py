@@ -32,7 +32,7 @@ class OdometryMeter:
         self._turns: list[tuple[float, float, float]] = []
 
     def take(self, motion: Motion, window: Trace) -> None:
-        """Add a steady motion; one without messages, or hardly any motion, is ignored."""
+        """Add a steady motion; it is ignored if no odometry was published or the robot hardly moved."""
         truth, odometry = self._published(window)
         if len(odometry) < 2:
             self.notes = [f"{self.topic}: not published during the test drives"]

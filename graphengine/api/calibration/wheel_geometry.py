@@ -126,7 +126,7 @@ class WheelMeter:
 
     @property
     def wheels(self) -> tuple[DrivenWheel, ...]:
-        """The wheels in the order of the articulation."""
+        """The driven wheels, in the order of their joints in the articulation."""
         return tuple(self._figures())
 
     def _figures(self) -> Iterator[DrivenWheel]:

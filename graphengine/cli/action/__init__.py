@@ -10,7 +10,7 @@ from graphengine.cli.action import info, listing, send_goal
 VERBS = {
     "list": (listing, "list actions that have a server or client"),
     "info": (info, "list the clients and servers of an action"),
-    "send_goal": (send_goal, "send a goal, and wait for its result"),
+    "send_goal": (send_goal, "send a goal and print its result"),
 }
 
 

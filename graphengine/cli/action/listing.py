@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the actions; return 0, also without any."""
+    """Print the actions; return 0, also if there are none."""
     with Live(arguments) as live:
         actions = action_types(live.graph())
         if arguments.count_actions:

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from graphengine.ros.action_caller import ActionCaller, GoalCall
 
 PATIENCE = 2.0
-"""Seconds to wait for a server before the reason why none may be reachable is printed."""
+"""Seconds to wait for a server before possible reasons for its absence are printed."""
 CANCEL_PATIENCE = 5.0
-"""Seconds to wait for the answer of a server that is to cancel a goal."""
+"""Seconds to wait for the server's response to a cancel request."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -79,7 +79,7 @@ def _nothing(message: Any) -> None:
 
 
 def _wait_for_server(live: Live, caller: ActionCaller, action: str) -> None:
-    """Wait until there is a server; print once why there may be none."""
+    """Wait until there is a server; print once possible reasons for its absence."""
     begun, told = time.monotonic(), False
     while not caller.ready:
         time.sleep(POLL)
@@ -91,7 +91,7 @@ def _wait_for_server(live: Live, caller: ActionCaller, action: str) -> None:
 
 
 def _cancel(caller: ActionCaller, call: GoalCall) -> None:
-    """Cancel a goal that the server accepted, and wait for its answer."""
+    """Cancel a goal that the server has accepted, and wait for the response."""
     if not call.accepted.done() or not call.accepted.result():
         return
     show("Canceling goal...")

@@ -48,7 +48,7 @@ class SimulateSteps:
     def __init__(self, desk: Desk, transport: Transport, offers: Offers, name: str) -> None:
         self._desk = desk
         self._lock = threading.RLock()
-        """Held while goals are read or changed, which several threads do."""
+        """Held while goals are read or changed, because several threads access them."""
         self._goals: Goals[_Goal] = Goals(TYPE)
         self._closed = False
         parts = goals.parts(name, TYPE)
@@ -129,7 +129,9 @@ class SimulateSteps:
                 if goal is not None:
                     response.status, response.result = goal.result.status, goal.result.result
 
-            ended.add_done_callback(fill)  # before the answer leaves, as callbacks run in the order they were added
+            ended.add_done_callback(
+                fill
+            )  # before the response is sent, because callbacks run in the order in which they were added
             if goal is not None and not goal.ended:
                 goal.waiting.append(ended)
             else:

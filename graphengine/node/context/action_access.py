@@ -24,12 +24,12 @@ class OwnedActions(OwnedEndpoints):
     clock: Clock
 
     def action_server(self, action_type: str, action: str, **options: Unpack[ServiceOptions]) -> ActionServer:
-        """Open an action server. While a changed graph replaces the running one, it takes over the open server with its goals.
+        """Open an action server; a node of a reloaded graph takes over the open server of its predecessor with its goals.
 
         Args:
             action_type: ROS 2 name of the action type, such as `control_msgs/action/FollowJointTrajectory`.
             action: name of the action in its namespace; leading and trailing non-alphanumerics are dropped.
-            options: see `ServiceOptions`; the QoS profile is that of the services.
+            options: see `ServiceOptions`; the QoS profile applies to the services.
 
         Raises:
             TopicError: the name, the namespace or the QoS profile is not valid.
@@ -78,7 +78,7 @@ class OwnedActions(OwnedEndpoints):
     def _parts(
         self, action_type: str, action: str, options: ServiceOptions
     ) -> tuple[Callable[..., Any], Callable[..., Any]]:
-        """Return functions that open a service and a topic of an action by their role."""
+        """Return two functions, which open a service and a topic of an action by its role."""
         names.full_topic(options.get("namespace", ""), action, "action name")
         parts = goals.parts(names.strip(action), action_type)
 

@@ -97,7 +97,7 @@ class WorldHandles:
         return self._services.world.placement(self._find(prim))
 
     def conveyor(self, prim: str) -> Surface:
-        """Return a handle to the surface velocity of a body or link, which carries along what lies on it.
+        """Return a handle to the surface velocity of a body or link, whose surface carries along objects on it.
 
         Raises:
             ContextError: a joint moves the body.
@@ -110,7 +110,7 @@ class WorldHandles:
             )
         robot = self._services.stage.robot_of(found)
         if found.facts.get("jointed") or (robot is not None and found.path in robot.facts.get("moving_links", ())):
-            advice = "a conveyor is fixed to the world or to another body; take the joint away"
+            advice = "a conveyor must be fixed to the world or to another body; remove the joint"
             raise PrimError(f"{prim!r} cannot be a conveyor: a joint moves it", prim, advice)
         return self._services.world.conveyor(found)
 
@@ -240,7 +240,7 @@ class WorldHandles:
         return self._find(product.prim if product is not None and product.prim else prim).kind
 
     def device(self, interface: Callable[..., D], prim: str, **options: Any) -> D:
-        """Return the device at a prim, or the sensor of a render product, a camera with the product's picture size.
+        """Return the device at a prim, or the sensor of a render product; a camera has the render product's picture size.
 
         Args:
             interface: Protocol of the device, such as `Lidar` of `graphengine.devices.lidar`.

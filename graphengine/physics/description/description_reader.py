@@ -106,7 +106,7 @@ def is_mjcf(use: str) -> bool:
 
 
 def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf] | None:
-    """Read a description, and make a robot file for it. Errors are added to the library's findings.
+    """Read a description and make a robot file for it. Errors are added to the library's findings.
 
     Args:
         use: text of the description, or its file name.
@@ -125,9 +125,9 @@ def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf] 
 
 
 def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[RobotFile, Urdf] | None:
-    """Return a description with a plain robot file: wheels have velocity drives, all else is as the description says.
+    """Return a description with a minimal robot file, which adds only velocity drives for wheels.
 
-    A MuJoCo model says what drives its wheels, too; its cameras and inertial units are sensors.
+    A MuJoCo model also defines the drives of its wheels; its cameras and inertial units become sensors.
     """
     if urdf is None:
         return None

@@ -1,7 +1,7 @@
 """Reads MuJoCo models as robots.
 
-Physics attaches the model as it is. Its links and joints are read from the compiled model and stand in a `Urdf`, as those of any
-other description, so that stage, messages and mounts of sensors need not know what a robot was described in.
+Physics attaches the model unchanged. Its links and joints are read from the compiled model into a `Urdf`, as for any other
+description, so that stage, messages and mounts of sensors do not depend on the format of the description.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     for key in list(spec.keys):
         spec.delete(key)
     for actuator, ends in zip(spec.actuators, model.actuator_lengthrange, strict=True):
-        actuator.lengthrange = ends  # or each compilation would simulate muscles anew
+        actuator.lengthrange = ends  # otherwise each compilation would simulate muscles again
     links = MjcfLinks(model, dict(_meshes(spec, library)), _places(root), root.span)
     urdf = read_urdf(links.element(spec.modelname), Packages(path.parent, (), library.files), findings)
     if urdf is None:
@@ -100,7 +100,7 @@ def _is_robot(spec: mujoco.MjSpec, span: Span, findings: Findings) -> bool:
     for alone in (*list(world.lights), *list(world.cameras)):
         spec.delete(alone)
     if not list(world.bodies):
-        names = [geom.name or "a geom of no body" for geom in world.geoms]
+        names = [geom.name or "a geom that belongs to no body" for geom in world.geoms]
         findings.add("S102", "the model of a robot or object must contain a body", span, listing(names, "it contains"))
         return False
     floors = [geom.name or "one without a name" for geom in world.geoms if geom.type in _ENDLESS]
@@ -122,7 +122,7 @@ def _meshes(spec: mujoco.MjSpec, library: Library) -> Iterator[tuple[str, tuple[
 
 
 def _places(root: Element) -> dict[str, Span]:
-    """Return where the model names bodies, joints, sites and cameras; the first place of each name."""
+    """Return the location of the first use of each name of a body, joint, site or camera in the file."""
     found: dict[str, Span] = {WORLD: root.span}
     for element in root.walk():
         if element.tag in ("body", "joint", "freejoint", "site", "camera") and "name" in element.attributes:

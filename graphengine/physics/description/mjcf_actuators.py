@@ -1,7 +1,7 @@
-"""The actuators of a MuJoCo model as drives: what kind of command each takes, and the control signal that stands for it.
+"""The actuators of a MuJoCo model as drives: the kind of command of each, and the conversion to its control signal.
 
-An actuator of MuJoCo exerts gain * control + bias on what it moves. With a bias that pulls towards a position it is a position
-servo, with one that resists a velocity a velocity servo, without one a motor, whichever tag of MJCF made it.
+An actuator of MuJoCo exerts the force gain * control + bias. Its bias determines its kind, whatever its tag in MJCF: a bias that
+pulls towards a position makes a position servo, one that resists a velocity a velocity servo; without bias it is a motor.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _TYPE, _GAIN, _BIAS, _DYNAMICS = mujoco.mjtTrn, mujoco.mjtGain, mujoco.mjtBias, 
 _ON_JOINTS = (_TYPE.mjTRN_JOINT.value, _TYPE.mjTRN_JOINTINPARENT.value)
 _SCALAR = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value)
 _LINEAR = [_DYNAMICS.mjDYN_NONE, _DYNAMICS.mjDYN_FILTER, _DYNAMICS.mjDYN_FILTEREXACT, _DYNAMICS.mjDYN_INTEGRATOR]
-"""Dynamics by which the control signal, or what is integrated of it, is what acts in the end."""
+"""Dynamics in which the control signal, or its integral, finally acts unchanged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,9 +25,9 @@ class Actuator:
     """An actuator of a MuJoCo model.
 
     Attributes:
-        name: of the actuator.
+        name: name of the actuator.
         joint: the only joint that it moves; empty if it moves a tendon, a site or a body, or a joint of several coordinates.
-        drive: the drive that it is; its gains are those at the joint, rad or m, N m or N.
+        drive: the equivalent drive, with gains at the joint in rad or m, N m or N.
     """
 
     name: str
@@ -47,7 +47,7 @@ def read_actuators(model: mujoco.MjModel) -> list[Actuator]:
 
 
 def drives_by_joint(actuators: Sequence[Actuator]) -> dict[str, Drive]:
-    """Return the drive of each joint that actuators move; of two that take the same kind of command, the first counts."""
+    """Return the drive of each joint with actuators; of actuators for the same kind of command, the first is used."""
     found: dict[str, Drive] = {}
     for actuator in actuators:
         if not actuator.joint:
@@ -71,7 +71,7 @@ def _actuator(model: mujoco.MjModel, index: int) -> Actuator:
 
 
 def _drive(model: mujoco.MjModel, index: int, gear: float) -> Drive:
-    """Return the drive that an actuator is; one that is no servo and no motor takes its control signal as an effort."""
+    """Return an actuator's drive; the control signal of one that is neither servo nor motor is taken as an effort."""
     name, gain, (constant, position, velocity) = model.actuator(index).name, *_law(model, index)
     if not gain or not gear:
         return Drive(servos=(_ranged(Servo("effort", name), model, index),))
@@ -94,7 +94,7 @@ def _drive(model: mujoco.MjModel, index: int, gear: float) -> Drive:
 
 
 def _law(model: mujoco.MjModel, index: int) -> tuple[float, tuple[float, float, float]]:
-    """Return gain and bias (constant, by position, by velocity) of an actuator; no gain if it obeys another law."""
+    """Return gain and bias (constant, per position, per velocity) of an actuator; zeros for other force laws."""
     gains, biases = model.actuator_gainprm[index].tolist(), model.actuator_biasprm[index].tolist()
     plain = model.actuator_gaintype[index] == _GAIN.mjGAIN_FIXED or (
         model.actuator_gaintype[index] == _GAIN.mjGAIN_AFFINE and not any(gains[1:3])
@@ -108,7 +108,7 @@ def _law(model: mujoco.MjModel, index: int) -> tuple[float, tuple[float, float, 
 
 
 def _ranged(servo: Servo, model: mujoco.MjModel, index: int) -> Servo:
-    """Return a servo with the commands that its control range allows."""
+    """Return a servo whose commands are limited to its control range."""
     if not model.actuator_ctrllimited[index]:
         return servo
     ends = [(float(end) - servo.offset) / servo.scale for end in model.actuator_ctrlrange[index]]
@@ -116,7 +116,7 @@ def _ranged(servo: Servo, model: mujoco.MjModel, index: int) -> Servo:
 
 
 def strongest(model: mujoco.MjModel) -> dict[str, float]:
-    """Return the greatest effort (N m or N) of each joint that has one, by name: of its actuators, or that the joint allows."""
+    """Return the effort limit (N m or N) of each joint that has one, by name: of its actuators or of the joint itself."""
     found: dict[str, float] = {}
     for index, actuator in enumerate(read_actuators(model)):
         limits = [force for force in _forces(model, index, actuator) if math.isfinite(force)]

@@ -1,8 +1,8 @@
-"""Describes a compiled MuJoCo model as URDF: links, joints, shapes, sites and cameras, for all that reads a robot's description.
+"""Describes a compiled MuJoCo model as URDF, for modules that read a robot's description: links, joints, shapes and frames.
 
-Physics uses the model itself. A body with several joints, or with one beside its origin, becomes a chain of links. Sites and
-cameras become links without a body, by whose names robot files mount sensors. Joints of several coordinates, which URDF does
-not have, become floating ones.
+Physics uses the model itself. A body with several joints, or with a joint away from its origin, becomes a chain of links. Sites
+and cameras become links without a body, on which robot files can mount sensors. Joints of several coordinates, which URDF does
+not have, become floating joints.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class MjcfLinks:
         self.poses: dict[str, Pose] = {}
         """Exact pose of each joint, by name."""
         self.floating: list[str] = []
-        """Joints of several coordinates, which the description calls fixed."""
+        """Joints of several coordinates, which are fixed in the description."""
         tops = [body for body in range(1, model.nbody) if model.body_parentid[body] == 0]
         alone = len(tops) == 1 and not (model.geom_bodyid == 0).any() and self._moves_freely_or_not_at_all(tops[0])
         self.root = model.body(tops[0]).name if alone else WORLD
@@ -250,7 +250,7 @@ def _numbers(values: Iterable[float]) -> str:
 
 
 def _rpy(orientation: Quaternion) -> Vector3:
-    """Return the angles about the fixed x, y and z axes, rad, that URDF writes for a rotation."""
+    """Return a rotation as URDF's angles about the fixed x, y and z axes, rad."""
     x, y, z, w = orientation
     sine = max(-1.0, min(1.0, 2.0 * (w * y - z * x)))
     if abs(sine) > 1.0 - 1e-12:  # looking straight up or down: roll and yaw turn about the same axis

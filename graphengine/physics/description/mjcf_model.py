@@ -1,4 +1,4 @@
-"""What a robot's MuJoCo model has beyond the links and joints of its description."""
+"""A robot's MuJoCo model: its actuators and keyframes, which links and joints of a description do not contain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Prepares a MuJoCo model for being compiled as a robot: names for its parts, and options as those of a scene."""
+"""Prepares a MuJoCo model for compilation as a robot: names its parts and sets the options of a scene."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from graphengine.physics.engine import mujoco
 
 
 def prepare(spec: mujoco.MjSpec) -> None:
-    """Make a model ready to be compiled as a robot: all bodies, joints and actuators have names, and no body vanishes.
+    """Prepare a model for compilation as a robot: all bodies, joints and actuators get names, and no body is merged.
 
-    A joint is named after the body that it moves, an actuator after what it acts on. Options are those of a scene with the
-    default rates, as the compiler simulates muscles by them.
+    A joint is named after the body that it moves, an actuator after its joint, tendon, site or body. Options are those of a
+    scene with the default rates, because the compiler simulates muscles with them.
     """
     name_bodies(spec)
     _name(spec.joints, [f"{joint.parent.name}_joint" for joint in spec.joints])
     _name(spec.actuators, [f"{actuator.target}_actuator" for actuator in spec.actuators])
-    spec.compiler.fusestatic = False  # links without a joint are links, too
+    spec.compiler.fusestatic = False  # keep bodies without a joint as links
     spec.option = mujoco.MjSpec().option
     spec.option.timestep, spec.option.integrator = 1 / 240, mujoco.mjtIntegrator.mjINT_DISCRETE
-    spec.compiler.usethread = False  # a thread of the compiler that fails never ends
+    spec.compiler.usethread = False  # a compiler thread that fails never ends
 
 
 def name_bodies(spec: mujoco.MjSpec) -> None:

@@ -1,7 +1,7 @@
 """Tries to compile a robot's MuJoCo model in a confined process, before this one does.
 
-MuJoCo's compiler is native code without limits: with some models it runs on and on, and nothing in this process could stop it,
-or it ends the process. A request is a line of JSON, followed by the files.
+MuJoCo's compiler is native code without limits: some models make it run endlessly, which nothing in this process could stop, or
+crash the process. A request is a line of JSON, followed by the files.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ _MODULE = "graphengine.physics.description.mjcf_trial"  # which is called __main
 _STEPS = 2
 
 _passed: set[str] = set()
-"""Fingerprints of the requests that came to an end."""
+"""Fingerprints of the requests that ended normally."""
 
 
 def reason_against(text: str, models: Mapping[str, bytes], assets: Mapping[str, bytes]) -> str:
     """Return why this process must not compile a model; empty if it may, also if MuJoCo refuses the model.
 
     Args:
-        text: of the model.
+        text: text of the model.
         models: MuJoCo models to which it refers, by name.
         assets: other files to which it refers, by name.
     """
@@ -52,7 +52,7 @@ def reason_against(text: str, models: Mapping[str, bytes], assets: Mapping[str, 
 
 
 def main() -> None:
-    """Rehearse the model of one request."""
+    """Compile and step the model of one request."""
     stream = sys.stdin.buffer
     head = json.loads(stream.readline())
     text = stream.read(head["text"]).decode()

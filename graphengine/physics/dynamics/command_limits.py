@@ -1,9 +1,9 @@
 """Limits for joint commands, so that a message from the network cannot make a simulation diverge.
 
-An effort is limited as in the robot's description. Where that has no limit, it is what lifts the robot at an arm of 1 m, and no
-more than accelerates the joint's own inertia by 1e5 rad/s2 (or m/s2). A velocity is limited to 1e6 deg/s, as in Isaac Sim (or to
-the same number of m/s), and that of a wheel to 100 rad/s, PhysX's own default: faster wheels make a robot diverge. A drive with
-a maximum velocity has that limit besides.
+An effort is limited as in the robot's description. Without a limit there, it is limited to the effort that lifts the robot with a
+lever of 1 m, and to the one that accelerates the joint's own inertia by 1e5 rad/s2 (or m/s2). A velocity is limited to 1e6 deg/s,
+as in Isaac Sim (or to the same number in m/s), and for a wheel to 100 rad/s, PhysX's default: faster wheels make a robot diverge.
+A drive's maximum velocity applies in addition.
 A position lies within the joint's range, widened on both sides by the range, because grippers push with targets beyond it.
 A command to an actuator of a MuJoCo model is limited by the range of its control signal, if it has one.
 """
@@ -53,12 +53,12 @@ def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) ->
 
 
 def add_limits(limits: dict[Kind, list[tuple[float, float]]], drive: Drive) -> None:
-    """Add the limits of an actuator that does not move a single joint."""
+    """Add the limits of an actuator that does not move exactly one joint."""
     for kind in KINDS:
         servo = next((servo for servo in drive.servos or () if servo.kind == kind), None)
         limits[kind].append(_within(servo, -math.inf, math.inf) if servo is not None else (-math.inf, math.inf))
 
 
 def _within(servo: Servo, lowest: float, highest: float) -> tuple[float, float]:
-    """Return the range of an actuator, and the given ends where it has none."""
+    """Return the command range of an actuator; the given limits replace ends that it does not have."""
     return servo.lowest if servo.lowest > -math.inf else lowest, servo.highest if servo.highest < math.inf else highest

@@ -19,7 +19,7 @@ FASTEST = 1000.0
 
 
 class Conveyor(Handle):
-    """A handle of a body with a moving surface; the body gets one when the handle is made."""
+    """A handle to the moving surface of a body; creating the handle gives the body this surface."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         assert prim.body is not None
@@ -29,7 +29,7 @@ class Conveyor(Handle):
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Do nothing: the simulation finds the surfaces of its model."""
+        """Do nothing: the simulation itself looks up the surfaces of its model."""
 
     def move(self, linear: Vector3, angular: Vector3) -> None:
         """Set the velocity of the surface, starting with the next step.
@@ -48,5 +48,5 @@ class Conveyor(Handle):
             raise PhysicsError(f"{self.prim_path}: a surface moves with at most {FASTEST:g} m/s or rad/s")
         simulation.surfaces.velocities[self._body] = linear, angular
         simulation.surfaces.hold()
-        wake(simulation.model, simulation.data)  # what sleeps does not notice the belt below it
+        wake(simulation.model, simulation.data)  # sleeping bodies do not react to the belt below them
         simulation.refresh()

@@ -1,7 +1,7 @@
-"""Gravity compensation: drives that carry the weight of the links beyond their joints, as those of robot arms do.
+"""Gravity compensation: drives carry the weight of the links beyond their joints, as the drives of robot arms do.
 
-MuJoCo's own `gravcomp` lifts bodies from outside, so that the wheels of a mobile base would not carry its arm. Here each drive
-exerts the effort that holds the links beyond its joint at rest; the joint before it carries the reaction, as on the real robot.
+MuJoCo's own `gravcomp` applies external forces to bodies, so that the wheels of a mobile base would not carry its arm. Here each
+drive exerts the effort that holds the links beyond its joint at rest; the joint before it carries the reaction, as in reality.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class GravityCompensation:
         self._ids, self._dofs = ids, model.jnt_dofadr[ids].astype(np.intp)
         self._slides = model.jnt_type[ids] == mujoco.mjtJoint.mjJNT_SLIDE
         self._ranges = _beyond(model, model.jnt_bodyid[ids])
-        masses = model.body_mass * (1.0 - model.body_gravcomp)  # those that gravity acts on
+        masses = model.body_mass * (1.0 - model.body_gravcomp)  # bodies on which gravity acts
         self._masses = np.append(masses, 0.0)[:, None]
         self._carried = self._sums(self._masses)
         self._places = np.zeros((model.nbody + 1, 3))

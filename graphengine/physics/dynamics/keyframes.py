@@ -1,4 +1,4 @@
-"""Puts a robot in a keyframe of its MuJoCo model."""
+"""Sets a robot's state to a keyframe of its MuJoCo model."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ def begin_in(keyframe: Keyframe, prefix: str, place: Pose, model: mujoco.MjModel
     """Write a keyframe to a state.
 
     Args:
-        keyframe: of a robot's own model.
-        prefix: what the robot's names begin with in the compiled model.
+        keyframe: keyframe of the robot's own model.
+        prefix: prefix of the robot's names in the compiled model.
         place: pose of the robot in the world, to which poses of free bodies are relative.
         model: compiled model.
         data: state to write.

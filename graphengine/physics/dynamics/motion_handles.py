@@ -93,7 +93,7 @@ class Joints(Handle):
         self.leaders: tuple[str, ...] = prim.facts.get("leaders", ("",) * joints)
         """Name of the joint that each joint mimics, or an empty string."""
         self.actuators: Mapping[str, str] = prim.facts.get("actuators", {})
-        """Actuators by name, and the joint that each moves; empty for one that does not move a single joint."""
+        """Joint that each actuator moves, by the actuator's name; empty if it does not move exactly one joint."""
         self.resets = 0
         """Number of resets so far."""
         super().__init__(simulation, prim)
@@ -133,7 +133,7 @@ class Joints(Handle):
         self.position_servos, self.velocity_servos, _ = self.servo_ids[:, : len(joints)]
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> SelectedJoints:
-        """Return joints by name or that of their actuator, else by index, else all.
+        """Return the joints selected by joint or actuator names, otherwise by indices, otherwise all joints.
 
         Raises:
             JointError: the robot does not have a given name or index.
@@ -191,7 +191,7 @@ class Joints(Handle):
 
 
 def _command(servo: Servo | None, control: float) -> float:
-    """Return the command that a control signal stands for; the signal itself without an actuator, or if nothing does."""
+    """Return the command that corresponds to a control signal, or the signal itself if there is no conversion."""
     return control if servo is None or servo.scale == 0.0 else (control - servo.offset) / servo.scale
 
 

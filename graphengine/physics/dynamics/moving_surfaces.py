@@ -1,8 +1,8 @@
-"""Bodies with a surface velocity, such as the belts of conveyors: what lies on them is carried along, and they stay in place.
+"""Bodies with a surface velocity, such as conveyor belts: they stay in place and carry along the objects on them.
 
-MuJoCo takes the velocity of a contact from the joints of both bodies alone. So such a body gets six joints, whose velocity is
-that of the surface, with so much inertia that nothing changes it; their coordinates are written back after each step. Changing
-the solver's reference velocity of each contact instead has no effect, because the discrete integrator computes it again.
+MuJoCo computes the velocity of a contact only from the joints of both bodies. So a body with a moving surface gets six joints
+that have the velocity of the surface, and so much inertia that no contact changes it; their coordinates are reset after each
+step. Setting the solver's reference velocity of each contact has no effect: the discrete integrator computes it again.
 A box on a belt then moves like one that slides the other way on a resting floor, within 1e-5 m/s, and comes to exactly the belt's
 speed. A belt adds 15 us to a step; without one, nothing is added.
 """
@@ -24,9 +24,9 @@ Velocity = tuple[Vector3, Vector3]
 
 AT_REST: Velocity = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 _FIRM = 1e8
-"""Inertia of a joint that nothing moves, kg or kg m2."""
+"""Inertia of a surface joint, so large that no contact changes its velocity, kg or kg m2."""
 _SUFFIX = ".surface"
-"""What the names of the joints end with, before their number; before it stands the name of the body."""
+"""Suffix of the joints' names, between the body's name and the joint's number."""
 _JOINTS = [
     (kind, [float(axis == number) for number in range(3)])
     for kind in (mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE)
@@ -35,14 +35,14 @@ _JOINTS = [
 
 
 def add_surface_joints(spec: mujoco.MjSpec, names: Collection[str]) -> None:
-    """Give bodies of a model, by name, the joints of a moving surface; names of no body are skipped.
+    """Add the joints of a moving surface to the named bodies of a model; names of no body are skipped.
 
-    They still do not collide with what is fixed to the same body as they are, such as the floor and other belts.
+    The bodies still do not collide with bodies that are fixed to the same parent, such as the floor and other belts.
     """
     belts = {name for name in names if spec.body(name) is not None}
     groups = _fixed_together(spec, belts) if belts else []
     if belts:
-        # The solver's tolerance is relative to the inertia of what touches, and it would stop before light things are right.
+        # The solver's tolerance is relative to the inertias in contact: it would stop too early for light bodies.
         spec.option.tolerance /= _FIRM
     for parts in groups:
         for one, other in itertools.combinations(parts.values(), 2):
@@ -56,9 +56,9 @@ def add_surface_joints(spec: mujoco.MjSpec, names: Collection[str]) -> None:
 
 
 def _fixed_together(spec: mujoco.MjSpec, belts: Collection[str]) -> list[dict[str, list[str]]]:
-    """Return the bodies of a model in groups that no joint moves against each other, apart by the belt that carries them.
+    """Return groups of bodies that no joint moves relative to each other, by the belt that carries them, or an empty string.
 
-    All bodies get names; the belt of those that none carries is empty.
+    All bodies of the model get names.
     """
     groups: list[dict[str, list[str]]] = []
     pending: list[tuple[mujoco.MjsBody, dict[str, list[str]], str]] = [(spec.worldbody, {}, "")]
@@ -74,7 +74,7 @@ def _fixed_together(spec: mujoco.MjSpec, belts: Collection[str]) -> list[dict[st
 
 
 class MovingSurfaces(Stateful):
-    """The bodies of a model with the joints of a moving surface; `bound_to` gives those of a model.
+    """The bodies of a model that have the joints of a moving surface; `bound_to` looks them up in a compiled model.
 
     Attributes:
         velocities: velocity of each surface, by the name of its body.

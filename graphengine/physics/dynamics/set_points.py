@@ -34,7 +34,7 @@ class SetPoints(Stateful):
         self._starts: dict[int, float] = {}
         even: list[int] = []
         self._rests: dict[int, float] = {}
-        """Control signals for no velocity and no effort, by actuator of a model's own."""
+        """Control signals for zero velocity and zero effort, by actuator of a MuJoCo model."""
         for (joint, drive), (position, velocity, _) in zip(drives, servo_ids(model, drives).T.tolist(), strict=True):
             if drive.servos is not None:
                 self._rests |= _at_rest(model, joint, drive)
@@ -68,7 +68,7 @@ class SetPoints(Stateful):
         self.pending = True
 
     def take_over(self, steps: int) -> None:
-        """Move the set points towards their targets, as far as they may move in a step; `steps` are left in the tick."""
+        """Move the set points towards their targets within their rate limits; `steps` is the number left in the tick."""
         if self.pending:
             control, changes = self._control, self._changes
             if self._even.size and steps > 1:

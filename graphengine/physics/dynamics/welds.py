@@ -19,16 +19,16 @@ from graphengine.physics.engine import Floats, mujoco
 _TIGHT_SOLREF = (0.005, 1.0)
 """Time constant (s) and damping ratio of a weld."""
 _TIGHT_SOLIMP = (0.999, 0.9999)
-"""Impedance of a weld: a load of 10 N strays by micrometres."""
+"""Impedance of a weld: a load of 10 N displaces it by micrometres."""
 _WIDE_AWAKE = -1 - mujoco.mjMINAWAKE
 """MuJoCo's state of a tree of bodies that may sleep after some steps at rest, not at once."""
 _EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY.value
 _ANCHOR, _PLACE, _TURN = slice(0, 3), slice(3, 6), slice(6, 10)
-"""Parts of MuJoCo's data of a weld: anchor in the second body's frame and in the first's, and the turn of the second."""
+"""Parts of MuJoCo's `eq_data` of a weld: anchors in the second and the first body's frame, and their relative rotation."""
 
 
 def add_weld(spec: mujoco.MjSpec, name: str, body: str) -> None:
-    """Add a weld to a model, which can hold any other body to the body with this name."""
+    """Add an inactive weld to a model; it can later hold any other body to the body with the name `body`."""
     weld = spec.add_equality(name=name, type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY, active=False)
     weld.name1, weld.name2 = body, "world"
     weld.data[_TURN], weld.data[10] = (1.0, 0.0, 0.0, 0.0), 1.0
@@ -38,7 +38,7 @@ def add_weld(spec: mujoco.MjSpec, name: str, body: str) -> None:
 
 
 class Welds(Stateful):
-    """The welds of a model that can be activated; `bound_to` gives those of a model.
+    """The welds of a model that can be activated; `bound_to` looks them up in a compiled model.
 
     Attributes:
         held: for each active weld, by name, the name of the body that it holds and MuJoCo's `eq_data`.
@@ -54,7 +54,7 @@ class Welds(Stateful):
         self.held: dict[str, tuple[str, Floats]] = {}
 
     def bound_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> Self:
-        """Return the welds of another model, of which those are active whose bodies the model has."""
+        """Return the welds of another model; welds that are active here are active there if it has the held body."""
         made = type(self)()
         made._model, made._data, made._built = model, data, model.exclude_signature.copy()
         made.held = {name: held for name, held in self.held.items() if _has(model, name, held[0])}
@@ -69,11 +69,11 @@ class Welds(Stateful):
         self._write()
 
     def withdraw(self) -> None:
-        """Make the model what it was when it was compiled, so that it can be copied for `bound_to`."""
+        """Restore the compiled model's excluded pairs of bodies, so that the model can be copied for `bound_to`."""
         self._model.exclude_signature[:] = self._built
 
     def hold(self, weld: str, body: int, point: Vector3) -> None:
-        """Hold a body where it is, from the next step on.
+        """Hold a body at its present pose relative to the other body, from the next step on.
 
         Args:
             weld: name of the weld.
@@ -97,7 +97,7 @@ class Welds(Stateful):
             other, _ = self.held.pop(weld)
             data.eq_active[model.equality(weld).id] = False
             tree = int(model.body_treeid[model.body(other).id])
-            if tree >= 0 and data.tree_asleep[tree] < 0:  # awake, but about to sleep where it hangs
+            if tree >= 0 and data.tree_asleep[tree] < 0:  # awake, but it may fall asleep in mid-air
                 data.tree_asleep[tree] = _WIDE_AWAKE
             self._write()
 
@@ -107,7 +107,7 @@ class Welds(Stateful):
             self.release(weld)
 
     def force(self, weld: str) -> Floats:
-        """Return the force of the last step with which the held body pulls at the other one, N, in the world frame."""
+        """Return the force that the held body exerted on the other one in the last step, N, in the world frame."""
         data = self._data
         kinds, owners = data.efc_type[: data.ne], data.efc_id[: data.ne]
         rows = np.flatnonzero((kinds == _EQUALITY) & (owners == self._model.equality(weld).id))

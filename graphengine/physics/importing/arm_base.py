@@ -1,4 +1,4 @@
-"""Fixes the base of an arm to the world, where the description does not fasten its root link."""
+"""Fixes the base of an arm to the world if the description does not fix the root link."""
 
 from __future__ import annotations
 

@@ -8,9 +8,9 @@ from collections.abc import Collection
 from graphengine.physics.description.urdf import Urdf, UrdfJoint
 
 _FINGER = 4
-"""Most joints of a finger; a longer branch is an arm."""
+"""Maximum number of joints of a finger; a longer branch is an arm."""
 _ONLY, _ARM = 2, 3
-"""Least number of joints of an arm that is the only chain of joints, and that one of several has for itself."""
+"""Minimum numbers of joints: of an arm that is the only chain, and of those that an arm does not share with others."""
 
 
 def arm_chains(urdf: Urdf, driven: Collection[str]) -> list[tuple[str, ...]]:
@@ -39,7 +39,7 @@ def arm_chains(urdf: Urdf, driven: Collection[str]) -> list[tuple[str, ...]]:
 
 
 def gripper_joints(urdf: Urdf, driven: Collection[str]) -> list[str]:
-    """Return the joint of each gripper: the only one with a drive of some fingers, which the others follow."""
+    """Return the joint of each gripper: the only driven joint of its fingers, which the other fingers mimic."""
     above = {joint.name: _above(urdf, joint) for joint in urdf.moving()}
     hands = _hands(above, _paths(above, driven))
     leaders = [[name for name in hand if name in driven] for hand in hands]

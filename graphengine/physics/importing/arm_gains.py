@@ -1,9 +1,9 @@
 """Gains of the drives that hold the joints of an arm, computed from its mass matrix, its weight and its effort limits.
 
-The full effort of a joint answers to a small deviation, so that what an arm may carry moves it by less. What the joint's own
-damping and friction take at half its speed limit answers to an even smaller one. The drive's damping is critical for the largest
-inertia that the joint moves in any of some poses, and at least that of a servo of 5 Hz: with less, an arm whose target jumps
-swings beyond it, as its motors are too weak to stop it in time. Commanded velocities make up for the lag.
+A small deviation causes the full effort of a joint, so that a payload deflects the arm by less. A smaller one balances the joint's
+own damping and friction at half its speed limit. The drive's damping is critical for the largest inertia that the joint moves in a
+set of poses, and at least that of a servo of 5 Hz: with less, an arm overshoots when its target jumps, because its motors are too
+weak to stop it in time. Commanded velocities compensate for the lag.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from graphengine.physics.importing.draft import Draft, Remark, rounded
 from graphengine.physics.importing.trial import trial_model, trial_spec
 
 DEVIATION = 0.01
-"""Deviation, rad or m, that the full effort answers to."""
+"""Deviation at which a drive exerts its full effort, rad or m."""
 FASTEST = 5.0
 """Highest bandwidth, Hz."""
 LAG = 0.0025
@@ -33,7 +33,7 @@ _MOST = 1e9
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """What a joint moves and carries at most, in any of the poses.
+    """The largest load of a joint in any of the poses.
 
     Attributes:
         inertia: diagonal element of the mass matrix, kg m2 or kg.
@@ -45,7 +45,7 @@ class Load:
 
 
 def fill(draft: Draft) -> None:
-    """Set the gains of drives that hold a position, where the description does not give them; let them carry the arm."""
+    """Set the gains of position drives that the description does not give, and enable gravity compensation."""
     joints = [draft.urdf.joints[name] for name in draft.servos]
     loads = _loads(draft, joints) if joints else None
     if loads is None:

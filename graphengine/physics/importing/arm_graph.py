@@ -18,15 +18,15 @@ CONTROLLER = "joint_trajectory_controller"
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """An arm as a source describes it.
+    """An arm, found in a controller's parameters or as a chain of joints.
 
     Attributes:
         controller: name of the controller whose action and topic move it.
-        joints: from its base to its flange, or in the controller's order.
-        source: what says so, for people.
-        span: its place.
+        joints: joints from the base to the flange, or in the controller's order.
+        source: description of the source, for messages.
+        span: location of the source.
         parameters: further parameters of its graph.
-        guessed: whether nothing but the chain of joints says so.
+        guessed: whether the chain of joints is the only source.
     """
 
     controller: str
@@ -41,9 +41,9 @@ def fill(draft: Draft, held: Collection[str], controllers: Iterable[Controller],
     """Add a graph for each arm.
 
     Args:
-        draft: takes the graphs, and remarks on them.
+        draft: receives the graphs, and remarks on them.
         held: joints that take positions.
-        controllers: that may name the arms.
+        controllers: controllers that may define the arms.
         guess: whether chains of joints are arms if no controller names any.
 
     Returns:

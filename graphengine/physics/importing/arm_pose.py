@@ -1,4 +1,4 @@
-"""A pose near the start of an arm, to try it."""
+"""A pose near the start of an arm, for a first motion."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from graphengine.physics.description.urdf import Urdf, UrdfJoint
 from graphengine.physics.model.robot import RobotInstance
 
 _TURN, _SLIDE = 0.3, 0.05
-"""Way of a joint from its start, rad and m."""
+"""Distance of a joint from its start, rad and m."""
 _MARGIN = 0.05
-"""Least distance from the limits as a part of the range."""
+"""Minimum distance from the limits, as a fraction of the range."""
 
 
 def raised_pose(robot: RobotInstance, joints: Sequence[str]) -> dict[str, float]:
-    """Return a position (rad, m) for each joint, some way from its start and within its limits.
+    """Return a position (rad, m) for each joint, a little away from its start and within its limits.
 
-    Joints turn in the direction that raises what they carry, away from the table.
+    Joints turn in the direction that raises the links beyond them, away from the table.
     """
     axes = robot.urdf.axes_in_root()
     found: dict[str, float] = {}

@@ -33,9 +33,9 @@ def fill(draft: Draft, held: Collection[str], controllers: Iterable[Controller],
     """Add a graph for each gripper.
 
     Args:
-        draft: takes the graphs, and remarks on them.
+        draft: receives the graphs, and remarks on them.
         held: joints that take positions.
-        controllers: that may name the grippers.
+        controllers: controllers that may define the grippers.
         guess: whether fingers are grippers if no controller names any.
     """
     grippers = list(_of_controllers(draft, held, controllers))

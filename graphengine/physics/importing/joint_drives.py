@@ -199,7 +199,7 @@ def _bounds(joint: UrdfJoint, drive: dict[str, Any] | None, commands: JointComma
 
 
 def servo(joint: UrdfJoint) -> dict[str, float]:
-    """Return gains by which the full effort answers to 0.1 rad, or 10 mm; critically damped they are not, but calm."""
+    """Return gains with the full effort at a deviation of 0.1 rad or 10 mm; not critically damped, but well damped."""
     stiffness = (joint.effort or 10.0) / (0.01 if joint.type == "prismatic" else 0.1)
     return {"stiffness": _gain(stiffness), "damping": _gain(stiffness / 10)}
 

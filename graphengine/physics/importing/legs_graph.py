@@ -1,4 +1,4 @@
-"""The graph that lets a robot on legs with motors stand in its keyframe."""
+"""The graph with which a legged robot with motors stands in its keyframe."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ GRAPH = "stand"
 KEYFRAME = "home"
 """The keyframe in which robots start, as the models of MuJoCo's Menagerie call it."""
 _ANGLE = 0.4
-"""Deviation of a joint, rad, which its whole torque answers to."""
+"""Deviation of a joint at which the graph commands its full torque, rad."""
 _DAMPING = 0.05
 """Damping by stiffness, s."""
 
 
 def fill(draft: Draft) -> None:
-    """Add the graph for a robot that moves freely, and whose joints are all moved by motors, if it has the keyframe."""
+    """Add the graph if the robot moves freely, motors drive all its joints, and it has the keyframe."""
     model = draft.urdf.mjcf
     joints = [joint for joint in draft.urdf.moving() if joint.mimic is None]
     if model is None or KEYFRAME not in model.keyframes or not model.free or draft.fixed_base:
@@ -37,5 +37,5 @@ def fill(draft: Draft) -> None:
     }
     comment = f"torques that hold the joints where the keyframe {KEYFRAME} has them"
     draft.sections["graphs"][GRAPH] = Entry({"use": "graphs/legs/stand.yaml", "parameters": parameters}, [comment])
-    text = f"gains of the graph that stands: {stiffness:g} N m/rad and {parameters['damping']:g} N m s/rad"
+    text = f"gains of the graph stand: {stiffness:g} N m/rad and {parameters['damping']:g} N m s/rad"
     draft.guessed.append(Remark(text))

@@ -1,6 +1,6 @@
-"""What a robot file repeats of a MuJoCo model: which actuators drive its joints, its cameras, and its inertial units.
+"""Entries of a robot file for the parts of a MuJoCo model: actuators of its joints, cameras and inertial units.
 
-The model itself says how joints are driven. The robot file lists it, and mounts sensors on the frames of cameras and sites.
+The model itself defines the actuators; the robot file only lists them, and mounts sensors on frames of cameras and sites.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _STATES = {
     _SENSOR.mjSENS_ACTUATORPOS,
     _SENSOR.mjSENS_ACTUATORVEL,
 }
-"""What joint states have."""
+"""Sensors whose values JointState messages contain."""
 _POSES = {
     _SENSOR.mjSENS_FRAMEPOS,
     _SENSOR.mjSENS_FRAMEQUAT,
@@ -33,12 +33,12 @@ _POSES = {
     _SENSOR.mjSENS_FRAMEANGVEL,
     _SENSOR.mjSENS_VELOCIMETER,
 }
-"""What transforms and the odometry of a frame have."""
+"""Sensors whose values transforms and odometry of a frame contain."""
 _INERTIAL = (_SENSOR.mjSENS_ACCELEROMETER, _SENSOR.mjSENS_GYRO)
 _KINDS = {"position": "position servo", "velocity": "velocity servo", "effort": "motor"}
 _UNITS = {"position": ("rad", "m"), "velocity": ("rad/s", "m/s"), "effort": ("N m", "N")}
 _PIXELS = (640, 480)
-"""Size of a camera whose model does not say it; MuJoCo's own default is one pixel."""
+"""Size of a camera whose model gives none; MuJoCo's own default is one pixel."""
 
 
 def fill(draft: Draft) -> None:
@@ -50,7 +50,7 @@ def fill(draft: Draft) -> None:
     for actuator in others:
         kind = _KINDS[actuator.kind]
         draft.carried.append(
-            Remark(f"{kind} {printable(actuator.name)}: commanded by its name, as it moves no single joint")
+            Remark(f"{kind} {printable(actuator.name)}: commanded by its name, as it does not move exactly one joint")
         )
     if KEYFRAME in model.keyframes and draft.library is not None:
         draft.settings["start"] = KEYFRAME
@@ -78,9 +78,7 @@ def _joints(draft: Draft, model: MjcfModel) -> None:
             draft.carried.append(Remark(f"{_KINDS[kind]}s of the model: {', '.join(map(printable, found))}"))
     if model.floating:
         floating = ", ".join(map(printable, model.floating))
-        draft.noticed.append(
-            Remark(f"joints of several coordinates, which graphs neither read nor command: {floating}")
-        )
+        draft.noticed.append(Remark(f"joints of several coordinates, which graphs cannot read or command: {floating}"))
 
 
 def _about(name: str, drive: Drive, slides: bool) -> str:
@@ -104,7 +102,10 @@ def _cameras(draft: Draft, spec: mujoco.MjSpec) -> None:
         wide = math.degrees(2 * math.atan(math.tan(math.radians(tall) / 2) * width / height)) if tall < 180 else 180.0
         if not (0.1 <= tall <= 179.0 and 0.1 <= wide <= 179.0 and width <= 4096 and height <= 4096):
             draft.lost.append(
-                Remark(f"camera {printable(camera.name)}: {wide:g} x {tall:g} degrees, which no camera here has")
+                Remark(
+                    f"camera {printable(camera.name)} of {wide:g} x {tall:g} degrees: not supported; a camera has 0.1 to 179 "
+                    "degrees and up to 4096 pixels a side"
+                )
             )
             continue
         profile = {"size": [width, height], "fov_deg": [rounded(wide), rounded(tall)], "rate": 30.0}
@@ -115,7 +116,7 @@ def _cameras(draft: Draft, spec: mujoco.MjSpec) -> None:
 
 
 def _sensors(draft: Draft, spec: mujoco.MjSpec) -> None:
-    """Mount an inertial unit where the model has an accelerometer or a gyroscope; say what becomes of other sensors."""
+    """Mount an inertial unit where the model has an accelerometer or a gyroscope; report other sensors."""
     units: dict[str, None] = {}
     lost: list[str] = []
     for sensor in spec.sensors:
@@ -130,12 +131,12 @@ def _sensors(draft: Draft, spec: mujoco.MjSpec) -> None:
                 Remark(f"inertial unit at site {printable(site)}: 100 samples a second, without errors")
             )
     if lost:
-        text = "sensors of the model that no message has; they stay in it"
+        text = "sensors of the model that have no ROS 2 message; they stay in the model"
         draft.lost.append(Remark(f"{text}: {', '.join(map(printable, lost))}"))
 
 
 def _link(draft: Draft, name: str, kind: str) -> str:
-    """Return the link that stands for a site or camera; empty if none does."""
+    """Return the link that represents a site or camera; empty if there is none."""
     if not name:
         return ""
     given = f"{name}_{kind}"

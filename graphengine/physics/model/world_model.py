@@ -45,7 +45,7 @@ def world_spec(
 
 
 def _read(path: Path, library: Library, findings: Findings) -> Element | None:
-    """Return a world as MJCF without references to other files; None after an error."""
+    """Read a world as MJCF without references to other files; return None after an error."""
     if path.suffix not in SUFFIXES:
         return library.world(path)
     root = read(path, findings, "S102")
@@ -77,7 +77,7 @@ def _set_options(spec: mujoco.MjSpec, root: Element, physics: PhysicsSpec, findi
 
 
 def tell_overridden(model: Element, world: mujoco.MjSpec, findings: Findings) -> None:
-    """Report options of a robot's model that have no effect, because those of the world count; equal timesteps are not told."""
+    """Report options of a robot's model that those of the world override; a timestep equal to the world's is not reported."""
     stated = {name: option for option in model.all("option") for name in option.attributes}
     if (option := stated.pop("timestep", None)) is not None:
         given = number(option.get("timestep"))
@@ -88,7 +88,7 @@ def tell_overridden(model: Element, world: mujoco.MjSpec, findings: Findings) ->
     ignored = {name: option.place(name) for name, option in stated.items()}
     ignored |= {name: flag.place(name) for flag in flags for name in flag.attributes}
     if ignored:
-        text = "options of the model have no effect: those of the scene's world count for all that is in it"
+        text = "options of the model have no effect: those of the scene's world apply to the whole scene"
         findings.add("N103", text, next(iter(ignored.values())), listing(ignored, "options"))
 
 

@@ -22,9 +22,9 @@ from graphengine.physics.sdf.sdf_values import SdfError, leaf, reported, text_at
 
 SUFFIXES = (".sdf", ".world")
 TAG = "sdf"
-"""Of the root element."""
+"""Attributes of the root element."""
 CONFIG = "model.config"
-"""Names the SDF file of a folder that is a model."""
+"""File that names the SDF file of a model's folder."""
 OLDEST, NEWEST = 4, 12
 """Minor numbers of the versions 1.N that are read."""
 MAX_DEPTH = 20
@@ -46,7 +46,7 @@ GROUND_PLANE = """<sdf version="1.6"><model name="ground_plane"><static>true</st
 <visual name="visual"><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>
 <material><diffuse>0.5 0.5 0.5 1</diffuse></material></visual></link></model></sdf>"""
 _BUILT_IN = {"sun": SUN, "ground_plane": GROUND_PLANE}
-"""Models of Gazebo that most worlds include, for where no folder has them."""
+"""Models of Gazebo that most worlds include, used if no folder has them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class _File:
         root: its `<sdf>` element.
         version: minor number of its version.
         path: with links resolved; None for a built-in.
-        references: what precedes its relative file names.
+        references: prefix of its relative file names.
     """
 
     root: Element
@@ -88,7 +88,7 @@ class SdfFiles:
     """The SDF files of one description, each parsed once.
 
     Args:
-        packages: find what `model://` means, and decide which files may be read.
+        packages: resolve `model://`, and decide which files may be read.
         findings: receives errors and notes.
     """
 
@@ -105,7 +105,7 @@ class SdfFiles:
         """Return the file that the user gave.
 
         Raises:
-            SdfError: its version is not read here.
+            SdfError: its version is not supported.
         """
         return _File(root, _version(root), path.resolve(), "")
 
@@ -187,7 +187,7 @@ class SdfFiles:
             self._add_model(outer, scope)
 
     def _find(self, uri: str, file: _File, span: Span) -> _File:
-        """Read the file that a URI means."""
+        """Read the file to which a URI refers."""
         if self._enough is not None:
             raise self._enough
         name, places = self._places(uri, file)
@@ -206,7 +206,9 @@ class SdfFiles:
                     return self._read(path, f"{scheme}{separator}{folder}", span)
         self._missing += 1
         if self._missing > _MAX_MISSING:  # a search may go through thousands of folders
-            self._enough = SdfError(f"more than {_MAX_MISSING} models are not found; the rest is not looked for", span)
+            self._enough = SdfError(
+                f"more than {_MAX_MISSING} models are not found; further models are not searched", span
+            )
         outside = next((str(place) for place, _ in places if place.exists() and not self._may_read(place)), None)
         if outside is not None:
             what = f"{printable(uri[:200])!r} lies outside the folder of the file you gave"
@@ -227,7 +229,7 @@ class SdfFiles:
         return self.packages.files.may_read(path)
 
     def _places(self, uri: str, file: _File) -> tuple[str | None, list[tuple[Path, str]]]:
-        """Return the name of the model in a URI, and where it may lie, each with what precedes its file names."""
+        """Return the name of the model in a URI, and its possible places, each with the prefix of its relative file names."""
         folder = file.path.parent if file.path is not None else self.packages.folder
         fuel = _FUEL.fullmatch(uri)
         if fuel is not None or (name := package_of(uri)) is not None:
@@ -269,7 +271,7 @@ def _version(root: Element) -> int:
 
 
 def _model_files(place: Path) -> Iterator[Path]:
-    """Yield the SDF files that a path may mean, most likely first: a folder means those that its `model.config` names."""
+    """Yield the SDF files to which a path may refer, most likely first; for a folder, those that its `model.config` names."""
     if not place.is_dir():
         yield place
         return

@@ -1,4 +1,4 @@
-"""Names and poses of SDF: which frame a name means in a model or world, and where it lies.
+"""Names and poses of SDF: resolves names to frames of a model or world, and computes the poses of frames.
 
 Each model is a scope of names. It has a frame of its own (`__model__`), and one for each link, joint, `<frame>` and nested model;
 `A::B` is the frame B of the nested model A.
@@ -17,17 +17,17 @@ from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_values import SdfError, flag_at, pose_of, text_at
 
 _MAX_ATTACHED = 1000
-"""Frames that are attached to each other, one after the other."""
+"""Maximum length of a chain of frames that are attached to each other."""
 _LONGEST = 1000
-"""Characters of a name that leads into nested models."""
+"""Maximum number of characters of a name such as `A::B`."""
 _MAX_COMPARED = 200
-"""Names that a wrong one is compared with."""
+"""Maximum number of names with which an unknown name is compared for suggestions."""
 FIRST_WITH_FRAMES = 7
 """SDF 1.7 defined `relative_to`; before, `<pose frame="…">` stood for it."""
 
 
 Kind = Literal["scope", "link", "joint", "frame"]
-"""What has a frame; a model or world is a scope."""
+"""Elements that have a frame; a model or world is a scope."""
 
 
 @dataclass(slots=True, eq=False)
@@ -36,9 +36,9 @@ class SdfFrame:
 
     Attributes:
         kind: of the element that has it.
-        name: as in its scope.
-        element: which has it.
-        scope: which its name belongs to; for a model or a world the scope that it makes.
+        name: name in its scope.
+        element: element that has the frame.
+        scope: scope that contains the name; for a model or a world, the scope that it makes.
     """
 
     kind: Kind
@@ -49,7 +49,7 @@ class SdfFrame:
     """Pose in the outermost scope."""
     _raw: Pose | None = None
     _fault: SdfError | None = None
-    """Why it has no place; known of all frames of a circle once it was met."""
+    """Why the frame has no pose; set for all frames of a circle when the circle is found."""
 
     @property
     def full_name(self) -> str:
@@ -199,7 +199,7 @@ class Scope:
             yield from scope.walk()
 
     def find(self, name: str) -> SdfFrame | None:
-        """Return the frame that a name means; None without."""
+        """Return the frame with a name; None if there is none."""
         if name == "__model__" or (name == "world" and self.is_world):
             return self.frame
         if name in self.known or len(name) > _LONGEST:

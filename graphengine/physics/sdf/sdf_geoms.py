@@ -170,7 +170,7 @@ def _towards(plane: Element) -> Quaternion:
     x, y, z = numbers_at(plane, "normal", default=_UP)
     length = math.hypot(x, y, z)
     if not length:
-        raise SdfError("the normal of a plane has a direction", plane.span)
+        raise SdfError("the normal of a plane must not be zero", plane.span)
     x, y, z = x / length, y / length, z / length
     if z < -1.0 + 1e-12:
         return 1.0, 0.0, 0.0, 0.0

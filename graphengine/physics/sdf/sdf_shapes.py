@@ -23,7 +23,7 @@ _SLIGHTLY = 1e-12
 
 
 def shape_of(part: Element) -> Element | None:
-    """Return the element of a collision's or visual's shape; None for `<empty>` and for nothing.
+    """Return the element of a collision's or visual's shape; None for `<empty>` or if there is no shape.
 
     Raises:
         SdfError: the kind of shape is not simulated here.
@@ -72,7 +72,7 @@ def urdf_mesh(shape: Element, references: str, findings: Findings) -> Element:
     if uri is None or not uri.text:
         raise SdfError("a mesh without <uri>", shape.span)
     if (part := shape.first("submesh")) is not None:
-        text = f"submesh {printable(text_at(part, 'name')[:60])!r}: all of the mesh counts, where it lies in its file"
+        text = f"submesh {printable(text_at(part, 'name')[:60])!r}: the whole mesh is used, at its position in the file"
         findings.add("N103", text, part.span)
     attributes = {"filename": uri.text if "://" in uri.text or uri.text.startswith("/") else references + uri.text}
     scale = numbers_at(shape, "scale", default=(1.0, 1.0, 1.0))
@@ -82,7 +82,7 @@ def urdf_mesh(shape: Element, references: str, findings: Findings) -> Element:
 
 
 def colour_of(visual: Element) -> tuple[float, float, float, float] | None:
-    """Return red, green, blue and opacity of a visual, 0 to 1: its diffuse colour; None without."""
+    """Return red, green, blue and opacity of a visual's diffuse colour, 0 to 1; None if it has none."""
     for tag in ("diffuse", "ambient"):
         text = text_at(visual, "material", tag)
         values = numbers(text, 4) or numbers(text, 3)
@@ -101,7 +101,7 @@ def textured(visual: Element) -> bool:
 
 
 def surface_for_gazebo(link: SdfFrame, frames: Mapping[SdfFrame, Pose]) -> Iterator[Element]:
-    """Yield what a URDF's `<gazebo>` of a link says about friction and contacts: that of its first collision with a surface.
+    """Yield friction and contact elements for a link's `<gazebo>` in URDF, from its first collision with a `<surface>`.
 
     Args:
         link: whose collisions are meant.
@@ -145,7 +145,7 @@ def _direction(
 
 
 def friction_of(collision: Element) -> float | None:
-    """Return the sliding friction of a collision; None if it says none."""
+    """Return the sliding friction coefficient of a collision; None if it gives none."""
     for engine in ("ode", "bullet"):
         for tag in ("mu", "friction"):
             if text_at(collision, "surface", "friction", engine, tag):

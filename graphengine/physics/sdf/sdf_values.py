@@ -12,7 +12,7 @@ from graphengine.format.wording import listing, printable
 from graphengine.physics.files.xml import Element, numbers
 
 INFINITE = 1e16
-"""SDF takes a limit from this number on for none."""
+"""In SDF, limits of at least this number mean no limit."""
 _FARTHEST = 1e9
 """Greatest coordinate (m) and angle (rad) of a pose."""
 _FORMATS = ("euler_rpy", "quat_xyzw")
@@ -22,10 +22,10 @@ class SdfError(Exception):
     """A part of an SDF file that cannot be converted.
 
     Attributes:
-        message: what is wrong.
-        span: where.
+        message: the error.
+        span: its location.
         help: lines of help.
-        reported: whether the findings have it.
+        reported: whether the error is in the findings already.
     """
 
     def __init__(self, message: str, span: Span, *help: str) -> None:
@@ -48,20 +48,20 @@ def reported(findings: Findings, code: str = "S103") -> Iterator[None]:
 
 
 def find(element: Element | None, *path: str) -> Element | None:
-    """Return the first element at a path of tags; None without."""
+    """Return the first element at a path of tags; None if there is none."""
     for tag in path:
         element = element.first(tag) if element is not None else None
     return element
 
 
 def text_at(element: Element | None, *path: str) -> str:
-    """Return the text at a path; empty without."""
+    """Return the text at a path; empty if there is none."""
     found = find(element, *path)
     return found.text if found is not None else ""
 
 
 def flag_at(element: Element | None, *path: str) -> bool | None:
-    """Return the boolean at a path; None without."""
+    """Return the boolean at a path; None if there is none."""
     text = text_at(element, *path).lower()
     return text in ("true", "1") if text else None
 
@@ -109,7 +109,7 @@ def limit_at(element: Element | None, *path: str, default: float) -> float:
 
 
 def pose_of(pose: Element | None) -> Pose:
-    """Return the pose in a `<pose>` element, m and rad; the identity without.
+    """Return the pose in a `<pose>` element, m and rad; without an element, the identity.
 
     Raises:
         SdfError: it has another number of values, or another format of rotations.

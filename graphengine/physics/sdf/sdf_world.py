@@ -1,7 +1,7 @@
 """Converts a world of SDF to MJCF: scenery, loose objects, lights and gravity.
 
-A static model becomes bodies that do not move, any other without moving joints becomes bodies that do. A model with joints that
-move is a robot, which a scene names itself: it is left out with a warning.
+A static model becomes fixed bodies; another model without moving joints becomes free bodies. A model with moving joints is a
+robot, which must be listed in the scene: it is left out with a warning.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from graphengine.physics.sdf.sdf_shapes import textured
 from graphengine.physics.sdf.sdf_values import SdfError, numbers_at, placed, reported, to_rpy, written
 
 _GRAVITY = (0.0, 0.0, -9.8)
-"""That of SDF, m/s2."""
+"""SDF's default gravity, m/s2."""
 _COMPILER = {"angle": "radian", "autolimits": "true", "balanceinertia": "true"}
 _STATISTIC = {"extent": "1", "center": "0 0 0.5", "meansize": "0.2"}
-"""What pictures are scaled by, as in the included worlds."""
+"""MuJoCo's `<statistic>`, which scales pictures, as in the included worlds."""
 _CONVERTED = ("model", "include", "light", "gravity", "frame", "scene")
-_LEFT_OUT = "it has joints that move, so it is a robot, which the scene must name"
+_LEFT_OUT = "it has joints that move, so it is a robot, which must be listed in the scene"
 
 
 def read_world(path: Path, root: Element, library: Library, findings: Findings) -> Element | None:
@@ -95,7 +95,7 @@ class _WorldWriter:
         return Element("mujoco", {"model": self.world.name}, span, parts)
 
     def _is_robot(self, model: Scope) -> bool:
-        """Return whether a model must be used as a robot, with a warning that says how."""
+        """Return whether a model must be used as a robot; if so, add a warning that says how."""
         joints = [joint for scope in model.walk() for joint in scope.joints.values() if is_moving(joint)]
         if model.static or not joints:
             return False

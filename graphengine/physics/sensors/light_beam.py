@@ -24,19 +24,19 @@ if TYPE_CHECKING:
 
 
 class LightBeamProfile(Profile):
-    """A light barrier or a light curtain."""
+    """A light barrier with one beam, or a light curtain with several."""
 
     num_rays: int = Field(default=1, ge=1, le=10_000, description="Number of beams.")
     curtain_length: NotNegative = Field(
         default=0.0,
         le=1000.0,
-        description="Length of a curtain, m; beam n of N begins at n / N of it along the curtain axis.",
+        description="Length of a light curtain, m; beam n of N starts at n / N of this length along the curtain axis.",
     )
     forward_axis: Vector = Field(default=(1.0, 0.0, 0.0), description="Direction of the beams in the sensor's frame.")
     curtain_axis: Vector = Field(
-        default=(0.0, 0.0, 1.0), description="Direction in the sensor's frame in which beams stand side by side."
+        default=(0.0, 0.0, 1.0), description="Direction in the sensor's frame along which beams are placed."
     )
-    min_range: NotNegative = Field(default=0.4, description="Distance from the sensor at which beams begin, m.")
+    min_range: NotNegative = Field(default=0.4, description="Distance from the sensor at which beams start, m.")
     max_range: Positive = Field(
         default=100.0, le=1_000_000, description="Distance from the sensor at which beams end, m."
     )

@@ -1,6 +1,6 @@
-"""The radar: casts rays into the collision geometry, and measures the distance and radial velocity of what they hit.
+"""The radar: casts rays into the collision geometry, and measures distance and radial velocity of the points that they hit.
 
-Rays meet the same objects as those of a lidar, and pass through the radar's own robot. Every hit in range is one detection. The
+Rays hit the same objects as those of a lidar, and pass through the radar's own robot. Every hit in range is one detection. The
 radial velocity is that of the surface point relative to the radar, along the ray.
 
 The noise model is this project's own: independent normal errors of distance, radial velocity and angles. It is not that of a
@@ -34,14 +34,14 @@ _NEAREST = 1e-3
 
 
 class RadarProfile(LidarProfile):
-    """A radar, which measures radial velocities. Its beams and rings are the rays that are cast, as of a lidar."""
+    """A radar, which also measures radial velocities. As for a lidar, beams and rings are the rays that are cast."""
 
     velocity_std: Deviation = Field(default=0.0, description="Standard deviation of a radial velocity, m/s.")
     angle_std_deg: float = Field(
         default=0.0, ge=0.0, le=45.0, description="Standard deviation of azimuth and elevation, degrees."
     )
     velocity_resolution: NotNegative = Field(
-        default=0.0, description="Radial velocities are multiples of it, m/s; 0: they are not rounded."
+        default=0.0, description="Radial velocities are rounded to multiples of this, m/s; 0: not rounded."
     )
 
     def facts(self) -> dict[str, Any]:

@@ -1,7 +1,7 @@
-"""Rays with origins and directions of their own, and the normals of what they meet.
+"""Rays with an origin and a direction each, and the normals of the surfaces that they hit.
 
-Rays with the same origin are cast together. A ray begins at a least distance from its origin; where this is within a body, it
-meets the body there, as in PhysX.
+Rays with the same origin are cast together. A ray starts at the least distance from its origin; if that point is inside a body,
+the hit is there, as in PhysX.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ _SOLIDS += [_KINDS.mjGEOM_ELLIPSOID, _KINDS.mjGEOM_CYLINDER, _KINDS.mjGEOM_BOX]
 
 
 class Hits(NamedTuple):
-    """What the rays of a bundle meet, in their order."""
+    """Hits of a bundle's rays, one entry per ray."""
 
     found: Bools
-    """Whether each ray meets anything within the range."""
+    """Whether each ray hits a surface within the range."""
     depths: Floats
-    """Distance of each hit from the ray's origin, m; the range without a hit."""
+    """Distance from each ray's origin to its hit, m; the range if there is no hit."""
     normals: Floats
     """Unit normal of each hit in the world frame, shape (n, 3); zero without a hit."""
     geoms: Indices
-    """Id of each geom that is hit; -1 without a hit."""
+    """Id of the geom that each ray hits; -1 if there is no hit."""
 
 
 class RayBundle:
@@ -62,7 +62,7 @@ class RayBundle:
         members = [np.flatnonzero(group.ravel() == number) for number in range(len(places))]
         self._groups = [(own, self._caster(directions[own])) for own in members]
         self._single: dict[int, Caster] = {}
-        """Casters of single rays that met something nearer than the least distance."""
+        """Casters for single rays that hit a body nearer than the least distance."""
 
     def cast(self, position: Floats, rotation: Floats) -> Hits:
         """Cast all rays from a sensor at a position (m), with a rotation matrix, in the world frame."""
@@ -84,7 +84,7 @@ class RayBundle:
         depths[~found], geoms[~found] = far, -1
         for ray in np.flatnonzero(found).tolist():
             normal = self._normal(int(geoms[ray]), begins[ray], directions[ray])
-            if normal @ directions[ray] > 0.0:  # the ray leaves a body within which it begins
+            if normal @ directions[ray] > 0.0:  # the ray leaves a body inside which it starts
                 depths[ray], normal = near, -directions[ray]
             normals[ray] = normal
         return Hits(found, depths, normals, geoms)

@@ -1,6 +1,6 @@
-"""A raycast sensor: single rays, each with an origin and a direction of its own.
+"""A raycast sensor: rays with an origin and a direction each.
 
-They meet the same objects as those of a lidar, and pass through the sensor's own robot. All are cast when the sensor is read.
+The rays hit the same objects as those of a lidar, and pass through the sensor's own robot. All are cast when the sensor is read.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ _Rows = Annotated[tuple[Offsets, ...], Field(strict=False, min_length=1, max_len
 
 
 class RaycastProfile(Profile):
-    """A sensor that casts single rays."""
+    """A sensor that casts rays with given origins and directions."""
 
     ray_origins: _Rows = Field(
         default=((0.0, 0.0, 0.0),),
-        description="Origin of each ray in the sensor's frame, m; a single one is that of all rays.",
+        description="Origin of each ray in the sensor's frame, m; a single origin applies to all rays.",
     )
     ray_directions: _Rows = Field(
-        default=((1.0, 0.0, 0.0),), description="Direction of each ray in the sensor's frame, of any length above zero."
+        default=((1.0, 0.0, 0.0),), description="Direction of each ray in the sensor's frame; any length except zero."
     )
-    min_range: NotNegative = Field(default=0.4, description="Distance from its origin at which a ray begins, m.")
+    min_range: NotNegative = Field(default=0.4, description="Distance from its origin at which a ray starts, m.")
     max_range: Positive = Field(
         default=100.0, le=1_000_000, description="Distance from its origin at which a ray ends, m."
     )
     output_frame: Literal["SENSOR", "WORLD"] = Field(
-        default="SENSOR", description="Frame of hit positions and normals."
+        default="SENSOR", description="Frame of hit positions and normals: the sensor's or the world frame."
     )
-    report_hit_prim_paths: bool = Field(default=False, description="Whether readings name the prims that rays meet.")
+    report_hit_prim_paths: bool = Field(default=False, description="Whether readings contain the paths of hit prims.")
 
     @model_validator(mode="after")
     def _one_origin_a_ray(self) -> RaycastProfile:

@@ -1,7 +1,7 @@
 """A surface gripper, whose points hold bodies by welds.
 
-A closing gripper casts a ray from each point along its forward axis. What the ray meets is held where it is; a weld that pulls
-harder than the gripper's limits allow is broken. Forces are measured after ten steps, when a new weld has settled.
+A closing gripper casts a ray from each point along its forward axis, and welds the body that the ray hits to the gripper, at its
+present pose. A weld breaks if its force exceeds the gripper's limits. Forces count after ten steps, when a new weld has settled.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
 
 _SETTLING = 10
-"""Physics steps in which the force of a new weld is not measured, and in which a point that let go does not grip again."""
+"""Physics steps for which the force of a new weld is ignored, and for which a point does not grip again after a release."""
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
 
@@ -32,23 +32,27 @@ class SurfaceGripperProfile(Profile):
     """A surface gripper: suction cups or magnets."""
 
     points: Annotated[tuple[Offsets, ...], Field(strict=False, min_length=1, max_length=100)] = Field(
-        default=((0.0, 0.0, 0.0),), description="Positions of its points in its frame, m; each holds one body."
+        default=((0.0, 0.0, 0.0),),
+        description="Positions of the grip points in the gripper's frame, m; each point holds one body.",
     )
-    forward_axis: Literal["X", "Y", "Z"] = Field(default="X", description="Axis of its frame along which it grips.")
+    forward_axis: Literal["X", "Y", "Z"] = Field(
+        default="X", description="Axis of the gripper's frame along which it grips."
+    )
     max_grip_distance: Positive = Field(
-        default=0.01, le=10.0, description="Distance from a point up to which it grips, m."
+        default=0.01, le=10.0, description="Largest distance from a point at which the gripper grips a body, m."
     )
     clearance_offset: NotNegative = Field(
-        default=0.0, description="Distance in front of a point at which its ray begins, m; less than max_grip_distance."
+        default=0.0, description="Distance in front of a point at which its ray starts, m; less than max_grip_distance."
     )
     coaxial_force_limit: Positive | None = Field(
-        default=None, description="Pull along the forward axis that breaks the grip of a point, N; none: no limit."
+        default=None,
+        description="Pulling force along the forward axis at which a point releases its body, N; none: no limit.",
     )
     shear_force_limit: Positive | None = Field(
-        default=None, description="Force across the forward axis that breaks the grip of a point, N; none: no limit."
+        default=None, description="Force across the forward axis at which a point releases its body, N; none: no limit."
     )
     retry_interval: NotNegative = Field(
-        default=0.0, description="Time for which a closing gripper tries to grip, s; 0: it tries once."
+        default=0.0, description="Time for which a closing gripper tries to grip, s; 0: a single attempt."
     )
 
     @model_validator(mode="after")
@@ -118,18 +122,18 @@ class SuctionGripper(CarriedPrim):
             self.status, self._trying, self._tried = "Closing", True, 0.0
 
     def open(self) -> None:
-        """Release all bodies at once."""
+        """Release all bodies immediately."""
         simulation = self._simulation
         holding = [weld for weld in self._welds if weld in simulation.welds.held]
         self.status, self._trying = "Open", False
         for weld in holding:
             simulation.welds.release(weld)
         if holding:
-            wake(simulation.model, simulation.data)  # what sleeps does not notice that it is let go
+            wake(simulation.model, simulation.data)  # a sleeping body would not fall
             simulation.refresh()
 
     def see_forces(self) -> None:
-        """Grip, measure forces and let go after each step."""
+        """Grip, measure forces and release bodies after each step."""
         self._waiting = [max(steps - 1, 0) for steps in self._waiting]
         if self.status == "Open":
             return
@@ -145,7 +149,7 @@ class SuctionGripper(CarriedPrim):
         self._update(holds)
 
     def _update(self, holds: list[bool]) -> None:
-        """Find the status after a step in which the points hold something or not."""
+        """Update the status after a step; `holds` says whether each point holds a body."""
         retry: float = self._prim.facts["retry_interval"]
         if self.status == "Closing" and self._trying:
             self._tried += self._simulation.model.opt.timestep
@@ -158,7 +162,7 @@ class SuctionGripper(CarriedPrim):
             self.status = "Open"
 
     def _grip(self, number: int) -> bool:
-        """Hold what is in front of a point, and return whether there is anything."""
+        """Hold the body in front of a point; return False if there is none."""
         facts, (position, rotation) = self._prim.facts, self.frame()
         forward = rotation @ self._forward
         begin = position + rotation @ facts["points"][number] + facts["clearance_offset"] * forward
@@ -171,7 +175,7 @@ class SuctionGripper(CarriedPrim):
         return True
 
     def _is_pulled_off(self, number: int) -> bool:
-        """Return whether the force at a point is beyond a limit."""
+        """Return whether the force at a point exceeds a limit."""
         facts, forward = self._prim.facts, self.frame()[1] @ self._forward
         force = self._simulation.welds.force(self._welds[number])
         pull = float(force @ forward)
