@@ -164,7 +164,7 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "guessed: friction of wheels: 1 on any floor: left_wheel, right_wheel",
         "guessed: sensor eye: no update_rate: 30 Hz (cart.urdf:33)",
         "guessed: sensor eye: no topic: published on camera/image_raw, camera/camera_info (cart.urdf:33)",
-        "guessed: … (1 more)",
+        "guessed: sensor eye: its frame eye_optical_frame is no link: a graph publishes it on tf_static (cart.urdf:33)",
         "not carried over: link grip: friction: it has no collider (cart.urdf:33)",
         "not carried over: transmission grip_transmission: it lists no joint that moves (cart.urdf:31)",
         "not carried over: ros2_control hardware: it lists no joint that moves (cart.urdf:32)",

@@ -89,6 +89,7 @@ LEGAL: dict[str, dict[str, Range | None]] = {
         "wheel_radius": _SIZE,
         **dict.fromkeys(("wheel_positions", "wheel_orientations", "mecanum_angles", "wheel_axis", "up_axis")),
     },
+    "IsaacGripperController": {"gripper_speed": _SIZE},
     "QuinticPathPlanner": {
         **dict.fromkeys(("current_position", "target_position"), (-100.0, 100.0)),
         **dict.fromkeys(("initial_velocity", "goal_velocity"), (0.0, 0.5)),

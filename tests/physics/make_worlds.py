@@ -387,13 +387,13 @@ def table() -> World:
     tote = world.body("tote", 0.45, 0.48, -12, z=top)
     tote.box("bottom", "barrel", (0.4, 0.3, 0.01))
     for part, at, size in (
-        ("front", (0.195, 0), (0.01, 0.3)),
-        ("back", (-0.195, 0), (0.01, 0.3)),
-        ("left", (0, 0.145), (0.38, 0.01)),
-        ("right", (0, -0.145), (0.38, 0.01)),
+        ("front", (0.195, 0.0), (0.01, 0.3)),
+        ("back", (-0.195, 0.0), (0.01, 0.3)),
+        ("left", (0.0, 0.145), (0.38, 0.01)),
+        ("right", (0.0, -0.145), (0.38, 0.01)),
     ):
         tote.box(part, "barrel", (*size, 0.12), (*at, 0.01))
-    grip = {"friction": "1 0.005 0.0001"}
+    grip = "1 0.005 0.0001"
     for name, (index, x, y, yaw, z) in numbered(
         "cube",
         [
@@ -406,18 +406,18 @@ def table() -> World:
         ],
     ):
         colour = ("orange", "yellow", "crate", "white")[int(index)]
-        world.body(name, x, y, yaw, z=z, loose=True).box("cube", colour, (0.05, 0.05, 0.05), mass="0.1", **grip)
+        world.body(name, x, y, yaw, z=z, loose=True).box("cube", colour, (0.05, 0.05, 0.05), mass="0.1", friction=grip)
     can = world.body("can_01", 0.78, -0.42, z=top, loose=True)
-    can.cylinder("can", "white", 0.033, 0.115, mass="0.35", **grip)
+    can.cylinder("can", "white", 0.033, 0.115, mass="0.35", friction=grip)
     box = world.body("box_01", 0.86, 0.44, 20, z=top, loose=True)
-    box.box("carton", "carton_light", (0.16, 0.22, 0.14), mass="0.8", **SLIDING)
+    box.box("carton", "carton_light", (0.16, 0.22, 0.14), (0, 0, 0), mass="0.8", **SLIDING)
 
     paint = world.body("floor_markings")
     for part, at, size in (
         ("left", (0.4, 1.5), (3.0, 0.08)),
         ("right", (0.4, -1.5), (3.0, 0.08)),
-        ("front", (1.9, 0), (0.08, 3.08)),
-        ("back", (-1.1, 0), (0.08, 3.08)),
+        ("front", (1.9, 0.0), (0.08, 3.08)),
+        ("back", (-1.1, 0.0), (0.08, 3.08)),
     ):
         paint.box(part, "yellow", (*size, 0.002), (*at, 0), **plain)
     return world
