@@ -47,8 +47,8 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         unit="m/s, m/s, rad/s",
         doc="twist of the base: speed forward, speed to the left, counter-clockwise turn rate",
     )
-    max_linear_speed: float = In(default=100000.0, unit="m/s", doc="largest speed of the base; 0: no limit")
-    max_angular_speed: float = In(default=100000.0, unit="rad/s", doc="largest turn rate of the base; 0: no limit")
+    max_linear_speed: float = In(default=100000.0, unit="m/s", doc="largest speed of the base; 0 is no limit")
+    max_angular_speed: float = In(default=100000.0, unit="rad/s", doc="largest turn rate of the base; 0 is no limit")
     max_wheel_speed: float = In(
         default=100000.0,
         unit="rad/s",
