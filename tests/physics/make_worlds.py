@@ -371,13 +371,18 @@ def table() -> World:
     bench = world.body("table", 0.4)
     bench.box("top", "wood", (1.3, 1.5, slab), (0, 0, top - slab))
     bench.box("shelf", "carton_dark", (1.1, 1.3, 0.02), (0, 0, 0.2))
-    for part, x, y in (("back_left", -1, 1), ("back_right", -1, -1), ("front_left", 1, 1), ("front_right", 1, -1)):
-        bench.box(f"leg_{part}", "steel", (0.07, 0.07, top - slab), (0.57 * x, 0.67 * y, 0))
+    for part, east, north in (
+        ("back_left", -1, 1),
+        ("back_right", -1, -1),
+        ("front_left", 1, 1),
+        ("front_right", 1, -1),
+    ):
+        bench.box(f"leg_{part}", "steel", (0.07, 0.07, top - slab), (0.57 * east, 0.67 * north, 0))
     for part, at, size in (
-        ("back", (-0.57, 0), (0.05, 1.27)),
-        ("front", (0.57, 0), (0.05, 1.27)),
-        ("left", (0, 0.67), (1.07, 0.05)),
-        ("right", (0, -0.67), (1.07, 0.05)),
+        ("back", (-0.57, 0.0), (0.05, 1.27)),
+        ("front", (0.57, 0.0), (0.05, 1.27)),
+        ("left", (0.0, 0.67), (1.07, 0.05)),
+        ("right", (0.0, -0.67), (1.07, 0.05)),
     ):
         bench.box(f"rail_{part}", "steel", (*size, 0.06), (*at, top - slab - 0.06))
     plain = {"contype": "0", "conaffinity": "0"}  # 1 mm thick: seen by cameras, touched by nothing
