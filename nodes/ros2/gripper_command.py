@@ -18,6 +18,8 @@ from graphengine.nodes.ros2.robot_action import RobotActionNode, message
 _TYPES = ("GripperCommand", "ParallelGripperCommand")
 _LARGEST = 1e6
 """Largest legal number of a goal."""
+_APPROACH = 4.0
+"""Ticks in which a finger that follows its own speed covers the rest of its way."""
 
 
 class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperCommand", gated=True):
@@ -131,7 +133,11 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         step = self.speed * self.clock.delta
         self.set_point += min(max(target - self.set_point, -step), step)
         reach = self.effort / robot.stiffness[index] if robot.stiffness[index] else math.inf
-        command = min(max(self.set_point, position - reach), position + reach)
+        ahead = self.set_point - position
+        # The drive's damping would brake a finger that little effort moves, so the drive follows its speed while it is far away.
+        most = ahead / (_APPROACH * self.clock.delta) if abs(ahead) > reach else 0.0
+        follow = min(max(robot.velocities()[index], min(most, 0.0)), max(most, 0.0))
+        command = position + follow * self.clock.delta + min(max(ahead, -reach), reach)
         if speed > self.stall_velocity_threshold:
             self.moved = now
         if self.goal is not None:
@@ -144,7 +150,7 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
                 self.goal = None
         if self.goal is None and math.isinf(self.effort) and self.set_point == target:
             self.target = None
-        return self.command(np.array([command]), np.zeros(1))
+        return self.command(np.array([command]), np.array([follow]))
 
     def hold(self) -> int:
         """Drop the goal, and output the measured position."""

@@ -11,6 +11,8 @@ import math
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 import graphengine as ge
 from graphengine.devices.rotation import rotate
 
@@ -21,11 +23,12 @@ FORCE, DURATION = 50.0, 0.1
 
 
 def figures(path: Path) -> dict[str, Any]:
-    """Measure the robot of a scene: change of its height (mm), and its tilt (degrees)."""
+    """Measure the robot of a scene: its height above that of the scene (mm), and its tilt (degrees)."""
     found: dict[str, Any] = {}
+    (placed,) = yaml.safe_load(path.read_text(encoding="utf-8"))["robots"].values()
     with ge.load(path).session() as sim:
         (robot,) = sim.robots.values()
-        height = robot.pose.position[2]
+        height = placed["position"][2]  # not that after settling, which a robot that lies down has too
         found["joints"] = len(robot.joints)
         for kind in ("standing", "pushed"):
             if kind == "pushed":

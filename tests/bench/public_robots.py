@@ -152,6 +152,64 @@ NEVER_TUNED_TO = (
     Robot("Linorobot2 4wd", "linorobot/linorobot2", "linorobot2_description/urdf/robots/4wd.urdf.xacro"),
     Robot("Linorobot2 mecanum", "linorobot/linorobot2", "linorobot2_description/urdf/robots/mecanum.urdf.xacro"),
     Robot("Magni", "UbiquityRobotics/magni_robot", "magni_description/urdf/magni.urdf.xacro"),
+    Robot(
+        "Panther",
+        "husarion/husarion_ugv_ros",
+        "husarion_ugv_description/urdf/panther.urdf.xacro",
+        (
+            "use_sim:=True",
+            "imu_xyz:=0.168 0.028 0.083",
+            "imu_rpy:=3.14 -1.57 0.0",
+            "namespace:=",
+            "battery_config_file:={repository}/husarion_ugv_gazebo/config/battery_plugin.yaml",
+        ),
+    ),
+    Robot(
+        "MiR100",
+        "DFKI-NI/mir_robot",
+        "mir_description/urdf/mir.urdf.xacro",
+        (
+            "mir_type:=mir_100",
+            "tf_prefix:=",
+            "--controllers",
+            "{repository}/mir_description/config/diffdrive_controller.yaml",
+        ),
+    ),
+    Robot("MPO-500", "neobotix/neo_simulation2", "robots/mpo_500/mpo_500.urdf"),
+    Robot(
+        "articubot_one",
+        "joshnewans/articubot_one",
+        "description/robot.urdf.xacro",
+        ("use_ros2_control:=true", "sim_mode:=true"),
+    ),
+    Robot("Kobuki", "kobuki-base/kobuki_ros", "kobuki_description/urdf/kobuki_standalone.urdf.xacro"),
+    Robot(
+        "xArm6",
+        "xArm-Developer/xarm_ros2",
+        "xarm_description/urdf/xarm_device.urdf.xacro",
+        (
+            *("prefix:=", "dof:=6", "robot_type:=xarm", "add_gripper:=False", "add_vacuum_gripper:=False"),
+            *("hw_ns:=xarm", "limited:=False", "effort_control:=False", "velocity_control:=False"),
+            *("ros2_control_plugin:=gazebo_ros2_control/GazeboSystem", "add_other_geometry:=False"),
+        ),
+        pose={"joint2": -0.6, "joint3": -0.9, "joint5": 0.8},
+        flange="link6",
+    ),
+    Robot(
+        "iiwa7",
+        "lbr-stack/lbr_fri_ros2_stack",
+        "lbr_description/urdf/iiwa7/iiwa7.xacro",
+        ("robot_name:=lbr", "mode:=gazebo"),
+        pose={"lbr_A2": 0.6, "lbr_A4": -1.4, "lbr_A6": 1.0},
+        flange="lbr_link_ee",
+    ),
+    Robot(
+        "A1",
+        "unitreerobotics/unitree_ros",
+        "robots/a1_description/xacro/robot.xacro",
+        ("DEBUG:=false",),
+        legs=True,
+    ),
 )
 """Chosen before anything of them was imported; no code was changed for them."""
 
@@ -184,12 +242,20 @@ def measure(robot: Robot, clones: Path, folder: Path) -> dict[str, dict[str, Any
     rows = {}
     if "graphs/base/" in (scene.parent / "robots" / scene.name).read_text(encoding="utf-8"):
         rows["base"] = row | _base(scene, folder / f"{project}.calibrate")
+    elif kind == "base":
+        rows["base"] = row | {"result": f"not driven: {_last_remark(made.stdout, 'noticed: nothing moves')}"}
     if robot.pose:
         rows["arm"] = row | _arm(scene, robot.flange, folder / f"{project}.arm")
     if robot.legs:
         rows["legs"] = row | _legs(scene, folder / f"{project}.legs")
     seconds = f"{time.perf_counter() - begin:.0f}"
     return {name: cells | {"seconds": seconds} for name, cells in rows.items()}
+
+
+def _last_remark(report: str, beginning: str) -> str:
+    """What the report of an import says with such a beginning."""
+    found = [line.partition(": ")[2].rpartition(" (")[0] for line in report.splitlines() if line.startswith(beginning)]
+    return found[-1] if found else "no graph of a base"
 
 
 def _bend(scene: Path, pose: dict[str, float]) -> None:

@@ -100,6 +100,18 @@ def test_the_second_finger_mimics_the_first_and_is_among_the_joint_states(arm: A
     assert arm.positions([arm_robot.FINGER, arm_robot.FOLLOWER]) == pytest.approx([0.03, 0.03], abs=5e-4)
 
 
+def test_a_finger_that_little_effort_moves_is_not_braked_by_the_damping_of_its_drive(arm: Arm) -> None:
+    force = 0.5  # N; the drive's 60 N s/m take as much at 8 mm/s, with which the way would take 2.5 s
+    arm.send(arm.gripper, command=messages.message_class("control_msgs/msg/GripperCommand")(0.03, force))
+    reached = []
+    for _ in range(RATE):
+        arm.playing.tick()
+        reached.append(arm.positions([arm_robot.FINGER])[0])
+    [answer] = arm.gripper.results
+    assert (answer.status, answer.result.reached_goal) == (goals.SUCCEEDED, True)
+    assert max(reached) < 0.0305
+
+
 def test_a_trajectory_of_the_mimicking_finger_is_refused(arm: Arm) -> None:
     arm.send(arm.action, trajectory=trajectory([arm_robot.FOLLOWER], point(1.0, (0.01,))))
     arm.playing.tick(2)

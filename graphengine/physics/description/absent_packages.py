@@ -70,7 +70,7 @@ def report(
             findings.add("N103", f"left out, as asked for: package {package.name!r}", package.span, *brings)
             continue
         text, *remedies = map(printable, package.lacks or [f"no package {package.name!r}"])
-        alternative = f"or leave all of it out: --without {package.name} of import-robot"
+        alternative = f"or leave all of it out: --without {package.name}"
         findings.add("S103", f"xacro: {text}", package.span, *brings, *remedies, alternative)
 
 
@@ -86,7 +86,7 @@ def report_mesh_packages(root: Element, packages: Packages, findings: Findings) 
             missing.setdefault(name, {}).setdefault(mesh.get("filename"), mesh)
     for name, meshes in missing.items():
         text, *remedies = packages.lacks(name)
-        alternative = f"or leave them out: --without {name} of import-robot"
+        alternative = f"or leave them out: --without {name}"
         names = listing((printable(reference) for reference in meshes), "meshes")
         findings.add("S101", text, next(iter(meshes.values())).place("filename"), names, *remedies, alternative)
 

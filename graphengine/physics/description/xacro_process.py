@@ -200,7 +200,7 @@ class Expansion:
         try:
             return substitution_args.resolve_args(text, context=context)
         except substitution_args.ArgException as error:
-            remedy = f"give it: xacro_arguments: {{{error}: …}} in the robot file, {error}:=… to import-robot"
+            remedy = f"give it: xacro_arguments: {{{error}: …}} in the robot file, {error}:=… on the command line of an import"
             raise XacroException(f"the argument {str(error)!r} has no value\n{remedy}") from None
         except substitution_args.SubstitutionException as error:
             raise XacroException(str(error)) from None

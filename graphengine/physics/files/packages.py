@@ -20,7 +20,7 @@ MODELS = "models"
 """Folder of a package with Gazebo's models, which are packages without a manifest."""
 MAX_DEPTH = 4
 """Folders below a search path in which packages are looked for, as in `src/repository/package`."""
-REMEDY = "give its folder: package_paths in the robot file, --package-path of import-robot"
+REMEDY = "give its folder: package_paths in the robot file, --package-path of an import"
 """What to do about a package that is not found."""
 
 

@@ -18,9 +18,8 @@ def base_of_plugins(draft: Draft) -> Base | None:
     for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
         told = _told(plugin)
         if "planar_move" in told:
-            text = "plugin planar_move: it pushes the base without turning its wheels; wheels drive it here"
             draft.use(plugin)
-            draft.lost.append(Remark(text, plugin.span))
+            draft.lost.append(Remark("plugin planar_move: it pushes the base without turning its wheels", plugin.span))
         elif "joint_state_publisher" in told or "jointstatepublisher" in told:
             draft.use(plugin)
             topics |= given(joint_states=_topic(plugin, "joint_states", "topic"))

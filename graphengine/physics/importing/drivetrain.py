@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 
+from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.importing import base_graph, joint_drives, joint_graphs
 from graphengine.physics.importing.base import Base
 from graphengine.physics.importing.base_controllers import base_of_controllers
@@ -12,7 +13,7 @@ from graphengine.physics.importing.base_measures import measured
 from graphengine.physics.importing.base_plugins import base_of_plugins, topics_of_plugins
 from graphengine.physics.importing.base_wheels import BaseWheel, wheels_on_floor
 from graphengine.physics.importing.controllers_file import Controller, controllers
-from graphengine.physics.importing.draft import Draft
+from graphengine.physics.importing.draft import Draft, Remark
 from graphengine.physics.importing.joint_commands import joint_commands
 
 
@@ -31,6 +32,17 @@ def fill(draft: Draft) -> None:
     if draft.urdf.mjcf is None:  # a MuJoCo model has its own drives
         joint_drives.fill(draft, commands, wheels, drivetrain)
     joint_graphs.fill(draft, known, drivetrain)
+    if drivetrain is None and draft.urdf.mjcf is None and not draft.fixed_base and draft.urdf.root != WORLD:
+        _tell_undriven(draft)
+
+
+def _tell_undriven(draft: Draft) -> None:
+    """Notice a free robot without a base graph and without drives: it stays where it falls."""
+    if any("drive" in entry.value for entry in draft.sections["joints"].values()):
+        return
+    joints = "its joints have no drives" if draft.urdf.moving() else "none of its joints moves"
+    text = f"nothing moves or holds the robot: {joints}, and no wheels that drive a base were found"
+    draft.noticed.append(Remark(text, draft.urdf.links[draft.urdf.root].element.span))
 
 
 def _bases(

@@ -83,7 +83,9 @@ def frame(values: Values) -> str:
 
 
 def legal(topic: str) -> str:
-    """Return a topic as ROS 2 allows it, relative: other characters become '_'."""
+    """Return a topic as ROS 2 allows it, relative: other characters become '_'; empty for Gazebo's default."""
+    if topic.strip() == "__default_topic__":
+        return ""
     parts = [re.sub(r"[^A-Za-z0-9_]", "_", part) for part in topic.strip().lstrip("~").split("/")]
     return "/".join(f"_{part}" if part[0].isdigit() else part for part in parts if part)[:200].rstrip("/")
 

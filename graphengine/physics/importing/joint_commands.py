@@ -63,12 +63,14 @@ def _controller(draft: Draft, controller: Controller, found: dict[str, JointComm
     """The joints of a controller that commands each of them alone, such as a JointGroupVelocityController."""
     word = controller.type.rpartition("/")[2]
     kinds = ("position",) if word.endswith(_SERVOS) else controller.texts("command_interfaces", "interface_name")
-    kinds = kinds or tuple(kind for part, kind in _CONTROLLERS.items() if part in word)
+    kinds = tuple(kind for kind in kinds or (k for part, k in _CONTROLLERS.items() if part in word) if kind in KINDS)
+    if not kinds:  # a broadcaster, or of a type that says nothing about commands
+        return
     for name in controller.texts("joint", "joints"):
         if name not in draft.urdf.joints or not draft.urdf.joints[name].moves:
             continue
         commands = found.setdefault(name, JointCommands(f"controller {printable(controller.name)}", controller.span))
-        for kind in (kind for kind in kinds if kind in KINDS):
+        for kind in kinds:
             commands.ranges.setdefault(kind, (None, None))
 
 

@@ -214,9 +214,7 @@ class SdfFiles:
             what = f"{printable(uri[:200])!r} lies outside the folder of the file you gave"
             raise SdfError(what, span, f"allow it with --allow {outside}")
         searched = listing(self.packages.searched(), "looked in")
-        advice = (
-            "give the folder of its models: --package-path of import-robot, package_paths in the robot file, --allow"
-        )
+        advice = "give the folder of its models: --package-path of an import, package_paths in the robot file, --allow"
         if uri.startswith("http") and name is not None:
             advice = (
                 f"nothing is downloaded: put its folder {printable(name)!r} beside the file, or allow it by --allow"

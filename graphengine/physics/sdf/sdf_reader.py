@@ -68,7 +68,7 @@ def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
         known = listing((printable(robot.name) for robot in robots), "its models")
         what = "the file has more than one model" if robots else "the file has no model"
         raise SdfError(
-            what, root.span, *filter(None, [known, "choose one: --model NAME of import-robot" if robots else ""])
+            what, root.span, *filter(None, [known, "choose one: --model NAME of an import" if robots else ""])
         )
     return robots[0]
 

@@ -32,7 +32,7 @@ def test_every_absent_package_is_named_with_what_it_would_bring(tmp_path: Path) 
     lidars, arms = findings.errors
     assert lidars.message == "xacro: no package 'lidars'"
     assert lidars.help[:2] == ("includes: $(find lidars)/urdf/a2.xacro", "macros that would be called: lidar.a2")
-    assert lidars.help[-1] == "or leave all of it out: --without lidars of import-robot"
+    assert lidars.help[-1] == "or leave all of it out: --without lidars"
     assert lidars.span is not None
     assert lidars.span.line == 2
     assert "includes: $(find arms)/urdf/arm.xacro" in arms.help

@@ -10,6 +10,7 @@ import pytest
 
 from graphengine.physics.importing.resting import MOST_JOINTS
 from tests.physics.bases import FOUR, MECANUM, SKID, Base, Wheel
+from tests.physics.importing.arms import limb, robot
 from tests.physics.importing.descriptions import INERTIA
 from tests.physics.importing.imported_bases import (
     CAR,
@@ -127,6 +128,25 @@ def test_other_plugins_give_their_topics(tmp_path: Path) -> None:
       </plugin></gazebo>"""
     known = parameters(tmp_path, description(DIFFERENTIAL, PLUGIN, more))
     assert (known["joint_states"], known["odom"], known["odom_frame"]) == ("states", "way", "start")
+
+
+def test_a_base_whose_wheels_are_fixed_is_said_not_to_move(tmp_path: Path) -> None:
+    plugin = '<gazebo><plugin name="move" filename="libgazebo_ros_planar_move.so"/></gazebo>'
+    still = description(DIFFERENTIAL, plugin).replace('type="continuous"', 'type="fixed"')
+    said = remarks(imported(tmp_path, still))
+    assert (
+        "noticed: nothing moves or holds the robot: none of its joints moves, and no wheels that drive a base" in said
+    )
+    assert "nothing moves" not in remarks(imported(tmp_path, description(DIFFERENTIAL, plugin)))
+
+
+@pytest.mark.parametrize("type_name", ["joint_state_broadcaster/JointStateBroadcaster", "vendor/JointController"])
+def test_a_controller_that_commands_no_joint_leaves_the_joints_their_drives(tmp_path: Path, type_name: str) -> None:
+    other = f"controller_manager: {{ros__parameters: {{other: {{type: {type_name}}}}}}}\n"
+    other += "other: {ros__parameters: {joints: [j1, j2, j3]}}\n"
+    found = imported(tmp_path, robot(limb("j", 3)), other)
+    assert all(robot_file(found)["joints"][name]["drive"]["stiffness"] > 0 for name in ("j1", "j2", "j3"))
+    assert "no controller commands them" not in remarks(found)
 
 
 def test_a_base_that_a_plugin_pushes_is_driven_by_its_wheels_which_is_told(tmp_path: Path) -> None:

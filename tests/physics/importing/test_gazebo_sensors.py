@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from graphengine.physics.importing.gazebo_profiles import NO_LIKE, READERS
 from graphengine.physics.importing.gazebo_sensors import MAX_SENSORS
+from graphengine.physics.importing.gazebo_topics import legal
 from tests.physics.importing.descriptions import SCAN, attempt, imported, sensor
 
 BEAMS = {"first_deg": 0.0, "last_deg": 359.817495, "count": 360}
@@ -360,3 +361,8 @@ def test_an_import_survives_whatever_a_sensor_says(
     link = f'<gazebo reference="base_link">{around}</gazebo>'
     found, findings = attempt(folder, sensor("camera_link", kind, "".join(inside)), link)
     assert found is not None, findings.items
+
+
+def test_the_default_topic_of_gazebo_is_no_name() -> None:
+    assert legal("__default_topic__") == ""
+    assert legal("/front/scan") == "front/scan"
