@@ -23,12 +23,14 @@ FORCE, DURATION = 50.0, 0.1
 
 
 def figures(path: Path) -> dict[str, Any]:
-    """Measure the robot of a scene: its height above that of the scene (mm), and its tilt (degrees)."""
+    """Measure the robot of a scene: change of its height since it was placed (mm), and its tilt (degrees)."""
     found: dict[str, Any] = {}
-    (placed,) = yaml.safe_load(path.read_text(encoding="utf-8"))["robots"].values()
+    scene = yaml.safe_load(path.read_text(encoding="utf-8"))
+    (placed,) = scene["robots"].values()
     with ge.load(path).session() as sim:
         (robot,) = sim.robots.values()
-        height = placed["position"][2]  # not that after settling, which a robot that lies down has too
+        # After settling, the height is that of a robot which may lie down.
+        height = placed["position"][2] if scene["settle"] else robot.pose.position[2]
         found["joints"] = len(robot.joints)
         for kind in ("standing", "pushed"):
             if kind == "pushed":
