@@ -124,19 +124,30 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
 
 
 class PursuingNode(ActionNode):
-    """Base of nodes that send feedback on the goal of a ROS2ActionServerGoal, or end it."""
+    """Base of nodes that send feedback on the goal of a ROS2ActionServerGoal, or its result; the fields are inputs."""
+
+    part: ClassVar[str]
+    """What the node sends: `feedback` or `result`."""
 
     exec_in = ExecIn()
     server_handle: UInt64 = In(required=True, doc="action server: `serverHandle` of its ROS2ActionServerGoal")
 
     door: Context = Bound()
 
+    @classmethod
+    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
+        """Make an input for each field of the part that the node sends."""
+        _, result, feedback = find_action(literals, definitions)
+        layout = {"result": result, "feedback": feedback}[cls.part]
+        return {cls.part: layout, **layout.ports(In)}
+
     def setup(self, context: Context) -> None:
-        """Check that the server has the same action type, if its handle is known already."""
+        """Check that the inputs' values can be sent, and that the server has the same action type, if its handle is known."""
         self.door = context
         self.bind()
         if self.server_handle:
             self._find()
+        getattr(self, self.part).check(self)
 
     def _find(self) -> ActionServer:
         server, action_type = self.door.action(self.server_handle), self.bind()
@@ -148,16 +159,18 @@ class PursuingNode(ActionNode):
             )
         return server
 
-    def find(self) -> ActionServer:
-        """Return the action server whose handle is `serverHandle`.
+    def find(self) -> tuple[ActionServer, Goal | None]:
+        """Return the action server whose handle is `serverHandle`, and its current goal unless it has ended.
 
         Raises:
             BadValueError: no server has the handle, or its type differs.
         """
         try:
-            return self._find()
+            server = self._find()
         except ContextError as error:
             raise BadValueError("serverHandle", self.server_handle) from error
+        goal = server.current
+        return server, goal if goal is not None and (goal.pending or goal.active) else None
 
 
 class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionServerFeedback", gated=True):
@@ -167,18 +180,9 @@ class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionSe
     downstream of `onGoal`, the node accepts the goal. Without a goal, it sends nothing and does not fire.
     """
 
+    part: ClassVar[str] = "feedback"
+
     exec_out = ExecOut(doc="fires if there is a goal")
-
-    @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Make an input for each field of the feedback."""
-        _, _, feedback = find_action(literals, definitions)
-        return {"feedback": feedback, **feedback.ports(In)}
-
-    def setup(self, context: Context) -> None:
-        """Check that the inputs' values can be sent."""
-        super().setup(context)
-        self.feedback.check(self)
 
     def compute(self) -> Fire:
         """Accept the goal if it is new, and send feedback if the topic has subscribers.
@@ -186,9 +190,8 @@ class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionSe
         Raises:
             BadValueError: no server has the handle, or the feedback cannot hold an input's value.
         """
-        server = self.find()
-        goal = server.current
-        if goal is None or not (goal.pending or goal.active):
+        server, goal = self.find()
+        if goal is None:
             return None
         goal.accept()
         if server.endpoints.feedback.wanted:
@@ -203,6 +206,8 @@ class ROS2ActionServerResult(PursuingNode, type="graphengine.ros2.ROS2ActionServ
     the node sends nothing and does not fire.
     """
 
+    part: ClassVar[str] = "result"
+
     status: Token = In(
         default="succeeded",
         tokens=("succeeded", "aborted", "canceled", "rejected"),
@@ -210,26 +215,14 @@ class ROS2ActionServerResult(PursuingNode, type="graphengine.ros2.ROS2ActionServ
     )
     exec_out = ExecOut(doc="fires when the node has ended a goal")
 
-    @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Make an input for each field of the result."""
-        _, result, _ = find_action(literals, definitions)
-        return {"result": result, **result.ports(In)}
-
-    def setup(self, context: Context) -> None:
-        """Check that the inputs' values can be sent."""
-        super().setup(context)
-        self.result.check(self)
-
     def compute(self) -> Fire:
         """End the goal.
 
         Raises:
             BadValueError: no server has the handle, or the result cannot hold an input's value.
         """
-        server = self.find()
-        goal = server.current
-        if goal is None or not (goal.pending or goal.active):
+        server, goal = self.find()
+        if goal is None:
             return None
         if goal.pending and self.status == "rejected":
             goal.reject()
