@@ -16,6 +16,7 @@ from graphengine.cli.common import (
     add_permission_arguments,
     add_repeatable,
     clean,
+    log_problem,
     open_scene,
     table,
 )
@@ -101,14 +102,9 @@ def _calibrate(scene: Scene, arguments: argparse.Namespace) -> Calibration:
             arguments.turn_speed,
             seed=arguments.seed,
             modules=arguments.modules,
-            log=_log,
+            log=log_problem,
             progress=advance,
         )
-
-
-def _log(severity: str, node: str, message: str) -> None:
-    if severity != "info":
-        print(clean(f"{severity}: {node + ': ' if node else ''}{message}"), file=sys.stderr)
 
 
 def _draw(result: Calibration, path: Path) -> None:

@@ -274,3 +274,9 @@ def table(rows: Sequence[Sequence[str]], *, indent: str = "") -> str:
     *widths, _ = (max(map(len, column)) for column in zip(*rows, strict=True))
     padded = ([*map(str.ljust, row, widths), row[-1]] for row in rows)
     return "\n".join((indent + "  ".join(cells)).rstrip() for cells in padded)
+
+
+def log_problem(severity: str, node: str, message: str) -> None:
+    """Print a message of a run to stderr unless its severity is `info`."""
+    if severity != "info":
+        print(clean(f"{severity}: {node + ': ' if node else ''}{message}"), file=sys.stderr)

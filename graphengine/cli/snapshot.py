@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from graphengine.cli.common import add_file_arguments, clean, open_scene, table
+from graphengine.cli.common import add_file_arguments, clean, log_problem, open_scene, table
 from graphengine.cli.progress import progress
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
@@ -102,17 +102,12 @@ def _take(scene: Scene, arguments: argparse.Namespace) -> tuple[Picture | Image,
         raise UsageError(
             f"--depth: {arguments.camera} is a view, which has no depth image; give the prim of a camera to --camera"
         )
-    with start_runner(scene, RunOptions(domain=0, log=_log)) as runner:
+    with start_runner(scene, RunOptions(domain=0, log=log_problem)) as runner:
         with progress("simulating", lambda: runner.session.time, arguments.at):
             runner.run(arguments.at, math.inf)
         world = simulated(runner.session.services.world)
         picture = look(world, arguments.camera, arguments.size, segmentation=arguments.segmentation)
         return picture, world.studio.labels
-
-
-def _log(severity: str, node: str, message: str) -> None:
-    if severity != "info":
-        print(clean(f"{severity}: {node + ': ' if node else ''}{message}"), file=sys.stderr)
 
 
 def _millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:

@@ -145,7 +145,7 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
         self.handle = endpoints.send_goal.handle
         """Handle of the server for `Context.action`; never 0."""
         self.current: Goal | None = None
-        """Goal on which the graph works; None if there is none."""
+        """The goal that the graph executes; None between goals."""
         self._now = now
         self._goals: Goals[Goal] = Goals(action_type, definitions)
         self._changed = False

@@ -106,7 +106,7 @@ class Goals(Stateful, Generic[G]):
             goal.restore(state)
 
     def find(self, identity: bytes) -> G | None:
-        """Return the accepted goal with this UUID; None if there is none."""
+        """Return the accepted goal with this UUID, or None."""
         goal = self._goals.get(identity)
         return goal if goal is not None and goal.status != UNKNOWN else None
 

@@ -1,4 +1,4 @@
-"""The results of a calibration, in SI units. A value that could not be measured is None."""
+"""Results of a calibration, in SI units; None stands for a value that could not be measured."""
 
 from __future__ import annotations
 

@@ -176,7 +176,7 @@ def _covariances(scene: LoadedScene, result: Calibration, graph: Graph) -> Covar
 
 
 def _find_place(graph: Graph, instance: Instance, name: str, index: int | None, file: RobotFile) -> _Place | None:
-    """Return the place of the number that gives an input its value; None if no file has such a number."""
+    """Return the place of the number that sets an input; None if its value is not a number in a file."""
     entry = instance.entry
     if name in entry.given or f"inputs:{name}" in entry.given:
         return None
@@ -211,7 +211,7 @@ def _lead_out(
     given = (*use, "parameters", parameter[1])
     holder = file.document(*given)
     value = holder.find(*given)
-    if value is None:  # the default of the graph counts; a file cannot give a single element of a default array
+    if value is None:  # the graph's default applies; a file cannot override one element of a default array
         return _Place(file.document(*use, "use"), given) if index is None else None
     if isinstance(value.data, list) and index is not None:
         return _Place(holder, (*given, index))

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from graphengine.cli import add_verb
 from graphengine.cli.action import info, listing, send_goal
+from graphengine.cli.subverbs import add_subverbs, execute
+
+__all__ = ["add_arguments", "execute"]
 
 VERBS = {
     "list": (listing, "list actions that have a server or client"),
@@ -19,13 +21,4 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = (
         "Embedded DDS reaches servers on Cyclone DDS only; --transport rclpy reaches those of the sourced RMW."
     )
-    verbs = parser.add_subparsers(dest="action_verb", metavar="VERB", required=True)
-    for name, (module, summary) in VERBS.items():
-        sub = add_verb(verbs, name, summary)
-        module.add_arguments(sub)
-        sub.set_defaults(of_action=module.execute)
-
-
-def execute(arguments: argparse.Namespace) -> int:
-    """Execute the sub-verb and return its exit code."""
-    return int(arguments.of_action(arguments))
+    add_subverbs(parser, VERBS)

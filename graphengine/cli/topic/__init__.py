@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from graphengine.cli import add_verb
+from graphengine.cli.subverbs import add_subverbs, execute
 from graphengine.cli.topic import delay, echo, hz, info, listing, pub
+
+__all__ = ["add_arguments", "execute"]
 
 VERBS = {
     "list": (listing, "list topics that have a writer or reader"),
@@ -20,13 +22,4 @@ VERBS = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     parser.epilog = "`graphrun topics SCENE` lists the topics of a scene without running it."
-    verbs = parser.add_subparsers(dest="topic_verb", metavar="VERB", required=True)
-    for name, (module, summary) in VERBS.items():
-        sub = add_verb(verbs, name, summary)
-        module.add_arguments(sub)
-        sub.set_defaults(of_topic=module.execute)
-
-
-def execute(arguments: argparse.Namespace) -> int:
-    """Execute the sub-verb and return its exit code; 0 after Ctrl-C."""
-    return int(arguments.of_topic(arguments))
+    add_subverbs(parser, VERBS)

@@ -136,7 +136,7 @@ def _sensors(draft: Draft, spec: mujoco.MjSpec) -> None:
 
 
 def _link(draft: Draft, name: str, kind: str) -> str:
-    """Return the link that represents a site or camera; empty if there is none."""
+    """Return the name of the link that represents a site or camera, or an empty string."""
     if not name:
         return ""
     given = f"{name}_{kind}"

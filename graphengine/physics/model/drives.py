@@ -73,7 +73,7 @@ class Drive:
     """The model's own actuators, one for each kind of command; None: this module's actuators, made of the gains."""
 
     def servo(self, joint: str, kind: Kind) -> Servo | None:
-        """Return the actuator that takes commands of a kind, named as in the compiled model; None if there is none.
+        """Return the actuator of the compiled model that takes commands of a kind, or None.
 
         Args:
             joint: name of the joint in the compiled model, which begins with that of the robot.
