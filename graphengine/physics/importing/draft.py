@@ -1,4 +1,4 @@
-"""The robot file that an import is going to write, while its parts fill it in."""
+"""Data model of a robot file that an import is filling in."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from graphengine.physics.files.xml import Element
 
 
 def rounded(number: float, digits: int = 7) -> float:
-    """Return a number with some significant digits, as a robot file has it."""
+    """Return a number rounded to a few significant digits, for a robot file."""
     return float(f"{number:.{digits}g}") + 0.0
 
 
 @dataclass(slots=True)
 class Entry:
-    """A key of the robot file with its value.
+    """A key of the robot file and its value.
 
     Attributes:
-        value: written on one line, or on one for each of its keys.
-        comments: lines above the key.
-        hint: a comment after the value.
+        value: plain data; a mapping is written with one line per key, other data on one line.
+        comments: comment lines above the key.
+        hint: comment after the value.
     """
 
     value: Any = field(default_factory=dict)
@@ -37,11 +37,11 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Remark:
-    """What an import says about one part of the description.
+    """A remark of an import about one part of the description.
 
     Attributes:
-        text: one line.
-        span: where the description says it; None if it says nothing.
+        text: the remark, one line.
+        span: place in the description; None if the description has no such part.
     """
 
     text: str
@@ -50,19 +50,19 @@ class Remark:
 
 @dataclass(frozen=True, slots=True)
 class WheelShape:
-    """A wheel as an import finds it, all joints at zero.
+    """A wheel found in a description, with all joints at zero.
 
     Attributes:
-        joint: that it turns on.
-        link: that has its collider.
-        radius: m.
-        width: of its collider, m.
-        offset: of its middle from the joint along the joint's axis, m.
-        axis: of its joint, in the root link.
-        centre: in the root link, m.
-        collider: tag of its shape in the description.
-        on_floor: whether it reaches down as far as the lowest collider of the robot does.
-        swivels: whether a vertical joint without limits carries it, as that of a caster.
+        joint: name of the joint that turns it.
+        link: name of the link with its collider.
+        radius: radius of its collider, m.
+        width: width of its collider, m.
+        offset: offset of its middle from the joint along the joint's axis, m.
+        axis: axis of its joint in the frame of the root link.
+        centre: its middle in the frame of the root link, m.
+        collider: tag of the shape in the description, such as `cylinder`.
+        on_floor: whether it reaches as low as the lowest collider of the robot.
+        swivels: whether its fork turns on a vertical joint without limits, as in a caster.
     """
 
     joint: str
@@ -79,27 +79,27 @@ class WheelShape:
 
 @dataclass(slots=True, eq=False)
 class Draft:
-    """A robot file to be written.
+    """A robot file that will be written.
 
     Attributes:
-        urdf: the description.
-        name: of the robot.
-        source: where the description came from, for people.
-        path: of the description, as the file names it.
-        package_paths: folders of its packages, as the file names them.
+        urdf: the parsed description.
+        name: name of the robot.
+        source: origin of the description, for comments and messages.
+        path: path of the description as written in the robot file.
+        package_paths: folders of its packages as written in the robot file.
         fixed_base: whether the root link is fixed to the world.
-        controllers: parameters of ros2_control that the user gave.
+        controllers: ros2_control parameters given by the user.
         library: reads the meshes; None for a description that is not imported.
-        wheels: by joint, in order of the joints.
-        servos: joints whose drives hold a position, with gains that the description does not give.
-        settings: keys at the top level of the file with plain values, such as `self_collision`.
-        sections: entries by section (`joints`, `materials`, `sensors`, `graphs`, …) and key, in order of the file.
-        carried: what the description says and the file repeats.
-        guessed: what the description does not say and the file needs.
-        lost: what the description says and the file cannot hold, with the reason.
-        noticed: what the robot does as it is described, such as a weight that rests on its chassis.
-        commanded: joints that a topic commands, apart from those of a base.
-        mujoco_warnings: of the models that the draft was tried as, as keys.
+        wheels: wheels by joint, in order of the joints.
+        servos: joints with position drives whose gains are not in the description.
+        settings: top-level keys with plain values, such as `self_collision`.
+        sections: entries by section (`joints`, `materials`, `sensors`, `graphs`, …) and key, in file order.
+        carried: remarks on what was taken from the description.
+        guessed: remarks on values that the description lacks and the import chose.
+        lost: remarks on parts of the description that a robot file cannot express, with the reason.
+        noticed: remarks on the robot itself, such as a weight that rests on its chassis.
+        commanded: joints commanded over a topic, except those of a mobile base.
+        mujoco_warnings: MuJoCo's warnings about the models compiled from the draft, as keys.
     """
 
     urdf: Urdf
@@ -123,15 +123,15 @@ class Draft:
     _used: dict[int, Element] = field(default_factory=dict)
 
     def bound(self) -> set[str]:
-        """Links that a material of the draft binds."""
+        """Links to which the draft binds a material."""
         return {link for entry in self.sections["materials"].values() for link in entry.value.get("bind", ())}
 
     def entry(self, section: str, key: str) -> Entry:
-        """Return the entry of a section with this key; a new one if there is none."""
+        """Return the entry of a section with this key; it is created if needed."""
         return self.sections[section].setdefault(key, Entry())
 
     def add_graph(self, name: str, use: str, parameters: dict[str, Any], *comments: str) -> None:
-        """Use an included graph with the parameter `base`, the root link, and others; comments stand above it."""
+        """Add an included graph; its parameter `base` is the root link, unless that has the default name."""
         if self.urdf.root != "base_link":  # the default of the graphs
             parameters = {"base": self.urdf.root} | parameters
         value: dict[str, Any] = {"use": use} | ({"parameters": parameters} if parameters else {})

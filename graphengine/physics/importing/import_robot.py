@@ -65,9 +65,9 @@ _PARTS = (
     gazebo_sensors.fill,
     left_behind.fill,
 )
-"""What fills a draft, in this order."""
+"""Functions that fill a draft, in order of execution."""
 _PARTS_OF_MODELS = (wheels.fill, mjcf_parts.fill, drivetrain.fill, wheel_material.fill, resting.fill)
-"""The same for MuJoCo models, which say more by themselves."""
+"""The same for MuJoCo models, which state more themselves."""
 _MESHES = ("mesh", "texture")
 
 
@@ -76,16 +76,16 @@ class Origin:
     """The source of a description, and the target for its robot file.
 
     Attributes:
-        element: the description, xacro expanded.
-        packages: where its meshes lie.
-        path: of the description; None if it has to be written, as what came from xacro or from the network.
-        told: the same for people.
-        target: the robot file.
+        element: root element of the description after xacro expansion.
+        packages: packages that contain its meshes.
+        path: path of the description; None if the import writes one, because it was expanded from xacro or came over the network.
+        told: origin of the description, for messages.
+        target: path of the robot file.
         fixed_base: whether the root link is bolted to the world.
-        bundled: whether the description, its meshes and the included graphs are copied into the project; `path` is None then.
-        wrapper: text of the xacro file to write that makes the robot of a macro; empty without one.
-        controllers: parameters of ros2_control that the user gave.
-        model: file of a MuJoCo model, whose root `element` then is.
+        bundled: whether the description, its meshes and the included graphs are copied into the project; then `path` is None.
+        wrapper: text of a xacro file that instantiates a macro as the robot; empty without a macro.
+        controllers: ros2_control parameters given by the user.
+        model: path of a MuJoCo model, whose root is `element`; None for other descriptions.
     """
 
     element: Element
@@ -102,19 +102,19 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """An imported robot, which was compiled once, and the texts of its files.
+    """An imported robot, compiled once, and the files to write for it.
 
     Attributes:
-        robot: the robot as in a scene.
+        robot: the robot as it is in a scene.
         free: whether its root link moves.
         lowest: height (m) of the lowest point of its colliders above its root link, or above the origin of a MuJoCo model,
-            with joints where they start; None without colliders.
+            with all joints at their start positions; None without colliders.
         library: library with its meshes.
-        files: texts by path, the robot file last.
-        copies: files to copy, by where they go.
-        outside: folders that lie outside of the robot file's project, which scenes need `--allow` for.
-        use: the robot file as a scene of its project names it.
-        draft: of the robot file, with the remarks on it.
+        files: texts to write by path, the robot file last.
+        copies: files to copy by destination.
+        outside: folders outside the robot file's project; scenes need `--allow` for them.
+        use: path of the robot file as written in a scene of its project.
+        draft: draft of the robot file, with remarks.
     """
 
     robot: RobotInstance
@@ -192,7 +192,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
 
 
 def _beside(file: Path, target: Path) -> Path:
-    """A path relative to a file's folder, without `..`."""
+    """Return a path relative to a file's folder, without `..`."""
     return Path(os.path.normpath(file.parent / target))
 
 
@@ -202,7 +202,7 @@ def _compiled(spec: mujoco.MjSpec, draft: Draft, findings: Findings) -> mujoco.M
         model, told = compiled(spec)
     except REFUSALS as error:
         message, name, _ = mujoco_says(error)
-        owners = (name, name.rsplit(".", 2)[0])  # a geom is named by its link and two numbers
+        owners = (name, name.rsplit(".", 2)[0])  # geoms are named LINK.NUMBER.NUMBER
         places = (element.span for element in urdf.element.walk() if element.get("name") in owners)
         findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, urdf.element.span))
         return None
@@ -212,7 +212,7 @@ def _compiled(spec: mujoco.MjSpec, draft: Draft, findings: Findings) -> mujoco.M
 
 
 def _lowest(model: mujoco.MjModel, robot: RobotInstance) -> float | None:
-    """Height of the robot's lowest collider relative to its root link, m; None without colliders."""
+    """Return the height of the robot's lowest collider above its root link, m; None without colliders."""
     data = mujoco.MjData(model)
     if robot.keyframe is not None:
         begin_in(robot.keyframe, "", NOWHERE, model, data)
@@ -222,7 +222,7 @@ def _lowest(model: mujoco.MjModel, robot: RobotInstance) -> float | None:
 
 
 def _used_packages(urdf: Urdf) -> Iterator[Path]:
-    """Yield the folders of packages with meshes of the robot, except installed packages, which are found anyway."""
+    """Yield the folders of packages with meshes of the robot, except of installed packages, which need no path."""
     meshes = (element.get("filename") for element in urdf.element.walk() if element.tag in _MESHES)
     names = dict.fromkeys(name for reference in meshes if (name := package_of(reference)) is not None)
     for name in names:
@@ -232,7 +232,7 @@ def _used_packages(urdf: Urdf) -> Iterator[Path]:
 
 
 def _portable(urdf: Urdf, beside: Collection[Path]) -> str:
-    """The description's text for another folder: relative references lead where they led before, but for files beside it."""
+    """Return the description's text for another folder; relative references are adapted, except those to copied files."""
     escaped = is_xacro(Path("robot.urdf"), urdf.element)  # the written file would be expanded again
     for element in urdf.element.walk():
         reference = element.get("filename")

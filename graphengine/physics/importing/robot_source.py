@@ -1,4 +1,4 @@
-"""Reads the description that an import begins with, from a URDF, xacro or SDF file."""
+"""Reads the description to import from a URDF, xacro or SDF file."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from graphengine.physics.sdf.sdf_files import is_sdf
 from graphengine.physics.sdf.sdf_reader import read_sdf
 
 WRAPPER = ".urdf.xacro"
-"""Suffix of the file that makes a robot of a macro."""
+"""Suffix of the generated file that instantiates a macro as a robot."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
-    """What the user says about a description.
+    """The user's options for reading a description.
 
     Attributes:
-        arguments: values of the arguments of a xacro file, and of the parameters of a macro.
-        macro: the macro that is the robot.
-        without: packages that are left out.
-        model: the model of an SDF file that is the robot.
+        arguments: values of xacro arguments and macro parameters by name.
+        macro: name of the macro that defines the robot.
+        without: packages to leave out.
+        model: name of the robot's model in an SDF file with several.
     """
 
     arguments: Mapping[str, str] = field(default_factory=dict)
@@ -38,12 +38,12 @@ class Wishes:
 
 @dataclass(frozen=True, slots=True)
 class RobotSource:
-    """A description, xacro expanded.
+    """A description after xacro expansion.
 
     Attributes:
-        element: its root.
-        as_given: whether it is the file's own text.
-        wrapper: text of the xacro file that makes it of a macro; empty without one.
+        element: root element.
+        as_given: whether the file itself is the description, without expansion or conversion.
+        wrapper: text of the xacro file that instantiates the macro; empty without a macro.
     """
 
     element: Element
@@ -54,15 +54,15 @@ class RobotSource:
 def read_source(
     path: Path, root: Element, target: Path, wishes: Wishes, packages: Packages, findings: Findings
 ) -> RobotSource | None:
-    """Expand a description if it has xacro syntax, and convert SDF to URDF; what is wrong with it goes to `findings`.
+    """Expand xacro and convert SDF to URDF; errors are added to `findings`.
 
     Args:
-        path: of the description.
-        root: of the same, read.
-        target: the robot file that is to be written.
-        wishes: of the user.
-        packages: which it can see.
-        findings: takes errors, and notes on what was chosen and left out.
+        path: path of the description.
+        root: its parsed root element.
+        target: path of the robot file to write.
+        wishes: the user's options.
+        packages: packages that it may refer to.
+        findings: receives errors, and notes on choices and omissions.
     """
     before = len(findings.errors)
     if is_sdf(root):
@@ -101,14 +101,14 @@ def read_source(
 def _checked(
     element: Element, wishes: Wishes, packages: Packages, findings: Findings, before: int, wrapper: str = ""
 ) -> RobotSource | None:
-    """Leave out what the user wishes, and report meshes in packages that are not found; None after an error."""
+    """Apply `without` and report meshes in missing packages; return None after an error."""
     drop_meshes(element, wishes.without, findings)
     report_mesh_packages(element, packages, findings)
     return RobotSource(element, False, wrapper) if len(findings.errors) == before else None
 
 
 def arguments_of(path: Path, root: Element, packages: Packages, findings: Findings) -> list[str]:
-    """The arguments of a xacro file and the parameters of its robot macros, with their defaults, as lines for people."""
+    """Return a listing of a xacro file's arguments and its robot macros' parameters with defaults."""
     if not xacro.is_xacro(path, root):
         return [f"{path}: no xacro syntax, so it takes no arguments"]
     lines = [f"arguments of {path}:", *_listed(xacro.defaults(path, packages, findings))]

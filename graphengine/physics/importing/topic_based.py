@@ -15,7 +15,7 @@ from graphengine.physics.description.urdf import UrdfJoint
 
 PLUGIN = "joint_state_topic_hardware_interface/JointStateTopicSystem"
 STATES, COMMANDS = "topic_based_joint_states", "topic_based_joint_commands"
-"""Topics; `joint_states` is that of joint_state_broadcaster."""
+"""Default topics; `joint_states` is not used, because joint_state_broadcaster publishes it."""
 
 
 def block(
@@ -41,8 +41,8 @@ def block(
     parameters = {
         "joint_commands_topic": f"/{commands.lstrip('/')}",
         "joint_states_topic": f"/{states.lstrip('/')}",
-        "sum_wrapped_joint_states": "false",  # positions of continuous joints are not wrapped
-        "trigger_joint_command_threshold": "-1",  # else the last command of a motion can be left out
+        "sum_wrapped_joint_states": "false",  # the simulation does not wrap positions of continuous joints
+        "trigger_joint_command_threshold": "-1",  # with a threshold, the last command of a motion can be lost
     }
     lines = [f'  <ros2_control name={quoteattr(name)} type="system">', "    <hardware>"]
     lines.append(f"      <plugin>{escape(plugin)}</plugin>")

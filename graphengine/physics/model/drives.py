@@ -1,10 +1,10 @@
-"""Joint drives in SI units, and the MuJoCo servos that stand for them.
+"""Joint drives in SI units and their MuJoCo actuators.
 
-PhysX's drive is one spring and damper: force = stiffness (q* - q) + damping (v* - v). In MuJoCo the joint itself is that spring
-and damper, and two actuators push it by stiffness q* and damping v*. MuJoCo's own servos would be the same, but it solves what is
-implicit in an actuator by iterations over all trees of bodies, after which the last bits of each robot depend on the others; what
-is implicit in a joint it solves tree by tree. All this needs the `discrete` integrator, which solves damping together with the
-contacts: with any other one a damping above about 10 on light wheels throws the robot about.
+A PhysX drive is a spring and damper: force = stiffness (q* - q) + damping (v* - v). Here the MuJoCo joint has this spring and
+damper, and two actuators add stiffness q* and damping v*. MuJoCo's position and velocity servos would have the same force, but
+MuJoCo solves implicit actuator forces by iterations over all kinematic trees, so the last bits of one robot would depend on the
+others; implicit joint forces are solved tree by tree. The `discrete` integrator is required, because it solves damping together
+with contacts: with other integrators, robots with light wheels and a damping above about 10 become unstable.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from graphengine.format.robot_spec import JointSpec
 from graphengine.physics.engine import Indices, mujoco
 
 DEGREES = 180 / math.pi
-"""Degrees in a radian: USD stores angular drives per degree, which PhysX multiplies by this."""
+"""Degrees per radian: PhysX multiplies angular gains of USD, which are per degree, by this."""
 
 
 Kind = Literal["position", "velocity", "effort"]
-"""Kind of a command."""
+"""Kind of a joint command."""
 KINDS: tuple[Kind, ...] = ("position", "velocity", "effort")
 
 
 @dataclass(frozen=True, slots=True)
 class Servo:
-    """An actuator of a MuJoCo model, and how a command becomes its control signal: `offset + scale * command`.
+    """An actuator of a MuJoCo model; its control signal is `offset + scale * command`.
 
     Attributes:
-        kind: of the commands that it takes, in rad, rad/s, N m, or m, m/s, N.
-        name: of the actuator in its model.
-        lowest: least command within the range of the control signal.
-        highest: greatest one.
+        kind: kind of command, in rad, rad/s and N m, or m, m/s and N.
+        name: name of the actuator in its model.
+        lowest: lowest command within the range of the control signal.
+        highest: highest command within this range.
     """
 
     kind: Kind
@@ -47,13 +47,13 @@ class Servo:
     highest: float = math.inf
 
     def control(self, command: float) -> float:
-        """Return the control signal that stands for a command."""
+        """Return the control signal for a command."""
         return command if self.scale == 1.0 and self.offset == 0.0 else self.offset + self.scale * command
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Gains and limits of a joint's drive; rad or m, N m or N."""
+    """Gains and limits of a joint's drive in SI units: rad and N m, or m and N."""
 
     stiffness: float = 0.0
     damping: float = 0.0
@@ -61,23 +61,23 @@ class Drive:
     max_acceleration: float = math.inf
     """Limit on the slope of the velocity set point."""
     max_velocity: float = math.inf
-    """Limit of the velocity set point, and on the slope of the position set point."""
+    """Limit of the velocity set point and of the slope of the position set point."""
     max_force: float = math.inf
     carries: float = 0.0
-    """What a wheel moves of the mass of its robot, by its radius: inertia over mass, m²."""
+    """Inertia about a wheel's axis due to the robot's mass, divided by that mass, m²."""
     interpolate: bool = False
     """Whether set points reach a new target at the end of a tick, not at its beginning."""
     gravity_compensation: bool = False
     """Whether the drive carries the weight of the links beyond its joint."""
     servos: tuple[Servo, ...] | None = None
-    """The model's own actuators, one for each kind of command; None: this module's actuators, made of the gains."""
+    """Actuators of the MuJoCo model, one per kind of command; None if actuators are created from the gains."""
 
     def servo(self, joint: str, kind: Kind) -> Servo | None:
         """Return the actuator of the compiled model that takes commands of a kind, or None.
 
         Args:
             joint: name of the joint in the compiled model, which begins with that of the robot.
-            kind: of the command.
+            kind: kind of the command.
         """
         if self.servos is not None:
             found = next((servo for servo in self.servos if servo.kind == kind), None)
@@ -90,9 +90,9 @@ def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | Non
     """Return the drive of a joint in SI units, or None. Lengths and forces in USD are SI, so only angles are converted.
 
     Args:
-        joint: what the robot file says.
-        effort: the description's limit, N m or N, for a drive that has no maximum force of its own.
-        prismatic: whether the joint slides.
+        joint: the joint's entry in the robot file.
+        effort: effort limit in the description, N m or N; used if the drive has no maximum force.
+        prismatic: whether the joint is prismatic.
     """
     if joint.drive is not None:
         drive = joint.drive
@@ -123,12 +123,12 @@ def in_si(drive: Drive) -> str:
 
 
 def servos(joint: str, drive: Drive) -> tuple[tuple[str, float], tuple[str, float]]:
-    """Return name and gain of the actuators that push a joint to its target position and velocity."""
+    """Return names and gains of a joint's position and velocity actuators."""
     return (f"{joint}.position", drive.stiffness), (f"{joint}.velocity", drive.damping)
 
 
 def servo_ids(model: mujoco.MjModel, drives: Iterable[tuple[str, Drive]]) -> Indices:
-    """Return ids of the joints' actuators for positions, velocities and efforts, shape (3, joints); -1 where there is none."""
+    """Return the actuator ids of joints, shape (3, joints): position, velocity, effort; -1 without such an actuator."""
     found = [[drive.servo(joint, kind) for kind in KINDS] for joint, drive in drives]
     ids = [[model.actuator(servo.name).id if servo is not None else -1 for servo in row] for row in found]
     return np.array(ids, np.intp).reshape(-1, 3).T.copy()

@@ -1,4 +1,4 @@
-"""Builds a checked robot as an MjSpec that a world can attach."""
+"""Builds the MjSpec of a checked robot, which worlds attach."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ from graphengine.physics.model.materials import against_floor, sentences
 from graphengine.physics.model.robot import RobotInstance
 
 _HARD_SOLREF, _HARD_SOLIMP = (0.004, 1.0), (0.99, 0.999)
-"""Of joint limits: a drive that pushes against one with 1e4 N m/rad is 0.3 mrad beyond it, with MuJoCo's defaults 40."""
+"""Solver parameters of joint limits: a drive of 1e4 N m/rad pushes 0.3 mrad past a limit; 40 mrad with MuJoCo's defaults."""
 _TIGHT_SOLREF = (0.005, 1.0)
-"""Time constant (s) and damping ratio of the constraint by which a joint follows another."""
+"""Time constant (s) and damping ratio of the constraints of mimic joints."""
 _TIGHT_SOLIMP = (0.999, 0.9999)
-"""Impedance of that constraint: a follower that carries 30 N strays by micrometres."""
+"""Impedance of these constraints: a mimic joint with a load of 30 N deviates by micrometres."""
 
 
 def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: Findings) -> mujoco.MjSpec | None:
-    """Return the robot as MuJoCo's editable model; None if there are errors.
+    """Return the robot as an MjSpec, or None after errors.
 
     Args:
-        robot: robot that was checked against its description.
+        robot: robot whose file was checked against its description.
         library: reads the meshes.
-        floor: friction of the floor.
+        floor: sliding friction of the floor.
         findings: receives errors and notes.
     """
     spec = _of_urdf(robot, library, findings) if robot.urdf.mjcf is None else _of_mjcf(robot, robot.urdf.mjcf)
@@ -43,7 +43,9 @@ def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: F
         return None
     for link, changes in robot.spec.links.items():
         body = spec.body(link)
-        if body is not None and (robot.urdf.mjcf is None or not changes.gravity):  # a site of a MuJoCo model is no body
+        if body is not None and (
+            robot.urdf.mjcf is None or not changes.gravity
+        ):  # a site of a MuJoCo model has no body
             body.gravcomp = 0.0 if changes.gravity else 1.0
     _equip_joints(spec, robot)
     _shape_wheels(spec, robot)
@@ -60,7 +62,7 @@ def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: F
 
 
 def _of_mjcf(robot: RobotInstance, model: MjcfModel) -> mujoco.MjSpec:
-    """Return a copy of a robot's own model; its root link is fixed to the world if the robot file says so."""
+    """Return a copy of a robot's MuJoCo model, with its root link fixed to the world if the robot file says so."""
     spec = model.spec.copy()
     if model.free and robot.disabled.free_link is None:
         spec.delete(next(iter(spec.body(robot.urdf.root).joints)))
@@ -68,7 +70,7 @@ def _of_mjcf(robot: RobotInstance, model: MjcfModel) -> mujoco.MjSpec:
 
 
 def _of_urdf(robot: RobotInstance, library: Library, findings: Findings) -> mujoco.MjSpec | None:
-    """Return a URDF as MuJoCo reads it, whose root link moves freely unless it is fixed to the world."""
+    """Return MuJoCo's model of a URDF; the root link gets a free joint unless it is fixed to the world."""
     before = len(findings.errors)
     free_link = robot.disabled.free_link
     colours = {name: link.colour for name, link in robot.spec.links.items() if link.colour is not None}
@@ -109,9 +111,9 @@ def _turn_round(element: Element, robot: RobotInstance) -> dict[str, Pose]:
 
 
 def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Set hard limits, armatures and drives of joints, and couple joints that mimic others.
+    """Set limits, armatures and drives of joints, and couple mimic joints.
 
-    Of a MuJoCo model's joints, only what the robot file says is changed; a drive takes the place of the joint's actuators.
+    In a MuJoCo model, only properties given in the robot file change; a drive replaces the joint's actuators.
     """
     for joint in robot.moving:
         driven, changes = spec.joint(joint.name), robot.spec.joints.get(joint.name, JointSpec())
@@ -142,7 +144,7 @@ def _delete_actuators(spec: mujoco.MjSpec, robot: RobotInstance, joint: str) -> 
 
 
 def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:
-    """Add a drive to a joint, as spring, damper and actuators; `ForceLimits` limits the force."""
+    """Add the spring, damper and actuators of a joint's drive; `ForceLimits` limits their force."""
     for servo, gain in servos(joint, drive):
         if gain > 0:
             _add_actuator(spec, servo, joint, gain)
@@ -153,13 +155,13 @@ def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:
 
 
 def _add_actuator(spec: mujoco.MjSpec, name: str, joint: str, gain: float) -> None:
-    """Add an actuator that pushes a joint by gain times its control signal, whatever the model's own defaults are."""
+    """Add an actuator with force = gain * control, independent of the model's default classes."""
     plain = mujoco.MjSpec().default
     spec.add_actuator(default=plain, name=name, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT).gainprm[0] = gain
 
 
 def _add_spring(joint: mujoco.MjsJoint, stiffness: float, rest: float) -> None:
-    """Add a spring to a joint, which may have others, of its model or its drive: several are one with the sum of their forces."""
+    """Add a spring to a joint; it is combined with springs that the joint already has."""
     total = joint.stiffness[0] + stiffness
     if total > 0:
         joint.springref = (joint.stiffness[0] * joint.springref + stiffness * rest) / total
@@ -167,7 +169,7 @@ def _add_spring(joint: mujoco.MjsJoint, stiffness: float, rest: float) -> None:
 
 
 def _tie(spec: mujoco.MjSpec, joint: str, mimic: Mimic) -> None:
-    """Couple a joint to its leader by an equality constraint, q = offset + multiplier * leader; both are zero in qpos0."""
+    """Add the constraint of a mimic joint, q = offset + multiplier * leader; both joints are zero in qpos0."""
     equality = spec.add_equality(name=f"{joint}.mimic", type=mujoco.mjtEq.mjEQ_JOINT)
     equality.name1, equality.name2 = joint, mimic.leader
     equality.data[:5] = mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0
@@ -188,9 +190,9 @@ def _colliders(body: mujoco.MjsBody) -> list[mujoco.MjsGeom]:
 
 
 def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Replace cylinders by ellipsoids: these touch the floor in one point, but cylinders with both rims, which rub in turns."""
+    """Replace cylinders by ellipsoids, which touch the floor in one point; both rims of a cylinder would rub in turns."""
     for link, shape in robot.spec.wheel_colliders.items():
-        if spec.body(link) is None:  # a site of a MuJoCo model, which was reported
+        if spec.body(link) is None:  # a site of a MuJoCo model; already reported
             continue
         if isinstance(shape, WheelColliderSpec):
             _replace_colliders(spec, link, shape, robot.urdf)
@@ -202,9 +204,9 @@ def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
 
 
 def _replace_colliders(spec: mujoco.MjSpec, link: str, shape: WheelColliderSpec, urdf: Urdf) -> None:
-    """Give a wheel one collider about its joint's axis in place of all others, with the colour of the first."""
+    """Replace all colliders of a wheel by one about its joint's axis, in the colour of the first."""
     body, carrier = spec.body(link), urdf.links[link].carrier
-    if carrier is None:  # which was reported
+    if carrier is None:  # already reported
         return
     old = _colliders(body)
     size = (
@@ -222,7 +224,7 @@ def _replace_colliders(spec: mujoco.MjSpec, link: str, shape: WheelColliderSpec,
 
 
 def _group_geoms(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Set the groups of geoms, so that colliders are drawn only if their link has no visual."""
+    """Set geom groups so that colliders are drawn only on links without visuals."""
     for link in robot.urdf.links:
         geoms, solid = list(spec.body(link).geoms), _colliders(spec.body(link))
         for geom in geoms:
@@ -242,11 +244,11 @@ def _apply_materials(spec: mujoco.MjSpec, robot: RobotInstance, floor: float, fi
 
 
 def _exclude_contacts(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Exclude contacts between colliders of one robot, which often overlap, as Isaac's importer does.
+    """Exclude contacts between colliders of one robot, as Isaac's importer does, because they often overlap.
 
     With `self_collision`, links connected by a joint still do not collide, as in PhysX; MuJoCo excludes these pairs, except for
     joints on a fixed base.
-    Colliders of a link that is the world collide with all others.
+    Colliders of a link named `world` collide with all others.
     """
     links, top = robot.urdf.links, _rigid(robot.urdf)
     solid = [link.name for link in links.values() if link.colliders and link.name != WORLD]
@@ -267,7 +269,7 @@ def _rigid(urdf: Urdf) -> dict[str, str]:
 
 
 def _keep_awake(spec: mujoco.MjSpec) -> None:
-    """Exclude robots from MuJoCo's sleep: sensors of a sleeping robot measure no contact and no force."""
+    """Exclude robots from MuJoCo's sleep, because sensors of a sleeping robot measure no contacts and forces."""
     trees = list(spec.worldbody.bodies)
     while trees:
         body = trees.pop()
@@ -278,7 +280,7 @@ def _keep_awake(spec: mujoco.MjSpec) -> None:
 
 
 def _prune(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Delete links that are only frames, without mass, geoms, joints or bodies below them."""
+    """Delete links that have no mass, geoms, joints or child bodies."""
     for link in reversed(list(robot.urdf.depth_first())):
         body = spec.body(link.name)
         if link.carrier is not None and not (link.mass or list(body.geoms) or list(body.joints) or list(body.bodies)):

@@ -1,4 +1,4 @@
-"""A scene's world and its kinds of robots as MuJoCo's editable models, from which any set of robots can be compiled."""
+"""Compiles a scene's world with any set of robots; each robot file is read once."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ _DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")
 
 @dataclass(frozen=True, slots=True)
 class _RobotKind:
-    """A robot read from one file, at any place, and its model."""
+    """A robot read from one file, and its MjSpec."""
 
     robot: RobotInstance
     model: mujoco.MjSpec
 
 
 class Scenery:
-    """A world, and robots to add to it.
+    """A world and the robots that can be added to it.
 
     Args:
-        scene: scene for messages about the world; relative paths begin in its folder.
-        world: parsed world; None if parsing failed, and then nothing can be compiled.
-        lines: origin of each line of the parsed text.
-        library: reads the files to which descriptions refer.
+        scene: scene, for messages about the world and relative paths.
+        world: parsed world; None if parsing failed, so that nothing can be compiled.
+        lines: file and line from which each line of the parsed text came.
+        library: reads files to which descriptions refer.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class Scenery:
         self._lines = lines
         self._floor = _floor_friction(world) if world is not None else NO_FLOOR_FRICTION
         self._kinds: dict[str, _RobotKind | None] = {}
-        """By path of the file, or by the text of the description."""
+        """Robots by path of the file, or by text of the description."""
 
     def copy(self, files: Files) -> Scenery:
         """Return a copy that reads further robots from `files` independently of this one."""
@@ -66,7 +66,7 @@ class Scenery:
         return made
 
     def robot(self, placement: RobotPlacement, findings: Findings) -> RobotInstance | None:
-        """Return a robot at its place; each robot file is read once, and its errors are reported once."""
+        """Return a robot at its pose; each robot file is read once, and its errors are reported once."""
         use = placement.use.use
         if is_text(use):
             path, key = self.scene.folder / "description", use
@@ -83,7 +83,7 @@ class Scenery:
         return replace(kind.robot, placement=placement, floor=self._floor) if kind is not None else None
 
     def _check_starts(self, robot: RobotInstance, placement: RobotPlacement, findings: Findings) -> None:
-        """Check where the scene lets a robot's joints start, once for a fleet."""
+        """Check the start positions of a robot's joints in the scene, once for a fleet."""
         joints, document = placement.use.joints, self.scene.document
         if placement.use.start:
             check_keyframe(placement.use.start, robot.urdf, document.span("robots", placement.key, "start"), findings)
@@ -92,11 +92,11 @@ class Scenery:
             check_starts(joints, places, robot.urdf, robot.disabled.joints, findings)
 
     def _place_of(self, placement: RobotPlacement) -> Span | None:
-        """Return the place in the scene that names a robot's file; None for a robot that is added later."""
+        """Return the place in the scene that refers to a robot's file; None for a robot that is added later."""
         return self.scene.document.span("robots", placement.key, "use") if placement.key else None
 
     def forget(self, robots: Mapping[str, RobotInstance]) -> None:
-        """Discard robots with errors, and descriptions given as text that no robot uses."""
+        """Discard robots with errors, and unused descriptions that were given as text."""
         used = {id(robot.file) for robot in robots.values()}
         self._kinds = {
             key: kind
@@ -105,7 +105,7 @@ class Scenery:
         }
 
     def _read(self, path: Path, placement: RobotPlacement, findings: Findings) -> _RobotKind | None:
-        self.library.findings = findings  # whoever asks for a robot is told, not who asked for the first
+        self.library.findings = findings  # findings go to the present caller, not to the first one
         use, urdf = placement.use.use, None
         if is_text(use) or path.suffix in SUFFIXES:
             file, urdf = read_bare(use, path, self.library) or (None, None)
@@ -123,7 +123,7 @@ class Scenery:
         return _RobotKind(robot, model)
 
     def _tell_joints(self, robot: RobotInstance, placement: RobotPlacement, findings: Findings) -> None:
-        """Report which joints graphs can use, for a description without a robot file."""
+        """Add a note on the joints that graphs can use, for a description without a robot file."""
         mjcf = robot.urdf.mjcf
         floating = mjcf.floating if mjcf is not None else ()
         still = [joint.name for joint in robot.moving if joint.name not in robot.drives and joint.mimic is None]
@@ -142,12 +142,12 @@ class Scenery:
     def compile(
         self, robots: Mapping[str, RobotInstance], findings: Findings, surfaces: Collection[str] = ()
     ) -> mujoco.MjModel | None:
-        """Return one model of the world and robots from `robot`; None if MuJoCo refuses.
+        """Compile the world with robots returned by `robot`; return None if MuJoCo reports an error.
 
         Args:
             robots: robots by name.
             findings: receives errors and warnings of MuJoCo.
-            surfaces: names of bodies that get a moving surface; names of no body are skipped.
+            surfaces: names of bodies that get a moving surface; unknown names are skipped.
         """
         whole = self._assembled(robots, findings)
         if whole is None:
@@ -163,10 +163,10 @@ class Scenery:
         return model
 
     def _assembled(self, robots: Mapping[str, RobotInstance], findings: Findings) -> mujoco.MjSpec | None:
-        """Return the world with robots attached, which share equal meshes and textures; None if MuJoCo refuses.
+        """Return the world with robots attached, which share equal meshes and textures; None if MuJoCo reports an error.
 
-        MuJoCo takes files that have one name for equal. Attaching gives those of each robot names of their own, unless the
-        robot brings no files along; the library has them all.
+        MuJoCo shares files of equal names. Attaching renames the files that an attached model contains, so models contain none,
+        and the library provides all of them.
         """
         if self._world is None:
             return None
@@ -176,7 +176,7 @@ class Scenery:
         for robot in robots.values():
             position, (x, y, z, w) = robot.placement.pose
             frame = whole.worldbody.add_frame(pos=position, quat=(w, x, y, z))
-            # A copy, as what is attached belongs to the whole; and MuJoCo's own copying slows down with each time.
+            # A copy, because an attached model belongs to the whole, and each attachment slows down MuJoCo's own copying.
             model = models[id(robot.file)].copy()
             model.assets.clear()
             if robot.urdf.mjcf is not None:
@@ -186,7 +186,7 @@ class Scenery:
                 whole.attach(model, frame=frame, prefix=f"{robot.name}/")
             except REFUSALS as error:
                 self._refused(error, robots, findings)
-            if has_assets:  # each time, as attaching slows down with how many there are
+            if has_assets:  # after each robot, because attaching becomes slower with the number of assets
                 whole.dedup_assets()
         whole.assets = self.library.assets
         return whole if len(findings.errors) == before else None
@@ -215,7 +215,7 @@ class Scenery:
 
 
 def _element(name: str, robots: Mapping[str, RobotInstance]) -> Element | None:
-    """Return the element of a robot's description with this name, else the description; None if no robot has the name."""
+    """Return the element with this name in a robot's description, else its root; None if no robot has the name."""
     owner, _, rest = name.partition("/")
     if owner not in robots:
         return None
@@ -224,6 +224,6 @@ def _element(name: str, robots: Mapping[str, RobotInstance]) -> Element | None:
 
 
 def _floor_friction(world: mujoco.MjSpec) -> float:
-    """Sliding friction of the world's first plane."""
+    """Return the sliding friction of the world's first plane."""
     planes = (geom for geom in world.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE)
     return next((float(geom.friction[0]) for geom in planes), NO_FLOOR_FRICTION)

@@ -1,4 +1,4 @@
-"""Masses and inertias of SDF's links, those that follow from collisions (`<inertial auto="true">`) among them."""
+"""Converts masses and inertias of SDF links, also those computed from collisions (`<inertial auto="true">`)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from graphengine.physics.sdf.sdf_values import (
 )
 
 WATER = 1000.0
-"""Density of a collision that gives none, kg/m3."""
+"""Default density of a collision, kg/m3."""
 _TERMS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _DEFAULTS = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 
@@ -34,12 +34,12 @@ Matrix = NDArray[np.float64]
 
 
 class Mass(NamedTuple):
-    """What a link weighs.
+    """Mass and inertia of a link.
 
     Attributes:
-        mass: kg.
+        mass: mass, kg.
         moments: ixx, iyy, izz, ixy, ixz and iyz about the centre of mass, kg m2.
-        pose: of the centre of mass, along whose axes the moments are, in the outermost scope.
+        pose: pose of the centre of mass in the outermost scope; the moments are about its axes.
     """
 
     mass: float
@@ -48,16 +48,16 @@ class Mass(NamedTuple):
 
 
 def is_mere_frame(link: SdfFrame) -> bool:
-    """Return whether a link has neither an inertial nor a shape; SDF lets it weigh 1 kg, but nothing of it is seen or felt."""
+    """Return whether a link has neither inertial nor shapes; in SDF it has a mass of 1 kg."""
     return not any(link.element.first(tag) for tag in ("inertial", "collision", "visual"))
 
 
 def inertial(link: SdfFrame, frame: Pose) -> Element:
-    """Return the `<inertial>` of a link for URDF.
+    """Return the URDF `<inertial>` of a link.
 
     Args:
-        link: SDF's link.
-        frame: of the link's URDF, in the outermost scope.
+        link: SDF element.
+        frame: frame of the URDF link in the outermost scope.
 
     Raises:
         SdfError: a value is no number, or the inertia of a shape is unknown.
@@ -71,7 +71,7 @@ def inertial(link: SdfFrame, frame: Pose) -> Element:
 
 
 def mass_of(link: SdfFrame) -> Mass:
-    """Return what a link weighs: 1 kg with moments of 1 kg m2 where it states none, as SDF specifies.
+    """Return a link's mass and inertia; the defaults are 1 kg and 1 kg m2, as SDF specifies.
 
     Raises:
         SdfError: a value is no number, or the inertia of a shape is unknown.
@@ -86,7 +86,7 @@ def mass_of(link: SdfFrame) -> Mass:
 
 
 def _of_collisions(link: SdfFrame, element: Element) -> Mass:
-    """Return what the collisions of a link weigh."""
+    """Return the mass and inertia of a link's collisions."""
     usual = number_at(element, "density", default=WATER)
     masses, centres, matrices = [], [], []
     for collision in link.element.all("collision"):
@@ -117,7 +117,7 @@ def _of_collisions(link: SdfFrame, element: Element) -> Mass:
 
 
 def turned(moments: tuple[float, ...], rotation: Quaternion) -> tuple[float, ...]:
-    """Return ixx, iyy, izz, ixy, ixz and iyz about the axes of a frame in which the given ones are rotated."""
+    """Return ixx, iyy, izz, ixy, ixz and iyz about the axes of the frame in which a rotation is given."""
     axes = np.array([rotate(rotation, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
     return _terms(axes.T @ _matrix(moments) @ axes)
 
@@ -133,7 +133,7 @@ def _terms(matrix: Matrix) -> tuple[float, ...]:
 
 
 def _body(shape: Element) -> tuple[float, tuple[float, float, float]]:
-    """Return the volume (m3) of a shape, and its moments of inertia about its axes per mass (m2)."""
+    """Return the volume (m3) of a shape and its moments of inertia per mass (m2) about its axes."""
     if shape.tag == "box":
         x, y, z = (side**2 / 12.0 for side in numbers_at(shape, "size", default=(1.0, 1.0, 1.0)))
         return math.prod(numbers_at(shape, "size", default=(1.0, 1.0, 1.0))), (y + z, x + z, x + y)

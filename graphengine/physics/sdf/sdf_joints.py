@@ -1,4 +1,4 @@
-"""Converts SDF's joints to those of URDF."""
+"""Converts joints from SDF to URDF."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ _UNSUPPORTED = {
     "gearbox": "write a revolute joint with <mimic>",
 }
 _FIRST_IN_JOINT_FRAME = 5
-"""SDF 1.5 has axes in the frame of the joint; before, they are in that of the model."""
+"""First SDF version with axes in the joint frame; earlier versions have them in the model frame."""
 _FAR = 1e6
-"""Stands for a limit that a joint has on the other side only, m or rad."""
+"""Value of a missing limit of a joint with one limit, m or rad."""
 _CONVERTED = ("parent", "child", "pose", "axis")
 _SLIGHTLY = 1e-15
 _SAME_PLACE = 1e-6
-"""Greatest distance (m) of a ball's middle from its joint."""
+"""Maximum distance (m) of a ball's middle from its joint."""
 
 
 def is_moving(joint: SdfFrame) -> bool:
@@ -49,10 +49,10 @@ def is_moving(joint: SdfFrame) -> bool:
 
 
 def fastened(joint: SdfFrame) -> tuple[SdfFrame | None, SdfFrame]:
-    """Return the links that a joint connects, parent and child; None for the world.
+    """Return the parent and child link of a joint; None for the world.
 
     Raises:
-        SdfError: a frame that it names does not exist, or is attached to no link.
+        SdfError: one of its frames does not exist, or is attached to no link.
     """
     child = joint.scope.child_of(joint.element).link()
     parent = joint.element.first("parent")
@@ -66,16 +66,16 @@ def fastened(joint: SdfFrame) -> tuple[SdfFrame | None, SdfFrame]:
 def urdf_joint(
     joint: SdfFrame, frames: Mapping[SdfFrame, Pose], carries: Mapping[SdfFrame, SdfFrame], findings: Findings
 ) -> Iterator[Element]:
-    """Yield a joint for URDF, then elements for Gazebo that concern it.
+    """Yield the URDF joint, then its `<gazebo>` elements.
 
     Args:
-        joint: SDF's joint.
-        frames: frame of each link's URDF in the outermost scope.
-        carries: all joints, by the link that is their parent.
+        joint: SDF element.
+        frames: frame of each URDF link in the outermost scope.
+        carries: joints by parent link.
         findings: receives notes.
 
     Raises:
-        SdfError: it is of a kind that is not simulated here, or a value is wrong.
+        SdfError: its type is not supported, or a value is invalid.
     """
     parent, child = fastened(joint)
     element, kind = joint.element, _kind(joint)
@@ -105,7 +105,7 @@ def urdf_joint(
 
 
 def _kind(joint: SdfFrame) -> str:
-    """Return the type of a joint; a revolute one without limits is continuous."""
+    """Return the URDF type of a joint; a revolute joint without limits is continuous."""
     kind, axis = joint.element.get("type"), joint.element.first("axis")
     if kind == "revolute" and math.inf == _limit(axis, "upper") == -_limit(axis, "lower"):
         return "continuous"
@@ -117,7 +117,7 @@ def _limit(axis: Element | None, end: str) -> float:
 
 
 def _axis(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
-    """Yield axis, limits, dynamics and the mimic law of a joint that moves."""
+    """Yield the axis, limits, dynamics and mimic elements of a movable joint."""
     span = axis.span if axis is not None else joint.element.span
     yield Element("axis", {"xyz": written(*_direction(joint, axis))}, span)
     limits = {}
@@ -143,7 +143,7 @@ def _axis(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
 
 
 def _direction(joint: SdfFrame, axis: Element | None) -> tuple[float, ...]:
-    """Return the axis of a joint in the frame of the joint."""
+    """Return a joint's axis in the joint frame."""
     x, y, z = numbers_at(axis, "xyz", default=(0.0, 0.0, 1.0))
     if not (x or y or z):
         assert axis is not None
@@ -164,7 +164,7 @@ def _direction(joint: SdfFrame, axis: Element | None) -> tuple[float, ...]:
 
 
 def _for_gazebo(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
-    """Yield what URDF cannot say of a joint: its spring, and what is not converted."""
+    """Yield a `<gazebo>` element for properties that URDF lacks: a joint's spring, and elements that are not converted."""
     made = Element("gazebo", {"reference": joint.full_name}, joint.element.span)
     if axis is not None and number_at(axis, "dynamics", "spring_stiffness", default=0.0):
         for name, tag in (("springStiffness", "spring_stiffness"), ("springReference", "spring_reference")):
@@ -175,7 +175,7 @@ def _for_gazebo(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
 
 
 def _is_ball(joint: SdfFrame, child: SdfFrame) -> bool:
-    """Return whether a link is a ball about its joint, as a caster without a fork."""
+    """Return whether a link is a ball centred at its joint, as in a caster without a fork."""
     collisions = child.element.all("collision")
     for collision in collisions:
         shape = shape_of(collision)

@@ -1,6 +1,6 @@
-"""Converts SDF's links to those of URDF, and what only Gazebo reads to `<gazebo>` elements.
+"""Converts links from SDF to URDF, with `<gazebo>` elements for properties that URDF lacks.
 
-The frame of a URDF's link is that of the joint which carries it, so the content of an SDF's link is given in that frame.
+A URDF link has the frame of its parent joint, so all poses in an SDF link are converted to that frame.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ class LinkReader:
     """Converts the links of one model.
 
     Attributes:
-        frames: frame of each link's URDF in the outermost scope.
+        frames: frame of each URDF link in the outermost scope.
         findings: receives errors and notes.
         images: visuals with images, which are not drawn.
-        mere_frames: links without mass and shape.
+        mere_frames: links without mass and shapes.
     """
 
     frames: Mapping[SdfFrame, Pose]
@@ -37,7 +37,7 @@ class LinkReader:
     mere_frames: list[SdfFrame] = field(default_factory=list)
 
     def link(self, link: SdfFrame) -> Element:
-        """Return a link for URDF; errors are added to the findings."""
+        """Return the URDF link; errors are added to the findings."""
         made = Element("link", {"name": link.full_name}, link.element.span)
         if is_mere_frame(link):
             self.mere_frames.append(link)
@@ -69,7 +69,7 @@ class LinkReader:
         yield made
 
     def for_gazebo(self, link: SdfFrame) -> Iterator[Element]:
-        """Yield a `<gazebo>` element with what the link's URDF cannot hold, if there is something."""
+        """Yield a `<gazebo>` element with properties that URDF lacks, if the link has any."""
         made = Element("gazebo", {"reference": link.full_name}, link.element.span)
         with reported(self.findings):
             made.children += surface_for_gazebo(link, self.frames)
@@ -87,7 +87,7 @@ class LinkReader:
             yield made
 
     def _sensor(self, sensor: Element, link: SdfFrame) -> Element:
-        """Return a sensor with its pose in the frame of the link's URDF."""
+        """Return a sensor with its pose in the frame of the URDF link."""
         pose = relative(self.frames[link], place_of(sensor, link))
         children = [child for child in sensor.children if child.tag != "pose"]
         if pose != NOWHERE:
@@ -100,12 +100,12 @@ class LinkReader:
 def _material(visual: Element) -> Iterator[Element]:
     colour = colour_of(visual)
     if colour is not None:
-        text = written(*colour)  # for RViz, materials of one name have one colour
+        text = written(*colour)  # RViz uses one colour for all materials of a name
         yield Element("material", {"name": text}, visual.span, [Element("color", {"rgba": text}, visual.span)])
 
 
 def _scripted_colour(link: Element) -> Iterator[Element]:
-    """Yield the first material that a visual without a colour takes from Gazebo's by its name."""
+    """Yield a `<visual>` with the material script of the first visual without a colour that names one of Gazebo's materials."""
     for visual in link.all("visual"):
         script = find(visual, "material", "script")
         if script is not None and text_at(script, "name") and colour_of(visual) is None:

@@ -1,6 +1,6 @@
-"""Static meshes that are not convex, as plates that collide: MuJoCo would fill a mesh to its convex hull.
+"""Converts static meshes that are not convex to thin plates, because MuJoCo collides with convex hulls of meshes.
 
-A hall whose walls are one mesh would be a solid block. So each of its triangles becomes a thin plate below its surface.
+A hall whose walls are one mesh would be a solid block, so each triangle becomes a thin plate below its surface.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from graphengine.physics.engine import REFUSALS, Floats, compiled, mujoco
 from graphengine.physics.model.geoms import mesh_faces, mesh_vertices
 
 MAX_PLATES = 2000
-"""Triangles of a mesh of which each collides by itself."""
+"""Maximum number of triangles of a mesh that is converted to plates."""
 THICKNESS = 0.02
-"""Of a plate, m."""
+"""Thickness of a plate, m."""
 _FLAT = 1e-6
-"""Greatest distance of a vertex from a face of a convex mesh, of the size of the mesh."""
+"""Tolerance of convexity: distance of a vertex in front of a face, as a share of the mesh's size."""
 _NARROWEST = 1e-4
-"""Least height (m) of a triangle that becomes a plate."""
+"""Minimum height (m) of a triangle that becomes a plate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class MeshShell:
 
     Attributes:
         corners: shape (n, 3, 3), m, counter-clockwise seen from outside.
-        convex: whether the mesh is its own convex hull, or too large to tell while it has more than `MAX_PLATES` triangles.
+        convex: whether the mesh is its own convex hull; only the first `MAX_PLATES` + 1 triangles are tested.
     """
 
     corners: Floats
@@ -38,12 +38,12 @@ class MeshShell:
 
 
 def triangles(data: bytes, name: str, scale: Vector3) -> MeshShell | None:
-    """Return the triangles of a mesh file as MuJoCo reads it; None if it does not, which it then reports itself.
+    """Return the triangles of a mesh file as MuJoCo reads it, or None if MuJoCo rejects the file, which it reports later.
 
     Args:
-        data: content of the file.
-        name: of the file, for its suffix.
-        scale: along the axes.
+        data: content of the mesh file.
+        name: name of the file; its suffix is the format.
+        scale: scale along each axis.
     """
     spec = mujoco.MjSpec()
     spec.assets = {name: data}
@@ -63,13 +63,13 @@ def triangles(data: bytes, name: str, scale: Vector3) -> MeshShell | None:
 
 
 def _volume(corners: Floats) -> float:
-    """Volume that the triangles enclose, m3; negative if they are clockwise seen from outside."""
+    """Return the enclosed volume, m3; negative if triangles are clockwise seen from outside."""
     first, second, third = (corners[:, index] - corners[0, 0] for index in range(3))
     return float(np.einsum("ij,ij->", first, np.cross(second, third))) / 6.0
 
 
 def _convex(corners: Floats, vertices: Floats) -> bool:
-    """Whether all vertices lie behind the planes of some triangles."""
+    """Return whether all vertices lie behind the planes of the given triangles."""
     normals = _normals(corners)
     size = float(np.ptp(vertices, axis=0).max())
     return not any(
@@ -79,7 +79,7 @@ def _convex(corners: Floats, vertices: Floats) -> bool:
 
 
 def _normals(corners: Floats) -> Floats:
-    """Unit normals of triangles; zero for those without an area."""
+    """Return unit normals of triangles; zero for triangles without area."""
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     units: Floats = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0.0)
@@ -87,7 +87,7 @@ def _normals(corners: Floats) -> Floats:
 
 
 def plates(mesh: MeshShell) -> Iterator[list[float]]:
-    """Yield the six corners of a plate below each triangle, as 18 numbers; triangles too narrow for one are left out."""
+    """Yield the six corners (18 numbers, m) of a plate below each triangle, except for very narrow triangles."""
     for triangle, normal in zip(mesh.corners, _normals(mesh.corners), strict=True):
         sides = np.linalg.norm(triangle - np.roll(triangle, 1, axis=0), axis=1)
         area = float(np.linalg.norm(np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])))
