@@ -10,15 +10,17 @@ from random import Random
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
 from graphengine.compiler import codegen
 from graphengine.compiler.library import GraphLibrary
 from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import NodeError
 from graphengine.format.files import Files
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.node import Node, types
+from graphengine.node.mailbox import EventQueue
 from graphengine.node.node_class import ENDINGS, grown
 from graphengine.node.port import Port
 from tests.compiler.harness import REGISTRY, Bench, planned, resolved
@@ -299,10 +301,14 @@ def test_any_graph_goes_on_from_a_checkpoint_as_it_did(folder: Path, random: Ran
         return
     bench = Bench(path).setup()
     parts: list[Any] = [bench.run, bench.clock, bench.services]
-    for _ in range(passes):
-        bench.tick()
-    saved = [part.save() for part in parts]
-    first = play(bench)
+    try:
+        for _ in range(passes):
+            bench.tick()
+        saved = [part.save() for part in parts]
+        first = play(bench)
+    except NodeError as error:  # events that multiply from tick to tick
+        assert f"more than {EventQueue.LIMIT} events" in str(error)
+        reject()
     for _ in range(2):
         for part, state in zip(parts, saved, strict=True):
             part.restore(state)
