@@ -307,7 +307,8 @@ def test_any_graph_goes_on_from_a_checkpoint_as_it_did(folder: Path, random: Ran
         saved = [part.save() for part in parts]
         first = play(bench)
     except NodeError as error:  # events that multiply from tick to tick
-        assert f"more than {EventQueue.LIMIT} events" in str(error)
+        if f"more than {EventQueue.LIMIT} events" not in str(error):
+            raise
         reject()
     for _ in range(2):
         for part, state in zip(parts, saved, strict=True):
