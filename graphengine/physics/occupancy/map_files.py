@@ -45,15 +45,27 @@ def write_map(chart: OccupancyMap, stem: Path, image: Format = "png", convention
         UsageError: a PGM is requested in Isaac Sim's convention, or `stem`.yaml exists and is not a map, such as a scene.
         OSError: a file cannot be written.
     """
+    text = stem.with_name(f"{stem.name}.yaml")
+    contents = map_files(chart, stem, image, convention)
+    if text.is_file() and not any(line.startswith(b"image:") for line in text.read_bytes().splitlines()):
+        raise UsageError(f"{text} exists and is not a map; choose another name")
+    write_together(contents)
+    return list(contents)
+
+
+def map_files(
+    chart: OccupancyMap, stem: Path, image: Format = "png", convention: Convention = "ros"
+) -> dict[Path, bytes]:
+    """Return the contents of the image and of the YAML file by path, without writing them.
+
+    Raises:
+        UsageError: a PGM is requested in Isaac Sim's convention.
+    """
     if convention == "isaac" and image != "png":
         raise UsageError("Isaac Sim's convention needs a PNG")
     picture, text = (stem.with_name(f"{stem.name}.{ending}") for ending in (image, "yaml"))
-    if text.is_file() and not any(line.startswith(b"image:") for line in text.read_bytes().splitlines()):
-        raise UsageError(f"{text} exists and is not a map; choose another name")
     describe = _isaac_yaml if convention == "isaac" else _yaml
-    contents = {picture: _image(chart, image, convention), text: describe(chart, picture.name).encode()}
-    write_together(contents)
-    return list(contents)
+    return {picture: _image(chart, image, convention), text: describe(chart, picture.name).encode()}
 
 
 def _image(chart: OccupancyMap, image: Format, convention: Convention) -> bytes:

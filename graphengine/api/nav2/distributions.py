@@ -1,0 +1,56 @@
+"""Differences between Nav2's parameters in ROS 2 distributions.
+
+They were read from nav2_bringup/params/nav2_params.yaml, and from the calls that declare parameters, in the branches `jazzy`
+(f4108e5), `kilted` (71a1d84) and `lyrical` (aa3dab8) of github.com/ros-navigation/navigation2:
+
+| parameter | jazzy | kilted | lyrical |
+|---|---|---|---|
+| bt_navigator error codes | error_code_names | error_code_name_prefixes | error_code_name_prefixes |
+| bt_navigator filter_duration | - | yes | yes |
+| enable_stamped_cmd_vel, default | false | true | true |
+| lifecycle_manager service_timeout | - | yes | yes |
+| behaviors backup, drive_on_heading: acceleration_limit, … | - | yes | yes |
+| smoother refinement_num, enforce_path_inversion | first | both | both |
+| controller_server path_handler_plugins | - | - | yes |
+| DWB, RPP transform_tolerance | yes | yes | - (of the costmap) |
+| RPP speed | desired_linear_vel | desired_linear_vel | max_linear_vel, max_angular_vel |
+| planner_server expected_planner_frequency | yes | yes | yes |
+
+Names of plugins have `::` in all three.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Distribution:
+    """What a distribution's Nav2 reads.
+
+    Attributes:
+        name: name of the ROS 2 distribution.
+        error_code_prefixes: bt_navigator takes prefixes of error codes, not names.
+        service_timeout: lifecycle managers wait for services for a time that can be set.
+        limited_behaviors: driving behaviors have limits of acceleration.
+        path_inversion: smoothers keep changes of direction.
+        path_handlers: the controller server prunes paths by a plugin, and controllers have no tolerance of transforms.
+    """
+
+    name: str
+    error_code_prefixes: bool = True
+    service_timeout: bool = True
+    limited_behaviors: bool = True
+    path_inversion: bool = True
+    path_handlers: bool = True
+
+
+DISTRIBUTIONS = {
+    one.name: one
+    for one in (
+        Distribution("jazzy", False, False, False, False, False),
+        Distribution("kilted", path_handlers=False),
+        Distribution("lyrical"),
+    )
+}
+DEFAULT = "jazzy"

@@ -1,0 +1,87 @@
+"""Launch files that start Nav2, from the templates beside this module."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from importlib.resources import files
+from string import Template
+
+from graphengine.api.nav2.robot_facts import RobotFacts
+
+_AMCL = """\
+        node("nav2_map_server", "map_server", {"yaml_filename": LaunchConfiguration("map")}),
+        node("nav2_amcl", "amcl", condition=by_amcl),
+        node(
+            "nav2_lifecycle_manager",
+            "lifecycle_manager",
+            name="lifecycle_manager_localization",
+            condition=by_amcl,
+        ),
+        node(  # `graphrun run --localization truth` publishes map -> odom
+            "nav2_lifecycle_manager",
+            "lifecycle_manager",
+            {"node_names": ["map_server"]},
+            name="lifecycle_manager_localization",
+            condition=by_truth,
+        ),
+"""
+_CONDITIONS = """\
+    by_amcl = IfCondition(EqualsSubstitution(LaunchConfiguration("localization"), "amcl"))
+    by_truth = UnlessCondition(EqualsSubstitution(LaunchConfiguration("localization"), "amcl"))
+"""
+_SLAM = """\
+        node(
+            "slam_toolbox",
+            "async_slam_toolbox_node",
+            {"use_lifecycle_manager": False},
+            name="slam_toolbox",
+            remappings=[("/map", "map"), ("/map_metadata", "map_metadata")],
+        ),
+"""
+_MAP_ARGUMENT = """\
+        DeclareLaunchArgument("map", default_value=str($folder / "map.yaml"), description="map to load"),
+        DeclareLaunchArgument(
+            "localization",
+            default_value="amcl",
+            choices=["amcl", "truth"],
+            description="truth: `graphrun run --localization truth` says where the robot is",
+        ),
+"""
+
+
+def robot_launch(robot: RobotFacts, scene: str, *, slam: bool, in_fleet: bool) -> str:
+    """Return the launch file of a robot.
+
+    Args:
+        robot: the robot.
+        scene: name of the scene.
+        slam: whether slam_toolbox makes the map.
+        in_fleet: whether the map lies in the folder above.
+    """
+    return _filled(
+        "robot_launch.txt",
+        robot=robot.name,
+        scene=scene,
+        namespace=json.dumps(robot.namespace),
+        tf=json.dumps(robot.tf_topic),
+        tf_static=json.dumps(robot.tf_static_topic),
+        map_argument="" if slam else _MAP_ARGUMENT.replace("$folder", "HERE.parent" if in_fleet else "HERE"),
+        conditions="" if slam else _CONDITIONS,
+        localization=_SLAM if slam else _AMCL,
+    )
+
+
+def fleet_launch(robots: Sequence[RobotFacts], scene: str, *, slam: bool) -> str:
+    """Return the launch file that starts Nav2 for several robots, each in the folder of its name."""
+    defaults = {"use_sim_time": '"true"', "rviz": '"false"'}
+    if not slam:
+        defaults |= {"map": 'str(HERE / "map.yaml")', "localization": '"amcl"'}
+    pairs = ", ".join(f'"{name}": {value}' for name, value in defaults.items())
+    names = json.dumps([robot.name for robot in robots])
+    return _filled("fleet_launch.txt", scene=scene, robots=names, defaults=f"{{{pairs}}}")
+
+
+def _filled(template: str, **values: str) -> str:
+    text = files(__package__).joinpath(template).read_text(encoding="utf-8")
+    return Template(text).substitute(values)

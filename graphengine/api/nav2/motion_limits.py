@@ -1,0 +1,194 @@
+"""Limits of a robot's motion, from the controllers in its graphs, its wheels and its drives; each says where it comes from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from graphengine.api.nav2.sourced import NAV2, Sourced
+from graphengine.compiler.graph import Graph, Instance
+from graphengine.physics.engine import body_names
+from graphengine.physics.model.robot import RobotInstance
+from graphengine.scene.loaded_scene import LoadedScene
+
+Kinematics = Literal["differential", "omni", "ackermann"]
+
+MOST_SPEED, MOST_TURN = 1.0, 1.5
+"""Speeds that Nav2 commands at most, m/s and rad/s: indoors, with a costmap that is renewed five times a second."""
+MOST_ACCELERATION, MOST_TURN_ACCELERATION = 2.5, 3.2
+"""Accelerations of a robot without known limits, m/s2 and rad/s2: those of Nav2's own parameter file."""
+GRIP = 0.5
+"""Share of gravity that wheels can brake with."""
+SHARE_OF_FORCE = 0.8
+"""Share of the drives' force to use; the rest is for friction."""
+
+_CONTROLLERS: dict[str, Kinematics] = {
+    "isaacsim.robot.wheeled_robots.DifferentialController": "differential",
+    "isaacsim.robot.wheeled_robots.HolonomicController": "omni",
+    "isaacsim.robot.wheeled_robots.AckermannController": "ackermann",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class MotionLimits:
+    """Limits of a robot.
+
+    Attributes:
+        kinematics: how it moves.
+        speed: m/s.
+        turn: rad/s.
+        acceleration: m/s2.
+        deceleration: m/s2.
+        turn_acceleration: rad/s2.
+        turning_radius: least radius of the path of the base, m; 0 if it turns on the spot.
+    """
+
+    kinematics: Sourced[Kinematics]
+    speed: Sourced[float]
+    turn: Sourced[float]
+    acceleration: Sourced[float]
+    deceleration: Sourced[float]
+    turn_acceleration: Sourced[float]
+    turning_radius: Sourced[float]
+
+
+def motion_limits(scene: LoadedScene, robot: RobotInstance, graphs: Collection[str]) -> MotionLimits:
+    """Return the limits of a robot.
+
+    Args:
+        scene: the checked scene.
+        robot: a robot of it.
+        graphs: names of the robot's graphs.
+    """
+    inputs = _Inputs(
+        [graph for graph in scene.planned if graph.name in graphs or graph.name.startswith(f"{robot.name}/")]
+    )
+    kinematics = inputs.kinematics()
+    radius, base, track = (inputs.first(*names) for names in (_RADIUS, ("wheelBase",), ("wheelDistance", "trackWidth")))
+    speeds = [
+        *inputs.limits("maxLinearSpeed"),
+        *(
+            _times(one, radius, "m/s at the rim")
+            for one in inputs.limits("maxWheelSpeed", "maxWheelVelocity")
+            if radius
+        ),
+        *_rim_speeds(robot),
+        Sourced(MOST_SPEED, "limit for indoor driving"),
+    ]
+    speed = _least(speeds)
+    steering = inputs.first("maxWheelRotation")
+    turning_radius = Sourced(0.0, "it turns on the spot")
+    if kinematics.value == "ackermann" and base is not None:
+        turning_radius = _turning_radius(base, steering)
+    turns = [*inputs.limits("maxAngularSpeed"), Sourced(MOST_TURN, "limit for indoor driving")]
+    if turning_radius.value:
+        turns.append(Sourced(speed.value / turning_radius.value, "speed by the turning radius"))
+    elif track is not None:
+        turns.append(Sourced(2.0 * speed.value / track.value, f"speed of the wheels by half the track, {track.source}"))
+    push = _acceleration_by_force(scene, robot)
+    acceleration = _least([*inputs.limits("maxAcceleration", "acceleration"), *push, _DEFAULT])
+    deceleration = _least([*inputs.limits("maxDeceleration"), *push, Sourced(MOST_ACCELERATION, acceleration.source)])
+    lever = track.value / 2.0 if track is not None else 0.2
+    turn_accelerations = [
+        *inputs.limits("maxAngularAcceleration"),
+        Sourced(acceleration.value / lever, f"acceleration of the wheels, {acceleration.source}, by half the track"),
+        Sourced(MOST_TURN_ACCELERATION, f"{NAV2}; the graphs have no limit"),
+    ]
+    return MotionLimits(
+        kinematics, speed, _least(turns), acceleration, deceleration, _least(turn_accelerations), turning_radius
+    )
+
+
+_RADIUS = ("wheelRadius", "backWheelRadius")
+_DEFAULT = Sourced(MOST_ACCELERATION, f"{NAV2}; the graphs have no limit")
+
+
+class _Inputs:
+    """The literals of the nodes in a robot's graphs."""
+
+    def __init__(self, graphs: list[Graph]) -> None:
+        self._graphs = graphs
+
+    def kinematics(self) -> Sourced[Kinematics]:
+        """Return how the controller in the graphs moves the robot; differential without one."""
+        for graph, instance in self._instances():
+            kind = _CONTROLLERS.get(instance.cls.type_name)
+            if kind is not None:
+                return Sourced(kind, _place(graph, instance))
+        return Sourced("differential", "assumed: the graphs have no controller of wheels")
+
+    def limits(self, *names: str) -> list[Sourced[float]]:
+        """Return the values other than 0, which is no limit, of the inputs with these names, without sign."""
+        return [one for one in self._values(names) if one.value > 0.0]
+
+    def first(self, *names: str) -> Sourced[float] | None:
+        """Return the first value other than 0 of the inputs with these names."""
+        return next(iter(self.limits(*names)), None)
+
+    def _values(self, names: Collection[str]) -> Iterator[Sourced[float]]:
+        for graph, instance in self._instances():
+            if instance.cls.type_name not in _CONTROLLERS:
+                continue
+            for port in instance.cls.fields.values():
+                if port.side != "inputs" or port.name not in names or (instance.id, port.name) in graph.wired_ports:
+                    continue
+                value = instance.value(port.field)
+                for number in np.atleast_1d(value) if value is not None else ():
+                    yield Sourced(abs(float(number)), f"{_place(graph, instance)}.{port.name}")
+
+    def _instances(self) -> Iterator[tuple[Graph, Instance]]:
+        for graph in self._graphs:
+            yield from ((graph, instance) for instance in graph.instances)
+
+
+def _place(graph: Graph, instance: Instance) -> str:
+    return f"{graph.name}/{instance.id}"
+
+
+def _least(found: list[Sourced[float]]) -> Sourced[float]:
+    return min(found, key=lambda one: one.value)
+
+
+def _times(one: Sourced[float], radius: Sourced[float], unit: str) -> Sourced[float]:
+    return Sourced(one.value * radius.value, f"{one.source} by the wheel's radius, {unit}")
+
+
+def _rim_speeds(robot: RobotInstance) -> Iterator[Sourced[float]]:
+    """Yield the speed at the rim of each driven wheel whose joint or drive limits it."""
+    joints = {joint.name: joint for joint in robot.moving}
+    for name, radius in robot.wheel_radii.items():
+        drive = robot.drives.get(name)
+        if drive is None:
+            continue
+        if math.isfinite(drive.max_velocity):
+            yield Sourced(drive.max_velocity * radius, f"drive of {name}: max_velocity by the wheel's radius")
+        elif (limit := joints[name].velocity) is not None:
+            yield Sourced(limit * radius, f"{name}: velocity limit by the wheel's radius")
+
+
+def _turning_radius(base: Sourced[float], steering: Sourced[float] | None) -> Sourced[float]:
+    """Return the least radius of the path of the middle of the unsteered axle."""
+    if steering is None or not 0.05 < steering.value < 1.3:
+        return Sourced(2.0 * base.value, f"twice the wheel base, {base.source}; no limit of the steering is known")
+    radius = base.value / math.tan(steering.value)
+    return Sourced(1.1 * radius, f"wheel base by the tangent of {steering.source}, and 10 % for corrections")
+
+
+def _acceleration_by_force(scene: LoadedScene, robot: RobotInstance) -> list[Sourced[float]]:
+    """Return the acceleration that the drives of the wheels can give, if their forces are limited."""
+    assert scene.world is not None
+    wheels = {name: radius for name, radius in robot.wheel_radii.items() if name in robot.drives}
+    force = sum(robot.drives[name].max_force / radius for name, radius in wheels.items())
+    if not wheels or not math.isfinite(force):
+        return []
+    model = scene.world.simulation.model
+    own = [name.startswith(f"{robot.name}/") for name in body_names(model)]
+    mass = float(model.body_mass[own].sum())
+    grip = GRIP * 9.81
+    if SHARE_OF_FORCE * force / mass > grip:
+        return [Sourced(grip, f"grip of the wheels, {GRIP:g} of gravity")]
+    return [Sourced(SHARE_OF_FORCE * force / mass, f"max_force of {len(wheels)} drives on {mass:.3g} kg")]

@@ -1,0 +1,169 @@
+"""All files with which Nav2 drives the robots of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from graphengine.api.calibration.amcl_noise import amcl_alphas
+from graphengine.api.calibration.calibrator import calibrate
+from graphengine.api.nav2.distributions import DISTRIBUTIONS, Distribution
+from graphengine.api.nav2.launch_files import fleet_launch, robot_launch
+from graphengine.api.nav2.localization import Alphas
+from graphengine.api.nav2.nav2_parameters import nav2_parameters
+from graphengine.api.nav2.readme_file import readme_file
+from graphengine.api.nav2.robot_facts import RobotFacts, robot_facts
+from graphengine.api.nav2.rviz_file import rviz_file
+from graphengine.api.nav2.sourced import Sourced
+from graphengine.format.errors import UsageError
+from graphengine.format.wording import unknown
+from graphengine.physics.model.robot import RobotInstance
+from graphengine.physics.occupancy.map_files import map_files
+from graphengine.physics.occupancy.occupancy_map import MapRequest, make_map
+from graphengine.scene.loaded_scene import LoadedScene
+
+CELL = 0.05
+"""Side of a cell of the map, m."""
+UNCALIBRATED = 0.01
+"""AMCL's alphas without a calibration."""
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Nav2Files:
+    """Files to write, and what they say.
+
+    Attributes:
+        contents: content of each file, by path relative to the folder.
+        robots: the robots that Nav2 drives.
+        notes: sentences on what could not be found out.
+    """
+
+    contents: dict[Path, bytes]
+    robots: tuple[RobotFacts, ...]
+    notes: tuple[str, ...]
+
+
+def nav2_files(
+    scene: LoadedScene,
+    *,
+    robots: Sequence[str] = (),
+    distribution: str = "jazzy",
+    slam: bool = False,
+    calibrated: bool = True,
+    modules: Sequence[str] = (),
+    progress: Progress = lambda _, __: None,
+) -> Nav2Files:
+    """Make the files for the robots of a scene: those in the folder itself for one robot, else in a folder for each.
+
+    Args:
+        scene: the checked scene.
+        robots: names of the robots; empty for all.
+        distribution: name of the ROS 2 distribution.
+        slam: whether slam_toolbox makes the map, instead of map_server and AMCL.
+        calibrated: whether to measure the odometry for AMCL.
+        modules: Python modules with node types.
+        progress: receives the name of a robot that is being calibrated, and the completed share, 0 to 1.
+
+    Raises:
+        CheckError: the robot has errors on the floor of its calibration.
+        UsageError: there is no robot, or Nav2 cannot drive one; the message says what to add.
+    """
+    chosen = _chosen(scene, robots)
+    facts = [robot_facts(scene, robot) for robot in chosen]
+    _check_names(facts)
+    notes: list[str] = []
+    noise: dict[str, Sourced[Alphas]] = {}
+    if not slam:
+        for robot in chosen:
+            kind = robot.placement.use.use
+            if kind not in noise:
+                noise[kind] = _alphas(scene, robot, calibrated, modules, progress, notes)
+    known = DISTRIBUTIONS[distribution]
+    contents: dict[Path, bytes] = {}
+    for robot, one in zip(chosen, facts, strict=True):
+        folder = Path(one.name) if len(facts) > 1 else Path()
+        texts = _robot_files(scene, one, known, noise.get(robot.placement.use.use), in_fleet=len(facts) > 1)
+        contents |= {folder / name: text.encode() for name, text in texts.items()}
+    name = scene.path.stem
+    if len(facts) > 1:
+        contents[Path("nav2.launch.py")] = fleet_launch(facts, name, slam=slam).encode()
+    if not slam:
+        contents |= _map(scene, facts)
+    contents[Path("README.md")] = readme_file(name, facts, slam=slam).encode()
+    return Nav2Files(contents, tuple(facts), tuple(notes))
+
+
+def _chosen(scene: LoadedScene, names: Sequence[str]) -> list[RobotInstance]:
+    robots = scene.world.robots if scene.world is not None else {}
+    if not robots:
+        raise UsageError(f"{scene.path}: there is no robot to navigate; give a scene with a robot")
+    for name in names:
+        if name not in robots:
+            raise UsageError(unknown("robot", name, robots))
+    return [robots[name] for name in names or robots]
+
+
+def _check_names(facts: Sequence[RobotFacts]) -> None:
+    """Refuse robots that one Nav2 cannot tell apart."""
+    seen: dict[str, str] = {}
+    for one in facts:
+        if one.namespace in seen:
+            raise UsageError(
+                f"{seen[one.namespace]} and {one.name} have the same namespace {one.namespace!r}\n"
+                "  give each robot of the scene a `namespace`, or choose one with --robot"
+            )
+        seen[one.namespace] = one.name
+
+
+def _alphas(
+    scene: LoadedScene,
+    robot: RobotInstance,
+    calibrated: bool,
+    modules: Sequence[str],
+    progress: Progress,
+    notes: list[str],
+) -> Sourced[Alphas]:
+    """Return AMCL's motion noise: from a calibration, or small values for good odometry."""
+    if not calibrated:
+        return Sourced((UNCALIBRATED,) * 5, "good odometry; not measured (--no-calibrate)")
+    result = calibrate(scene, robot.name, modules=modules, progress=lambda share: progress(robot.name, share))
+    if not result.moves:
+        notes.append(f"{robot.name} does not move by itself: {'; '.join(result.notes)}")
+        return Sourced((UNCALIBRATED,) * 5, "good odometry; the calibration did not move the robot")
+    return Sourced(amcl_alphas(result), "measured by the calibration of the robot")
+
+
+def _robot_files(
+    scene: LoadedScene, robot: RobotFacts, distribution: Distribution, alphas: Sourced[Alphas] | None, *, in_fleet: bool
+) -> dict[str, str]:
+    name, slam = scene.path.stem, alphas is None
+    descriptions = (claim.topic for claim in scene.claims if claim.topic == robot.topic("robot_description"))
+    return {
+        "nav2_params.yaml": nav2_parameters(robot, distribution, alphas, name),
+        "nav2.launch.py": robot_launch(robot, name, slam=slam, in_fleet=in_fleet),
+        "view.rviz": rviz_file(robot, next(descriptions, "")),
+    }
+
+
+def _map(scene: LoadedScene, robots: Sequence[RobotFacts]) -> dict[Path, bytes]:
+    """Return the map of all obstacles between the floor and the top of the highest robot or scan plane."""
+    assert scene.world is not None
+    scans = [scan.height for robot in robots for scan in robot.scans]
+    window = scan_window(scans, [robot.height for robot in robots])
+    floor = robots[0].floor
+    request = MapRequest(
+        (floor + window[0], floor + window[1]), CELL, seeds=[(robot.pose[0], robot.pose[1]) for robot in robots]
+    )
+    return map_files(make_map(scene.world, request), Path("map"), "pgm")
+
+
+def scan_window(scans: Sequence[float], heights: Sequence[float]) -> tuple[float, float]:
+    """Return the heights above the floor between which the map has obstacles, m.
+
+    A robot can be hit by what lies lower than its top; AMCL compares the map with scans, so their planes lie within it.
+    """
+    low = min(min(scans) / 2.0, 0.1)
+    return low, max([*heights, *(scan + 0.05 for scan in scans)])

@@ -1,0 +1,96 @@
+"""Nav2's parameter file for a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from graphengine.api.nav2.distributions import Distribution
+from graphengine.api.nav2.driving import driving
+from graphengine.api.nav2.localization import Alphas, localization
+from graphengine.api.nav2.parameter_text import Parameters, node, parameter_text
+from graphengine.api.nav2.planning import BUSY, TOLERANCE, planning
+from graphengine.api.nav2.robot_facts import MAP_FRAME, RobotFacts
+from graphengine.api.nav2.slam_toolbox import slam_toolbox
+from graphengine.api.nav2.sourced import Sourced, nav2
+
+NAVIGATION = (
+    "controller_server",
+    "smoother_server",
+    "planner_server",
+    "behavior_server",
+    "velocity_smoother",
+    "collision_monitor",
+    "bt_navigator",
+)
+"""Nodes that lifecycle_manager_navigation starts, in this order."""
+LOCALIZATION = ("map_server", "amcl")
+"""Nodes that lifecycle_manager_localization starts, in this order."""
+BOND_TIMEOUT = 20.0
+"""Time without a heartbeat after which a lifecycle manager stops all its nodes, s."""
+
+_ERROR_CODES = ("compute_path_error_code", "follow_path_error_code")
+_ERROR_PREFIXES = (
+    "backup",
+    "compute_path",
+    "drive_on_heading",
+    "follow_path",
+    "nav_thru_poses",
+    "nav_to_pose",
+    "smoother",
+    "spin",
+    "wait",
+)
+
+
+def nav2_parameters(robot: RobotFacts, distribution: Distribution, alphas: Sourced[Alphas] | None, scene: str) -> str:
+    """Return the content of nav2_params.yaml.
+
+    Args:
+        robot: the robot.
+        distribution: the ROS 2 distribution.
+        alphas: motion noise of AMCL; None for slam_toolbox instead of AMCL.
+        scene: name of the scene, for the first line.
+    """
+    place = localization(robot, alphas) if alphas is not None else slam_toolbox(robot)
+    nodes: Parameters = {
+        **place,
+        "bt_navigator": node(_navigator(robot, distribution)),
+        **planning(robot, distribution, known_map=alphas is not None),
+        **driving(robot, distribution),
+        **(
+            {"lifecycle_manager_localization": node(_manager(LOCALIZATION, distribution))} if alphas is not None else {}
+        ),
+        "lifecycle_manager_navigation": node(_manager(NAVIGATION, distribution)),
+    }
+    head = f"Nav2 ({distribution.name}) for {robot.name} of {scene}, by `graphrun nav2 files`; comments: where values come from"
+    return parameter_text(nodes, robot.namespace, head)
+
+
+def _navigator(robot: RobotFacts, distribution: Distribution) -> Parameters:
+    codes: Parameters = {"error_code_names": nav2(list(_ERROR_CODES))}
+    if distribution.error_code_prefixes:
+        codes = {"error_code_name_prefixes": nav2(list(_ERROR_PREFIXES))}
+    return {
+        "global_frame": Sourced(MAP_FRAME, "frame of the map"),
+        "robot_base_frame": Sourced(robot.base_frame, "child frame of the odometry"),
+        "odom_topic": Sourced(robot.odometry_topic, "publisher in the robot's graph"),
+        "transform_tolerance": Sourced(TOLERANCE, BUSY),
+        "bt_loop_duration": nav2(10),
+        "default_server_timeout": Sourced(5000, f"ms, instead of 20, {BUSY}"),
+        "default_cancel_timeout": Sourced(5000, f"ms, instead of 50, {BUSY}"),
+        "wait_for_service_timeout": Sourced(20000, f"ms, instead of 1000, {BUSY}"),
+        "navigators": nav2(["navigate_to_pose", "navigate_through_poses"]),
+        "navigate_to_pose": {"plugin": nav2("nav2_bt_navigator::NavigateToPoseNavigator")},
+        "navigate_through_poses": {"plugin": nav2("nav2_bt_navigator::NavigateThroughPosesNavigator")},
+        **codes,
+    }
+
+
+def _manager(nodes: Sequence[str], distribution: Distribution) -> Parameters:
+    service: Parameters = {"service_timeout": Sourced(BOND_TIMEOUT, BUSY)} if distribution.service_timeout else {}
+    return {
+        "autostart": nav2(True),
+        "node_names": Sourced(list(nodes), "nodes of nav2.launch.py, in the order of their start"),
+        "bond_timeout": Sourced(BOND_TIMEOUT, f"s, instead of 4, {BUSY}"),
+        **service,
+    }

@@ -1,0 +1,185 @@
+"""Nav2's parameters of planning: costmaps, planner and smoother."""
+
+from __future__ import annotations
+
+import math
+
+from graphengine.api.nav2.distributions import Distribution
+from graphengine.api.nav2.parameter_text import Parameters, node
+from graphengine.api.nav2.robot_facts import MAP_FRAME, RobotFacts
+from graphengine.api.nav2.sourced import Sourced, nav2
+
+PADDING = 0.02
+"""Distance by which the footprint is enlarged, m."""
+CLEARANCE = 0.3
+"""Distance beyond the robot's outer circle up to which cells near obstacles cost, m."""
+SIMULATED = 1.7
+"""Time that the controller looks ahead, s."""
+RESOLUTION = 0.05
+"""Side of a cell, m, as in the map."""
+TOLERANCE = 0.5
+"""Age of transforms that a busy machine causes, s."""
+BUSY = "so that a busy machine survives"
+
+
+def planning(robot: RobotFacts, distribution: Distribution, *, known_map: bool) -> Parameters:
+    """Return the parameters of the costmaps, planner_server and smoother_server.
+
+    Args:
+        robot: the robot.
+        distribution: the ROS 2 distribution.
+        known_map: whether the map is complete, so that no path leads through unknown cells.
+    """
+    return {
+        "global_costmap": {"global_costmap": node(_global_costmap(robot))},
+        "local_costmap": {"local_costmap": node(_local_costmap(robot))},
+        "planner_server": node(_planner(robot, known_map=known_map)),
+        "smoother_server": node(_smoother(distribution)),
+    }
+
+
+def _global_costmap(robot: RobotFacts) -> Parameters:
+    return {
+        "global_frame": Sourced(MAP_FRAME, "frame of the map"),
+        **_costmap(robot),
+        "update_frequency": nav2(1.0),
+        "publish_frequency": nav2(1.0),
+        "track_unknown_space": nav2(True),
+        "plugins": nav2(["static_layer", "obstacle_layer", "inflation_layer"]),
+        "static_layer": {
+            "plugin": nav2("nav2_costmap_2d::StaticLayer"),
+            "map_topic": Sourced(robot.topic("map"), "map_server in the namespace of the robot"),
+            "map_subscribe_transient_local": nav2(True),
+        },
+        "obstacle_layer": _obstacles(robot, 3.0),
+        "inflation_layer": _inflation(robot),
+    }
+
+
+def _local_costmap(robot: RobotFacts) -> Parameters:
+    side = local_size(robot)
+    reach = "way in the time that the controller looks ahead, on both sides"
+    return {
+        "global_frame": Sourced(robot.odometry_frame, f"frame of {robot.odometry_topic}"),
+        **_costmap(robot),
+        "update_frequency": nav2(5.0),
+        "publish_frequency": nav2(2.0),
+        "rolling_window": nav2(True),
+        "width": Sourced(side, reach),
+        "height": Sourced(side, reach),
+        "plugins": Sourced(["obstacle_layer", "inflation_layer"], "the scans lie in planes: no voxels"),
+        "obstacle_layer": _obstacles(robot, side / 2.0),
+        "inflation_layer": _inflation(robot),
+    }
+
+
+def local_size(robot: RobotFacts) -> int:
+    """Return the side of the local costmap, m."""
+    _, outer = robot.radii
+    return max(3, math.ceil(2.0 * (SIMULATED * robot.limits.speed.value + outer + 0.3)))
+
+
+def _costmap(robot: RobotFacts) -> Parameters:
+    corners = ", ".join(f"[{x:.3f}, {y:.3f}]" for x, y in robot.footprint)
+    inner, outer = robot.radii
+    return {
+        "robot_base_frame": Sourced(robot.base_frame, "child frame of the odometry"),
+        "resolution": Sourced(RESOLUTION, "as the map"),
+        "footprint": Sourced(
+            f"[{corners}]",
+            f"convex hull of all colliders on the floor; inscribed {inner:.3f} m, circumscribed {outer:.3f} m",
+        ),
+        "footprint_padding": Sourced(PADDING, "more than what simplifying the footprint cuts off"),
+        "transform_tolerance": Sourced(TOLERANCE, BUSY),
+        "always_send_full_costmap": nav2(True),
+    }
+
+
+def _obstacles(robot: RobotFacts, reach: float) -> Parameters:
+    sources = {f"scan{number or ''}": scan for number, scan in enumerate(robot.scans)}
+    return {
+        "plugin": nav2("nav2_costmap_2d::ObstacleLayer"),
+        "enabled": nav2(True),
+        "observation_sources": Sourced(" ".join(sources), "all LaserScan topics of the robot"),
+        **{
+            name: {
+                "topic": Sourced(scan.topic, "publisher in the robot's graph"),
+                "data_type": Sourced("LaserScan", "type of the topic"),
+                "marking": nav2(True),
+                "clearing": nav2(True),
+                "inf_is_valid": Sourced(True, "a beam that meets nothing clears what it crosses"),
+                "max_obstacle_height": Sourced(
+                    max(2.0, math.ceil(scan.height) + 0.0), f"the scan is {scan.height:.3f} m above the floor"
+                ),
+                "obstacle_min_range": Sourced(scan.ranges[0], "least range of the lidar"),
+                "obstacle_max_range": Sourced(min(reach, scan.ranges[1]), "reach of the costmap, at most of the lidar"),
+                "raytrace_min_range": Sourced(scan.ranges[0], "least range of the lidar"),
+                "raytrace_max_range": Sourced(
+                    min(reach + 0.5, scan.ranges[1]), "0.5 m beyond, to clear what moved away"
+                ),
+            }
+            for name, scan in sources.items()
+        },
+    }
+
+
+def _inflation(robot: RobotFacts) -> Parameters:
+    _, outer = robot.radii
+    return {
+        "plugin": nav2("nav2_costmap_2d::InflationLayer"),
+        "cost_scaling_factor": nav2(3.0),
+        "inflation_radius": Sourced(
+            round(outer + PADDING + CLEARANCE, 2), f"circumscribed radius, padding, and {CLEARANCE:g} m of clearance"
+        ),
+    }
+
+
+def _planner(robot: RobotFacts, *, known_map: bool) -> Parameters:
+    radius = robot.limits.turning_radius
+    unknown = Sourced(not known_map, "the map is complete" if known_map else "the map grows")
+    plugin: Parameters = {
+        "plugin": nav2("nav2_navfn_planner::NavfnPlanner"),
+        "tolerance": nav2(0.5),
+        "use_astar": nav2(False),
+        "allow_unknown": unknown,
+    }
+    if radius.value:
+        car = "a car that can drive backward"
+        plugin = {
+            "plugin": Sourced("nav2_smac_planner::SmacPlannerHybrid", "paths that a car can follow"),
+            "minimum_turning_radius": radius,
+            "motion_model_for_search": Sourced("REEDS_SHEPP", car),
+            "tolerance": nav2(0.25),
+            "allow_unknown": unknown,
+            "max_iterations": nav2(1000000),
+            "max_planning_time": nav2(5.0),
+            "angle_quantization_bins": nav2(72),
+            "analytic_expansion_ratio": nav2(3.5),
+            "reverse_penalty": nav2(2.0),
+            "change_penalty": nav2(0.0),
+            "non_straight_penalty": nav2(1.2),
+            "cost_penalty": nav2(2.0),
+            "smooth_path": nav2(True),
+        }
+    return {
+        "expected_planner_frequency": Sourced(
+            1.0, "rate at which the behavior tree asks for plans; a slower one is a warning"
+        ),
+        "costmap_update_timeout": Sourced(5.0, BUSY),
+        "planner_plugins": nav2(["GridBased"]),
+        "GridBased": plugin,
+    }
+
+
+def _smoother(distribution: Distribution) -> Parameters:
+    inversion: Parameters = {"enforce_path_inversion": nav2(True)} if distribution.path_inversion else {}
+    return {
+        "smoother_plugins": nav2(["simple_smoother"]),
+        "simple_smoother": {
+            "plugin": nav2("nav2_smoother::SimpleSmoother"),
+            "tolerance": nav2(1.0e-10),
+            "max_its": nav2(1000),
+            "do_refinement": nav2(True),
+            **inversion,
+        },
+    }

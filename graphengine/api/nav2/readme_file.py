@@ -1,0 +1,31 @@
+"""The README beside the files of Nav2."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from graphengine.api.nav2.robot_facts import RobotFacts
+
+
+def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool) -> str:
+    """Return the README of a folder with the files for some robots of a scene."""
+    names = ", ".join(robot.name for robot in robots)
+    place = "in the folders of the robots" if len(robots) > 1 else "here"
+    goal = robots[0].topic("goal_pose")
+    lines = [
+        f"# Nav2 for {names} in {scene}",
+        "",
+        "1. Start the simulation: `graphrun run SCENE`, with the scene that these files were made of.",
+        "2. In another terminal with a sourced ROS 2: `ros2 launch nav2.launch.py rviz:=true`.",
+        f'3. In RViz, set a goal with "2D Goal Pose" ({goal}), or run `graphrun nav2 goals "X Y YAW"`.',
+        "",
+        f"- `nav2_params.yaml` ({place}): each value says where it comes from. `params_file:=FILE` takes another file.",
+        "- slam_toolbox makes the map while the robot drives; save it with `ros2 run nav2_map_server map_saver_cli -f map`."
+        if slam
+        else "- `map.yaml`, `map.pgm`: obstacles up to the robot's height. `map:=FILE` takes another map.",
+        "- `ros2 launch nav2.launch.py --show-args` lists the arguments."
+        if slam
+        else "- `localization:=truth` without AMCL: start the simulation with `graphrun run SCENE --localization truth`.",
+        "- After a change of the robot or the scene: `graphrun nav2 files SCENE -o DIR --force`.",
+    ]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,243 @@
+"""What Nav2 has to know of a robot, read from the checked scene: topics, frames, outline, lidars, limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from graphengine.api.calibration.robot_interface import (
+    ACKERMANN,
+    COMMAND_TYPES,
+    ODOMETRY,
+    TWIST,
+)
+from graphengine.api.nav2.motion_limits import MotionLimits, motion_limits
+from graphengine.api.nav2.scan_source import ScanSource, scan_sources
+from graphengine.devices.rotation import rotate
+from graphengine.devices.stage import Prim, at_or_below
+from graphengine.format.errors import UsageError
+from graphengine.format.wording import listing
+from graphengine.messages.endpoints import EndpointClaim
+from graphengine.messages.names import join_namespaces
+from graphengine.physics.engine import Floats
+from graphengine.physics.model.footprint import Point, collider_points, convex_hull, radii, simplified
+from graphengine.physics.model.robot import RobotInstance
+from graphengine.scene.loaded_scene import LoadedScene
+
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+MAP_FRAME = "map"
+
+
+@dataclass(frozen=True, slots=True)
+class RobotFacts:
+    """A robot as Nav2 sees it.
+
+    Attributes:
+        name: name in the scene.
+        namespace: namespace of its topics without slashes at the ends; empty for none.
+        command_topic: topic that takes velocities.
+        stamped: whether that topic takes TwistStamped, not Twist.
+        odometry_topic: topic of the odometry.
+        odometry_frame: frame of the odometry.
+        base_frame: frame of the robot's base, which the odometry moves.
+        tf_topic: topic of the transforms.
+        tf_static_topic: topic of the transforms that do not change.
+        scans: LaserScan topics, the one with the widest view first.
+        pose: x, y (m) and yaw (rad) of the base frame in the scene at the start.
+        footprint: corners of the outline of the robot in the base frame, m.
+        floor: height of the robot's lowest point, on which it stands, in the world, m.
+        height: height of the robot above the floor, m.
+        limits: limits of its motion.
+    """
+
+    name: str
+    namespace: str
+    command_topic: str
+    stamped: bool
+    odometry_topic: str
+    odometry_frame: str
+    base_frame: str
+    tf_topic: str
+    tf_static_topic: str
+    scans: tuple[ScanSource, ...]
+    pose: tuple[float, float, float]
+    footprint: tuple[Point, ...]
+    floor: float
+    height: float
+    limits: MotionLimits
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Radii of the circles within and around the footprint, m."""
+        return radii(self.footprint)
+
+    def topic(self, name: str) -> str:
+        """Return the full name of a topic in the robot's namespace."""
+        return "/".join(["", *filter(None, [self.namespace]), name])
+
+
+def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
+    """Read the facts of a robot.
+
+    Raises:
+        UsageError: Nav2 cannot drive the robot; the message says all that is missing, and what to add.
+    """
+    assert scene.world is not None
+    claims = _claims_of(scene, robot)
+    missing: list[str] = []
+    command = _command(claims, missing)
+    odometry = _first(claims, "publish", ODOMETRY)
+    if odometry is None:
+        missing.append("no nav_msgs/Odometry: publish it with ROS2PublishOdometry, as graphs/wheel_odometry.yaml does")
+    edges = _edges(claims)
+    base_frame = _base_frame(scene, robot, odometry, edges)
+    if odometry is not None and base_frame is None:
+        frame = odometry.frame_id or "odom"
+        missing.append(
+            f"no transform from {frame!r} to the base: publish it with ROS2PublishRawTransformTree, parentFrameId {frame}"
+        )
+    scans = scan_sources(scene, claims)
+    if not scans:
+        missing.append(_no_scan(claims))
+    elif base_frame is not None:
+        reached = _connected(base_frame, [*edges, *_description_edges(claims, robot)])
+        missing += [
+            f"no transform from {base_frame!r} to {scan.frame!r}, the frame of {scan.topic}: publish it with "
+            "ROS2PublishTransformTree, or run with --robot-state"
+            for scan in scans
+            if scan.frame not in reached
+        ]
+    if missing or command is None or odometry is None or base_frame is None:
+        raise UsageError("\n  ".join([f"{robot.name}: Nav2 cannot drive this robot", *missing]))
+    frame_prim = _frame_prim(scene, robot, base_frame)
+    position, orientation = scene.world.simulation.frame(frame_prim).pose()
+    ahead = rotate(orientation, (1.0, 0.0, 0.0))
+    yaw = math.atan2(ahead[1], ahead[0])
+    points = _outline_points(scene, robot)
+    turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
+    outline = simplified(convex_hull((points[:, :2] - position[:2]) @ turn))
+    floor = float(points[:, 2].min())
+    tf_topic, tf_static_topic = _transform_topics(claims)
+    return RobotFacts(
+        robot.name,
+        join_namespaces(scene.stage.namespaces(scene.stage.find(robot.prim_path).facts["base_link"])).strip("/"),
+        command.topic,
+        command.message_type != TWIST,
+        odometry.topic,
+        odometry.frame_id,
+        base_frame,
+        tf_topic,
+        tf_static_topic,
+        tuple(scan.above(floor) for scan in scans),
+        (position[0], position[1], yaw),
+        tuple(outline),
+        floor,
+        float(points[:, 2].max()) - floor,
+        motion_limits(scene, robot, {claim.graph for claim in claims}),
+    )
+
+
+def _claims_of(scene: LoadedScene, robot: RobotInstance) -> list[EndpointClaim]:
+    """Return the topics of the graphs on a robot; of all graphs in a scene with one robot. The shortest names come first."""
+    assert scene.world is not None
+    alone = len(scene.world.robots) == 1
+    own = [claim for claim in scene.claims if alone or at_or_below(claim.node, robot.prim_path)]
+    return sorted(own, key=lambda claim: (claim.topic.count("/"), claim.topic, claim.node))
+
+
+def _first(claims: Sequence[EndpointClaim], direction: str, *types: str) -> EndpointClaim | None:
+    return next((one for one in claims if one.direction == direction and one.message_type in types), None)
+
+
+def _command(claims: Sequence[EndpointClaim], missing: list[str]) -> EndpointClaim | None:
+    """Return the subscription that drives the robot; without one, add what is missing."""
+    found = [one for one in claims if one.direction == "subscribe" and one.message_type in COMMAND_TYPES]
+    driven = [one for one in found if one.message_type != ACKERMANN]
+    named = [one for one in driven if one.topic.rpartition("/")[2] == "cmd_vel"]
+    topics = sorted({one.topic for one in named or driven})
+    if len(topics) > 1:
+        missing.append(f"several topics take velocities; Nav2 can use one: {listing(topics, 'topics')}")
+    elif not topics and found:
+        missing.append(
+            f"{found[0].topic} takes AckermannDriveStamped, and Nav2 sends Twist: drive the robot with "
+            "ROS2SubscribeTwist, as graphs/base/ackermann.yaml does"
+        )
+    elif not topics:
+        missing.append(
+            "no topic takes velocities: subscribe to cmd_vel with ROS2SubscribeTwist, as graphs/base/differential.yaml does"
+        )
+    return (named or driven or [None])[0]
+
+
+def _edges(claims: Sequence[EndpointClaim]) -> list[tuple[str, str]]:
+    return [edge for claim in claims if claim.message_type == TRANSFORMS for edge in claim.transforms]
+
+
+def _description_edges(claims: Sequence[EndpointClaim], robot: RobotInstance) -> Iterator[tuple[str, str]]:
+    """Yield the transforms that robot_state_publisher makes of a published robot description."""
+    if any(claim.topic.endswith("/robot_description") for claim in claims):
+        yield from ((joint.parent, joint.child) for joint in robot.urdf.joints.values())
+
+
+def _base_frame(
+    scene: LoadedScene, robot: RobotInstance, odometry: EndpointClaim | None, edges: Sequence[tuple[str, str]]
+) -> str | None:
+    """Return the child of the odometry's frame; the one that is the robot's base link, if there are several."""
+    if odometry is None:
+        return None
+    children = [child for parent, child in edges if parent == odometry.frame_id]
+    base = robot.spec.base_link
+    return next((child for child in children if child.rpartition("/")[2] == base), next(iter(children), None))
+
+
+def _connected(frame: str, edges: Sequence[tuple[str, str]]) -> set[str]:
+    """Return the frames that transforms connect to a frame."""
+    reached, size = {frame}, 0
+    while len(reached) > size:
+        size = len(reached)
+        for edge in edges:
+            if not reached.isdisjoint(edge):
+                reached.update(edge)
+    return reached
+
+
+def _no_scan(claims: Sequence[EndpointClaim]) -> str:
+    cloud = _first(claims, "publish", "sensor_msgs/msg/PointCloud2")
+    if cloud is not None:
+        return (
+            f"no sensor_msgs/LaserScan: {cloud.topic} is a PointCloud2; publish a scan with ROS2RtxLidarHelper, type "
+            "laser_scan, or with ROS2PublishLaserScan, or convert it with pointcloud_to_laserscan"
+        )
+    return (
+        "no sensor_msgs/LaserScan: add a lidar under `sensors` of the robot file, such as "
+        "{type: lidar, profile: lidar_360, parent: …}, and publish it with graphs/publishers/scan.yaml"
+    )
+
+
+def _transform_topics(claims: Sequence[EndpointClaim]) -> tuple[str, str]:
+    """Return the topics of transforms that move and that do not; the second has the name of the first and `_static`."""
+    topics = [claim.topic for claim in claims if claim.message_type == TRANSFORMS]
+    moving = next(topic for topic in [*topics, "/tf"] if not topic.endswith("_static"))
+    return moving, next((topic for topic in topics if topic.endswith("_static")), f"{moving}_static")
+
+
+def _frame_prim(scene: LoadedScene, robot: RobotInstance, frame: str) -> Prim:
+    """Return the prim of a frame of the robot; the base link if none has its name."""
+    prim = scene.stage.find(robot.prim_path)
+    name = frame.rpartition("/")[2]
+    found = [one for one in prim.descendants() if one.frame_name == name and one.carrier()[0]]
+    return found[0] if found else scene.stage.find(prim.facts["base_link"])
+
+
+def _outline_points(scene: LoadedScene, robot: RobotInstance) -> Floats:
+    assert scene.world is not None
+    simulation = scene.world.simulation
+    points = collider_points(simulation.model, simulation.data, robot.name)
+    if len(points) < 3:
+        raise UsageError(
+            f"{robot.name}: the robot has no colliders, so that Nav2 cannot know its outline; add collision geometry"
+        )
+    return points

@@ -1,0 +1,19 @@
+"""`graphrun nav2`: drive the robots of a scene with Nav2."""
+
+from __future__ import annotations
+
+import argparse
+
+from graphengine.cli.nav2 import files
+from graphengine.cli.subverbs import add_subverbs, execute
+
+__all__ = ["add_arguments", "execute"]
+
+VERBS = {
+    "files": (files, "write Nav2's parameters, map, launch file and RViz configuration for a scene"),
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    add_subverbs(parser, VERBS)

@@ -1,0 +1,100 @@
+"""`graphrun nav2 files`: write Nav2's parameters, map, launch file and RViz configuration for a scene."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from graphengine.cli.common import (
+    add_file_arguments,
+    add_repeatable,
+    clean,
+    open_scene,
+    refuse_to_overwrite,
+)
+from graphengine.cli.progress import progress
+from graphengine.format.errors import UsageError
+from graphengine.format.files import near
+
+if TYPE_CHECKING:
+    from graphengine.api.nav2.nav2_files import Nav2Files
+    from graphengine.api.nav2.robot_facts import RobotFacts
+    from graphengine.api.scene import Scene
+
+DISTRIBUTIONS = ("jazzy", "kilted", "lyrical")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    add_file_arguments(parser)
+    parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True, help="folder to write the files to")
+    add_repeatable(parser, "--robot", "NAME", "robot that Nav2 drives (default: all)", dest="robots")
+    distro = "ROS 2 distribution of Nav2 (default: the sourced one, else jazzy)"
+    parser.add_argument("--distro", choices=DISTRIBUTIONS, help=distro)
+    parser.add_argument(
+        "--slam", action="store_true", help="let slam_toolbox make the map, without map_server and AMCL"
+    )
+    skip = "do not measure the robot's odometry; AMCL then takes it for good"
+    parser.add_argument("--no-calibrate", action="store_true", help=skip)
+    parser.add_argument("--force", action="store_true", help="overwrite existing files")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Write the files; return 0 on success, 1 if the scene has errors."""
+    folder: Path = arguments.output
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"-o {folder}: is not a folder")
+    scene = open_scene(arguments)
+    if scene is None:
+        return 1
+    made = _make(scene, arguments)
+    from graphengine.format.atomic_write import write_together
+
+    contents = {folder / path: content for path, content in made.contents.items()}
+    refuse_to_overwrite(contents, force=arguments.force)
+    write_together(contents)
+    for robot in made.robots:
+        print(clean(_summary(robot)))
+    for note in made.notes:
+        print(clean(f"note: {note}"), file=sys.stderr)
+    print(clean(f"{near(str(folder))}: {len(contents)} files"))
+    print(clean(f"next: graphrun run {arguments.file}, and with ROS 2: ros2 launch {folder}/nav2.launch.py rviz:=true"))
+    return 0
+
+
+def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
+    from graphengine.api.nav2.nav2_files import nav2_files
+    from graphengine.api.scene import loaded_of
+
+    share = 0.0
+
+    def advance(_: str, completed: float) -> None:
+        nonlocal share
+        share = completed
+
+    sourced = os.environ.get("ROS_DISTRO", "")
+    with progress("calibrating", lambda: share, 1.0):
+        return nav2_files(
+            loaded_of(scene),
+            robots=arguments.robots,
+            distribution=arguments.distro or (sourced if sourced in DISTRIBUTIONS else DISTRIBUTIONS[0]),
+            slam=arguments.slam,
+            calibrated=not arguments.no_calibrate,
+            modules=arguments.modules,
+            progress=advance,
+        )
+
+
+def _summary(robot: RobotFacts) -> str:
+    """The main facts of a robot on one line."""
+    limits, (inner, outer) = robot.limits, robot.radii
+    turns = (
+        f"turning radius {limits.turning_radius.value:.2f} m" if limits.turning_radius.value else "turns on the spot"
+    )
+    return (
+        f"{robot.name}: {limits.kinematics.value}, {turns}, {limits.speed.value:.2f} m/s, {limits.turn.value:.2f} rad/s, "
+        f"footprint of {len(robot.footprint)} corners, {inner:.2f} to {outer:.2f} m from {robot.base_frame}"
+    )
