@@ -1,0 +1,19 @@
+"""`graphrun nav2`: drive robots with Nav2."""
+
+from __future__ import annotations
+
+import argparse
+
+from graphengine.cli.nav2 import goals
+from graphengine.cli.subverbs import add_subverbs, execute
+
+__all__ = ["add_arguments", "execute"]
+
+VERBS = {
+    "goals": (goals, "send goals to Nav2 one after another, and measure them against the true pose of the robot"),
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    add_subverbs(parser, VERBS)
