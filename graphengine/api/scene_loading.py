@@ -10,7 +10,7 @@ from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType, ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from graphengine.api.scene import Scene, loaded_of
 from graphengine.api.values import plain
@@ -35,6 +35,7 @@ def load(
     set: Mapping[str, Any] = NOTHING,
     scene: str | PathLike[str] | None = None,
     robot_state: bool = False,
+    localization: Literal["truth"] | None = None,
     rays: RaysChoice = "auto",
     allow: Sequence[str | PathLike[str]] = (),
     message_paths: Sequence[str | PathLike[str]] = (),
@@ -54,6 +55,7 @@ def load(
         set: input values by `[robot/][graph/]Node.port`, globs allowed.
         scene: scene in which to run a single graph.
         robot_state: publish the topics of robot_state_publisher for every robot.
+        localization: `truth` publishes map -> odom on tf for every mobile robot, from its true pose.
         rays: ray casting of lidars: `mujoco`, `fast` (needs numba), or `auto`, which is `fast` if possible.
         allow: folders from which files may be read, in addition to the folder of the source.
         message_paths: packages, folders of packages, or single files with message types.
@@ -68,6 +70,8 @@ def load(
     """
     if rays not in RAYS:
         raise UsageError(f"rays: unknown value {rays!r}; {listing(RAYS)}")
+    if localization not in (None, "truth"):
+        raise UsageError(f"localization: unknown value {localization!r}; {listing(['truth'])}")
     for name, several in (
         ("allow", allow),
         ("message_paths", message_paths),
@@ -88,6 +92,7 @@ def load(
         installed=[*paths["packages"], *installed_packages()],
         message_paths=paths["message_paths"],
         robot_state=robot_state,
+        localization=localization,
         scene=find_file(str(scene)) if scene is not None else None,
         rays=rays,
         registry=_registry(modules) if modules else None,

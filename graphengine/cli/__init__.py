@@ -34,6 +34,7 @@ VERBS = {
     "topic": "inspect topics of a live network, with or without ROS: list, info, echo, hz, delay, pub",
     "action": "list actions of a live network and send goals, with or without ROS: list, info, send_goal",
     "tf": "show the frame tree of a live network",
+    "nav2": "drive robots with Nav2: send goals and measure how they are reached",
     "teleop": "drive a robot from the keyboard",
     "nodes": "list node types and their ports",
     "completion": "print the script for tab completion of graphrun in bash, zsh or fish",

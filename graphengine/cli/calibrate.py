@@ -59,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_allow_argument(parser)
     add_import_argument(parser)
     add_permission_arguments(parser)
-    parser.set_defaults(scene=None, robot_state=False, rays="auto")
+    parser.set_defaults(scene=None, robot_state=False, localization=None, rays="auto")
 
 
 def execute(arguments: argparse.Namespace) -> int:

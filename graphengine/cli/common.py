@@ -33,6 +33,8 @@ def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -
     )
     state = "publish the topics of robot_state_publisher for each robot"
     parser.add_argument("--robot-state", action="store_true", help=state)
+    localization = "publish map -> odom on tf, for each mobile robot from its true pose, in place of AMCL or SLAM"
+    parser.add_argument("--localization", choices=("truth",), help=localization)
     rays = "ray casting of lidars; `fast` needs numba, `auto` is `fast` if possible"
     parser.add_argument("--rays", choices=("auto", "mujoco", "fast"), default="auto", help=rays)
     parser.add_argument("--seed", type=whole, default=0, help="seed of all random generators (default 0)")
@@ -146,6 +148,7 @@ def make_options(arguments: argparse.Namespace) -> Options:
         overrides=dict(parse_set(text) for text in arguments.set),
         seed=arguments.seed,
         robot_state=arguments.robot_state,
+        localization=arguments.localization,
         rays=arguments.rays,
         scene=find_file(arguments.scene) if arguments.scene else None,
         registry=make_registry(arguments.modules) if arguments.modules else None,

@@ -83,6 +83,9 @@ class Sink(Protocol):
 class Publisher(TopicEndpoint):
     """A publisher of a node."""
 
+    latest: Any = None
+    """The newest message, if its transforms are in the claim; None before the first one and for other messages."""
+
     @property
     def subscribers(self) -> int:
         """Number of matched readers, without recorders."""

@@ -33,6 +33,7 @@ class Manifest(BaseModel):
     overrides: dict[str, Any] = {}
     seed: int = 0
     robot_state: bool = False
+    localization: Literal["truth"] | None = None
     rays: RaysName = "auto"
     """What lidars saw with, where there are any."""
     keep_going: bool = False
@@ -90,6 +91,7 @@ def describe_run(
         overrides=dict(options.overrides),
         seed=services.seed,
         robot_state=options.robot_state,
+        localization=options.localization,
         rays=cast(RaysName, services.world.rays_in_use or options.rays),
         keep_going=keep_going,
         bad_values="drop" if services.dropped is not None else "stop",

@@ -60,6 +60,8 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
     def publish(self, message: Any) -> None:
         """Encode a message; its bytes are sent to the transport and all sinks at the end of the tick."""
         self._network.outbox.append((self.send, self._encode(message)))
+        if self.claim.transforms:
+            self.latest = message
 
     def send(self, data: bytes) -> None:
         """Send bytes to the transport and all sinks."""

@@ -107,7 +107,7 @@ def _scene_uses(
         uses += find_use(use, graph, use_place(read.document, graph, use), read.folder, {}, files, findings)
     scene = _with_world(replace(scene, files=files), read, before)
     for robot in scene.world.robots.values() if scene.world is not None else ():
-        uses += robot_uses(robot, scene.stage, files, findings, robot_state=options.robot_state)
+        uses += robot_uses(robot, scene.stage, files, findings, options)
     return scene, uses
 
 
@@ -151,6 +151,8 @@ def _graph_uses(
         uses += [use for use in of_scene if use.asked_for]
     elif options.robot_state:
         raise UsageError("--robot-state needs a scene with robots; give one with --scene")
+    elif options.localization:
+        raise UsageError("--localization needs a scene with robots; give one with --scene")
     return scene, uses
 
 

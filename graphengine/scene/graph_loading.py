@@ -14,7 +14,7 @@ from graphengine.compiler.literals import Override
 from graphengine.compiler.registry import Registry
 from graphengine.compiler.resolve import resolve
 from graphengine.compiler.subgraph_expansion import load_graph
-from graphengine.devices.stage import Stage, normalize
+from graphengine.devices.stage import Prim, Stage, normalize
 from graphengine.format import document
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
@@ -23,6 +23,7 @@ from graphengine.format.spec import GraphUse
 if TYPE_CHECKING:
     from graphengine.physics.description.robot_file import RobotFile
     from graphengine.physics.model.robot import RobotInstance
+    from graphengine.scene.loaded_scene import Options
 
 MAX_SCENE_PARTS = 100_000
 """Nodes, wires and variables of all graphs of a scene; a dd100 has 70."""
@@ -43,20 +44,26 @@ class GraphFile:
 
 
 def robot_uses(
-    robot: RobotInstance, stage: Stage, files: Files, findings: Findings, *, robot_state: bool
+    robot: RobotInstance, stage: Stage, files: Files, findings: Findings, options: Options
 ) -> list[GraphFile]:
-    """Return the graph files of a robot, in the order of the robot file; `robot_state` adds the graph of that name."""
+    """Return the graph files of a robot, in the order of the robot file, then those that options add."""
     uses: list[GraphFile] = []
     prim = stage.find(robot.prim_path)
     for graph, use in robot.spec.graphs.items():
         place, folder = use_place(robot.file, graph, use), robot.file.folder("graphs", graph, "use")
         uses += find_use(use, f"{robot.name}/{graph}", place, folder, {"robot": prim.path}, files, findings)
-    if robot_state or robot.placement.use.robot_state:
-        root = str(prim.facts.get("articulation_root") or prim.facts.get("base_link"))
-        path = files.find("graphs/robot_state.yaml", files.base)
-        parameters = {"robot": prim.path, "root": root}
-        uses.append(GraphFile(path, f"{robot.name}/robot_state", parameters, "", asked_for=robot_state))
+    if options.robot_state or robot.placement.use.robot_state:
+        uses.append(_shipped_graph("robot_state", robot, prim, files, asked_for=options.robot_state))
+    if options.localization == "truth" and robot.disabled.free_link is not None:
+        uses.append(_shipped_graph("localization", robot, prim, files, asked_for=True))
     return uses
+
+
+def _shipped_graph(name: str, robot: RobotInstance, prim: Prim, files: Files, *, asked_for: bool) -> GraphFile:
+    """Return an included graph for a robot, with its namespaces."""
+    root = str(prim.facts.get("articulation_root") or prim.facts.get("base_link"))
+    path = files.find(f"graphs/{name}.yaml", files.base)
+    return GraphFile(path, f"{robot.name}/{name}", {"robot": prim.path, "root": root}, "", asked_for=asked_for)
 
 
 def use_place(file: document.Document | RobotFile, graph: str, use: GraphUse) -> Use:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.registry import Registry, default_registry
@@ -34,6 +34,7 @@ class Options:
         shipped: folder with `graphs/` and `scenes/` to use instead of the included one.
         seed: seed of all random generators, for sessions that are started without one.
         robot_state: publish the topics of robot_state_publisher for each robot.
+        localization: `truth` publishes map -> odom from the true pose of each mobile robot; None: nothing does.
         scene: scene for a single graph; None: the scene that its `scene` key names.
         rays: ray casting of lidars: MuJoCo's (`mujoco`), numba's (`fast`), or `fast` where it is available (`auto`).
         registry: node types; None: the installed ones.
@@ -49,6 +50,7 @@ class Options:
     shipped: Path | None = None
     seed: int = 0
     robot_state: bool = False
+    localization: Literal["truth"] | None = None
     scene: Path | None = None
     rays: RaysChoice = "auto"
     registry: Registry | None = None

@@ -126,7 +126,7 @@ class SceneRoster(Roster):
             CheckError: a graph has errors.
         """
         services, findings = self._services, Findings()
-        uses = robot_uses(robot, services.stage, files, findings, robot_state=scene.options.robot_state)
+        uses = robot_uses(robot, services.stage, files, findings, scene.options)
         overrides = Override.parse_all(scene.options.overrides)
         graphs = share_plans(resolve_uses(uses, files, scene.registry, findings, overrides), findings)
         findings.raise_errors()

@@ -53,6 +53,7 @@ REFUSED = {
     "base/state": _wheel_odometry("Odometry", "PublishOdometry"),
     "publishers/range": ["PublishRange: there is no graphengine.ros2.RangePublisher in Isaac Sim"],
     "wheel_odometry": _wheel_odometry("WheelOdometry", "PublishOdom"),
+    "localization": ["PublishGroundTruth: there is no graphengine.ros2.ROS2PublishGroundTruthTransform in Isaac Sim"],
     "robot_state": ["RobotState: there is no graphengine.ros2.RobotStatePublisher in Isaac Sim"],
 }
 

@@ -123,7 +123,9 @@ SHARED: dict[str, dict[str, Any]] = {
     "ToBool ToDouble ToFloat ToHalf ToInt ToInt64 ToUint ToUint64": {"value": 1.5},
     "ToString ToTarget ToToken ToUchar": {"value": "/robot"},
     "IsaacArticulationController IsaacArticulationState": {"target_prim": "/robot"},
-    "ROS2FollowJointTrajectory ROS2PublishJointState RobotStatePublisher": {"target_prim": "/robot"},
+    "ROS2FollowJointTrajectory ROS2PublishJointState RobotStatePublisher ROS2PublishGroundTruthTransform": {
+        "target_prim": "/robot"
+    },
     "IsaacComputeTransformTree ROS2PublishTransformTree": {"target_prims": "/robot"},
     "IsaacReadJointState IsaacReadWorldPose ReadPrimLocalTransform": {"prim": "/robot"},
     "GetPrimDirectionVector GetPrimLocalToWorldTransform": {"prim_path": "/robot"},

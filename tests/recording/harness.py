@@ -145,7 +145,11 @@ def playing(path: Path, options: Options | None = None) -> Iterator[RecordingPla
         recording, marks = Recording(path, Workspace(Path(folder))), Marks()
         manifest, files = recording.manifest, recording.workspace
         own = replace(
-            options or Options(), overrides=manifest.overrides, seed=manifest.seed, robot_state=manifest.robot_state
+            options or Options(),
+            overrides=manifest.overrides,
+            seed=manifest.seed,
+            robot_state=manifest.robot_state,
+            localization=manifest.localization,
         )
         scene = build.load(files.path(manifest.given), files.options(own, manifest.scene))
         transport = SilentTransport(definitions=scene.definitions)

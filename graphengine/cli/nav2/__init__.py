@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 
-from graphengine.cli.nav2 import files
+from graphengine.cli.nav2 import files, goals
 from graphengine.cli.subverbs import add_subverbs, execute
 
 __all__ = ["add_arguments", "execute"]
 
 VERBS = {
     "files": (files, "write Nav2's parameters, map, launch file and RViz configuration for a scene"),
+    "goals": (goals, "send goals to Nav2 one after another, and measure them against the true pose of the robot"),
 }
 
 

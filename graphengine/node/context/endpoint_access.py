@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from typing import Any, TypedDict, Unpack
 
 from graphengine.format.errors import ContextError, TopicError
 from graphengine.messages import names, qos
 from graphengine.messages.endpoints import EndpointClaim, Publisher, ServiceClient, ServiceServer, Subscription
+from graphengine.node.context.published_transform import PublishedTransform
 from graphengine.node.context.session_services import Services
 
 
@@ -144,6 +145,16 @@ class OwnedEndpoints:
         publisher = self._services.network.publisher(claim)
         self._closing.append(publisher.close)
         return publisher
+
+    def published_transform(self, beside: EndpointClaim, parent: str, children: Collection[str]) -> PublishedTransform:
+        """Return a reader of the transform from a frame to one of several others that nodes of this session publish.
+
+        Args:
+            beside: claim of the node's own publisher; the transform has the same topic.
+            parent: parent frame, by its published name.
+            children: frames of which one is the child, by their published names.
+        """
+        return PublishedTransform(self._services, beside, parent, children)
 
     def subscription(
         self, message_type: str, topic: str, *, alternatives: Sequence[str] = (), **options: Unpack[TopicOptions]

@@ -54,6 +54,10 @@ class Services:
         """The prim tree."""
         return self.world.stage
 
+    def domain(self, handle: int) -> int:
+        """Return the ROS 2 domain of a handle."""
+        return handle - 1 if handle else self.domain_id
+
     def save(self) -> Any:
         """Return a copy of the shared state, without the world and the network."""
         return (

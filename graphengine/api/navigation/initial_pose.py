@@ -1,0 +1,94 @@
+"""Gives the localization of a robot its true pose, as a user does with "2D Pose Estimate" in RViz."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+
+from graphengine.api.navigation.true_poses import PlanarPose, TruePoses
+from graphengine.format.errors import TransportError
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.ros.transport import Transport, Writer
+
+MESSAGE = "geometry_msgs/msg/PoseWithCovarianceStamped"
+SPREAD = 0.05
+"""Standard deviation of the pose, m and rad."""
+NEAR = 0.3
+"""Distance (m) and angle (rad) from the true pose at which a reported pose counts as taken."""
+AGAIN = 2.0
+"""Wall time after which the pose is sent again, s."""
+PATIENCE = 30.0
+"""Wall time in which a localization has to take the pose, s."""
+
+
+@dataclass(slots=True)
+class _Heard:
+    """What a localization published since the pose was sent."""
+
+    near: bool = False
+    broadcasts: bool = False
+
+
+def has_listener(transport: Transport, namespace: str) -> bool:
+    """Return whether a node subscribes to `initialpose` of a namespace."""
+    return bool(transport.graph().subscribers(f"{namespace}/initialpose"))
+
+
+def give_initial_pose(
+    transport: Transport, namespace: str, truth: TruePoses, clock: Callable[[], float], frame: str = "map"
+) -> bool:
+    """Publish the true pose on `initialpose` until the localization has taken it; return whether it has.
+
+    It has if it publishes a pose near the true one on `amcl_pose`; without such a topic, if it broadcasts map -> odom.
+    """
+    heard = _Heard()
+    writer = transport.writer(f"{namespace}/initialpose", MESSAGE, QoS())
+
+    def take_pose(data: bytes) -> None:
+        with suppress(TransportError):
+            pose = messages.decode(data, MESSAGE).pose.pose
+            q = pose.orientation
+            yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+            found = PlanarPose(pose.position.x, pose.position.y, yaw)
+            heard.near = found.distance(truth.newest) < NEAR and found.turn(truth.newest) < NEAR
+
+    def take_transforms(data: bytes) -> None:
+        with suppress(TransportError):
+            edges = messages.decode(data, "tf2_msgs/msg/TFMessage").transforms
+            heard.broadcasts |= any(edge.header.frame_id == frame for edge in edges)
+
+    own = transport.reader(f"{namespace}/amcl_pose", MESSAGE, QoS(depth=1), take_pose)
+    names = {f"{namespace}/tf", "/tf"}
+    readers = [
+        own,
+        *(transport.reader(name, "tf2_msgs/msg/TFMessage", QoS(depth=100), take_transforms) for name in names),
+    ]
+    deadline, due = time.monotonic() + PATIENCE, 0.0
+    try:
+        while time.monotonic() < deadline and not truth.ended:
+            if time.monotonic() >= due and writer.matched:
+                due = time.monotonic() + AGAIN
+                _send(writer, truth.newest, clock(), frame)
+            time.sleep(0.05)
+            reports = bool(transport.graph().publishers(f"{namespace}/amcl_pose"))
+            if due and (heard.near or (heard.broadcasts and not reports)):
+                return True
+        return False
+    finally:
+        for end in (writer, *readers):
+            end.close()
+
+
+def _send(writer: Writer, pose: PlanarPose, now: float, frame: str) -> None:
+    message = DEFINITIONS.initial(MESSAGE)
+    message.header = messages.Header(messages.stamp(now), frame)
+    message.pose.pose.position.x, message.pose.pose.position.y = pose.x, pose.y
+    orientation = message.pose.pose.orientation
+    orientation.z, orientation.w = math.sin(pose.yaw / 2.0), math.cos(pose.yaw / 2.0)
+    message.pose.covariance[[0, 7, 35]] = SPREAD * SPREAD
+    writer.write(messages.encode(message))

@@ -1,0 +1,278 @@
+"""Sends goals to the action NavigateToPose and measures how the robot reaches them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import queue
+import time
+from collections.abc import Callable
+from concurrent.futures import TimeoutError as NotYet
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from graphengine.api.navigation.goal_list import Goal
+from graphengine.api.navigation.outcome import REACHED, Outcome, error_name
+from graphengine.api.navigation.true_poses import PlanarPose, TruePoses, yaw_of
+from graphengine.format.errors import GraphError
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.messages.goals import CANCELED, STATUS_NAMES, SUCCEEDED
+from graphengine.ros.action_caller import ActionCaller, GoalCall
+from graphengine.ros.transport import Transport
+
+ACTION = "navigate_to_pose"
+ACTION_TYPE = "nav2_msgs/action/NavigateToPose"
+MAP = "map"
+POLL = 0.1
+"""Wall time between two looks at a goal, s."""
+RETRY = 1.0
+"""Wall time after which a goal is sent again that was rejected before Nav2 was active, s."""
+LOST = 5.0
+"""Wall time without a server after which a goal is given up, s."""
+ANSWER = 10.0
+"""Wall time that a server has to answer that it accepts or cancels a goal, s."""
+STANDSTILL = 60.0
+"""Wall time without progress of the simulation time, in a run that is not known to be paused, after which a goal is given up, s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """The state of a goal under way; times in s of simulation, distances in m."""
+
+    goal: Goal
+    time: float
+    distance: float | None = None
+    remaining_time: float | None = None
+    recoveries: int = 0
+
+
+@dataclass(slots=True)
+class Track:
+    """Feedback of a goal: poses of the robot as Nav2 believes them, by simulation time in s."""
+
+    poses: dict[float, PlanarPose] = field(default_factory=dict)
+    recoveries: int | None = None
+    distance: float | None = None
+    remaining_time: float | None = None
+
+    def add(self, feedback: Any, now: float) -> None:
+        """Add a feedback message that arrived at a simulation time."""
+        head, pose = feedback.current_pose.header, feedback.current_pose.pose
+        stamp = head.stamp.sec + head.stamp.nanosec * 1e-9 or now
+        q = pose.orientation
+        believed = PlanarPose(pose.position.x, pose.position.y, yaw_of(q.x, q.y, q.z, q.w))
+        if head.frame_id:  # Nav2 sends feedback without a pose before it knows one
+            self.poses[stamp] = believed
+        left = feedback.estimated_time_remaining
+        self.recoveries, self.distance = int(feedback.number_of_recoveries), float(feedback.distance_remaining)
+        self.remaining_time = left.sec + left.nanosec * 1e-9
+
+    @property
+    def last(self) -> PlanarPose | None:
+        """The newest pose."""
+        return self.poses[max(self.poses)] if self.poses else None
+
+    @property
+    def way(self) -> float | None:
+        """Length of the way through the poses, m; None without poses."""
+        poses = [self.poses[stamp] for stamp in sorted(self.poses)]
+        return sum((a.distance(b) for a, b in itertools.pairwise(poses)), 0.0) if poses else None
+
+
+class GivenUpError(Exception):
+    """The reason why no further goal can be reached: result and reason of the present one."""
+
+
+class Navigator:
+    """Navigates one robot with Nav2.
+
+    Args:
+        transport: open transport, which closes the endpoints.
+        action: full name of the action.
+        clock: returns the simulation time, s.
+        truth: true poses of the robot; None if they are unknown.
+        definitions: message types.
+        patience: simulation time for each goal, s.
+        activation: wall time in which Nav2 may become active, s.
+        say: prints a message for the user.
+    """
+
+    def __init__(
+        self,
+        transport: Transport,
+        action: str,
+        clock: Callable[[], float],
+        truth: TruePoses | None = None,
+        definitions: Definitions = DEFINITIONS,
+        *,
+        patience: float = 300.0,
+        activation: float = 60.0,
+        say: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        self.caller = ActionCaller(transport, action, ACTION_TYPE, definitions)
+        self._action = action
+        self._definitions = definitions
+        self._clock = clock
+        self._truth = truth
+        self._patience = patience
+        self._activation = activation
+        self._say = say
+        self._accepted = False
+        """Whether the server has accepted a goal, so it is active."""
+        self._seen = time.monotonic()
+        self._moved = (clock(), time.monotonic())
+        self.over = ""
+        """Why no further goal can be reached; empty while goals can be."""
+
+    def go(self, goal: Goal, watch: Callable[[Progress], None] = lambda progress: None) -> Outcome:
+        """Send a goal and wait for its end.
+
+        Args:
+            goal: pose in the map.
+            watch: called about ten times a second while the goal is under way.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C; the goal is cancelled.
+        """
+        if self.over:
+            return Outcome(goal, "not sent", self.over)
+        self._seen, self._moved = time.monotonic(), (self._clock(), time.monotonic())
+        arrived: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        track, begun, call = Track(), self._clock(), None
+        try:
+            call = self._send(goal, arrived.put, watch)
+            if call is None:
+                return Outcome(goal, "rejected", "Nav2 did not accept the goal; is it active? see its log")
+            begun = self._clock()
+            result, reason = self._follow(goal, call, arrived, track, begun, watch)
+        except GivenUpError as given_up:
+            result, reason = given_up.args
+            self.over = f"{result}: {reason}"
+        except KeyboardInterrupt:
+            if call is not None:
+                self._cancel(call)
+            raise
+        return self._measured(Outcome(goal, result, reason), track, begun)
+
+    def _send(
+        self, goal: Goal, feedback: Callable[[Any], object], watch: Callable[[Progress], None]
+    ) -> GoalCall | None:
+        """Send a goal until it is accepted; None if it is rejected for too long."""
+        deadline, told = time.monotonic() + (RETRY * 3 if self._accepted else self._activation), False
+        while True:
+            watch(Progress(goal, 0.0))
+            while not self.caller.ready:
+                self._look()
+                time.sleep(POLL)
+            call = self.caller.send(self._message(goal), feedback)
+            asked = time.monotonic()
+            while True:
+                with suppress(NotYet):
+                    if call.accepted.result(POLL):
+                        self._accepted = True
+                        return call
+                    break
+                self._look()
+                if time.monotonic() - asked > ANSWER:
+                    raise GivenUpError("no answer", f"{self._action} did not answer the goal within {ANSWER:g} s")
+            if time.monotonic() > deadline:
+                return None
+            if not told:
+                told = True
+                self._say(f"{self._action} rejects the goal: waiting until Nav2 is active")
+            self._look()
+            time.sleep(RETRY)
+
+    def _follow(
+        self,
+        goal: Goal,
+        call: GoalCall,
+        arrived: queue.SimpleQueue[Any],
+        track: Track,
+        begun: float,
+        watch: Callable[[Progress], None],
+    ) -> tuple[str, str]:
+        """Wait for the end of an accepted goal; return its result and the reason."""
+        while not call.result.done():
+            with suppress(NotYet):
+                call.result.exception(POLL)
+            now = self._clock()
+            while not arrived.empty():
+                track.add(arrived.get(), now)
+            watch(Progress(goal, now - begun, track.distance, track.remaining_time, track.recoveries or 0))
+            if call.result.done():
+                break
+            self._look()
+            if now - begun > self._patience:
+                self._cancel(call)
+                return "timed out", f"not reached within {self._patience:g} s"
+        response = call.result.result()
+        if response.status == SUCCEEDED:
+            return REACHED, ""
+        if response.status == CANCELED:
+            return "canceled", "by another client"
+        named = (error_name(int(response.result.error_code)), str(response.result.error_msg))
+        status = STATUS_NAMES[response.status] if response.status in range(len(STATUS_NAMES)) else "unknown"
+        return status, ": ".join(filter(None, named))
+
+    def _look(self) -> None:
+        """Check that the server and the simulation are there.
+
+        Raises:
+            GivenUpError: one of them is not.
+        """
+        wall, now = time.monotonic(), self._clock()
+        if self._truth is not None and self._truth.ended:
+            raise GivenUpError("run ended", self._truth.ended)
+        if self.caller.ready:
+            self._seen = wall
+        elif wall - self._seen > LOST:
+            raise GivenUpError("server lost", f"{self._action} has had no server for {LOST:g} s; did Nav2 end?")
+        if now != self._moved[0] or (self._truth is not None and self._truth.paused):
+            self._moved = now, wall
+        elif wall - self._moved[1] > STANDSTILL:
+            raise GivenUpError("time stands still", f"no progress on /clock for {STANDSTILL:g} s; did the run end?")
+
+    def _cancel(self, call: GoalCall) -> None:
+        """Cancel a goal and wait until it has ended, at most `ANSWER` s."""
+        with suppress(NotYet, GraphError):
+            self.caller.cancel(call.goal).result(ANSWER)
+            call.result.exception(ANSWER)
+
+    def _message(self, goal: Goal) -> Any:
+        message = self._definitions.initial(f"{ACTION_TYPE}_Goal")
+        message.pose.header = messages.Header(messages.stamp(self._clock()), MAP)
+        message.pose.pose.position.x, message.pose.pose.position.y = goal.x, goal.y
+        orientation = message.pose.pose.orientation
+        orientation.z, orientation.w = math.sin(goal.yaw / 2.0), math.cos(goal.yaw / 2.0)
+        return message
+
+    def _measured(self, outcome: Outcome, track: Track, begun: float) -> Outcome:
+        """Return an outcome with what the feedback and the true poses tell."""
+        goal, end = PlanarPose(outcome.goal.x, outcome.goal.y, outcome.goal.yaw), self._clock()
+        measured = replace(
+            outcome,
+            time=end - begun,
+            path=track.way,
+            error=track.last.distance(goal) if track.last is not None else None,
+            recoveries=track.recoveries,
+        )
+        truth = self._truth
+        if truth is None:
+            return measured
+        truth.wait_until(end)
+        errors = [
+            true.distance(believed)
+            for stamp, believed in track.poses.items()
+            if stamp >= begun and (true := truth.at(stamp)) is not None
+        ]
+        true = truth.at(end) or truth.newest
+        return replace(
+            measured,
+            path=truth.way(begun, end),
+            true_error=true.distance(goal),
+            true_turn=true.turn(goal),
+            localization=(math.fsum(errors) / len(errors), max(errors)) if errors else None,
+        )

@@ -1,0 +1,156 @@
+"""What became of a goal of Nav2, as a table and as JUnit XML."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+from graphengine.api.navigation.goal_list import Goal
+from graphengine.format.atomic_write import write_together
+
+REACHED = "reached"
+
+ERROR_NAMES = {
+    100: "controller UNKNOWN",
+    101: "INVALID_CONTROLLER",
+    102: "controller TF_ERROR",
+    103: "INVALID_PATH",
+    104: "PATIENCE_EXCEEDED",
+    105: "FAILED_TO_MAKE_PROGRESS",
+    106: "NO_VALID_CONTROL",
+    107: "CONTROLLER_TIMED_OUT",
+    200: "planner UNKNOWN",
+    201: "INVALID_PLANNER",
+    202: "planner TF_ERROR",
+    203: "START_OUTSIDE_MAP",
+    204: "GOAL_OUTSIDE_MAP",
+    205: "START_OCCUPIED",
+    206: "GOAL_OCCUPIED",
+    207: "planner TIMEOUT",
+    208: "NO_VALID_PATH",
+    700: "spin UNKNOWN",
+    701: "spin TIMEOUT",
+    702: "spin TF_ERROR",
+    703: "spin COLLISION_AHEAD",
+    710: "backup UNKNOWN",
+    711: "backup TIMEOUT",
+    712: "backup TF_ERROR",
+    713: "backup INVALID_INPUT",
+    714: "backup COLLISION_AHEAD",
+    9000: "navigator UNKNOWN",
+    9001: "FAILED_TO_LOAD_BEHAVIOR_TREE",
+    9002: "navigator TF_ERROR",
+    9003: "navigator TIMEOUT",
+}
+"""Names of Nav2's error codes, with the part of Nav2 where several have the same name."""
+
+
+def error_name(code: int) -> str:
+    """Return the name and number of an error code of Nav2; empty for 0."""
+    return f"{ERROR_NAMES.get(code, 'error')} ({code})" if code else ""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The end of a goal. Values that could not be measured are None.
+
+    Attributes:
+        goal: the goal.
+        result: `reached`, or how it ended otherwise, such as `aborted`.
+        reason: why it was not reached; empty if unknown.
+        time: simulation time from the goal's acceptance to its end, s.
+        path: length of the robot's way, m.
+        error: distance from the goal to the robot's pose as Nav2 believes it, m.
+        true_error: distance from the goal to the robot's true position, m.
+        true_turn: angle between the goal's yaw and the robot's true yaw, rad.
+        recoveries: number of recoveries.
+        localization: mean and maximum distance between the believed and the true position along the way, m.
+    """
+
+    goal: Goal
+    result: str
+    reason: str = ""
+    time: float | None = None
+    path: float | None = None
+    error: float | None = None
+    true_error: float | None = None
+    true_turn: float | None = None
+    recoveries: int | None = None
+    localization: tuple[float, float] | None = None
+
+    @property
+    def reached(self) -> bool:
+        """Whether Nav2 reports that the goal was reached."""
+        return self.result == REACHED
+
+
+HEADER = ("GOAL", "RESULT", "TIME", "PATH", "ERROR", "TRUE ERROR", "RECOVERIES", "LOCALIZATION ERROR", "REASON")
+_UNKNOWN = "-"
+
+
+def rows(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
+    """Return the cells of a table, with its header."""
+    return [HEADER, *(_cells(outcome) for outcome in outcomes)]
+
+
+def _cells(outcome: Outcome) -> tuple[str, ...]:
+    true, along = _metres(outcome.true_error), _UNKNOWN
+    if outcome.true_turn is not None:
+        true = f"{true}, {math.degrees(outcome.true_turn):.1f} deg"
+    if outcome.localization is not None:
+        along = "mean {:.3f} m, max {:.3f} m".format(*outcome.localization)
+    return (
+        outcome.goal.label,
+        outcome.result,
+        f"{outcome.time:.1f} s" if outcome.time is not None else _UNKNOWN,
+        f"{outcome.path:.2f} m" if outcome.path is not None else _UNKNOWN,
+        _metres(outcome.error),
+        true,
+        str(outcome.recoveries) if outcome.recoveries is not None else _UNKNOWN,
+        along,
+        outcome.reason,
+    )
+
+
+def _metres(value: float | None) -> str:
+    return f"{value:.3f} m" if value is not None else _UNKNOWN
+
+
+def write_junit(path: Path, outcomes: Sequence[Outcome], suite: str) -> None:
+    """Write the outcomes as JUnit XML, a test case for each goal; times are simulation times.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    failed = sum(not outcome.reached for outcome in outcomes)
+    total = f"{sum(outcome.time or 0.0 for outcome in outcomes):.3f}"
+    counts = {"tests": str(len(outcomes)), "failures": str(failed), "time": total}
+    element = ElementTree.Element("testsuite", {"name": suite, **counts})
+    for outcome in outcomes:
+        named = {"classname": suite, "name": outcome.goal.label, "time": f"{outcome.time or 0.0:.3f}"}
+        case = ElementTree.SubElement(element, "testcase", named)
+        properties = ElementTree.SubElement(case, "properties")
+        for name, value in _measured(outcome).items():
+            ElementTree.SubElement(properties, "property", {"name": name, "value": value})
+        if not outcome.reached:
+            text = f"{outcome.result}: {outcome.reason}" if outcome.reason else outcome.result
+            ElementTree.SubElement(case, "failure", {"message": text})
+    ElementTree.indent(element)
+    write_together({path: ElementTree.tostring(element, "utf-8", xml_declaration=True) + b"\n"})
+
+
+def _measured(outcome: Outcome) -> dict[str, str]:
+    mean, largest = outcome.localization or (None, None)
+    values = {
+        "path_m": outcome.path,
+        "error_m": outcome.error,
+        "true_error_m": outcome.true_error,
+        "true_turn_rad": outcome.true_turn,
+        "recoveries": outcome.recoveries,
+        "localization_error_mean_m": mean,
+        "localization_error_max_m": largest,
+    }
+    return {name: f"{value:.6g}" for name, value in values.items() if value is not None}

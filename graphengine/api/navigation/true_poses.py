@@ -1,0 +1,152 @@
+"""True poses of a robot, sampled over the control channel of the run that simulates it."""
+
+from __future__ import annotations
+
+import bisect
+import itertools
+import math
+import threading
+import time
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from graphengine.control.client import Client, find
+from graphengine.format.errors import ControlError
+
+PERIOD = 0.05
+"""Wall time between two samples, s."""
+MAX_SAMPLES = 500_000
+"""Samples kept; beyond it, the oldest half is dropped."""
+
+
+class PlanarPose(NamedTuple):
+    """Position in m and yaw in rad, in the world of the scene or in the map."""
+
+    x: float
+    y: float
+    yaw: float
+
+    def distance(self, other: PlanarPose) -> float:
+        """Distance of the positions, m."""
+        return math.hypot(self.x - other.x, self.y - other.y)
+
+    def turn(self, other: PlanarPose) -> float:
+        """Absolute difference of the yaws, rad."""
+        return abs(math.remainder(self.yaw - other.yaw, math.tau))
+
+
+def yaw_of(x: float, y: float, z: float, w: float) -> float:
+    """Return the yaw of a quaternion, rad."""
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+class TruePoses:
+    """Samples the pose of a robot in a thread until it is closed.
+
+    Args:
+        run: name or process id of the run; empty for the only one.
+        namespace: namespace of the robot.
+
+    Raises:
+        ControlError: there is no such run, or it has no robot in the namespace.
+        UsageError: there are several runs.
+    """
+
+    def __init__(self, run: str, namespace: str) -> None:
+        self.ended = ""
+        """Why there are no more samples; empty while there are."""
+        self.paused = False
+        self._namespace = namespace.strip("/")
+        self._times: list[float] = []
+        self._poses: list[PlanarPose] = []
+        self._lock = threading.Lock()
+        self._closed = threading.Event()
+        self._client = Client(find(run))
+        try:
+            self._sample()
+        except BaseException:
+            self._client.close()
+            raise
+        self._thread = threading.Thread(target=self._follow, name="true poses", daemon=True)
+        self._thread.start()
+
+    @property
+    def time(self) -> float:
+        """Simulation time of the newest sample, s."""
+        with self._lock:
+            return self._times[-1]
+
+    @property
+    def newest(self) -> PlanarPose:
+        """The newest sample."""
+        with self._lock:
+            return self._poses[-1]
+
+    def at(self, moment: float) -> PlanarPose | None:
+        """Return the pose at a simulation time, interpolated between two samples; None outside of the samples."""
+        with self._lock:
+            times, poses = self._times, self._poses
+            after = bisect.bisect_left(times, moment)
+            if after == len(times):
+                return None
+            if times[after] == moment:
+                return poses[after]
+            if after == 0:
+                return None
+            start, end = poses[after - 1], poses[after]
+            part = (moment - times[after - 1]) / (times[after] - times[after - 1])
+            turn = math.remainder(end.yaw - start.yaw, math.tau)
+            return PlanarPose(
+                start.x + part * (end.x - start.x), start.y + part * (end.y - start.y), start.yaw + part * turn
+            )
+
+    def wait_until(self, moment: float, timeout: float = 1.0) -> None:
+        """Wait for a sample at or after a simulation time, at most `timeout` s of wall time."""
+        deadline = time.monotonic() + timeout
+        while self.time < moment and not self.ended and time.monotonic() < deadline:
+            time.sleep(PERIOD / 2)
+
+    def way(self, start: float, end: float) -> float:
+        """Return the length of the way between two simulation times, m."""
+        with self._lock:
+            first, last = bisect.bisect_left(self._times, start), bisect.bisect_right(self._times, end)
+            poses = self._poses[first:last]
+        return sum((one.distance(other) for one, other in itertools.pairwise(poses)), 0.0)
+
+    def close(self) -> None:
+        """End the sampling."""
+        self._closed.set()
+        self._thread.join()
+        self._client.close()
+
+    def _follow(self) -> None:
+        while not self._closed.wait(PERIOD):
+            try:
+                self._sample()
+            except ControlError as error:
+                self.ended = str(error)
+                return
+
+    def _sample(self) -> None:
+        state: Mapping[str, Any] = self._client.ask("state")
+        robots = {robot["namespace"].strip("/"): robot for robot in state["robots"]}
+        if self._namespace not in robots:
+            there = ", ".join(f"/{name}" for name in robots) or "none"
+            raise ControlError(
+                f"{self._client.entry} has no robot in the namespace /{self._namespace} (robots: {there})"
+            )
+        robot, now = robots[self._namespace], float(state["time"])
+        x, y, _ = robot["position"]
+        pose = PlanarPose(x, y, yaw_of(*robot["orientation"]))
+        self.paused = state["state"] == "paused"
+        with self._lock:
+            if self._times and now < self._times[-1]:  # a reset
+                self._times.clear()
+                self._poses.clear()
+            if self._times and now == self._times[-1]:
+                self._poses[-1] = pose
+                return
+            self._times.append(now)
+            self._poses.append(pose)
+            if len(self._times) > MAX_SAMPLES:
+                del self._times[: MAX_SAMPLES // 2], self._poses[: MAX_SAMPLES // 2]

@@ -1,0 +1,242 @@
+"""`graphrun nav2 goals`: send goals to Nav2 and measure how the robot reaches them."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from graphengine.cli import terminal
+from graphengine.cli.common import clean, table
+from graphengine.cli.live import POLL, Live, add_live_arguments, show
+from graphengine.cli.quantities import angle, duration, number
+from graphengine.format.errors import ControlError, TransportError, UsageError
+from graphengine.format.wording import listing
+from graphengine.messages.names import check_namespace, full_namespace
+
+if TYPE_CHECKING:
+    from graphengine.api.navigation.goal_list import Goal
+    from graphengine.api.navigation.navigator import Progress
+    from graphengine.api.navigation.outcome import Outcome
+    from graphengine.api.navigation.true_poses import TruePoses
+
+CLOCK_PATIENCE = 5.0
+"""Wall time to wait for the first message on /clock, s."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    what = "a pose in the map, 'X Y [YAW]' in m and rad (or 90deg), or a YAML file: goals: [{x: 1, y: 2, yaw: 0, name: door}]"
+    parser.add_argument("goals", metavar="GOAL|FILE", nargs="+", help=what)
+    namespace = "namespace of the robot (default: that of the only Nav2 on the network)"
+    parser.add_argument("--namespace", metavar="NAME", help=namespace)
+    patience = "simulation time for each goal (default 300s); then it is canceled"
+    parser.add_argument("--patience", metavar="TIME", type=duration, default=300.0, help=patience)
+    wait = "wall time to wait for Nav2, and until it accepts the first goal (default 60s)"
+    parser.add_argument("--wait", metavar="TIME", type=duration, default=60.0, help=wait)
+    pose = "do not send the robot's true pose on `initialpose` before the first goal"
+    parser.add_argument("--no-initial-pose", action="store_true", help=pose)
+    parser.add_argument(
+        "--run", metavar="NAME|PID", default="", help="run that simulates the robot (default: the only one)"
+    )
+    parser.add_argument("--junit", metavar="FILE", type=Path, help="write the results as JUnit XML too")
+    parser.epilog = (
+        "The true pose of the robot comes from the control channel of the run (`graphrun ctl`). Ctrl-C cancels the goal. "
+        "The exit code is 0 if all goals were reached, else 1. Embedded DDS reaches Nav2 on Cyclone DDS only; "
+        "--transport rclpy reaches that of the sourced RMW."
+    )
+    add_live_arguments(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Send the goals; return 0 if all were reached."""
+    from graphengine.api.navigation.initial_pose import give_initial_pose, has_listener
+    from graphengine.api.navigation.navigator import ACTION, Navigator
+    from graphengine.api.navigation.outcome import Outcome, rows, write_junit
+
+    goals, outcomes = [goal for text in arguments.goals for goal in _read(text)], list[Outcome]()
+    with Live(arguments) as live:
+        action = _action(live, arguments)
+        namespace = action.removesuffix(f"/{ACTION}")
+        with _truth(arguments.run, namespace) as truth:
+            clock = _clock(live, truth)
+            if truth is not None and not arguments.no_initial_pose and has_listener(live.transport, namespace):
+                _say(f"sending the true pose on {namespace}/initialpose")
+                if not give_initial_pose(live.transport, namespace, truth, clock):
+                    _say(f"warning: no sign that the localization of {namespace or '/'} has taken the initial pose")
+            navigator = Navigator(
+                live.transport,
+                action,
+                clock,
+                truth,
+                live.definitions,
+                patience=arguments.patience,
+                activation=arguments.wait,
+                say=_say,
+            )
+            interrupted = False
+            for place, goal in enumerate(goals, 1):
+                try:
+                    outcomes.append(_drive(navigator.go, goal, f"{place}/{len(goals)}"))
+                except KeyboardInterrupt:
+                    interrupted = True
+                    outcomes.append(Outcome(goal, "canceled", "by Ctrl-C"))
+                    break
+        outcomes += [Outcome(goal, "not sent", "after Ctrl-C") for goal in goals[len(outcomes) :]]
+        show(table(rows(outcomes)))
+        show(f"{sum(outcome.reached for outcome in outcomes)} of {len(outcomes)} goals reached")
+        if arguments.junit is not None:
+            write_junit(arguments.junit, outcomes, f"nav2 goals {namespace or '/'}")
+        return 1 if interrupted or not all(outcome.reached for outcome in outcomes) else 0
+    return 1
+
+
+def _read(text: str) -> list[Goal]:
+    """Return the goals of a file, or the goal in words.
+
+    Raises:
+        UsageError: the text is neither.
+        CheckError: the file has errors.
+    """
+    from graphengine.api.navigation.goal_list import Goal, read_goals
+
+    path = Path(text)
+    if path.suffix in (".yaml", ".yml") or path.is_file():
+        if not path.is_file():
+            raise UsageError(f"{text}: no such file")
+        return read_goals(path)
+    words = text.replace(",", " ").split()
+    try:
+        if len(words) not in (2, 3):
+            raise argparse.ArgumentTypeError("two or three numbers make a goal")
+        x, y, *yaw = words
+        return [Goal(number(x), number(y), angle(yaw[0]) if yaw else 0.0)]
+    except argparse.ArgumentTypeError as error:
+        advice = "write a goal as 'X Y YAW', such as '1.5 -2 90deg', or name a YAML file"
+        raise UsageError(f"{text!r}: {error}\n  {advice}") from None
+
+
+def _action(live: Live, arguments: argparse.Namespace) -> str:
+    """Return the action of the chosen Nav2 once it has a server.
+
+    Raises:
+        TransportError: there is none, or there are several to choose from.
+    """
+    from graphengine.api.navigation.navigator import ACTION
+
+    wanted = None
+    if arguments.namespace is not None:
+        namespace = full_namespace(arguments.namespace)
+        check_namespace(namespace or "/", arguments.namespace)
+        wanted = f"{namespace}/{ACTION}"
+
+    def found() -> list[str]:
+        servers = _servers(live)
+        return [wanted] if wanted in servers else [] if wanted is not None else servers
+
+    live.graph(lambda graph: False)
+    deadline, told = time.monotonic() + arguments.wait, False
+    while not (there := found()) and time.monotonic() < deadline:
+        if not told:
+            told = True
+            _say(f"waiting for the action {wanted or ACTION} of Nav2")
+        time.sleep(POLL)
+    if len(there) == 1:
+        return there[0]
+    names = [name.removesuffix(f"/{ACTION}") or "/" for name in there or _servers(live)]
+    if there:
+        raise TransportError(
+            f"there are {len(there)} robots with Nav2\n{listing(names, 'choose with --namespace one of')}"
+        )
+    foreign = [text for name, text in live.transport.foreign_services.items() if f"/{ACTION}/" in f"{name}/"]
+    hint = (
+        foreign[0]
+        if foreign
+        else listing(names, "namespaces with Nav2")
+        if names
+        else "is Nav2 running in this domain?"
+    )
+    raise TransportError(f"no action {wanted or ACTION}\n{hint}\nseen over {live.transport.description}")
+
+
+def _servers(live: Live) -> list[str]:
+    """Return the actions of Nav2 on the network, known from the publishers of their feedback."""
+    from graphengine.api.navigation.navigator import ACTION
+
+    ending = f"/{ACTION}/_action/feedback"
+    ends = (end for end in live.graph_now().endpoints if end.direction == "publish" and end.topic.endswith(ending))
+    return sorted({end.topic.removesuffix("/_action/feedback") for end in ends})
+
+
+@contextlib.contextmanager
+def _truth(run: str, namespace: str) -> Iterator[TruePoses | None]:
+    """Sample the true poses of the robot; print why they are unknown if they are.
+
+    Raises:
+        ControlError: the run that the user named cannot be used.
+    """
+    from graphengine.api.navigation.true_poses import TruePoses
+
+    try:
+        truth = TruePoses(run, namespace)
+    except ControlError as error:
+        if run:
+            raise
+        _say(f"true poses are unknown: {error}")
+        yield None
+        return
+    with contextlib.closing(truth):
+        yield truth
+
+
+def _clock(live: Live, truth: TruePoses | None) -> Callable[[], float]:
+    """Return the simulation time in s: from /clock, else from the run, else the wall clock."""
+    from graphengine.ros.cli_subscription import SimulationClock
+
+    clock = SimulationClock(live.transport)
+    if clock.wait(CLOCK_PATIENCE):
+        return lambda: clock() * 1e-9
+    if truth is not None:
+        return lambda: truth.time
+    _say("no messages on /clock: times are wall times")
+    return time.time
+
+
+def _drive(go: Callable[..., Outcome], goal: Goal, place: str) -> Outcome:
+    """Send a goal; show its progress on a terminal, and its result."""
+    line = terminal.start_live_line() if terminal.can_overwrite() else None
+
+    def watch(progress: Progress) -> None:
+        if line is not None:
+            terminal.overwrite(line, _parts(progress, place), "   ")
+
+    try:
+        outcome = go(goal, watch)
+    finally:
+        if line is not None:
+            line.stop()
+    reason = f": {outcome.reason}" if outcome.reason else ""
+    spent = f" in {outcome.time:.1f} s" if outcome.time is not None else ""
+    _say(f"goal {place} ({goal.label}) {outcome.result}{spent}{reason}")
+    return outcome
+
+
+def _parts(progress: Progress, place: str) -> Sequence[tuple[str, str]]:
+    """Return the parts of the live line with their styles."""
+    parts = [(f"goal {place} ({clean(progress.goal.label)})", "bold"), (f"{progress.time:.1f} s", "")]
+    if progress.distance is not None:
+        parts.append((f"{progress.distance:.2f} m left", ""))
+    if progress.remaining_time:
+        parts.append((f"about {progress.remaining_time:.0f} s", "dim"))
+    if progress.recoveries:
+        parts.append((f"recoveries: {progress.recoveries}", "yellow"))
+    return parts
+
+
+def _say(text: str) -> None:
+    """Print a message for the user, beside the results on the standard output."""
+    print(clean(text), file=sys.stderr, flush=True)

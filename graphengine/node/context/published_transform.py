@@ -1,0 +1,52 @@
+"""The newest transform between two frames that a node of the same session published, without a way over the network."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from typing import Any
+
+from graphengine.messages.endpoints import EndpointClaim, Publisher
+from graphengine.node.context.session_services import Services
+
+
+class PublishedTransform:
+    """Finds the transform from a parent frame to one of several child frames among the publishers of a session.
+
+    Args:
+        services: services of the session.
+        beside: claim of the reader, whose topic and domain the transform must have.
+        parent: published name of the parent frame.
+        children: published names of frames of which one is the child.
+    """
+
+    def __init__(self, services: Services, beside: EndpointClaim, parent: str, children: Collection[str]) -> None:
+        self._services = services
+        self._beside = beside
+        self._parent = parent
+        self._children = children
+        self._source: Publisher | None = None
+        self._seen: Any = None
+
+    def newest(self) -> Any | None:
+        """Return the transform (geometry_msgs/TransformStamped) of the newest message, once; None if there is no new one."""
+        message = self._source.latest if self._source is not None else None
+        if message is self._seen:  # nothing new: the node that publishes it may have been set up again
+            self._source = next(filter(self._has_it, self._services.network.publishers), None)
+            message = self._source.latest if self._source is not None else None
+        if message is self._seen:
+            return None
+        self._seen = message
+        return next(filter(self._is_it, message.transforms if message is not None else ()), None)
+
+    def _is_it(self, edge: Any) -> bool:
+        return edge.header.frame_id == self._parent and edge.child_frame_id in self._children
+
+    def _has_it(self, publisher: Publisher) -> bool:
+        claim, beside, domain = publisher.claim, self._beside, self._services.domain
+        same_topic = claim.topic == beside.topic and domain(claim.ros_context) == domain(beside.ros_context)
+        return same_topic and has_transform([claim], self._parent, self._children)
+
+
+def has_transform(claims: Iterable[EndpointClaim], parent: str, children: Collection[str]) -> bool:
+    """Return whether one of the claims has a transform from a parent frame to one of the child frames."""
+    return any(above == parent and child in children for claim in claims for above, child in claim.transforms)
