@@ -27,6 +27,8 @@ def test_the_scenes_that_ship_are_these() -> None:
     assert SCENES == [
         "dd100_flat.yaml",
         "dd100_fleet.yaml",
+        "dd100_hall.yaml",
+        "dd100_hall_pair.yaml",
         "dd100_warehouse.yaml",
         "demo.yaml",
         "tutorial/flat_grid.yaml",
@@ -105,6 +107,7 @@ def test_namespaces_come_with_the_tutorials_third_stage(ship: Ship, name: str, e
     ("name", "position", "yaw"),
     [
         ("dd100_warehouse.yaml", (-3.0, 6.0), 90),
+        ("dd100_hall.yaml", (-3.0, 6.0), 90),
         ("tutorial/navigation.yaml", (-3.0, 6.0), 90),
         ("tutorial/simple_warehouse.yaml", (-5.0, 10.0), 135),
         ("tutorial/flat_grid.yaml", (0.0, 0.0), 0),
