@@ -132,7 +132,7 @@ class Live:
         Args:
             name: full name.
             ready: returns whether the server is there.
-            why: returns another possible reason, or the empty string.
+            why: returns a reason that is more likely than an incompatible peer, or the empty string.
         """
         begun, told = time.monotonic(), False
         while not ready():
@@ -140,7 +140,7 @@ class Live:
             if not told and time.monotonic() - begun > SERVER_PATIENCE:
                 told = True
                 foreign = (text for end, text in self.transport.foreign_services.items() if end.startswith(name))
-                if reason := next(foreign, "") or why():
+                if reason := why() or next(foreign, ""):
                     print(f"WARNING: {reason}", file=sys.stderr, flush=True)
 
     def type_of(self, topic: str, graph: NetworkGraph) -> str:

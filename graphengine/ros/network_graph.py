@@ -113,10 +113,13 @@ class NetworkGraph:
             self._ends.setdefault((end.topic, end.direction), []).append(end)
 
     def without(self, node: str) -> NetworkGraph:
-        """Return the graph without a node and its endpoints; `services` is unchanged."""
+        """Return the graph without a node, its endpoints, and the services that no other node has."""
         ends = (end for end in self.endpoints if end.full_node != node)
-        nodes = (other for other in self.nodes if other.name != node)
-        return NetworkGraph(ends, self.complete, self.named, self.services, nodes)
+        nodes = [other for other in self.nodes if other.name != node]
+        removed = {pair for own in self.nodes if own.name == node for pair in (*own.servers, *own.clients)}
+        removed.difference_update(*(other.servers for other in nodes), *(other.clients for other in nodes))
+        services = (pair for pair in self.services if pair not in removed)
+        return NetworkGraph(ends, self.complete, self.named, services, nodes)
 
     def with_endpoints(self, endpoints: Iterable[Endpoint]) -> NetworkGraph:
         """Return the graph with additional endpoints."""
