@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 POLL = 0.05
 """Seconds between two looks at who is there."""
+SERVER_PATIENCE = 2.0
+"""Seconds to wait for a server before possible reasons for its absence are printed."""
 
 
 def add_live_arguments(parser: argparse.ArgumentParser, *, clock: bool = False) -> None:
@@ -123,6 +125,23 @@ class Live:
             time.sleep(POLL)
             graph = self.graph_now()
         return graph
+
+    def wait_for_server(self, name: str, ready: Callable[[], bool], why: Callable[[], str] = lambda: "") -> None:
+        """Wait for the server of a service or action; print once possible reasons for its absence.
+
+        Args:
+            name: full name.
+            ready: returns whether the server is there.
+            why: returns a reason that is more likely than an incompatible peer, or the empty string.
+        """
+        begun, told = time.monotonic(), False
+        while not ready():
+            time.sleep(POLL)
+            if not told and time.monotonic() - begun > SERVER_PATIENCE:
+                told = True
+                foreign = (text for end, text in self.transport.foreign_services.items() if end.startswith(name))
+                if reason := why() or next(foreign, ""):
+                    print(f"WARNING: {reason}", file=sys.stderr, flush=True)
 
     def type_of(self, topic: str, graph: NetworkGraph) -> str:
         """The message type of a topic.

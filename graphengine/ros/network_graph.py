@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -64,6 +64,26 @@ class Endpoint:
         return same and not mismatch(self.qos, other.qos)
 
 
+@dataclass(frozen=True, slots=True)
+class NetworkNode:
+    """A node on the network. Strings from peers are made printable.
+
+    Args:
+        name: name with the namespace.
+        servers: names and types of the services that the node offers, sorted.
+        clients: names and types of the services that the node calls, sorted.
+    """
+
+    name: str
+    servers: Sequence[tuple[str, str]] = ()
+    clients: Sequence[tuple[str, str]] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "name", printable(self.name[:MAX_NAME]))
+        for field in ("servers", "clients"):
+            object.__setattr__(self, field, tuple(_printable_services(getattr(self, field))))
+
+
 class NetworkGraph:
     """All known endpoints at one moment, sorted by topic and direction.
 
@@ -72,6 +92,7 @@ class NetworkGraph:
         complete: false while a known peer has not announced its endpoints.
         named: false while a known peer has not announced its nodes.
         services: names and types of the services that are offered or called.
+        nodes: all nodes, also those without endpoints; two processes can have nodes of the same name.
     """
 
     def __init__(
@@ -80,19 +101,29 @@ class NetworkGraph:
         complete: bool = True,
         named: bool = True,
         services: Iterable[tuple[str, str]] = (),
+        nodes: Iterable[NetworkNode] = (),
     ) -> None:
         self.endpoints = sorted(endpoints, key=lambda end: (end.topic, end.direction, end.full_node, end.gid))
         self.complete = complete
         self.named = named
-        self.services = sorted({(printable(name), printable(kind)) for name, kind in services})
+        self.services = _printable_services(services)
+        self.nodes = sorted(nodes, key=lambda node: node.name)
         self._ends: dict[tuple[str, Direction], list[Endpoint]] = {}
         for end in self.endpoints:
             self._ends.setdefault((end.topic, end.direction), []).append(end)
 
     def without(self, node: str) -> NetworkGraph:
-        """Return the graph without the endpoints of a node."""
-        others = (end for end in self.endpoints if end.full_node != node)
-        return NetworkGraph(others, self.complete, self.named, self.services)
+        """Return the graph without a node, its endpoints, and the services that no other node has."""
+        ends = (end for end in self.endpoints if end.full_node != node)
+        nodes = [other for other in self.nodes if other.name != node]
+        removed = {pair for own in self.nodes if own.name == node for pair in (*own.servers, *own.clients)}
+        removed.difference_update(*(other.servers for other in nodes), *(other.clients for other in nodes))
+        services = (pair for pair in self.services if pair not in removed)
+        return NetworkGraph(ends, self.complete, self.named, services, nodes)
+
+    def with_endpoints(self, endpoints: Iterable[Endpoint]) -> NetworkGraph:
+        """Return the graph with additional endpoints."""
+        return NetworkGraph([*self.endpoints, *endpoints], self.complete, self.named, self.services, self.nodes)
 
     def types(self) -> dict[str, list[str]]:
         """Return the types of each topic, which should be one."""
@@ -112,3 +143,8 @@ class NetworkGraph:
     def ends(self, topic: str, direction: Direction) -> list[Endpoint]:
         """Return the writers or the readers of a topic."""
         return list(self._ends.get((topic, direction), ()))
+
+
+def _printable_services(services: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return names and types of services, sorted and without repetitions."""
+    return sorted({(printable(name), printable(kind)) for name, kind in services})

@@ -11,7 +11,7 @@ from graphengine.messages import messages, names
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
-from graphengine.ros.network_graph import MAX_NAME, Endpoint, NetworkGraph
+from graphengine.ros.network_graph import MAX_NAME, Endpoint, NetworkGraph, NetworkNode
 from graphengine.ros.tf_tree import FrameTree
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
@@ -41,6 +41,8 @@ def test_every_name_of_an_endpoint_is_printable_and_short() -> None:
     shown = (end.topic, end.message_type, end.type_hash, end.node, end.namespace, end.full_node)
     assert shown == (f"/{CLEAN}", CLEAN, CLEAN, CLEAN, f"/{CLEAN}", f"/{CLEAN}/{CLEAN}")
     assert NetworkGraph([], services=[(EVIL, EVIL)]).services == [(CLEAN, CLEAN)]
+    node = NetworkNode(EVIL, [(EVIL, EVIL)])
+    assert (node.name, node.servers) == (CLEAN, ((CLEAN, CLEAN),))
     assert len(Endpoint(b"", "publish", "/a" * MAX_NAME, STRING, QoS()).topic) == MAX_NAME
 
 

@@ -11,7 +11,7 @@ from graphengine.format.errors import TransportError
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.transport import TransportServer
-from tests.ros.contract import ALL, NETWORKED, RCLPY, AnyTransport, Join
+from tests.ros.contract import ALL, MIXED, NETWORKED, RCLPY, SEEN, AnyTransport, Join
 from tests.ros.service_contract import NAME, TYPE, Client, Server, foreign, question, reply, rmw
 from tests.waiting import eventually
 
@@ -293,6 +293,26 @@ def test_the_graph_tells_of_services(alice: AnyTransport, bob: AnyTransport) -> 
     server.end.close()
     client.end.close()
     assert eventually(lambda: TYPE not in {kind for _, kind in alice.graph().services})
+
+
+@pytest.mark.parametrize("kind", ["dds", SEEN, RCLPY, *MIXED], indirect=True)
+def test_the_graph_has_the_services_of_each_node(alice: AnyTransport, bob: AnyTransport) -> None:
+    server, client = Server(bob), Client(bob, "/called")
+
+    def services(transport: AnyTransport) -> list[tuple[bool, bool]]:
+        nodes = [node for node in transport.graph().nodes if node.name == "/bob"]
+        return [((NAME, TYPE) in node.servers, ("/called", TYPE) in node.clients) for node in nodes]
+
+    for transport in (alice, bob):
+        assert eventually(lambda seen=transport: services(seen) == [(True, True)])
+    others = alice.graph().without("/bob")
+    assert [node.name for node in others.nodes] == ["/alice"]
+    assert not {(NAME, TYPE), ("/called", TYPE)} & set(others.services)
+    server.end.close()
+    client.end.close()
+    assert eventually(lambda: services(alice) == [(False, False)])
+    bob.close()
+    assert eventually(lambda: services(alice) == [])
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)

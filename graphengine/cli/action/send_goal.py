@@ -5,16 +5,13 @@ from __future__ import annotations
 import argparse
 import queue
 import sys
-import time
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli.live import POLL, Live, absolute, add_live_arguments, show
+from graphengine.cli.live import Live, absolute, add_live_arguments, show
 
 if TYPE_CHECKING:
     from graphengine.ros.action_caller import ActionCaller, GoalCall
 
-PATIENCE = 2.0
-"""Seconds to wait for a server before possible reasons for its absence are printed."""
 CANCEL_PATIENCE = 5.0
 """Seconds to wait for the server's response to a cancel request."""
 
@@ -50,7 +47,7 @@ def execute(arguments: argparse.Namespace) -> int:
         clock = live.clock(arguments)
         caller = ActionCaller(live.transport, action, action_type, live.definitions)
         show("Waiting for an action server to become available...")
-        _wait_for_server(live, caller, action)
+        live.wait_for_server(action, lambda: caller.ready)
         goal = draft.stamp(clock())
         show(f"Sending goal:\n     {text(goal)}")
         arrived: queue.SimpleQueue[Any] = queue.SimpleQueue()
@@ -76,18 +73,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _nothing(message: Any) -> None:
     """Ignore feedback."""
-
-
-def _wait_for_server(live: Live, caller: ActionCaller, action: str) -> None:
-    """Wait until there is a server; print once possible reasons for its absence."""
-    begun, told = time.monotonic(), False
-    while not caller.ready:
-        time.sleep(POLL)
-        if not told and time.monotonic() - begun > PATIENCE:
-            told = True
-            found = {name: text for name, text in live.transport.foreign_services.items() if name.startswith(action)}
-            if found:
-                print(f"WARNING: {next(iter(found.values()))}", file=sys.stderr)
 
 
 def _cancel(caller: ActionCaller, call: GoalCall) -> None:

@@ -62,9 +62,7 @@ class FoxgloveTransport:
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
         """Return the graph; publishers of clients on topics that are read appear as writers of a node `/foxglove`."""
         found, published = self._inner.graph(asked), self._server.endpoints()
-        if not published:
-            return found
-        return NetworkGraph([*found.endpoints, *published], found.complete, found.named, found.services)
+        return found.with_endpoints(published) if published else found
 
     @property
     def malformed(self) -> Mapping[str, int]:

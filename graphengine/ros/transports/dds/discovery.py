@@ -18,7 +18,7 @@ from cyclonedds.core import InstanceState
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages, names
 from graphengine.messages.qos import LATCHED
-from graphengine.ros.network_graph import Direction, Endpoint, NetworkGraph
+from graphengine.ros.network_graph import Direction, Endpoint, NetworkGraph, NetworkNode, full_name
 from graphengine.ros.transports import vendors
 from graphengine.ros.transports.dds import cyclone
 
@@ -80,8 +80,8 @@ class Discovery:
         self._told = nodes
         self._silent: set[bytes] = set()
         """ROS 2 participants, by the prefix of their GIDs, that have not told of nodes."""
-        self._nodes: dict[bytes, dict[bytes, tuple[str, str]]] = {}
-        """Names and namespaces by participant, then by endpoint."""
+        self._nodes: dict[bytes, list[DiscoveredNode]] = {}
+        """Nodes by the prefix of their participant's GIDs."""
         self._endpoints: dict[bytes, Endpoint | None] = {}
         """None for one that is no ROS 2 topic, such as a service's."""
         self._services: dict[bytes, tuple[str, str, Direction]] = {}
@@ -105,13 +105,19 @@ class Discovery:
         return Counter(name for name, _, direction in self._services.values() if direction == "subscribe")
 
     def _drawn(self) -> NetworkGraph:
-        owners = {gid: node for nodes in self._nodes.values() for gid, node in nodes.items()}
+        nodes = [node for told in self._nodes.values() for node in told]
+        owners = {gid: (node.name, node.namespace) for node in nodes for gid in (*node.readers, *node.writers)}
         owned = [(end, *owners.get(end.gid, ("", ""))) for end in self._endpoints.values() if end is not None]
         found = [replace(end, node=node, namespace=namespace) for end, node, namespace in owned]
         heard = {gid[:_PREFIX] for gid in self._endpoints}
         complete = self._silent <= heard and owners.keys() <= self._endpoints.keys()
         services = ((name, kind) for name, kind, _ in self._services.values())
-        return NetworkGraph(found, complete, not self._silent, services)
+        return NetworkGraph(found, complete, not self._silent, services, map(self._with_services, nodes))
+
+    def _with_services(self, node: DiscoveredNode) -> NetworkNode:
+        offered = [self._services[gid][:2] for gid in node.readers if gid in self._services]
+        called = [self._services[gid][:2] for gid in node.writers if gid in self._services]
+        return NetworkNode(full_name(node.namespace, node.name), offered, called)
 
     def _hear_participants(self) -> None:
         for sample in _samples(self._participants):
@@ -145,11 +151,15 @@ class Discovery:
                 self._graph = None
                 prefix = bytes(info.gid.data)[:_PREFIX]
                 self._silent.discard(prefix)
-                self._nodes[prefix] = {
-                    bytes(gid.data): (node.node_name, node.node_namespace)
+                self._nodes[prefix] = [
+                    DiscoveredNode(
+                        node.node_namespace,
+                        node.node_name,
+                        [bytes(gid.data) for gid in node.reader_gid_seq],
+                        [bytes(gid.data) for gid in node.writer_gid_seq],
+                    )
                     for node in info.node_entities_info_seq
-                    for gid in (*node.reader_gid_seq, *node.writer_gid_seq)
-                }
+                ]
 
 
 def _samples(reader: Any) -> Iterator[Any]:

@@ -15,7 +15,7 @@ from graphengine.format.errors import TransportError
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.domain import Domain
-from graphengine.ros.network_graph import Direction, NetworkGraph
+from graphengine.ros.network_graph import Direction, NetworkGraph, NetworkNode, full_name
 from graphengine.ros.transport import Deliver, DeliverRequest, DeliverResponse
 from graphengine.ros.transports.rcl.rcl_endpoints import RclEnd, RclReader, RclWriter
 from graphengine.ros.transports.rcl.rcl_profiles import part_of_action, to_endpoint, to_profile
@@ -111,11 +111,13 @@ class RclTransport(RosNode):
         Raises:
             TransportError: the transport is closed.
         """
-        services: list[tuple[str, list[str]]] = []
+        services: list[tuple[str, str]] = []
+        nodes: list[NetworkNode] = []
         if asked is None:
             with self._lock:
                 self._admit()
-                services = self._node.get_service_names_and_types()
+                services = _pairs(self._node.get_service_names_and_types())
+                nodes = list(self._nodes())
                 topics = [topic for topic, _ in self._node.get_topic_names_and_types()]
             asked = [(topic, direction) for topic in topics for direction in get_args(Direction)]
         ask = {
@@ -127,8 +129,17 @@ class RclTransport(RosNode):
             with self._lock:  # not for all of them, as other threads wait for it
                 self._admit()
                 found += [to_endpoint(topic, info) for info in ask[direction](topic)]
-        known = [(name, kind) for name, kinds in services for kind in kinds]
-        return NetworkGraph(found, named=all(end.node for end in found), services=known)
+        return NetworkGraph(found, named=all(end.node for end in found), services=services, nodes=nodes)
+
+    def _nodes(self) -> Iterator[NetworkNode]:
+        """Yield all known nodes with their services; of two nodes of one name, both have the services of one."""
+        from rclpy.node import NodeNameNonExistentError
+
+        for name, namespace in self._node.get_node_names_and_namespaces():
+            with contextlib.suppress(NodeNameNonExistentError):  # it has just left
+                offered = self._node.get_service_names_and_types_by_node(name, namespace)
+                called = self._node.get_client_names_and_types_by_node(name, namespace)
+                yield NetworkNode(full_name(namespace, name), _pairs(offered), _pairs(called))
 
     def _leave(self) -> None:
         # Work is what ends a wait for work.
@@ -199,6 +210,11 @@ class RclTransport(RosNode):
                 if not failed:
                     _log.exception("rclpy could not take a message; told once")
                 failed = True
+
+
+def _pairs(services: Iterable[tuple[str, list[str]]]) -> list[tuple[str, str]]:
+    """Return a pair for each name and type."""
+    return [(name, kind) for name, kinds in services for kind in kinds]
 
 
 @contextlib.contextmanager

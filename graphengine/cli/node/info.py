@@ -1,0 +1,81 @@
+"""`graphrun node info`: print the topics, services and actions of a node."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable
+
+from graphengine.cli.action.listing import FEEDBACK
+from graphengine.cli.live import Live, absolute, add_live_arguments, is_hidden, near_topic, show
+from graphengine.cli.node.listing import node_names
+from graphengine.format.errors import TransportError
+from graphengine.format.wording import listing
+from graphengine.ros.network_graph import Direction, NetworkGraph
+
+Named = tuple[str, str]
+"""Name and type of a topic, service or action."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    parser.add_argument("node", metavar="NODE", help="node, such as /graphengine")
+    parser.add_argument("--include-hidden", action="store_true", help="include names with a part that begins with _")
+    add_live_arguments(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print what the node has; return 0 if the node exists."""
+    node = absolute(arguments.node)
+    with Live(arguments) as live:
+        graph = live.graph(names=True)
+        names = node_names(graph, hidden=arguments.include_hidden)
+        if node not in names:
+            hint = near_topic(node, names) or listing(names, "nodes")
+            raise TransportError(f"unknown node {node!r}\n{hint}\nseen over {live.transport.description}")
+        if (number := names.count(node)) > 1:
+            print(f"WARNING: {number} nodes have the name {node!r}; printed is what all of them have", file=sys.stderr)
+        sections = _sections(graph, node)
+        show(node)
+        for title, found in sections.items():
+            shown = (
+                sorted(found) if arguments.include_hidden else sorted(pair for pair in found if not is_hidden(pair[0]))
+            )
+            show("\n".join((f"  {title}:", _lines(shown))))
+    return 0
+
+
+def _sections(graph: NetworkGraph, node: str) -> dict[str, set[Named]]:
+    """Return what a node has by the titles of `ros2 node info`, in its order."""
+    heard, said = _topics(graph, node, "subscribe"), _topics(graph, node, "publish")
+    same = [other for other in graph.nodes if other.name == node]
+    return {
+        "Subscribers": heard,
+        "Publishers": said,
+        "Service Servers": {pair for other in same for pair in other.servers},
+        "Service Clients": {pair for other in same for pair in other.clients},
+        "Action Servers": _actions(said),
+        "Action Clients": _actions(heard),
+    }
+
+
+def _topics(graph: NetworkGraph, node: str, direction: Direction) -> set[Named]:
+    ends = (end for end in graph.endpoints if end.full_node == node and end.direction == direction)
+    return {(end.topic, end.message_type) for end in ends}
+
+
+def _actions(topics: Iterable[Named]) -> set[Named]:
+    """Return the actions whose feedback topics are given; servers publish them and clients subscribe to them."""
+    return {
+        (topic.removesuffix(FEEDBACK), kind.removesuffix("_FeedbackMessage"))
+        for topic, kind in topics
+        if topic.endswith(FEEDBACK)
+    }
+
+
+def _lines(pairs: Iterable[Named]) -> str:
+    """Return one line for each name, with its types."""
+    types: dict[str, list[str]] = {}
+    for name, kind in pairs:
+        types.setdefault(name, []).append(kind)
+    return "\n".join(f"    {name}: {', '.join(kinds)}" for name, kinds in types.items())

@@ -1,0 +1,24 @@
+"""`graphrun service`: list and call services of a live network, with or without ROS, like `ros2 service`."""
+
+from __future__ import annotations
+
+import argparse
+
+from graphengine.cli.service import call, kind, listing
+from graphengine.cli.subverbs import add_subverbs, execute
+
+__all__ = ["add_arguments", "execute"]
+
+VERBS = {
+    "list": (listing, "list services that have a server or client"),
+    "type": (kind, "print the type of a service"),
+    "call": (call, "send a request and print the response"),
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    parser.epilog = (
+        "Embedded DDS reaches servers on Cyclone DDS only; --transport rclpy reaches those of the sourced RMW."
+    )
+    add_subverbs(parser, VERBS)

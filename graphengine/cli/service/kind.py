@@ -1,0 +1,28 @@
+"""`graphrun service type`: print the type of a service."""
+
+from __future__ import annotations
+
+import argparse
+
+from graphengine.cli.live import Live, absolute, add_live_arguments, near_topic, show
+from graphengine.cli.service.listing import service_types
+from graphengine.format.errors import TransportError
+from graphengine.format.wording import listing
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    parser.add_argument("service", metavar="SERVICE", help="service, such as /get_map")
+    add_live_arguments(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print the type, or each of several; return 0 if the service has a server or client."""
+    service = absolute(arguments.service)
+    with Live(arguments) as live:
+        types = service_types(live.graph(lambda graph: service in service_types(graph)))
+        if service not in types:
+            hint = near_topic(service, types) or listing(types, "services")
+            raise TransportError(f"unknown service {service!r}\n{hint}\nseen over {live.transport.description}")
+        show("\n".join(types[service]))
+    return 0
