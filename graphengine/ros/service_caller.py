@@ -1,0 +1,81 @@
+"""A service client outside of a session: sends requests over a transport and returns futures of the responses."""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import Future
+from typing import Any
+
+from graphengine.format.errors import TransportError
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.messages.endpoints import QoS
+from graphengine.ros.transport import Transport
+
+
+class ServiceCaller:
+    """A client of a service.
+
+        caller = ServiceCaller(transport, "/light", "std_srvs/srv/SetBool")
+        response = caller.call(request).result(timeout=5.0)
+
+    Args:
+        transport: open transport, which closes the client.
+        service: full name of the service.
+        service_type: ROS 2 name of the type.
+        definitions: message types.
+
+    Raises:
+        MessageTypeError: the type is unknown.
+    """
+
+    def __init__(
+        self, transport: Transport, service: str, service_type: str, definitions: Definitions = DEFINITIONS
+    ) -> None:
+        _, self._response = definitions.service_parts(service_type)
+        self._definitions = definitions
+        self._lock = threading.Lock()
+        self._open: dict[int, Future[Any]] = {}
+        self._early: dict[int, bytes] = {}
+        """Responses that arrived before `call` knew the number of their request."""
+        self._client = transport.client(service, service_type, QoS(), self._receive)
+
+    @property
+    def ready(self) -> bool:
+        """Whether there is a server."""
+        return self._client.ready
+
+    def call(self, request: Any) -> Future[Any]:
+        """Send a request and return at once; without a server, the request is lost.
+
+        Raises:
+            MessageError: the message is not a request of the service.
+            TransportError: the client is closed.
+        """
+        future = Future[Any]()
+        number = self._client.call(messages.encode(request, self._definitions))
+        with self._lock:
+            early = self._early.pop(number, None)
+            if early is None:
+                self._open[number] = future
+        if early is not None:
+            self._settle(future, early)
+        return future
+
+    def _receive(self, number: int, data: bytes) -> None:
+        with self._lock:
+            future = self._open.pop(number, None)
+            if future is None:
+                self._early[number] = data
+        if future is not None:
+            self._settle(future, data)
+
+    def _settle(self, future: Future[Any], data: bytes) -> None:
+        try:
+            future.set_result(messages.decode(data, self._response, self._definitions))
+        except TransportError as error:
+            future.set_exception(error)
+
+    def close(self) -> None:
+        """Close the client; safe to call twice."""
+        self._client.close()
