@@ -32,6 +32,7 @@ VERBS = {
     "topics": "list the topics, services and actions of a scene without running it: types, QoS, frames, rates",
     "topic": "inspect topics of a live network, with or without ROS: list, info, echo, hz, delay, pub",
     "action": "list actions of a live network and send goals, with or without ROS: list, info, send_goal",
+    "param": "read and set parameters of nodes on a live network, with or without ROS: list, get, set, describe, dump, load",
     "tf": "show the frame tree of a live network",
     "teleop": "drive a robot from the keyboard",
     "nodes": "list node types and their ports",

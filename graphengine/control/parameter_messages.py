@@ -7,7 +7,7 @@ from typing import Any
 
 from graphengine.format.errors import UsageError
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.messages.parameters import ParameterType, Value, parameter_message, python_value
+from graphengine.messages.parameters import ParameterType, parameter_message, python_value
 from graphengine.node.types import INTEGERS, PortType
 from graphengine.runtime.parameter_table import Parameter
 
@@ -27,7 +27,7 @@ def message(parameter: Parameter, value: Any) -> Any:
     return parameter_message(parameter.name, ros_type(parameter.type), value)
 
 
-def given_value(message: Any, kind: PortType) -> Value:
+def given_value(message: Any, kind: PortType) -> Any:
     """Return the value of a ParameterValue for a port type.
 
     Integers count as numbers. A text counts as the number or list that it spells, because `ros2 param` sends `1e-5` and

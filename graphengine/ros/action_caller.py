@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import uuid
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -12,8 +11,8 @@ from typing import Any
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.messages.endpoints import QoS
-from graphengine.messages.goals import CANCEL_GOAL, FEEDBACK_READER_QOS, ActionPart, parts
+from graphengine.messages.goals import CANCEL_GOAL, FEEDBACK_READER_QOS, parts
+from graphengine.ros.service_caller import ServiceCaller
 from graphengine.ros.transport import Transport
 
 MAX_CALLS = 1000
@@ -66,7 +65,7 @@ class ActionCaller:
         self._feedback_type = named["feedback"].message_type
         self._reader = transport.reader(*named["feedback"], FEEDBACK_READER_QOS, self._hear)
         self._send, self._cancel, self._get = (
-            _Service(transport, named[role], definitions) for role in ("send_goal", "cancel_goal", "get_result")
+            ServiceCaller(transport, *named[role], definitions) for role in ("send_goal", "cancel_goal", "get_result")
         )
 
     @property
@@ -144,51 +143,3 @@ class ActionCaller:
         request = self._definitions.initial(f"{service}_Request")
         request.goal_id.uuid[:] = list(goal)
         return request
-
-
-class _Service:
-    """A client of one service, whose calls return futures."""
-
-    def __init__(self, transport: Transport, part: ActionPart, definitions: Definitions) -> None:
-        self._response = f"{part.message_type}_Response"
-        self._definitions = definitions
-        self._lock = threading.Lock()
-        self._open: dict[int, Future[Any]] = {}
-        self._early: dict[int, bytes] = {}
-        """Responses that arrived before `call` knew the number of their request."""
-        self._client = transport.client(part.name, part.message_type, QoS(), self._receive)
-
-    @property
-    def ready(self) -> bool:
-        """Whether there is a server."""
-        return self._client.ready
-
-    def call(self, request: Any) -> Future[Any]:
-        """Send a request."""
-        future = Future[Any]()
-        number = self._client.call(messages.encode(request, self._definitions))
-        with self._lock:
-            early = self._early.pop(number, None)
-            if early is None:
-                self._open[number] = future
-        if early is not None:
-            self._settle(future, early)
-        return future
-
-    def _receive(self, number: int, data: bytes) -> None:
-        with self._lock:
-            future = self._open.pop(number, None)
-            if future is None:
-                self._early[number] = data
-        if future is not None:
-            self._settle(future, data)
-
-    def _settle(self, future: Future[Any], data: bytes) -> None:
-        try:
-            future.set_result(messages.decode(data, self._response, self._definitions))
-        except TransportError as error:
-            future.set_exception(error)
-
-    def close(self) -> None:
-        """Close the client."""
-        self._client.close()

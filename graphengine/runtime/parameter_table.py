@@ -1,7 +1,8 @@
 """The parameters of a session: values that can be set between two ticks, with their names, types and limits.
 
-They are the unwired inputs of nodes that no setup reads, and the variables of graphs. Names use dots: `cmd_vel.DiffController.maxLinearSpeed`
-is an input, `cmd_vel.variables.speed` a variable of the graph `cmd_vel`; subgraphs come before the node, as in `arm.Left.Gain.value`.
+They are the unwired inputs of nodes that no setup reads, and the variables of graphs. Names use dots: of the graph `cmd_vel`,
+`cmd_vel.DiffController.maxLinearSpeed` is an input, and `cmd_vel.variables.speed` a variable. Names of subgraphs stand before
+that of the node: `arm.Left.Gain.value`.
 """
 
 from __future__ import annotations

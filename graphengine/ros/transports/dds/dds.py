@@ -24,7 +24,7 @@ from cyclonedds.util import duration
 from graphengine.format.errors import TransportError
 from graphengine.messages import names
 from graphengine.messages.endpoints import QoS
-from graphengine.messages.qos import settled
+from graphengine.messages.qos import PARAMETER_EVENTS, settled
 from graphengine.ros.network_graph import Direction, NetworkGraph, split_name
 from graphengine.ros.transport import Deliver, DeliverRequest, DeliverResponse
 from graphengine.ros.transports.dds import cyclone, dds_services, discovery
@@ -74,6 +74,7 @@ class DdsTransport(RosNode):
             self._waitset.attach(self._wake)
             self._told = self._endpoint(DataWriter, discovery.TOPIC, discovery.TYPE, discovery.TELLING)
             self._rosout = self.writer(*ROSOUT)
+            self.writer("/parameter_events", "rcl_interfaces/msg/ParameterEvent", PARAMETER_EVENTS)
         except BaseException:
             cyclone.leave(domain, self._participant)
             raise
