@@ -8,27 +8,18 @@ from typing import Any
 from graphengine.format.errors import UsageError
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.parameters import ParameterType, parameter_message, python_value
-from graphengine.node.types import INTEGERS, PortType
 from graphengine.runtime.parameter_table import Parameter
 
-
-def ros_type(kind: PortType) -> ParameterType:
-    """Return the ROS type for a port type; tuples are arrays."""
-    scalar = ParameterType.STRING
-    if kind.base == "bool":
-        scalar = ParameterType.BOOL
-    elif kind.is_number:
-        scalar = ParameterType.INTEGER if kind.base in INTEGERS else ParameterType.DOUBLE
-    return ParameterType(scalar + 5) if kind.array or kind.count > 1 else scalar
+_ARRAYS = (ParameterType.BOOL_ARRAY, ParameterType.INTEGER_ARRAY, ParameterType.DOUBLE_ARRAY)
 
 
 def message(parameter: Parameter, value: Any) -> Any:
     """Return a Parameter message with a value, which may differ from the current one."""
-    return parameter_message(parameter.name, ros_type(parameter.type), value)
+    return parameter_message(parameter.name, parameter.type, value)
 
 
-def given_value(message: Any, kind: PortType) -> Any:
-    """Return the value of a ParameterValue for a port type.
+def given_value(message: Any, kind: ParameterType) -> Any:
+    """Return the value of a ParameterValue for a parameter of a type.
 
     Integers count as numbers. A text counts as the number or list that it spells, because `ros2 param` sends `1e-5` and
     `[1, 2.5]` as texts.
@@ -39,13 +30,13 @@ def given_value(message: Any, kind: PortType) -> Any:
     value = python_value(message)
     if value is None:
         raise UsageError("parameters cannot be deleted")
-    if isinstance(value, str) and kind.is_number and kind.base not in ("bool", *INTEGERS):
+    if isinstance(value, str) and kind in (ParameterType.DOUBLE, *_ARRAYS):
         return _spelled(value)
     return value
 
 
 def _spelled(text: str) -> Any:
-    """Return the real number or the list of numbers that a text spells, or the text itself."""
+    """Return the real number or the list that a text spells, or the text itself."""
     try:
         return float(text) if not text.lstrip().startswith("[") else json.loads(text)
     except (ValueError, RecursionError):
@@ -58,7 +49,7 @@ def descriptor(name: str, parameter: Parameter | None) -> Any:
     described.name = name
     if parameter is None:
         return described
-    kind = ros_type(parameter.type)
+    kind = parameter.type
     described.type = int(kind)
     described.description = " ".join(filter(None, (parameter.doc, f"[{parameter.unit}]" if parameter.unit else "")))
     described.additional_constraints = parameter.constraint

@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.control.parameter_messages import descriptor, given_value, message, ros_type
+from graphengine.control.parameter_messages import descriptor, given_value, message
 from graphengine.control.service_host import Handle, Offers
 from graphengine.format.errors import GraphError, RecordingError, UsageError
 from graphengine.format.wording import did_you_mean
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.parameters import SERVICES, ParameterType, value_message
-from graphengine.node import types
 from graphengine.ros.transport import Transport
 from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.commands import Command
@@ -75,7 +74,7 @@ class ParameterServices:
 
     def _types(self, request: Any, response: Any) -> None:
         found = [self.table.get(name) for name in request.names]
-        kinds = [ParameterType.NOT_SET if each is None else ros_type(each.type) for each in found]
+        kinds = [ParameterType.NOT_SET if each is None else each.type for each in found]
         response.types = np.array(kinds, np.uint8)
 
     def _get(self, request: Any, response: Any) -> None:
@@ -152,7 +151,7 @@ class ParameterServices:
         value = given_value(given.value, parameter.type)
         if parameter.command is not None:
             return parameter.command(value)
-        if not types.equal(value, parameter.read()):
+        if not parameter.has(value):
             raise UsageError(f"{parameter.name} is read-only")
         return None
 

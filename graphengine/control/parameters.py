@@ -16,19 +16,14 @@ from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.names import join_namespaces
 from graphengine.messages.parameters import EVENT, EVENTS
 from graphengine.messages.qos import PARAMETER_EVENTS
-from graphengine.node import types
-from graphengine.ros.network_graph import full_name
+from graphengine.ros.network_graph import full_name, split_name
 from graphengine.ros.transport import Transport
 from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.graph_run import GraphRun
-from graphengine.runtime.parameter_table import Parameter, graph_parameters, session_parameters
+from graphengine.runtime.parameter_table import USE_SIM_TIME, graph_parameters, session_parameters
 from graphengine.runtime.session_core import SessionCore
 
 _log = logging.getLogger(__name__)
-
-_USE_SIM_TIME = Parameter(
-    "use_sim_time", types.PortType("bool"), lambda: True, None, "message stamps are simulation time"
-)
 
 Snapshot = tuple[Sequence[GraphRun], Mapping[str, str]]
 """Graphs of a session, and the full name of each robot's node by the robot's name."""
@@ -87,9 +82,10 @@ class ParameterNodes:
     def _look(self) -> Snapshot:
         """Return the graphs and robots of the session."""
         stage, own = self._session.services.stage, self._transport.node
+        above = split_name(own)[0].strip("/")
         nodes: dict[str, str] = {}
         for prim in stage.prims("robot"):
-            namespace = join_namespaces(stage.namespaces(prim.facts["base_link"]))
+            namespace = join_namespaces([above, *stage.namespaces(prim.facts["base_link"])])
             nodes[prim.entity_name] = node_name(namespace, prim.entity_name, {own, *nodes.values()})
         return self._session.graphs, nodes
 
@@ -119,7 +115,7 @@ class ParameterNodes:
         for node in [node for node in self._nodes if node not in tables]:
             self._nodes.pop(node).close()
         for node, table in tables.items():
-            table[_USE_SIM_TIME.name] = _USE_SIM_TIME
+            table[USE_SIM_TIME.name] = USE_SIM_TIME
             if node in self._nodes:
                 self._nodes[node].table = table
             elif not self._closed:
@@ -132,7 +128,7 @@ class ParameterNodes:
             table = self._nodes[node].table if node in self._nodes else {}
             before, now = self._announced.get(node, {}), {name: each.read() for name, each in table.items()}
             new = [name for name in now if name not in before]
-            changed = [name for name in now if name in before and not types.equal(before[name], now[name])]
+            changed = [name for name in now if name in before and not table[name].has(before[name])]
             deleted = [name for name in before if name not in now]
             if self._events.matched and (new or changed or deleted):
                 event = self._event(node)

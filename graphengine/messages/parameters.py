@@ -26,6 +26,9 @@ class ParameterType(IntEnum):
     STRING_ARRAY = 9
 
 
+ARRAY_OF = ParameterType.BOOL_ARRAY - ParameterType.BOOL
+"""What the type of an array has more than the type of its elements."""
+
 Value = bool | int | float | str | list[bool] | list[int] | list[float] | list[str]
 
 SERVICES = {
@@ -102,7 +105,7 @@ def fitting_type(value: object) -> ParameterType:
     if kinds == {ParameterType.INTEGER, ParameterType.DOUBLE}:
         kinds = {ParameterType.DOUBLE}
     kind = kinds.pop() if len(kinds) == 1 else ParameterType.NOT_SET
-    return ParameterType(kind + 5) if kind is not ParameterType.NOT_SET else kind
+    return ParameterType(kind + ARRAY_OF) if kind is not ParameterType.NOT_SET else kind
 
 
 def _field(kind: ParameterType) -> str:

@@ -15,8 +15,9 @@ from typing import Any
 from graphengine.compiler.graph import Instance, known_type
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import shown
+from graphengine.messages.parameters import ARRAY_OF, ParameterType
 from graphengine.node.port import Port
-from graphengine.node.types import INTEGERS, POINTER, PortType, coerce
+from graphengine.node.types import INTEGERS, POINTER, PortType, coerce, equal
 from graphengine.runtime.addresses import GraphVariable, NodePort
 from graphengine.runtime.commands import Assign, Command, Rate, Set
 from graphengine.runtime.graph_run import GraphRun
@@ -35,7 +36,7 @@ class Parameter:
 
     Attributes:
         name: name below the robot, or below the session.
-        type: type of the value.
+        kind: port type of the value.
         read: returns the current value; for any thread.
         command: checks a value and returns the command that sets it, or raises UsageError; None: the value is read-only.
         doc: what the value means.
@@ -45,13 +46,31 @@ class Parameter:
     """
 
     name: str
-    type: PortType
+    kind: PortType
     read: Callable[[], Any]
     command: Callable[[Any], Command] | None
     doc: str = ""
     unit: str = ""
     limits: tuple[float, float] | None = None
     constraint: str = ""
+
+    @property
+    def type(self) -> ParameterType:
+        """ROS type of the value; a tuple is an array."""
+        scalar = ParameterType.STRING
+        if self.kind.base == "bool":
+            scalar = ParameterType.BOOL
+        elif self.kind.is_number:
+            scalar = ParameterType.INTEGER if self.kind.base in INTEGERS else ParameterType.DOUBLE
+        return ParameterType(scalar + ARRAY_OF) if self.kind.array or self.kind.count > 1 else scalar
+
+    def has(self, value: Any) -> bool:
+        """Return whether the current value equals a given one."""
+        return equal(self.read(), value)
+
+
+USE_SIM_TIME = Parameter("use_sim_time", PortType("bool"), lambda: True, None, "message stamps are simulation time")
+"""Parameter of every node, which programs of ROS 2 look for."""
 
 
 def graph_parameters(runs: Iterable[GraphRun], robot: str = "") -> dict[str, Parameter]:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from graphengine.cli.live import Live, absolute
 from graphengine.format.errors import TransportError
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.messages.parameters import SERVICES
 from graphengine.ros.network_graph import NetworkGraph
 
 if TYPE_CHECKING:
@@ -30,6 +29,8 @@ def add_parameter_argument(parser: argparse.ArgumentParser) -> None:
 
 def nodes_with_parameters(graph: NetworkGraph) -> list[str]:
     """Return the full names of the nodes that offer parameters, sorted."""
+    from graphengine.messages.parameters import SERVICES
+
     return [name.removesuffix(f"/{_LIST}") for name, kind in graph.services if kind == SERVICES[_LIST]]
 
 
