@@ -35,6 +35,7 @@ class RunOptions:
         foxglove: host and port of a server for Foxglove; None for no server.
         join: function that joins a ROS 2 domain; replaces `transport`.
         patient: DDS writers wait for slow readers.
+        parameters: offer ROS parameters, on transports with a node.
         seed: seed of all random generators; None takes the scene's.
     """
 
@@ -54,6 +55,7 @@ class RunOptions:
     join: Callable[[JoinOptions], Transport] | None = None
     patient: bool = False
     foxglove: tuple[str, int] | None = None
+    parameters: bool = True
 
 
 def check_recording(path: Path, *, force: bool) -> None:

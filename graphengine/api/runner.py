@@ -99,6 +99,7 @@ class Runner:
             self._open_recorder(modules)
             closing.callback(self._end_recording)
             self._offer_simulation_interfaces()
+            self._offer_parameters(closing)
             self._closing = closing.pop_all()
 
     def _check(self) -> None:
@@ -192,6 +193,14 @@ class Runner:
 
             transport, namespace = self.network.transport(0), self.options.simulation_interfaces
             SimulationInterfaces(self.desk, self.scene, transport, self._complain, namespace=namespace)
+
+    def _offer_parameters(self, closing: ExitStack) -> None:
+        """Offer the parameters of the session and its robots, unless messages stay in this process."""
+        transport = self.network.transport(0)
+        if self.options.parameters and transport.node:
+            from graphengine.control.parameters import ParameterNodes
+
+            closing.callback(ParameterNodes(self.session, self.desk, transport, self._complain).close)
 
     # Who may call it, and when
 

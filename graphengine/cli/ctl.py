@@ -87,6 +87,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     put = add("set", "set an input of a node", make=_set)
     values = "an unwired input, [ROBOT/][GRAPH/]NODE.PORT, and its new value; globs allowed"
     put.add_argument("input", metavar="NODE.PORT=VALUE", help=values)
+    assign = add("assign", "set a variable of a graph", make=_assign)
+    assign.add_argument(
+        "variable", metavar="GRAPH.VARIABLE=VALUE", help="a variable, [ROBOT/]GRAPH.VARIABLE, and its value"
+    )
     impulse = add("impulse", "trigger an OnImpulseEvent node", "node")
     impulse.add_argument("node", metavar="NODE", help="prim path of the node, or a unique suffix of it")
     for name, summary in (("press", "press keys and hold them down"), ("release", "release keys")):
@@ -183,6 +187,12 @@ def _move(given: argparse.Namespace) -> dict[str, Any]:
         "linear": given.linear,
         "angular": given.angular,
     }
+
+
+def _assign(given: argparse.Namespace) -> dict[str, Any]:
+    target, value = parse_set(given.variable, "")
+    graph, _, variable = target.rpartition(".")
+    return {"graph": graph, "variable": variable, "value": value}
 
 
 def _set(given: argparse.Namespace) -> dict[str, Any]:

@@ -40,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--simulation-interfaces", metavar="NAMESPACE", nargs="?", type=_namespace, const="/", help=interfaces
     )
     add_transport_argument(parser, reaching_others=False)
+    parser.add_argument("--no-parameters", action="store_true", help="offer no ROS parameters")
     foxglove = (
         "serve all topics to Foxglove at ws://HOST:PORT, in addition to --transport (default host 127.0.0.1); there is no"
         " password: all users and programs of this machine, including web pages in its browsers, can connect, read, and"
@@ -109,6 +110,7 @@ def execute(arguments: argparse.Namespace) -> int:
         force=arguments.force,
         simulation_interfaces=arguments.simulation_interfaces,
         foxglove=arguments.foxglove,
+        parameters=not arguments.no_parameters,
         log=console.say,
         fault=console.fault,
         patient=arguments.rate is not None and math.isinf(arguments.rate),

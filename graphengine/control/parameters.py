@@ -1,118 +1,167 @@
-"""The parameter `real_time_factor` of a session's node, for `ros2 param`, because simulation_interfaces cannot set the speed."""
+"""Offers the parameters of a session on a transport: a ROS 2 node for each robot, and the session's own node."""
 
 from __future__ import annotations
 
+import logging
 import re
-from collections.abc import Mapping, Sequence
-from concurrent.futures import Future
-from functools import partial
+import threading
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from graphengine.control.service_host import Handle, Offers
+from graphengine.control.parameter_messages import message
+from graphengine.control.parameter_services import ParameterServices
+from graphengine.format.errors import TransportError
+from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.names import join_namespaces
+from graphengine.messages.parameters import EVENT, EVENTS
+from graphengine.messages.qos import PARAMETER_EVENTS
+from graphengine.ros.network_graph import full_name, split_name
+from graphengine.ros.transport import Transport
 from graphengine.runtime.command_queue import Desk
-from graphengine.runtime.pacer import SLOWEST
+from graphengine.runtime.graph_run import GraphRun
+from graphengine.runtime.parameter_table import USE_SIM_TIME, graph_parameters, session_parameters
 from graphengine.runtime.session_core import SessionCore
 
-NAME = "real_time_factor"
-DESCRIPTION = "seconds of simulation per second of wall time; 0 for as fast as possible"
-FASTEST = 1e6
+_log = logging.getLogger(__name__)
 
-# Of rcl_interfaces/msg/ParameterType.
-_NOT_SET, _INTEGER, _DOUBLE = 0, 2, 3
+Snapshot = tuple[Sequence[GraphRun], Mapping[str, str]]
+"""Graphs of a session, and the full name of each robot's node by the robot's name."""
 
 
-def offer_parameters(offers: Offers, node: str, desk: Desk) -> None:
-    """Offer the parameter services of a session's node.
+class ParameterNodes:
+    """Keeps the nodes with parameters as the robots and graphs of a session are, and announces changes of values.
+
+    A thread builds the tables, opens and closes services, and publishes on `/parameter_events`; a tick does nothing for it.
 
     Args:
-        offers: services to which the parameter services are added.
-        node: full name of the node.
+        session: session whose parameters are offered.
         desk: command queue of the session.
-
-    Raises:
-        MessageTypeError: the transport does not know the services' types.
+        transport: transport with a node.
+        complain: receives one warning per service about malformed requests.
     """
-    handles: Mapping[str, Handle] = {
-        "DescribeParameters": _describe,
-        "GetParameterTypes": _types,
-        "GetParameters": lambda request, response: desk.ask(lambda session: _get(session, request, response)),
-        "ListParameters": _list,
-        "SetParameters": partial(_set, desk),
-        "SetParametersAtomically": partial(_set_atomically, desk),
-    }
-    for name, handle in handles.items():
-        service = re.sub("(?<!^)([A-Z])", r"_\1", name).lower()
-        offers.add(f"{node}/{service}", f"rcl_interfaces/srv/{name}", handle)
+
+    def __init__(self, session: SessionCore, desk: Desk, transport: Transport, complain: Callable[[str], None]) -> None:
+        self._session = session
+        self._desk = desk
+        self._transport = transport
+        self._complain = complain
+        self._nodes: dict[str, ParameterServices] = {}
+        self._announced: dict[str, dict[str, Any]] = {}
+        """Values by node and parameter, as last announced."""
+        self._followed: Snapshot | None = None
+        self._events = transport.writer(EVENTS, EVENT, PARAMETER_EVENTS)
+        self._snapshot = self._look()
+        self._wake = threading.Event()
+        self._wake.set()
+        self._closed = False
+        self._lock = threading.Lock()
+        """Held while nodes are opened and closed."""
+        self._thread = threading.Thread(target=self._work, name="parameters", daemon=True)
+        session.listeners.append(self._listen)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Close all services; safe to call twice."""
+        if self._closed:
+            return
+        self._closed = True
+        self._session.listeners.remove(self._listen)
+        self._wake.set()
+        self._thread.join()
+        for services in self._nodes.values():
+            services.close()
+        self._events.close()
+
+    def _listen(self) -> None:
+        """Take note of a change, in the session's thread."""
+        if self._session.graphs is not self._snapshot[0]:
+            self._snapshot = self._look()
+        self._wake.set()
+
+    def _look(self) -> Snapshot:
+        """Return the graphs and robots of the session."""
+        stage, own = self._session.services.stage, self._transport.node
+        above = split_name(own)[0].strip("/")
+        nodes: dict[str, str] = {}
+        for prim in stage.prims("robot"):
+            namespace = join_namespaces([above, *stage.namespaces(prim.facts["base_link"])])
+            nodes[prim.entity_name] = node_name(namespace, prim.entity_name, {own, *nodes.values()})
+        return self._session.graphs, nodes
+
+    def _work(self) -> None:
+        while True:
+            self._wake.wait()
+            self._wake.clear()
+            if self._closed:
+                return
+            try:
+                snapshot = self._snapshot
+                if snapshot is not self._followed:
+                    self._follow(snapshot)
+                    self._followed = snapshot
+                self._announce()
+            except TransportError as error:
+                if not self._closed:
+                    _log.warning("parameters are not offered any more: %s", error)
+                return
+
+    def _follow(self, snapshot: Snapshot) -> None:
+        """Open and close nodes, and exchange their tables."""
+        graphs, robots = snapshot
+        own = {**session_parameters(self._session), **graph_parameters(graphs)}
+        tables = {self._transport.node: own}
+        tables |= {node: graph_parameters(graphs, robot) for robot, node in robots.items()}
+        for node in [node for node in self._nodes if node not in tables]:
+            self._nodes.pop(node).close()
+        for node, table in tables.items():
+            table[USE_SIM_TIME.name] = USE_SIM_TIME
+            if node in self._nodes:
+                self._nodes[node].table = table
+            elif not self._closed:
+                self._nodes[node] = ParameterServices(node, table, self._desk, self._transport, self._complain)
+
+    def _announce(self) -> None:
+        """Publish the changes of values since the last time."""
+        gone = self._announced.keys() - self._nodes.keys()
+        for node in [*self._nodes, *gone]:
+            table = self._nodes[node].table if node in self._nodes else {}
+            before, now = self._announced.get(node, {}), {name: each.read() for name, each in table.items()}
+            new = [name for name in now if name not in before]
+            changed = [name for name in now if name in before and not table[name].has(before[name])]
+            deleted = [name for name in before if name not in now]
+            if self._events.matched and (new or changed or deleted):
+                event = self._event(node)
+                event.new_parameters = [message(table[name], now[name]) for name in new]
+                event.changed_parameters = [message(table[name], now[name]) for name in changed]
+                event.deleted_parameters = [_named(name) for name in deleted]
+                self._events.write(messages.encode(event))
+            self._announced[node] = now
+        for node in gone:
+            del self._announced[node]
+
+    def _event(self, node: str) -> Any:
+        event = DEFINITIONS.initial(EVENT)
+        event.node = node
+        event.stamp = messages.Time(*divmod(round(self._session.time * 1e9), 1_000_000_000))
+        return event
 
 
-def _set(desk: Desk, request: Any, response: Any) -> Future[Any] | None:
-    """Set the valid parameters, in order."""
-    response.results = [_result(_refusal(parameter)) for parameter in request.parameters]
-    pairs = zip(request.parameters, response.results, strict=True)
-    return _write(desk, [parameter for parameter, result in pairs if result.successful])
+def node_name(namespace: str, robot: str, taken: set[str]) -> str:
+    """Return the full name of a robot's node: its name in its namespace, with a number if the name is taken.
+
+    Characters that names of nodes cannot have become `_`.
+    """
+    plain = re.sub(r"\A(?![A-Za-z_])", "robot_", re.sub(r"[^A-Za-z0-9_]", "_", robot))
+    name = full_name(f"/{namespace.strip('/')}", plain)
+    number = 2
+    while name in taken:
+        name = full_name(f"/{namespace.strip('/')}", f"{plain}_{number}")
+        number += 1
+    return name
 
 
-def _set_atomically(desk: Desk, request: Any, response: Any) -> Future[Any] | None:
-    """Set all parameters, or none if one is invalid."""
-    refusals = [refusal for parameter in request.parameters if (refusal := _refusal(parameter))]
-    response.result = _result(refusals[0] if refusals else "")
-    return _write(desk, [] if refusals else request.parameters)
-
-
-def _write(desk: Desk, parameters: Sequence[Any]) -> Future[Any] | None:
-    """Set the rate of the session; of several values, the last one counts."""
-    return desk.submit("rate", {"factor": _factor(parameters[-1]) or "max"}) if parameters else None
-
-
-def _describe(request: Any, response: Any) -> None:
-    for name in request.names:
-        descriptor = DEFINITIONS.initial("rcl_interfaces/msg/ParameterDescriptor")
-        descriptor.name = name
-        if name == NAME:
-            descriptor.type, descriptor.description = _DOUBLE, DESCRIPTION
-            descriptor.additional_constraints = f"0, or {SLOWEST:g} to {FASTEST:g}"
-        response.descriptors.append(descriptor)
-
-
-def _types(request: Any, response: Any) -> None:
-    response.types = np.array([_DOUBLE if name == NAME else _NOT_SET for name in request.names], np.uint8)
-
-
-def _list(request: Any, response: Any) -> None:
-    response.result.names = [NAME] if not request.prefixes or NAME in request.prefixes else []
-
-
-def _get(session: SessionCore, request: Any, response: Any) -> None:
-    response.values = [_value(session.pace or 0.0 if name == NAME else None) for name in request.names]
-
-
-def _value(factor: float | None) -> Any:
-    value = DEFINITIONS.initial("rcl_interfaces/msg/ParameterValue")
-    if factor is not None:
-        value.type, value.double_value = _DOUBLE, factor
-    return value
-
-
-def _factor(parameter: Any) -> float:
-    value = parameter.value
-    return float(value.integer_value if value.type == _INTEGER else value.double_value)
-
-
-def _refusal(parameter: Any) -> str:
-    """Return the reason why a parameter value is invalid; empty if it is valid."""
-    if parameter.name != NAME:
-        return f"unknown parameter {parameter.name[:200]!r}; the only one is {NAME!r}"
-    if parameter.value.type not in (_INTEGER, _DOUBLE):
-        return f"{NAME} must be a number"
-    factor = _factor(parameter)
-    legal = factor == 0.0 or SLOWEST <= factor <= FASTEST
-    return "" if legal else f"{NAME} cannot be {factor:g}; legal: 0, or {SLOWEST:g} to {FASTEST:g}"
-
-
-def _result(refusal: str) -> Any:
-    result = DEFINITIONS.initial("rcl_interfaces/msg/SetParametersResult")
-    result.successful, result.reason = not refusal, refusal
-    return result
+def _named(name: str) -> Any:
+    found = DEFINITIONS.initial("rcl_interfaces/msg/Parameter")
+    found.name = name
+    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -30,10 +31,12 @@ class Offers:
     Args:
         transport: transport that carries the services.
         complain: receives one warning per service about malformed requests.
+        node: full name of the node that offers the services; empty: the node of the transport.
     """
 
-    def __init__(self, transport: Transport, complain: Callable[[str], None]) -> None:
+    def __init__(self, transport: Transport, complain: Callable[[str], None], node: str = "") -> None:
         self._transport = transport
+        self._node = node
         self._complain = complain
         self._lock = threading.Lock()
         """Held where a thread of the transport needs to know whether a service is open."""
@@ -75,7 +78,8 @@ class Offers:
 
             def reply(future: Future[Any] | None) -> None:
                 finish(response, future.exception() if future is not None else None)
-                self._servers[service].answer(request_id, messages.encode(response))
+                with contextlib.suppress(TransportError):  # of a service that was closed meanwhile
+                    self._servers[service].answer(request_id, messages.encode(response))
                 then(request, response)
 
             future = handle(request, response)
@@ -84,7 +88,7 @@ class Offers:
             else:
                 future.add_done_callback(reply)
 
-        server = self._transport.server(service, service_type, SERVICES, deliver)
+        server = self._transport.server(service, service_type, SERVICES, deliver, self._node)
         with self._lock:
             self._servers[service] = server
         for arrival in early:

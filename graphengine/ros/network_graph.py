@@ -23,6 +23,12 @@ def full_name(namespace: str, node: str) -> str:
     return f"{namespace.rstrip('/')}/{node}"
 
 
+def split_name(node: str) -> tuple[str, str]:
+    """Return namespace and name of a node from its full name."""
+    namespace, _, name = node.rpartition("/")
+    return namespace or "/", name
+
+
 @dataclass(frozen=True, slots=True)
 class Endpoint:
     """A writer or reader of a topic. Strings from peers are made printable, because messages, logs and tables contain them.

@@ -10,7 +10,7 @@ from typing import Any
 from graphengine.compiler.graph import settled_type, with_article
 from graphengine.compiler.literals import ends_with, no_node, no_port
 from graphengine.format.errors import UsageError
-from graphengine.format.wording import listing, shown
+from graphengine.format.wording import listing, shown, unknown
 from graphengine.node import types
 from graphengine.node.node_class import Node
 from graphengine.node.port import Port, Side
@@ -63,15 +63,72 @@ class NodePort:
             raise UsageError(f"{self.address} is {with_article(wanted)}: {error}, got {shown(value)}") from None
 
 
+@dataclass(frozen=True, slots=True)
+class GraphVariable:
+    """A variable of a running graph."""
+
+    run: GraphRun
+    name: str
+
+    @property
+    def type(self) -> types.PortType:
+        """Type of the variable."""
+        return self.run.executor.graph.variable_types[self.name]
+
+    @property
+    def value(self) -> Any:
+        """Current value of the variable."""
+        return self.run.variables[self.name].value
+
+    def convert(self, value: Any) -> Any:
+        """Convert a value to the type of the variable.
+
+        Raises:
+            UsageError: the value is not legal for the variable.
+        """
+        try:
+            return types.coerce(value, self.type)
+        except (TypeError, ValueError) as error:
+            variable = f"variable {self.name} of {self.run.name}"
+            raise UsageError(f"{variable} is {with_article(self.type)}: {error}, got {shown(value)}") from None
+
+    def put(self, value: Any) -> None:
+        """Set the variable between two ticks.
+
+        Raises:
+            UsageError: the value is not legal for the variable.
+        """
+        self.run.variables[self.name].value = self.convert(value)
+        self.run.executor.mark_stale()
+
+
+def find_variable_at(runs: Iterable[GraphRun], graph: str, name: str) -> GraphVariable:
+    """Return the variable of a graph, by the graph's full name.
+
+    Raises:
+        UsageError: there is no such graph or variable.
+    """
+    named = {run.name: run for run in runs}
+    if graph not in named:
+        raise UsageError(unknown("graph", graph, named))
+    variables = named[graph].variables
+    if name not in variables:
+        raise UsageError(f"{graph}: {unknown('variable', name, variables)}")
+    return GraphVariable(named[graph], name)
+
+
 def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = SIDES) -> list[NodePort]:
     """Return all ports whose address ends with a pattern, which may contain globs; there is at least one.
+
+    A pattern with the full path of a node stands for this node alone.
 
     Raises:
         UsageError: no port matches.
     """
     path, _, name = pattern.rpartition(".")
     nodes = list(_nodes(runs))
-    matching = [node for node in nodes if ends_with(node[0], path)]
+    whole = [node for node in nodes if node[0] == path]
+    matching = whole or [node for node in nodes if ends_with(node[0], path)]
     found = [port for node in matching for port in _ports(*node, name, sides)]
     if found:
         return found

@@ -28,7 +28,7 @@ from graphengine.format.spec_reader import validate
 from graphengine.format.wording import shown, unknown
 from graphengine.messages.names import join_namespaces
 from graphengine.node.mailbox import find_impulses
-from graphengine.runtime.addresses import find_ports
+from graphengine.runtime.addresses import find_ports, find_variable_at
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
 from graphengine.runtime.ticker import SCOPES, ResetScope
@@ -76,7 +76,7 @@ class _Change(Command):
 
     def _record(self, session: SessionCore, **arguments: Any) -> None:
         """Record the executed command with arguments that do not depend on the session's state."""
-        session.inbox.command(type(self).__name__.lower(), arguments)
+        session.note(type(self).__name__.lower(), arguments)
 
 
 class Play(Command):
@@ -256,6 +256,21 @@ class Set(_Change):
         self._record(session, address=self.address, value=self.value)
 
 
+class Assign(_Change):
+    """Set a variable of a graph, as WriteVariable does; a reset of the time returns it to its initial value."""
+
+    graph: EntityName
+    """`graph`, or `robot/graph`."""
+    variable: EntityName
+    """Name of the variable; `subgraph/name` in subgraphs."""
+    value: Any
+    """The value, written as in a graph file."""
+
+    def _apply(self, session: SessionCore) -> None:
+        find_variable_at(session.graphs, self.graph, self.variable).put(self.value)
+        self._record(session, graph=self.graph, variable=self.variable, value=self.value)
+
+
 class Impulse(_Change):
     """Fire an OnImpulseEvent in the next tick; several impulses before a tick count as one."""
 
@@ -400,8 +415,8 @@ class Quit(Command):
         session.interrupt()
 
 
-_KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, Set, Impulse)
-_KINDS += (Press, Release, Reload, Checkpoint, Restore, State, Topics, View, Quit)
+_KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, Set, Assign)
+_KINDS += (Impulse, Press, Release, Reload, Checkpoint, Restore, State, Topics, View, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.__name__.lower(): kind for kind in _KINDS})
 

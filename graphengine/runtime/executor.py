@@ -259,7 +259,7 @@ class Executor:
                 self._call(target, self._setup_node, target)
             if target in constant:
                 self._call(target, node.compute)
-        self._make_stale()
+        self.mark_stale()
 
     def _call(self, index: int, function: Callable[..., Any], *arguments: object) -> Any:
         try:
@@ -332,7 +332,8 @@ class Executor:
             if not node.active:
                 del self._active[index]
 
-    def _make_stale(self) -> None:
+    def mark_stale(self) -> None:
+        """Make data nodes compute again in the next pass, because a value was changed between two passes."""
         for data in self.plan.flagged:
             self._functions[f"s{data}"] = 1
 
@@ -348,7 +349,7 @@ class Executor:
         for index, _ in self.plan.root.pending:
             self._functions[f"l{index}"] = 0
         self._set_pins()
-        self._make_stale()
+        self.mark_stale()
         self._run(self._functions["constants"])
 
     def _culprit(self, error: Exception) -> int | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -75,6 +75,8 @@ class SessionCore:
         session runs the current files. The page and the terminal show them."""
         self.open_page: Callable[[], str] | None = None
         """Returns the address of the session's web page, and starts the page again if its process was lost; None: no page."""
+        self.listeners: list[Callable[[], None]] = []
+        """Called in the session's thread after each change that a command or a method makes between two ticks."""
         self.late_ticks = 0
         """Number of ticks at a given pace that ended after the next one was due."""
         self._until = 0
@@ -124,7 +126,7 @@ class SessionCore:
         play = self.state, self._failure, self._ended
         version, files = self.version, self.reloader.save()
         made = SavedSession(name, self, version, files, self.roster.save(), self._ticker.save(), play)
-        self.inbox.command("checkpoint", {"name": name})
+        self.note("checkpoint", {"name": name})
         return made
 
     def hold(self, checkpoint: SavedSession) -> None:
@@ -156,7 +158,7 @@ class SessionCore:
         self._ticker.restore(kept.state)
         state, self._failure, self._ended = kept.play
         self._set(state)
-        self.inbox.command("restore", {"name": kept.name})
+        self.note("restore", {"name": kept.name})
 
     def play(self) -> None:
         """Start or resume playing."""
@@ -202,6 +204,7 @@ class SessionCore:
     def pace(self, pace: float | None) -> None:
         self._pace = pace
         self._pacer = Pacer(self.clock.delta / pace) if pace else None
+        self._tell_listeners()
 
     def step(self, ticks: int = 1) -> None:
         """Run single ticks and return after the last; a stopped session becomes paused.
@@ -297,6 +300,20 @@ class SessionCore:
         if self.state == "failed":
             raise StateError(f"the session failed; reset it first\n  {self._failure.partition(chr(10))[0]}")
 
+    def note(self, name: str, arguments: Mapping[str, Any]) -> None:
+        """Record an executed command, and call the listeners.
+
+        Args:
+            name: name of the command.
+            arguments: arguments as JSON values.
+        """
+        self.inbox.command(name, arguments)
+        self._tell_listeners()
+
+    def _tell_listeners(self) -> None:
+        for listener in self.listeners:
+            listener()
+
     def _tick(self) -> None:
         try:
             self._ticker.run(self.inbox)
@@ -310,7 +327,7 @@ class SessionCore:
         self._refuse_within_tick()
         self._begin_anew("state", "time")
         self._set("stopped")
-        self.inbox.command("stop", {})
+        self.note("stop", {})
 
     def reset(self, *scopes: ResetScope, seed: int | None = None) -> None:
         """Reset the whole session or parts of it; it stays playing, paused or stopped. A failed session becomes paused.
@@ -340,11 +357,11 @@ class SessionCore:
         if "spawned" in wanted:
             for name in reversed(list(self.roster.spawned)):
                 self.roster.remove(name)
-                self.inbox.command("delete", {"name": name})
+                self.note("delete", {"name": name})
             wanted.remove("spawned")
         if wanted:
             self._begin_anew(*wanted, seed=seed)
-            self.inbox.command("reset", {"scope": wanted, **({"seed": seed} if seed is not None else {})})
+            self.note("reset", {"scope": wanted, **({"seed": seed} if seed is not None else {})})
         self._set(self.state)
 
     def reload(self) -> Reloaded:
@@ -370,7 +387,7 @@ class SessionCore:
             self.findings = (str(error),)
             raise
         mended, self.findings = bool(self.findings), ()
-        self.inbox.command("reload", {"effective": self.version != before})
+        self.note("reload", {"effective": self.version != before})
         return replace(done, mended=mended)
 
     def exchange(self, graphs: Sequence[Graph]) -> Exchange:

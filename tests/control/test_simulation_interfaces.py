@@ -451,8 +451,10 @@ class Impatient(MemoryTransport):
         super().__init__()
         self.answers: list[bytes] = []
 
-    def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> MemoryServer:
-        made = super().server(service, service_type, qos, deliver)
+    def server(
+        self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = ""
+    ) -> MemoryServer:
+        made = super().server(service, service_type, qos, deliver, node)
         client = self.client(service, service_type, qos, lambda number, data: self.answers.append(data))
         client.call(messages.encode(DEFINITIONS.initial(f"{service_type}_Request")))
         return made

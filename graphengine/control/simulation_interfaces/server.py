@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.control.parameters import offer_parameters
 from graphengine.control.service_host import Offers
 from graphengine.control.simulation_interfaces import entities, states
 from graphengine.control.simulation_interfaces.action import SimulateSteps
@@ -70,8 +69,6 @@ class SimulationInterfaces:
             self._features.append(33)
         except MessageTypeError:
             missing.append("simulate_steps")
-        if transport.node:
-            offer_parameters(self._offers, transport.node, desk)
         if missing:
             complain(f"services left out because {PACKAGE} is not installed or older than 1.5: {', '.join(missing)}")
 

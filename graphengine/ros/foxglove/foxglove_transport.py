@@ -115,9 +115,11 @@ class FoxgloveTransport:
         """Full name of the node on the network."""
         return self._inner.node
 
-    def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> TransportServer:
+    def server(
+        self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = ""
+    ) -> TransportServer:
         """Open a server of a service."""
-        return self._inner.server(service, service_type, qos, deliver)
+        return self._inner.server(service, service_type, qos, deliver, node)
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> TransportClient:
         """Open a client of a service."""

@@ -27,6 +27,8 @@ class RosEnd:
 
     def __init__(self, name: str, remove: Remove) -> None:
         self.name = name
+        self.node = ""
+        """Full name of the node that has the endpoint; empty for the transport's own node."""
         self.malformed = 0
         """Messages that were dropped because they are none of its type."""
         self.dropped = 0

@@ -13,7 +13,7 @@ from typing import Any
 from graphengine.format.errors import TransportError
 from graphengine.format.stateful import Stateful
 from graphengine.messages import messages, names, qos
-from graphengine.ros.network_graph import full_name
+from graphengine.ros.network_graph import full_name, split_name
 from graphengine.ros.transport import JoinOptions, Writer
 
 ROSOUT = ("/rosout", "rcl_interfaces/msg/Log", qos.ROSOUT)
@@ -112,6 +112,14 @@ class RosNode(Stateful):
         for end in (*self._writers, *self._readers):
             end.end()
         atexit.unregister(self.close)
+
+    @staticmethod
+    def _check_node(node: str) -> None:
+        """Raise TopicError if the full name of a node is not legal in ROS 2; an empty name is."""
+        if node:
+            namespace, name = split_name(node)
+            names.check_namespace(namespace)
+            names.check_node_name(name)
 
     def _admit(self, name: str = "") -> None:
         """Raise an error if the transport is closed; the error names the given topic or service."""

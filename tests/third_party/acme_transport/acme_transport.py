@@ -73,9 +73,9 @@ class AcmeTransport(RosNode):
         return end
 
     def server(
-        self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None]
+        self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None], node: str = ""
     ) -> TransportServer:
-        """A server of a service."""
+        """A server of a service; all are of one node."""
         self._admit(service)
         end = _Server(service, self._remove, self, deliver)
         end.inner = self._hub.memory.server(service, service_type, qos, end.arrive)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import threading
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, TypeVar
@@ -25,7 +25,7 @@ from graphengine.format.errors import TransportError
 from graphengine.messages import names
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import PARAMETER_EVENTS, settled
-from graphengine.ros.network_graph import Direction, NetworkGraph
+from graphengine.ros.network_graph import Direction, NetworkGraph, split_name
 from graphengine.ros.transport import Deliver, DeliverRequest, DeliverResponse
 from graphengine.ros.transports.dds import cyclone, dds_services, discovery
 from graphengine.ros.transports.dds.cyclone_log import LOG
@@ -104,15 +104,19 @@ class DdsTransport(RosNode):
             agrees = partial(self._definitions.agrees, message_type)
             return self._open(DdsReader(topic, self._remove, entity, agrees, deliver))
 
-    def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> DdsServer:
+    def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = "") -> DdsServer:
         """Open a server of a service; `deliver` runs in the transport's thread and should be fast.
 
         Raises:
+            TopicError: the name of the node is not legal.
             TransportError: as for `writer`.
         """
+        self._check_node(node)
         with self._lock:
             pair = self._pair("service", service, service_type, qos)
-            return self._open(DdsServer(service, self._remove, pair, deliver))
+            server = DdsServer(service, self._remove, pair, deliver)
+            server.node = node
+            return self._open(server)
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> DdsClient:
         """Open a client of a service; `deliver` runs in the transport's thread and should be fast.
@@ -196,7 +200,7 @@ class DdsTransport(RosNode):
         for entity, status in zip(end.entities, end.statuses, strict=True):
             entity.set_status_mask(status)
             self._waitset.attach(entity)
-        self._announce(self._node())
+        self._announce(*self._nodes())
         end.refresh()
         return end
 
@@ -204,7 +208,7 @@ class DdsTransport(RosNode):
         for entity in end.entities:
             self._waitset.detach(entity)
             self._discard(entity)
-        self._announce(self._node())
+        self._announce(*self._nodes())
 
     def _discard(self, entity: Any) -> None:
         """Delete an entity, and its topic with the last entity."""
@@ -214,10 +218,16 @@ class DdsTransport(RosNode):
         if not self._topics[topic].endpoints:
             cyclone.delete(self._topics.pop(topic).entity)
 
-    def _node(self) -> discovery.DiscoveredNode:
-        readers = [end.gids[0] for end in self._readers]
-        writers = [end.gids[-1] for end in (*self._writers, *self._readers) if not isinstance(end, DdsReader)]
-        return discovery.DiscoveredNode(self._namespace, self._name, readers, writers)
+    def _nodes(self) -> Sequence[discovery.DiscoveredNode]:
+        """Return the node of the transport, then the other nodes that have servers."""
+        nodes: dict[str, tuple[list[bytes], list[bytes]]] = {self.node: ([], [])}
+        for end in (*self._writers, *self._readers):
+            readers, writers = nodes.setdefault(end.node or self.node, ([], []))
+            if not isinstance(end, DdsWriter):
+                readers.append(end.gids[0])
+            if not isinstance(end, DdsReader):
+                writers.append(end.gids[-1])
+        return [discovery.DiscoveredNode(*split_name(node), *gids) for node, gids in nodes.items()]
 
     def _announce(self, *nodes: discovery.DiscoveredNode) -> None:
         cyclone.write(self._told, discovery.announcement(self._gid, nodes))

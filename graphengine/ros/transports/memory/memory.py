@@ -151,8 +151,10 @@ class MemoryTransport:
                 deliver(data)
         return reader
 
-    def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> MemoryServer:
-        """Open a server of a service; `deliver` runs in the thread that calls.
+    def server(
+        self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = ""
+    ) -> MemoryServer:
+        """Open a server of a service; `deliver` runs in the thread that calls. There are no nodes, so `node` has no effect.
 
         Raises:
             TransportError: as for `writer`.

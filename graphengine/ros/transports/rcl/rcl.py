@@ -15,7 +15,7 @@ from graphengine.format.errors import TransportError
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.domain import Domain
-from graphengine.ros.network_graph import Direction, NetworkGraph, NetworkNode, full_name
+from graphengine.ros.network_graph import Direction, NetworkGraph, NetworkNode, full_name, split_name
 from graphengine.ros.transport import Deliver, DeliverRequest, DeliverResponse
 from graphengine.ros.transports.rcl.rcl_endpoints import RclEnd, RclReader, RclWriter
 from graphengine.ros.transports.rcl.rcl_profiles import part_of_action, to_endpoint, to_profile
@@ -50,6 +50,8 @@ class RclTransport(RosNode):
             self._node = Node(
                 self._name, namespace=self._namespace, context=self._context, start_parameter_services=False
             )
+            self._others: dict[str, Any] = {}
+            """Further rclpy nodes, by full name, while they have servers."""
             self._executor = SingleThreadedExecutor(context=self._context)
             self._executor.add_node(self._node)
             self._rosout = self.writer(*ROSOUT)
@@ -85,14 +87,17 @@ class RclTransport(RosNode):
         events = SubscriptionEventCallbacks(use_default_callbacks=False)
         return self._open(reader, message_type, qos, callback=reader.receive, event_callbacks=events, raw=True)
 
-    def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest) -> RclServer:
+    def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = "") -> RclServer:
         """Open a server of a service; `deliver` runs in the transport's thread.
 
         Raises:
+            TopicError: the name of the node is not legal.
             TransportError: as for `writer`.
         """
-        server = RclServer(service, self._remove, deliver, self._node)
+        self._check_node(node)
         with self._lock:
+            server = RclServer(service, self._remove, deliver, self._node)
+            server.node = node
             self._open(server, service_type, qos, callback=server.returned)
             server.begin()
         return server
@@ -146,7 +151,8 @@ class RclTransport(RosNode):
         self._executor.create_task(lambda: None)
         self._thread.join()
         self._executor.shutdown()
-        self._node.destroy_node()
+        for node in (*self._others.values(), self._node):
+            node.destroy_node()
         self._context.try_shutdown()
 
     def _count_servers(self, services: Iterable[str]) -> Mapping[str, int]:
@@ -178,7 +184,7 @@ class RclTransport(RosNode):
                 remedy = "build its package and source the workspace, or use --transport dds"
                 raise MessageTypeError(f"{what}: {error}", kind.rpartition("/")[2], remedy) from error
             try:
-                create = getattr(self._node, f"create_{end.kind}")
+                create = getattr(self._node_of(end), f"create_{end.kind}")
                 end.entity = create(found, end.name, qos_profile=to_profile(qos), **more)
             except Exception as error:
                 raise TransportError(f"{what}: {error}") from error
@@ -187,9 +193,29 @@ class RclTransport(RosNode):
 
     def _delete(self, end: RclEnd) -> None:
         entity, end.entity = end.entity, None
-        getattr(self._node, f"destroy_{end.kind}")(entity)
+        getattr(self._node_of(end), f"destroy_{end.kind}")(entity)
         if not isinstance(end, RclWriter):
             self._wait_for_executor()
+        if end.node in self._others and all(other.node != end.node for other in self._readers):
+            node = self._others.pop(end.node)
+            self._executor.remove_node(node)
+            self._wait_for_executor()
+            node.destroy_node()
+
+    def _node_of(self, end: RclEnd) -> Any:
+        """Return the rclpy node that has an endpoint; create it for the first one."""
+        from rclpy.node import Node
+
+        if not end.node or end.node == self.node:
+            return self._node
+        if end.node not in self._others:
+            namespace, name = split_name(end.node)
+            node = Node(
+                name, namespace=namespace, context=self._context, start_parameter_services=False, enable_rosout=False
+            )
+            self._others[end.node] = node
+            self._executor.add_node(node)
+        return self._others[end.node]
 
     def _wait_for_executor(self) -> None:
         """Wait until the executor has released destroyed endpoints; until then, their name cannot have another type."""

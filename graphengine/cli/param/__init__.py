@@ -1,0 +1,28 @@
+"""`graphrun param`: read and set parameters of nodes on a live network, with or without ROS, like `ros2 param`."""
+
+from __future__ import annotations
+
+import argparse
+
+from graphengine.cli.param import describe, dump, get, listing, load, set_value
+from graphengine.cli.subverbs import add_subverbs, execute
+
+__all__ = ["add_arguments", "execute"]
+
+VERBS = {
+    "list": (listing, "list the parameters of a node, or of all nodes"),
+    "get": (get, "print the value of a parameter"),
+    "set": (set_value, "set a parameter"),
+    "describe": (describe, "print types, meaning and limits of parameters"),
+    "dump": (dump, "print all parameters of a node as a YAML file"),
+    "load": (load, "set the parameters of a node from a YAML file"),
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    parser.epilog = (
+        "A run offers the inputs of its nodes and the variables of its graphs as parameters. Embedded DDS reaches nodes on"
+        " Cyclone DDS only; --transport rclpy reaches those of the sourced RMW."
+    )
+    add_subverbs(parser, VERBS)

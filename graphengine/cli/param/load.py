@@ -1,0 +1,75 @@
+"""`graphrun param load`: set the parameters of a node from a YAML file."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from graphengine.cli.live import Live, add_live_arguments
+from graphengine.cli.param.nodes import add_node_argument, client_of
+from graphengine.format.errors import UsageError
+
+EVERY_NODE = "/**"
+"""Key of parameters for every node."""
+KEY = "ros__parameters"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    add_node_argument(parser)
+    parser.add_argument("file", metavar="FILE", type=Path, help="file as `graphrun param dump` prints it")
+    wildcard = f"leave out the parameters below {EVERY_NODE}"
+    parser.add_argument("--no-use-wildcard", action="store_true", help=wildcard)
+    add_live_arguments(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Set the parameters; return 0, or 1 if the node refuses one."""
+    from graphengine.cli.param.set_value import given, report
+
+    values = read(arguments.file, wildcard=not arguments.no_use_wildcard)
+    with Live(arguments) as live:
+        client = client_of(live, arguments.node)
+        results = client.set([given(name, value, str(value)) for name, value in values.items()])
+    codes = [
+        report(result, f"Set parameter {name} successful", f"Set parameter {name} failed")
+        for name, result in zip(values, results, strict=True)
+    ]
+    return max(codes, default=0)
+
+
+def read(path: Path, *, wildcard: bool) -> Mapping[str, Any]:
+    """Return the values in a parameter file by name; as in ros2, the names of its nodes do not matter.
+
+    Raises:
+        CheckError: the file is not YAML.
+        UsageError: the file has no parameters.
+    """
+    from graphengine.format import document
+    from graphengine.format.diagnostics import Findings
+
+    findings = Findings()
+    found = document.load(path, findings)
+    findings.raise_errors()
+    data = found.data if found is not None else None
+    nodes = data if isinstance(data, dict) else {}
+    order = ([EVERY_NODE] if wildcard else []) + [node for node in nodes if node != EVERY_NODE]
+    values: dict[str, Any] = {}
+    for node in order:
+        given = nodes.get(node)
+        if isinstance(given, dict) and isinstance(given.get(KEY), dict):
+            values |= dict(flat(given[KEY]))
+    if not values:
+        raise UsageError(f"{path}: no parameters; write them below NODE: {KEY}:")
+    return values
+
+
+def flat(tree: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the dotted names and values of nested mappings."""
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from flat(value, f"{above}{key}.")
+        else:
+            yield f"{above}{key}", value

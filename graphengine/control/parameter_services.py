@@ -1,0 +1,203 @@
+"""The six parameter services of one ROS 2 node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
+from typing import Any
+
+import numpy as np
+
+from graphengine.control.parameter_messages import descriptor, given_value, message
+from graphengine.control.service_host import Handle, Offers
+from graphengine.format.errors import GraphError, RecordingError, UsageError
+from graphengine.format.wording import did_you_mean
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.parameters import SERVICES, ParameterType, value_message
+from graphengine.ros.transport import Transport
+from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.commands import Command
+from graphengine.runtime.parameter_table import Parameter
+from graphengine.runtime.session_core import SessionCore
+
+MAX_SET = 1000
+"""Maximum number of parameters that one request may set, as the session executes them between two ticks."""
+
+
+class ParameterServices:
+    """Offers the parameters of one node. Only sets reach the session's thread; a transport's thread answers other requests.
+
+    Args:
+        node: full name of the node.
+        table: parameters of the node by name; may be exchanged at any time.
+        desk: command queue of the session.
+        transport: transport that carries the services.
+        complain: receives one warning per service about malformed requests.
+
+    Raises:
+        TransportError: the transport is closed.
+    """
+
+    def __init__(
+        self,
+        node: str,
+        table: Mapping[str, Parameter],
+        desk: Desk,
+        transport: Transport,
+        complain: Callable[[str], None],
+    ) -> None:
+        self.table = table
+        self._desk = desk
+        self._offers = Offers(transport, complain, node)
+        handles: dict[str, Handle] = {
+            "describe_parameters": self._describe,
+            "get_parameter_types": self._types,
+            "get_parameters": self._get,
+            "list_parameters": self._list,
+            "set_parameters": self._set,
+            "set_parameters_atomically": self._set_atomically,
+        }
+        try:
+            for name, handle in handles.items():
+                self._offers.add(f"{node}/{name}", SERVICES[name], handle, _finish)
+        except BaseException:
+            self._offers.close()
+            raise
+
+    def close(self) -> None:
+        """Close the services; safe to call twice."""
+        self._offers.close()
+
+    def _describe(self, request: Any, response: Any) -> None:
+        table = self.table
+        response.descriptors = [descriptor(name, table.get(name)) for name in request.names]
+
+    def _types(self, request: Any, response: Any) -> None:
+        found = [self.table.get(name) for name in request.names]
+        kinds = [ParameterType.NOT_SET if each is None else each.type for each in found]
+        response.types = np.array(kinds, np.uint8)
+
+    def _get(self, request: Any, response: Any) -> None:
+        found = [self.table.get(name) for name in request.names]
+        response.values = [
+            value_message(ParameterType.NOT_SET, None) if each is None else message(each, each.read()).value
+            for each in found
+        ]
+
+    def _list(self, request: Any, response: Any) -> None:
+        names = listed(self.table, request.prefixes, request.depth)
+        response.result.names = names
+        response.result.prefixes = sorted({name.rpartition(".")[0] for name in names if "." in name})
+
+    def _set(self, request: Any, response: Any) -> Future[Any]:
+        """Set each parameter; a refused one does not affect the others."""
+        parameters = request.parameters
+        response.results = [_refused("") for _ in parameters]
+
+        def act(session: SessionCore) -> None:
+            _check_number(parameters)
+            for parameter, result in zip(parameters, response.results, strict=True):
+                try:
+                    if (command := self._command(parameter)) is not None:
+                        command.apply(session)
+                except RecordingError:
+                    raise
+                except GraphError as error:
+                    result.reason = reason(error)
+                else:
+                    result.successful = True
+
+        return self._desk.ask(act)
+
+    def _set_atomically(self, request: Any, response: Any) -> Future[Any]:
+        """Set all parameters, or none if one of them is refused."""
+        parameters = request.parameters
+
+        def act(session: SessionCore) -> None:
+            _check_number(parameters)
+            commands = [self._command(parameter) for parameter in parameters]
+            undoing: list[Command | None] = []
+            try:
+                for parameter, command in zip(parameters, commands, strict=True):
+                    before = self._known(parameter.name)
+                    undo = before.command(before.read()) if command is not None and before.command else None
+                    if command is not None:
+                        command.apply(session)
+                        undoing.insert(0, undo)
+            except RecordingError:
+                raise
+            except GraphError:
+                for undo in filter(None, undoing):
+                    undo.apply(session)
+                raise
+            response.result.successful = True
+
+        return self._desk.ask(act)
+
+    def _known(self, name: str) -> Parameter:
+        parameter = self.table.get(name)
+        if parameter is None:
+            near = did_you_mean(name[:200], self.table)
+            raise UsageError(f"unknown parameter {name[:200]!r}" + (f"; {near}" if near else ""))
+        return parameter
+
+    def _command(self, given: Any) -> Command | None:
+        """Return the command that sets a parameter; None if a read-only parameter has the value already.
+
+        Raises:
+            UsageError: the parameter is unknown or read-only, or the value is not legal.
+        """
+        parameter = self._known(given.name)
+        value = given_value(given.value, parameter.type)
+        if parameter.command is not None:
+            return parameter.command(value)
+        if not parameter.has(value):
+            raise UsageError(f"{parameter.name} is read-only")
+        return None
+
+
+def listed(names: Mapping[str, object], prefixes: Sequence[str], depth: int) -> list[str]:
+    """Return the names to list, sorted, as rclcpp does.
+
+    Args:
+        names: all names.
+        prefixes: a name is listed if it is one of them, or below one; none given: all.
+        depth: maximum number of parts of a name below the prefix; 0: no limit.
+    """
+
+    def matches(name: str) -> bool:
+        if not prefixes:
+            return not depth or name.count(".") < depth
+        return any(
+            name == prefix
+            or (name.startswith(f"{prefix}.") and (not depth or name[len(prefix) + 1 :].count(".") < depth))
+            for prefix in prefixes
+        )
+
+    return sorted(filter(matches, names))
+
+
+def _check_number(parameters: Sequence[Any]) -> None:
+    if len(parameters) > MAX_SET:
+        raise UsageError(f"{len(parameters)} parameters in one request; legal: up to {MAX_SET}")
+
+
+def reason(error: BaseException) -> str:
+    """Return the text of an error on one line."""
+    return "; ".join(line.strip() for line in str(error).splitlines() if line.strip())
+
+
+def _refused(why: str) -> Any:
+    result = DEFINITIONS.initial("rcl_interfaces/msg/SetParametersResult")
+    result.successful, result.reason = False, why
+    return result
+
+
+def _finish(response: Any, error: BaseException | None) -> None:
+    """Write the reason into the results that a failed request left."""
+    if error is None:
+        return
+    results = response.results if hasattr(response, "results") else [response.result]
+    for result in results:
+        if not result.successful:
+            result.reason = result.reason or reason(error)

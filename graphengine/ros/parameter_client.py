@@ -1,0 +1,74 @@
+"""A client of the parameters of one ROS 2 node."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from graphengine.format.errors import TransportError
+from graphengine.messages.definitions import DEFINITIONS, Definitions
+from graphengine.messages.parameters import SERVICES
+from graphengine.ros.service_caller import ServiceCaller
+from graphengine.ros.transport import Transport
+
+PATIENCE = 5.0
+"""Maximum wait for the services of a node, and for a response, s."""
+_POLL = 0.02
+
+
+class ParameterClient:
+    """Calls the parameter services of a node.
+
+        client = ParameterClient(transport, "/dd100_0000/dd100")
+        client.get(["cmd_vel.DiffController.maxLinearSpeed"])
+
+    Args:
+        transport: open transport, which closes the client's endpoints.
+        node: full name of the node.
+        definitions: message types.
+    """
+
+    def __init__(self, transport: Transport, node: str, definitions: Definitions = DEFINITIONS) -> None:
+        self.node = node
+        self._transport = transport
+        self._definitions = definitions
+        self._callers: dict[str, ServiceCaller] = {}
+
+    def list(self, prefixes: Sequence[str] = ()) -> list[str]:
+        """Return the names of all parameters, or of those below some prefixes, sorted.
+
+        Raises:
+            TransportError: the node does not answer in time, as for the other methods.
+        """
+        return sorted(self._call("list_parameters", prefixes=list(prefixes)).result.names)
+
+    def get(self, names: Sequence[str]) -> Sequence[Any]:
+        """Return a ParameterValue for each name."""
+        return list(self._call("get_parameters", names=list(names)).values)
+
+    def describe(self, names: Sequence[str]) -> Sequence[Any]:
+        """Return a ParameterDescriptor for each name."""
+        return list(self._call("describe_parameters", names=list(names)).descriptors)
+
+    def set(self, parameters: Sequence[Any]) -> Sequence[Any]:
+        """Set Parameter messages; return a SetParametersResult for each."""
+        return list(self._call("set_parameters", parameters=list(parameters)).results)
+
+    def _call(self, service: str, **fields: Any) -> Any:
+        name, kind = f"{self.node}/{service}", SERVICES[service]
+        if name not in self._callers:
+            self._callers[name] = ServiceCaller(self._transport, name, kind, self._definitions)
+        caller, end = self._callers[name], time.monotonic() + PATIENCE
+        while not caller.ready:
+            if time.monotonic() > end:
+                foreign = self._transport.foreign_services.get(name, "")
+                raise TransportError(foreign or f"no node offers {name}")
+            time.sleep(_POLL)
+        request = self._definitions.initial(f"{kind}_Request")
+        for field, value in fields.items():
+            setattr(request, field, value)
+        try:
+            return caller.call(request).result(PATIENCE)
+        except TimeoutError:
+            raise TransportError(f"{name}: no response within {PATIENCE:g} s") from None

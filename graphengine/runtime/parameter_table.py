@@ -1,0 +1,192 @@
+"""The parameters of a session: values that can be set between two ticks, with their names, types and limits.
+
+They are the unwired inputs of nodes that no setup reads, and the variables of graphs. Names use dots: of the graph `cmd_vel`,
+`cmd_vel.DiffController.maxLinearSpeed` is an input, and `cmd_vel.variables.speed` a variable. Names of subgraphs stand before
+that of the node: `arm.Left.Gain.value`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from graphengine.compiler.graph import Instance, known_type
+from graphengine.format.errors import UsageError
+from graphengine.format.wording import shown
+from graphengine.messages.parameters import ARRAY_OF, ParameterType
+from graphengine.node.port import Port
+from graphengine.node.types import INTEGERS, POINTER, PortType, coerce, equal
+from graphengine.runtime.addresses import GraphVariable, NodePort
+from graphengine.runtime.commands import Assign, Command, Rate, Set
+from graphengine.runtime.graph_run import GraphRun
+from graphengine.runtime.pacer import SLOWEST
+from graphengine.runtime.session_core import SessionCore
+
+FASTEST = 1e6
+"""Largest real-time factor; 0 is for as fast as possible."""
+
+_WITHOUT_PARAMETERS = ("target", "any", "bundle", "execution")
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A value of a session.
+
+    Attributes:
+        name: name below the robot, or below the session.
+        kind: port type of the value.
+        read: returns the current value; for any thread.
+        command: checks a value and returns the command that sets it, or raises UsageError; None: the value is read-only.
+        doc: what the value means.
+        unit: unit of the value; empty if there is none.
+        limits: smallest and largest legal number; None for no limits, or if one of them is missing or itself not legal.
+        constraint: the legal values in words; empty if every value of the type is legal, or if `limits` say it.
+    """
+
+    name: str
+    kind: PortType
+    read: Callable[[], Any]
+    command: Callable[[Any], Command] | None
+    doc: str = ""
+    unit: str = ""
+    limits: tuple[float, float] | None = None
+    constraint: str = ""
+
+    @property
+    def type(self) -> ParameterType:
+        """ROS type of the value; a tuple is an array."""
+        scalar = ParameterType.STRING
+        if self.kind.base == "bool":
+            scalar = ParameterType.BOOL
+        elif self.kind.is_number:
+            scalar = ParameterType.INTEGER if self.kind.base in INTEGERS else ParameterType.DOUBLE
+        return ParameterType(scalar + ARRAY_OF) if self.kind.array or self.kind.count > 1 else scalar
+
+    def has(self, value: Any) -> bool:
+        """Return whether the current value equals a given one."""
+        return equal(self.read(), value)
+
+
+USE_SIM_TIME = Parameter("use_sim_time", PortType("bool"), lambda: True, None, "message stamps are simulation time")
+"""Parameter of every node, which programs of ROS 2 look for."""
+
+
+def graph_parameters(runs: Iterable[GraphRun], robot: str = "") -> dict[str, Parameter]:
+    """Return the parameters of a robot's graphs by name; of the scene's graphs if no robot is given."""
+    above = f"{robot}/" if robot else ""
+    found: dict[str, Parameter] = {}
+    for run in runs:
+        if run.name.startswith(above) and "/" not in run.name.removeprefix(above):
+            graph = run.name.removeprefix(above)
+            for parameter in (*_inputs(run, graph), *_variables(run, graph)):
+                found.setdefault(parameter.name, parameter)
+    return found
+
+
+def session_parameters(session: SessionCore) -> dict[str, Parameter]:
+    """Return the parameters of the session itself by name."""
+    factor = Parameter(
+        "real_time_factor",
+        PortType("double"),
+        lambda: session.pace or 0.0,
+        _rate,
+        "seconds of simulation per second of wall time; 0 for as fast as possible",
+        constraint=f"0, or {SLOWEST:g} to {FASTEST:g}",
+    )
+    return {factor.name: factor}
+
+
+def _rate(value: Any) -> Command:
+    try:
+        factor = coerce(value, PortType("double"))
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"real_time_factor: {error}, got {shown(value)}") from None
+    if factor != 0.0 and not SLOWEST <= factor <= FASTEST:
+        raise UsageError(f"real_time_factor: expected 0, or {SLOWEST:g} to {FASTEST:g}, got {factor:g}")
+    return Rate(factor=factor or None)
+
+
+def _inputs(run: GraphRun, graph: str) -> Iterator[Parameter]:
+    """Yield the parameters of the graph's unwired inputs."""
+    resolved = run.executor.graph
+    wired = {(wire.target, wire.target_field) for wire in resolved.data_wires}
+    for instance in resolved.instances:
+        if instance.part_of:
+            continue
+        for port in instance.cls.fields.values():
+            kind = _settable(instance, port)
+            if kind is None or (instance.index, port.field) in wired:
+                continue
+            name = f"{graph}.{instance.id.replace('/', '.')}.{port.name}"
+            at = NodePort(f"{run.name}/{instance.id}.{port.name}", run.executor, instance.index, port)
+            limits = _limits(kind, port)
+            constraint = "" if limits is not None and not port.tokens else _constraint(kind, port)
+            read = partial(getattr, run.executor.nodes[instance.index], port.field)
+            yield Parameter(name, kind, read, partial(_set, at), port.doc, port.unit, limits, constraint)
+
+
+def _settable(instance: Instance, port: Port) -> PortType | None:
+    """Return the type of a port that can be a parameter, apart from wires; None for other ports."""
+    if port.side != "inputs" or port.setup:
+        return None
+    kind = known_type(instance, port)
+    return kind if kind is not None and is_representable(kind) else None
+
+
+def is_representable(kind: PortType) -> bool:
+    """Return whether a parameter can have values of a type: a scalar, a tuple, or an array of scalars."""
+    return kind.base not in _WITHOUT_PARAMETERS and kind != POINTER and not (kind.array and kind.count > 1)
+
+
+def _variables(run: GraphRun, graph: str) -> Iterator[Parameter]:
+    """Yield the parameters of the graph's variables."""
+    for path, kind in run.executor.graph.variable_types.items():
+        if is_representable(kind):
+            subgraph, _, variable = path.rpartition("/")
+            name = ".".join((graph, *filter(None, subgraph.split("/")), "variables", variable))
+            at = GraphVariable(run, path)
+            read = partial(getattr, run.variables[path], "value")
+            yield Parameter(
+                name, kind, read, partial(_assign, at), "variable of the graph", "", _limits(kind), _length(kind)
+            )
+
+
+def _set(at: NodePort, value: Any) -> Command:
+    at.convert(value)
+    return Set(address=at.address, value=value)
+
+
+def _assign(at: GraphVariable, value: Any) -> Command:
+    at.convert(value)
+    return Assign(graph=at.run.name, variable=at.name, value=value)
+
+
+def _limits(kind: PortType, port: Port | None = None) -> tuple[float, float] | None:
+    """Return the smallest and the largest legal number of a scalar."""
+    if kind.array or kind.count > 1:
+        return None
+    low, high = (port.ge, port.le) if port is not None else (None, None)
+    if kind.base in INTEGERS:
+        first, last = INTEGERS[kind.base][0], min(INTEGERS[kind.base][1], 2**63 - 1)
+        if port is not None:
+            low = port.gt + 1 if port.gt is not None else low
+            high = port.lt - 1 if port.lt is not None else high
+        bounds = max(first, int(low) if low is not None else first), min(last, int(high) if high is not None else last)
+        return None if bounds == (-(2**63), 2**63 - 1) else bounds
+    if port is None or low is None or high is None or port.gt is not None or port.lt is not None:
+        return None
+    return low, high
+
+
+def _constraint(kind: PortType, port: Port) -> str:
+    """Return the legal values of a port in words."""
+    return ", ".join(filter(None, (port.constraint, _length(kind))))
+
+
+def _length(kind: PortType) -> str:
+    """Return the number of components of a tuple in words; empty for other types."""
+    if kind.count == 1:
+        return ""
+    return f"{kind.count} values: x, y, z, w" if kind.role == "quat" else f"{kind.count} values"
