@@ -88,8 +88,9 @@ at: $(robot)/Geometry/base_link/loose
 parameters: {robot: {type: target}}
 nodes:
   Tick: OnPlaybackTick
+  Context: ROS2Context
   TF: {type: PublishRawTransformTree, inputs: {parentFrameId: shelf, childFrameId: box}}
-connections: [Tick.tick -> TF.execIn]
+connections: [Tick.tick -> TF.execIn, Context.context -> TF.context]
 """
     (tmp_path / "loose.yaml").write_text(graph, encoding="utf-8")
     use = "graphs:\n  loose: {use: loose.yaml, parameters: {robot: /bot_0001}}\n"
