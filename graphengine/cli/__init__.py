@@ -26,7 +26,6 @@ VERBS = {
     "snapshot": "render a picture of a scene, from above, in perspective or from one of its cameras",
     "calibrate": "drive a robot on a flat floor and measure how it follows its commands: speeds, wheel radius, odometry, drift",
     "map": "make an occupancy map of a scene for nav2's map_server",
-    "nav2": "drive the robots of a scene with Nav2: files",
     "import": "convert the graphs of an Isaac Sim script or USD stage to YAML",
     "export": "convert a graph to a script that builds it in Isaac Sim",
     "import-robot": "make a robot file from a URDF, xacro, SDF or MJCF file, or the description of a running ROS 2 system",

@@ -98,13 +98,15 @@ class Stage:
 
     def __init__(self) -> None:
         self.root = Prim("/", "scope", None)
+        self.global_tf = False
+        """Whether all robots publish on /tf and /tf_static, with the namespaces as prefixes of frame names."""
         self._by_path: dict[str, Prim] = {"/": self.root}
         self._by_short_path: dict[str, list[Prim]] = {}
 
     def copy(self) -> Stage:
         """Return an independent tree with copies of all prims and their facts."""
         made = Stage()
-        made.root.namespace = self.root.namespace
+        made.root.namespace, made.global_tf = self.root.namespace, self.global_tf
         for prim in itertools.islice(self.prims(), 1, None):
             assert prim.parent is not None
             parent = made._by_path[prim.parent.path]

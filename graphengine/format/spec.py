@@ -284,3 +284,6 @@ class SceneSpec(FileSpec):
     graphs: dict[Name, GraphUse] = {}
     namespaces: dict[PrimPath, Namespace] = {}
     """`isaac:namespace` of prims, by path: the world, robots, graphs or nodes."""
+    tf: Literal["namespaced", "global"] = "namespaced"
+    """`namespaced`: each robot has its own TF topics, in its namespace. `global`: all robots publish on /tf and /tf_static, and
+    the names of a robot's frames begin with its namespace."""

@@ -48,7 +48,11 @@ class EndpointClaim:
     """Messages a second; None when an event decides."""
     latched: bool = False
     frame_id: str = ""
+    """Published name of the frame in the message headers."""
+    child_frame_id: str = ""
+    """Published name of the child frame in the messages, such as that of odometry."""
     transforms: tuple[tuple[str, str], ...] = ()
+    """Published names of parent and child of each transform."""
     alternatives: tuple[str, ...] = ()
     """Other message types that a subscription takes, should these be what others publish."""
 

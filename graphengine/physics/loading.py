@@ -67,6 +67,7 @@ def load_world(
     if model is None:
         return None
     stage = Stage()
+    stage.global_tf = scene.spec.tf == "global"
     add_world(stage, model, robots)
     bodies = set(body_names(model))
     for robot in robots.values():

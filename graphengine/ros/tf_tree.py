@@ -135,9 +135,13 @@ class FrameTree:
         return [*full, *itertools.chain(*wrong)]
 
     def _islands(self) -> Iterator[str]:
-        roots = self.roots()
-        if len(roots) > 1:
-            yield f"the tree is in {len(roots)} pieces, with the roots {', '.join(roots)}"
+        robots: dict[str, list[str]] = {}  # several robots may share the topics, each with its namespace as prefix
+        for root in self.roots():
+            robots.setdefault(root.rpartition("/")[0], []).append(root)
+        for prefix, roots in robots.items():
+            if len(roots) > 1:
+                of = f" of {prefix}" if prefix else ""
+                yield f"the tree{of} is in {len(roots)} pieces, with the roots {', '.join(roots)}"
 
     def _parents(self, names: Mapping[bytes, str]) -> Iterator[str]:
         for child, group in itertools.groupby(self.edges, lambda edge: edge.child):

@@ -17,6 +17,7 @@ from graphengine.format.permissions import Permissions
 from graphengine.messages.endpoints import EndpointClaim, Network
 from graphengine.messages.names import action_of
 from graphengine.node.clock import Clock
+from graphengine.node.context.frame_names import frame_prefix
 from graphengine.node.context.session_services import Services
 from graphengine.runtime.graph_run import make_clock, make_graph_run
 
@@ -294,15 +295,18 @@ def _check_pieces(context: LintContext, namespace: str, edges: Sequence[tuple[st
         smaller, larger = sorted((piece_of.get(frame, {frame}) for frame in (parent, child)), key=len)
         larger |= smaller
         piece_of |= dict.fromkeys((parent, child, *smaller), larger)
-    pieces = list({id(piece): piece for piece in piece_of.values()}.values())
-    if len(pieces) < 2:
-        return
-    roots = [f"{{{', '.join(sorted(piece))}}}" for piece in pieces]
-    claim = edges[-1][2]
-    context.findings.add(
-        "W203",
-        f"the TF tree{f' of {namespace}' if namespace else ''} is in {len(pieces)} pieces: {' and '.join(roots)}",
-        context.span(claim),
-        "robot_state_publisher connects them by the robot's fixed joints; "
-        "start it, run with --robot-state, or publish the missing transform",
-    )
+    by_robot: dict[str, list[tuple[str, EndpointClaim]]] = {}
+    for _, child, claim in edges:
+        by_robot.setdefault(namespace or frame_prefix(context.stage, claim.node).rstrip("/"), []).append((child, claim))
+    for robot, children in by_robot.items():
+        pieces = list({id(piece_of[child]): piece_of[child] for child, _ in children}.values())
+        if len(pieces) < 2:
+            continue
+        roots = [f"{{{', '.join(sorted(piece))}}}" for piece in pieces]
+        context.findings.add(
+            "W203",
+            f"the TF tree{f' of {robot}' if robot else ''} is in {len(pieces)} pieces: {' and '.join(roots)}",
+            context.span(children[-1][1]),
+            "robot_state_publisher connects them by the robot's fixed joints; "
+            "start it, run with --robot-state, or publish the missing transform",
+        )

@@ -90,7 +90,7 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
         picture = self.camera.delivered()
         if picture is None or self.left_out(picture.index):
             return
-        header = messages.header(self.stamp(picture.time), self.frame_id)
+        header = messages.header(self.stamp(picture.time), self.publisher.claim.frame_id)
         if self.publisher.wanted:
             message = self.message(header, picture)
             if message is not None:

@@ -84,12 +84,11 @@ def pinhole_matrices(intrinsics: tuple[float, float, float, float], baseline: fl
 
 @dataclass(frozen=True, slots=True)
 class Eye:
-    """A camera whose calibration is published: its stereo baseline (m), publisher and frame."""
+    """A camera whose calibration is published, with its stereo baseline (m)."""
 
     camera: Camera
     baseline: float
     publisher: Publisher
-    frame_id: str
 
 
 class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraInfoHelper"):
@@ -127,7 +126,7 @@ class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2Camera
     def eye(self, context: Context, camera: Camera, baseline: float, topic: str, frame_id: str) -> Eye:
         """Open the topic of a camera and return its `Eye`."""
         publisher = self.open_for(context, camera, "sensor_msgs/msg/CameraInfo", topic, frame_id=frame_id)
-        return Eye(camera, baseline, publisher, frame_id)
+        return Eye(camera, baseline, publisher)
 
     def baseline(self, context: Context, left: Camera, right: Camera) -> float:
         """Return the distance from the left camera to the right one, m.
@@ -175,6 +174,6 @@ class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2Camera
 
     def message(self, eye: Eye, time: float) -> messages.CameraInfo:
         """Build the message of one camera for a picture captured at `time`."""
-        header = messages.header(self.stamp(time), eye.frame_id)
+        header = messages.header(self.stamp(time), eye.publisher.claim.frame_id)
         matrices = pinhole_matrices(eye.camera.intrinsics, eye.baseline)
         return camera_info(header, eye.camera.size, "plumb_bob", _NO_DISTORTION, matrices)

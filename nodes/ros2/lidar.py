@@ -84,7 +84,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
         if self.level is not None:
             ranges, intensities = ranges[self.level], intensities[self.level]
         return messages.LaserScan(
-            messages.header(self.stamp(scan.time), self.frame_id),
+            messages.header(self.stamp(scan.time), self.publisher.claim.frame_id),
             first,
             last,
             increment,
@@ -118,7 +118,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
             known["Ring"] = (hit // beams_of_a_ring(self.lidar)).astype("<u2")
         if "Time" in self.selected_metadata:
             known["Time"] = np.zeros(len(hit), "<f4")
-        header = messages.header(time, self.frame_id)
+        header = messages.header(time, self.publisher.claim.frame_id)
         return point_cloud(header, points_of(self.lidar, scan, hit), known)
 
 

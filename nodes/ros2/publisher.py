@@ -89,7 +89,7 @@ class SensorPublisher(PublisherNode):
 
     def header(self) -> messages.Header:
         """Build the header of this execution's message."""
-        return header(self.time_stamp, self.frame_id)
+        return header(self.time_stamp, self.publisher.claim.frame_id)
 
 
 def array_or_buffer(array: NDArray[Any], buffer: Buffer) -> Buffer:

@@ -66,4 +66,4 @@ class ROS2RtxRadarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxRadarHe
             known["Timestamp"] = np.full(len(sample.points), int(time * 1e9), "<u8")
         if self.output_radial_velocity_ms:
             known["RadialVelocityMS"] = sample.radial_velocities
-        return point_cloud(messages.header(time, self.frame_id), sample.points, known)
+        return point_cloud(messages.header(time, self.publisher.claim.frame_id), sample.points, known)

@@ -45,7 +45,7 @@ class RangePublisher(TopicNode, type="graphengine.ros2.RangePublisher"):
         if self.publisher.wanted:
             reading = sensor.reading()
             message = DEFINITIONS.message_class(_TYPE)(
-                header(reading.time, self.frame_id),
+                header(reading.time, self.publisher.claim.frame_id),
                 _RADIATION[sensor.radiation_type],
                 sensor.field_of_view,
                 *sensor.ranges,

@@ -185,7 +185,7 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
 
     def setup(self, context: Context) -> None:
         """Open the topic."""
-        self.publisher = self.open(context, frame_id=self.odom_frame_id)
+        self.publisher = self.open(context, frame_id=self.odom_frame_id, child_frame_id=self.chassis_frame_id)
 
     def message(self) -> messages.Odometry:
         """Build the message from the pose and the velocities."""
@@ -194,9 +194,10 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
             linear, angular = self.along_front(linear), self.along_front(angular)
         pose = messages.Pose(messages.Point(*self.position), messages.Quaternion(*self.orientation))
         twist = messages.Twist(messages.Vector3(*linear), messages.Vector3(*angular))
+        claim = self.publisher.claim
         return messages.Odometry(
-            header(self.time_stamp, self.odom_frame_id),
-            self.chassis_frame_id,
+            header(self.time_stamp, claim.frame_id),
+            claim.child_frame_id,
             messages.PoseWithCovariance(pose, _covariance("poseCovariance", self.pose_covariance)),
             messages.TwistWithCovariance(twist, _covariance("twistCovariance", self.twist_covariance)),
         )

@@ -56,7 +56,12 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
         for root in self.articulation_roots:
             context.articulation(root)
         self.frames = {
-            name: (prim, context.frame(prim), context.placement(prim)) for prim, name in zip(prims, names, strict=True)
+            context.frame_name(name, namespace=self.node_namespace): (
+                prim,
+                context.frame(prim),
+                context.placement(prim),
+            )
+            for prim, name in zip(prims, names, strict=True)
         }
         topic = self.topic_name
         self.subscription = self.listen(context, "tf2_msgs/msg/TFMessage", topic, outermost_namespace=True)

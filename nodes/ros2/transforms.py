@@ -68,8 +68,8 @@ class ROS2PublishRawTransformTree(TransformPublisher, type="isaacsim.ros2.bridge
 
     def message(self) -> messages.TFMessage:
         """Build the message from the transform."""
-        values = (self.parent_frame_id, self.child_frame_id, self.translation, self.rotation_in)
-        return messages.TFMessage([transform(self.time_stamp, *values)])
+        [(parent, child)] = self.publisher.claim.transforms
+        return messages.TFMessage([transform(self.time_stamp, parent, child, self.translation, self.rotation_in)])
 
 
 class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.ROS2PublishTransformTree"):
@@ -107,22 +107,21 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
     def message(self) -> messages.TFMessage:
         """Build the message from all transforms."""
         if not self.parent_frames:
-            return messages.TFMessage(linked(self.time_stamp, self.links))
+            return linked(self.time_stamp, self.publisher, self.links)
         same_length(
             parentFrames=self.parent_frames,
             childFrames=self.child_frames,
             translations=self.translations,
             orientations=self.orientations,
         )
-        rows = zip(
-            self.parent_frames, self.child_frames, self.translations.tolist(), self.orientations.tolist(), strict=True
-        )
-        return messages.TFMessage([transform(self.time_stamp, *row) for row in rows])
+        rows = zip(self.publisher.claim.transforms, self.translations.tolist(), self.orientations.tolist(), strict=True)
+        return messages.TFMessage([transform(self.time_stamp, *edge, *pose) for edge, *pose in rows])
 
 
-def linked(time: float, links: Iterable[FrameLink]) -> list[messages.TransformStamped]:
-    """Build TransformStamped messages from the current poses of links; `time` in s."""
-    return [transform(time, link.parent_name, link.child_name, *pose_of(link)) for link in links]
+def linked(time: float, publisher: Publisher, links: Iterable[FrameLink]) -> messages.TFMessage:
+    """Build the message from the current poses of the links whose frames the publisher was opened for; `time` in s."""
+    edges = zip(publisher.claim.transforms, links, strict=True)
+    return messages.TFMessage([transform(time, *edge, *pose_of(link)) for edge, link in edges])
 
 
 class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublisher"):
@@ -174,11 +173,12 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
         stamp(self.time_stamp)
         if not self.sent:
             self.description_publisher.publish(messages.String(self.description.urdf))
-            edges = [transform(self.time_stamp, *edge) for edge in self.description.fixed]
-            self.static_publisher.publish(messages.TFMessage(edges))
+            edges = zip(self.static_publisher.claim.transforms, self.description.fixed, strict=True)
+            fixed = [transform(self.time_stamp, *edge, *joint[2:]) for edge, joint in edges]
+            self.static_publisher.publish(messages.TFMessage(fixed))
             self.sent = True
         turn = int(self.time_stamp * self.publish_frequency + 1e-9)
         if turn > self.last:
             self.last = turn
             if self.publisher.wanted:
-                self.publisher.publish(messages.TFMessage(linked(self.time_stamp, self.description.moving)))
+                self.publisher.publish(linked(self.time_stamp, self.publisher, self.description.moving))

@@ -13,7 +13,7 @@ from graphengine.node.context.transform_tree import expand, frame_names
 def named(*paths: str, **overrides: str) -> dict[str, str]:
     """Frame names by path; an override is given by the path's last element."""
     prims = [Prim(path, "frame", None, name_override=overrides.get(path.rpartition("/")[2], "")) for path in paths]
-    return {prim.path: name for prim, name in frame_names(prims).items()}
+    return {prim.path: name for prim, name in frame_names(Stage(), prims).items()}
 
 
 def edges(stage: Stage, *targets: str, parent: str = "") -> list[tuple[str, str]]:

@@ -88,6 +88,17 @@ def test_a_late_joiner_of_a_latched_topic_gets_the_last_message(join: Join) -> N
     assert eventually(lambda: inbox.texts == ["last", "new"])
 
 
+def test_a_late_joiner_gets_the_last_message_of_each_latched_writer(join: Join) -> None:
+    alice, inbox = join("alice"), Inbox()
+    for robot in ("first", "second", "third"):
+        writer = alice.writer("/tf_static", STRING, LATCHED)
+        writer.write(text(f"old {robot}"))
+        writer.write(text(robot))
+    join("bob").reader("/tf_static", STRING, replace(LATCHED, depth=100), inbox)
+    assert eventually(lambda: len(inbox.texts) == 3)
+    assert sorted(inbox.texts) == ["first", "second", "third"]
+
+
 @pytest.mark.parametrize(("kept", "wanted", "expected"), [(3, 10, "cde"), (10, 2, "de")])
 def test_a_late_joiner_gets_as_many_as_both_depths_allow(join: Join, kept: int, wanted: int, expected: str) -> None:
     writer = join("alice").writer("/map", STRING, replace(LATCHED, depth=kept))

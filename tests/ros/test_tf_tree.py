@@ -91,6 +91,13 @@ def test_a_quaternion_that_is_a_little_off_is_taken() -> None:
     assert made.faults(NAMES) == []
 
 
+def test_robots_with_a_prefix_each_have_a_tree_each() -> None:
+    made = tree(("one/odom", "one/base"), ("two/odom", "two/base"))
+    assert made.faults(NAMES) == []
+    made.add(messages.TFMessage([transform("two/body", "two/camera")]), True, A)
+    assert made.faults(NAMES) == ["the tree of two is in 2 pieces, with the roots two/body, two/odom"]
+
+
 def test_pieces_are_told_with_their_roots() -> None:
     made = tree(("odom", "base"), ("chassis", "laser"))
     assert drawn(made) == ["chassis", "└─ laser", "odom", "└─ base"]

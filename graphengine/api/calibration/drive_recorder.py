@@ -158,7 +158,8 @@ class DriveRecorder:
 
     def _frame(self, name: str) -> Frame:
         """Return the robot's frame that has this name in TF, or the base link's frame if none has it."""
-        named = [prim for prim in self._prim.descendants() if _can_be_frame(prim) and prim.frame_name == name]
+        plain = name.rpartition("/")[2]  # the namespace of a scene with `tf: global`
+        named = [prim for prim in self._prim.descendants() if _can_be_frame(prim) and prim.frame_name in (name, plain)]
         return self._world.frame(named[0]) if named else self._base
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal, TypeVar, cast
 
 from graphengine.devices.camera import LARGEST_PICTURE, Camera
@@ -16,6 +17,7 @@ from graphengine.devices.stage import Prim, PrimKind
 from graphengine.format.errors import ContextError, PrimError
 from graphengine.format.kinds import DEVICES
 from graphengine.format.wording import listing
+from graphengine.node.context.frame_names import frame_prefix, full_frame
 from graphengine.node.context.render_product import ProductCamera, RenderProduct
 from graphengine.node.context.session_services import Services
 from graphengine.node.context.transform_tree import expand
@@ -172,12 +174,17 @@ class WorldHandles:
         stage = self._services.stage
         links = [stage.find(path) for path in robot.facts.get("moving_links", ())]
         moving = expand(stage, links, None, self._services.world.frame)
+        name = partial(full_frame, stage, prefix=frame_prefix(stage, robot.facts["base_link"]))
+        joints = robot.facts.get("fixed_transforms", ())
+        fixed = tuple((name(parent), name(child), place, turn) for parent, child, place, turn in joints)
         carried = tuple(
-            FrameLink(link.parent.frame_name, edge.child_name, self._services.world.frame(link.parent), edge.child)
+            FrameLink(
+                name(link.parent.frame_name), edge.child_name, self._services.world.frame(link.parent), edge.child
+            )
             for link, edge in zip(links, moving, strict=True)
             if link.parent is not None
         )
-        return RobotDescription(robot.facts.get("urdf", ""), tuple(robot.facts.get("fixed_transforms", ())), carried)
+        return RobotDescription(robot.facts.get("urdf", ""), fixed, carried)
 
     def render_product(self, prim: str, width: int, height: int) -> str:
         """Return the path of the render product of a lidar, radar or camera prim; equal arguments give the same path.

@@ -9,6 +9,7 @@ from typing import Any, TypedDict, Unpack
 from graphengine.format.errors import ContextError, TopicError
 from graphengine.messages import names, qos
 from graphengine.messages.endpoints import EndpointClaim, Publisher, ServiceClient, ServiceServer, Subscription
+from graphengine.node.context.frame_names import frame_prefix, full_frame
 from graphengine.node.context.published_transform import PublishedTransform
 from graphengine.node.context.session_services import Services
 
@@ -28,7 +29,7 @@ class TopicOptions(EndpointOptions, total=False):
     """Options of a topic. If `namespace` is empty, the namespaces of the ancestor prims are joined instead."""
 
     outermost_namespace: bool
-    """Use only the namespace of the outermost ancestor prim that has one, as TF nodes do."""
+    """Use only the namespace of the outermost ancestor prim that has one, as TF nodes do; none in a scene with `tf: global`."""
     queue_size: int
     """History depth if `qos_profile` is empty; 10 by default."""
 
@@ -96,7 +97,9 @@ class OwnedEndpoints:
         """Add a claim of the node; it is withdrawn when the endpoints are closed."""
         is_service = direction in ("serve", "call")
         quality = qos.parse_qos(qos_profile, queue_size, latched)
-        if not namespace and (not is_service if collects_namespace is None else collects_namespace):
+        if outermost_namespace and self._services.stage.global_tf:
+            namespace = ""
+        elif not namespace and (not is_service if collects_namespace is None else collects_namespace):
             above = self._services.stage.namespaces(start or self.prim_path)
             namespace = names.join_namespaces(above, outermost_namespace)
         full = names.full_topic(namespace, name, "service name" if is_service else "topic name")
@@ -121,6 +124,7 @@ class OwnedEndpoints:
         latched: bool = False,
         rate: float | None = None,
         frame_id: str = "",
+        child_frame_id: str = "",
         transforms: Sequence[tuple[str, str]] = (),
         **options: Unpack[TopicOptions],
     ) -> Publisher:
@@ -132,15 +136,23 @@ class OwnedEndpoints:
             namespace_from: path of a prim; its namespace and those of its ancestors are joined. Empty: the node's prim.
             latched: use durability transient local and depth 1, whatever the QoS profile says.
             rate: messages per second, if this differs from the rate at which the node is executed.
-            frame_id: frame in the message headers, for `graphrun topics`.
-            transforms: (parent, child) pairs that will be published, for the checks of the TF tree.
+            frame_id: frame in the message headers.
+            child_frame_id: child frame in the messages, such as that of odometry.
+            transforms: (parent, child) pairs that will be published.
             options: see `TopicOptions`.
+
+        The scene's key `tf` decides whether frames get a prefix: put the names in the publisher's `claim` into messages.
 
         Raises:
             TopicError: the name, the namespace or the QoS profile is not valid.
         """
-        rate = rate if rate is not None else self._rate
-        facts: dict[str, Any] = {"rate": rate, "frame_id": frame_id, "transforms": tuple(transforms)}
+        name = partial(self.frame_name, namespace_from=namespace_from, namespace=options.get("namespace", ""))
+        facts: dict[str, Any] = {
+            "rate": rate if rate is not None else self._rate,
+            "frame_id": name(frame_id),
+            "child_frame_id": name(child_frame_id),
+            "transforms": tuple((name(parent), name(child)) for parent, child in transforms),
+        }
         claim = self._claim("publish", message_type, topic, namespace_from, latched=latched, **options, **facts)
         publisher = self._services.network.publisher(claim)
         self._closing.append(publisher.close)
@@ -155,6 +167,11 @@ class OwnedEndpoints:
             children: frames of which one is the child, by their published names.
         """
         return PublishedTransform(self._services, beside, parent, children)
+
+    def frame_name(self, frame: str, *, namespace_from: str = "", namespace: str = "") -> str:
+        """Return the published name of a frame; arguments have the same meaning as in `publisher`."""
+        stage = self._services.stage
+        return full_frame(stage, frame, frame_prefix(stage, namespace_from or self.prim_path, namespace))
 
     def subscription(
         self, message_type: str, topic: str, *, alternatives: Sequence[str] = (), **options: Unpack[TopicOptions]

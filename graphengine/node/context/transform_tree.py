@@ -3,8 +3,8 @@
 Rules of IsaacComputeTransformTree: a robot, given by its root prim, base link or articulation root, has an edge for every link,
 from the link's kinematic parent; any other prim has one edge. A parent that is also a target has an edge from itself to itself,
 unless the target is the whole robot. ROS2PublishTransformTree has no such edge for links and bodies. A frame's name is
-`isaac:nameOverride`, or else the last element of the prim's path; of several prims with the same name, the one with the longest
-path keeps it.
+`isaac:nameOverride`, or else the last element of the prim's path, below its prefix; of several prims with the same name, the one
+with the longest path keeps it.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from graphengine.devices.motion import Frame, FrameLink
 from graphengine.devices.rotation import IDENTITY, ORIGIN, Pose, compose, relative
 from graphengine.devices.stage import Prim, Stage
+from graphengine.node.context.frame_names import frame_prefix, full_frame
 
 
 def expand(
@@ -42,7 +43,7 @@ def expand(
             if link.kind == "link" and link is not parent:
                 above = next((p for p in link.ancestors() if p is not link and p.kind == "link"), None)
                 edges.setdefault(link, above or parent)
-    named = frame_names([*edges, *(p for p in edges.values() if p is not None), *([parent] if parent else [])])
+    named = frame_names(stage, [*edges, *(p for p in edges.values() if p is not None), *([parent] if parent else [])])
     return [
         FrameLink(
             named[above] if above else "world",
@@ -75,15 +76,17 @@ def _anchor(stage: Stage, prim: Prim) -> tuple[Prim | None, Pose]:
     return None, pose
 
 
-def frame_names(prims: Sequence[Prim]) -> dict[Prim, str]:
+def frame_names(stage: Stage, prims: Sequence[Prim]) -> dict[Prim, str]:
     """Return a unique frame name for each prim."""
     unique = list(dict.fromkeys(prims))
+    prefixes = {prim: frame_prefix(stage, prim.path) for prim in unique}
     names: dict[Prim, str] = {}
     taken: set[str] = set()
     for prim in sorted(unique, key=lambda p: -len(p.path)):  # sorted is stable: the longest path chooses first
-        if prim.frame_name not in taken:
-            names[prim] = prim.frame_name
-            taken.add(prim.frame_name)
+        name = full_frame(stage, prim.frame_name, prefixes[prim])
+        if name not in taken:
+            names[prim] = name
+            taken.add(name)
     for prim in unique:
         if prim in names:
             continue
@@ -91,6 +94,7 @@ def frame_names(prims: Sequence[Prim]) -> dict[Prim, str]:
         whole = "_".join(parts)
         candidates = [prim.name, *(f"{ancestor}_{prim.name}" for ancestor in parts[1:-1]), whole]
         numbered = (f"{whole}_{number}" for number in itertools.count(1))
-        names[prim] = next(name for name in itertools.chain(candidates, numbered) if name not in taken)
+        full = (full_frame(stage, name, prefixes[prim]) for name in itertools.chain(candidates, numbered))
+        names[prim] = next(name for name in full if name not in taken)
         taken.add(names[prim])
     return names

@@ -1,0 +1,35 @@
+"""Names of TF frames: as given, or prefixed with a namespace where all robots share the topics /tf and /tf_static.
+
+A scene chooses with its key `tf`. Under `global`, a frame that a robot's node gives as `base_link` is published as
+`dd100_0000/base_link`, like with the parameter `frame_prefix` of robot_state_publisher. The prefix is the outermost namespace of
+the ancestor prims, which is also the namespace of `tf` under `namespaced`; without one, it is the node's `nodeNamespace`.
+"""
+
+from __future__ import annotations
+
+from graphengine.devices.stage import Stage
+from graphengine.messages.names import join_namespaces, strip
+
+SHARED_FRAMES = frozenset(("map", "world", "earth"))
+"""Frames that robots have in common; they are never prefixed."""
+
+
+def frame_prefix(stage: Stage, prim_path: str, node_namespace: str = "") -> str:
+    """Return the prefix of frames at and below a prim, with its slash; empty if frames are not prefixed."""
+    if not stage.global_tf:
+        return ""
+    namespace = strip(join_namespaces(stage.namespaces(prim_path), outermost=True) or node_namespace)
+    return f"{namespace}/" if namespace else ""
+
+
+def full_frame(stage: Stage, frame: str, prefix: str) -> str:
+    """Return the published name of a frame.
+
+    Under `tf: global`, a leading slash makes a name absolute: it is published without the slash and without a prefix. A name that
+    already has the prefix, a shared frame and an empty name stay as they are.
+    """
+    if not stage.global_tf:
+        return frame
+    if frame.startswith("/"):
+        return frame.lstrip("/")
+    return frame if not frame or frame in SHARED_FRAMES or frame.startswith(prefix) else f"{prefix}{frame}"
