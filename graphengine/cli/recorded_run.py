@@ -122,6 +122,7 @@ def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[P
         overrides={**manifest.overrides, **dict(parse_set(text) for text in arguments.set)},
         seed=manifest.seed if arguments.seed is None else arguments.seed,
         robot_state=manifest.robot_state,
+        distro=arguments.distro or manifest.distro,
         rays=_rays(arguments.rays or manifest.rays, recording.path),
         registry=_registry(manifest.modules, arguments.modules, recording.path),
         environment=environment(arguments),
