@@ -17,6 +17,7 @@ from graphengine.cli.quantities import whole
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import CheckError, GraphError, NodeError, UsageError
 from graphengine.format.files import find_file, installed_packages, near
+from graphengine.messages.distros import DISTROS, Distro, sourced_distro
 
 if TYPE_CHECKING:
     from graphengine.api.scene import Scene
@@ -109,7 +110,9 @@ def add_allow_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def add_message_path(parser: argparse.ArgumentParser) -> None:
-    """Add `--msg-path` for message types that are neither included nor installed."""
+    """Add `--distro` for the version of ROS 2's message types, and `--msg-path` for types that it does not include."""
+    which = "ROS 2 distribution whose message types are used (default: the sourced one, else jazzy)"
+    parser.add_argument("--distro", choices=DISTROS, help=which)
     what = "message types: a package, a folder with packages, or one .msg, .srv or .action file"
     add_repeatable(parser, "--msg-path", "PATH", what, type=Path)
 
@@ -169,7 +172,19 @@ def reading_options(arguments: argparse.Namespace) -> Options:
         if not folder.is_dir():
             raise UsageError(f"--allow {folder}: no such folder")
     paths = message_paths(arguments)
-    return Options(allowed=arguments.allow, installed=installed_packages(), message_paths=paths, near=Path.cwd())
+    return Options(
+        allowed=arguments.allow,
+        installed=installed_packages(),
+        message_paths=paths,
+        distro=chosen_distro(arguments),
+        near=Path.cwd(),
+    )
+
+
+def chosen_distro(arguments: argparse.Namespace) -> Distro:
+    """The distribution given by `--distro`, else the sourced one, else Jazzy."""
+    given: Distro | None = arguments.distro
+    return given or sourced_distro(os.environ)
 
 
 def message_paths(arguments: argparse.Namespace) -> list[Path]:

@@ -12,7 +12,7 @@ from contextlib import suppress
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli.common import add_message_path, add_transport_argument, clean, message_paths
+from graphengine.cli.common import add_message_path, add_transport_argument, chosen_distro, clean, message_paths
 from graphengine.format.errors import TransportError
 from graphengine.format.files import installed_packages
 from graphengine.format.wording import did_you_mean, listing
@@ -79,11 +79,13 @@ class Live:
     """
 
     def __init__(self, arguments: argparse.Namespace, node: str | None = None) -> None:
-        from graphengine.messages.definitions import DEFINITIONS
+        from graphengine.messages.definitions import shipped
         from graphengine.ros.transports.select import open_transport
 
         name = node or f"_graphrun_{os.getpid()}"
-        self.definitions: Definitions = DEFINITIONS.extended(message_paths(arguments), installed_packages())
+        self.definitions: Definitions = shipped(chosen_distro(arguments)).extended(
+            message_paths(arguments), installed_packages()
+        )
         domain = Domain.from_environment(os.environ)
         joined = JoinOptions(domain, name, environ=os.environ, definitions=self.definitions)
         self.transport: Transport = open_transport(arguments.transport, joined)

@@ -9,7 +9,15 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli.common import add_import_argument, add_message_path, clean, make_registry, message_paths, table
+from graphengine.cli.common import (
+    add_import_argument,
+    add_message_path,
+    chosen_distro,
+    clean,
+    make_registry,
+    message_paths,
+    table,
+)
 from graphengine.format.errors import ContextError, UsageError
 from graphengine.format.files import installed_packages
 
@@ -104,7 +112,8 @@ def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Names
     if len(parts) != 3:
         raise UsageError(f"--message {arguments.message}: write PACKAGE/msg/NAME, as in geometry_msgs/msg/Twist")
     literals = dict(zip(("messagePackage", "messageSubfolder", "messageName"), parts, strict=True))
-    definitions = registry.definitions.extended(message_paths(arguments), installed_packages())
+    known = registry.definitions.for_distro(chosen_distro(arguments))
+    definitions = known.extended(message_paths(arguments), installed_packages())
     try:
         made = grown(cls, literals, definitions)
     except ContextError as error:

@@ -123,6 +123,7 @@ def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[P
         seed=manifest.seed if arguments.seed is None else arguments.seed,
         robot_state=manifest.robot_state,
         localization=manifest.localization,
+        distro=arguments.distro or manifest.distro,
         rays=_rays(arguments.rays or manifest.rays, recording.path),
         registry=_registry(manifest.modules, arguments.modules, recording.path),
         environment=environment(arguments),

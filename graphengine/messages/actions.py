@@ -146,6 +146,7 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
         """Handle of the server for `Context.action`; never 0."""
         self.current: Goal | None = None
         """The goal that the graph executes; None between goals."""
+        self.definitions = definitions
         self._now = now
         self._goals: Goals[Goal] = Goals(action_type, definitions)
         self._changed = False

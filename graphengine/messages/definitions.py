@@ -1,13 +1,14 @@
 """Message types by their ROS names: fields, Python classes and type hashes.
 
-Known types are those of ROS 2 Jazzy (from rosbags), those in `share/` beside this file, and those in folders that a user gives;
-a file is read when its type is first used. Folders add types but never change a known type, so what a node publishes does not
-depend on them.
+Known types are those of a distribution of ROS 2 (from rosbags; Jazzy unless another is chosen), those in `share/` beside this
+file, and those in folders that a user gives; a file is read when its type is first used. Folders add types but never change a
+known type, so what a node publishes does not depend on them.
 
 `share/` has the bare fields and constants of ackermann_msgs 2.0.2, vision_msgs 4.1.1, simulation_interfaces 1.5.1, control_msgs
 5.8.0 (trajectories, grippers, single joints), of the services in Isaac Sim's isaac_ros2_messages
 (github.com/isaac-sim/IsaacSim-ros_workspaces, jazzy_ws), and of the types in Jazzy's common interfaces that rosbags lacks:
-nav_msgs/Goals, services, and example_interfaces/Fibonacci.
+nav_msgs/Goals, services, and example_interfaces/Fibonacci. `share_by_distro/` has the files that replace them from one
+distribution on: control_msgs 6.3.0 and later, which Kilted has, number the points of a trajectory.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import itertools
 import threading
 from collections import ChainMap
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from rosbags.typesys.store import TIDMAP, Typestore
 
 from graphengine.format.wording import did_you_mean, listing, shown
 from graphengine.messages import wide_strings
+from graphengine.messages.distros import DISTROS, JAZZY, Distro, base_types
 from graphengine.messages.folders import Folders
 from graphengine.messages.interfaces import (
     TEXTS,
@@ -44,6 +46,7 @@ from graphengine.messages.interfaces import (
 from graphengine.messages.message_validation import find_fault
 
 SHARE = Path(__file__).parent / "share"
+SHARE_BY_DISTRO = Path(__file__).parent / "share_by_distro"
 MAX_NESTING = 32
 """Messages within messages."""
 MAX_VALUES = 1_000_000
@@ -53,7 +56,7 @@ _INITIAL: dict[str, dict[str, Any]] = {
     "geometry_msgs/msg/Quaternion": {"w": 1.0},
     "sensor_msgs/msg/NavSatStatus": {"status": -2},
 }
-"""What fields of Jazzy's own types hold before anybody writes to them, where it is not zero; rosbags does not keep it."""
+"""Default values of the distributions' own types, where they are not zero; rosbags does not keep them."""
 PLACEHOLDER = ("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))
 """The field that ROS 2 gives to a message without any, and its type."""
 _CHAR, _UINT8 = (Nodetype.BASE, ("char", 0)), (Nodetype.BASE, ("uint8", 0))
@@ -61,13 +64,6 @@ _CODED = (Nodetype.NAME, wide_strings.NAME)
 """A wide string as a store of rosbags takes it."""
 TIDMAP["wstring"] = 18  # of type_description_interfaces/msg/FieldType, which rosbags leaves out
 _lock = threading.RLock()
-
-
-def _jazzy() -> Any:
-    """Return the types of ROS 2 Jazzy; the import takes 50 ms, and most graphs are checked without it."""
-    from rosbags.typesys.stores import ros2_jazzy
-
-    return ros2_jazzy
 
 
 class _Store(Typestore):
@@ -90,10 +86,13 @@ class Definitions:
 
     Args:
         folders: folders with definition files.
-        below: types that are known without the folders; None: only those of ROS 2 Jazzy.
+        below: types that are known without the folders; None: only those of the distribution.
+        distro: distribution of ROS 2, if nothing is below.
     """
 
-    def __init__(self, folders: Folders, below: Definitions | None = None) -> None:
+    def __init__(self, folders: Folders, below: Definitions | None = None, distro: Distro = JAZZY) -> None:
+        self.distro: Distro = below.distro if below else distro
+        """Distribution of ROS 2 whose types these are."""
         self.files: dict[str, Path] = {}
         """Files of the users' folders that were read, by what they define, as in `std_srvs/srv/Trigger`."""
         self._folders = folders
@@ -104,7 +103,7 @@ class Definitions:
     @cached_property
     def store(self) -> Typestore:
         """The rosbags store that encodes and decodes the types used so far."""
-        made = _Store(self._below.store) if self._below else Typestore(_jazzy())
+        made = _Store(self._below.store) if self._below else Typestore(base_types(self.distro))
         kept: Typestore = vars(self).setdefault("store", made)  # the same one for threads that ask at once
         return kept
 
@@ -112,15 +111,25 @@ class Definitions:
     def _known(self) -> dict[str, Definition]:
         made: dict[str, Definition] = {}
         if self._below is None:
-            for name, (constants, fields) in _jazzy().FIELDDEFS.items():
+            for name, (constants, fields) in base_types(self.distro).FIELDDEFS.items():
                 own = [field for field in fields if field[0] != PLACEHOLDER[0]]
                 made[name] = Definition(list(constants), own, _INITIAL.get(name, {}))
         kept: dict[str, Definition] = vars(self).setdefault("_known", made)
         return kept
 
-    def __reduce__(self) -> str | tuple[Any, ...]:
+    def __reduce__(self) -> tuple[Any, ...]:
         """Pickle only the folders; the process that unpickles reads their files again."""
-        return "DEFINITIONS" if self is DEFINITIONS else (Definitions, (self._folders, self._below))
+        if self is shipped(self.distro):
+            return shipped, (self.distro,)
+        return Definitions, (self._folders, self._below, self.distro)
+
+    def for_distro(self, distro: Distro) -> Definitions:
+        """Return the types of a distribution together with those of the same folders."""
+        if distro == self.distro:
+            return self
+        if self._below is None or self is shipped(self.distro):
+            return shipped(distro)
+        return Definitions(self._folders, self._below.for_distro(distro))
 
     def extended(self, given: Sequence[Path] = (), installed: Sequence[Path] = ()) -> Definitions:
         """Return these types together with those of additional folders; see `Folders`."""
@@ -135,7 +144,7 @@ class Definitions:
         """Return the definition of a message, service or action type.
 
         Raises:
-            MessageTypeError: the type is unknown, its definition is invalid, or a folder defines it differently from ROS 2 Jazzy.
+            MessageTypeError: the type is unknown, its definition is invalid, or a folder defines it differently from ROS 2.
         """
         known = self._known.get(message_type)
         if known is None:
@@ -237,7 +246,7 @@ class Definitions:
         if self._below is not None and self._below._has(message_type):
             known = self._below.definition(message_type)
             if message_type in found and known.fields != found[message_type].fields:
-                raise _another(message_type, known, found[message_type], file)
+                raise self._another(message_type, known, found[message_type], file)
             return self._known.setdefault(message_type, known)
         if message_type not in found:
             raise self._unknown(message_type, within, found)
@@ -249,7 +258,7 @@ class Definitions:
             if part not in found:
                 self._load(part, (*within, message_type))
         self._add(found, file)
-        if name and file and not file.is_relative_to(SHARE):
+        if name and file and not any(map(file.is_relative_to, (SHARE, SHARE_BY_DISTRO))):
             self.files[name.source] = file
         return found[message_type]
 
@@ -334,6 +343,17 @@ class Definitions:
         remedy = "give the folder of its package with --msg-path, or source the workspace in which it is installed"
         return MessageTypeError(what, message_type.partition("/")[0], did_you_mean(message_type, namesakes), remedy)
 
+    def _another(self, message_type: str, known: Definition, other: Definition, file: Path | None) -> MessageTypeError:
+        """Return the error for a type that a folder defines differently from the distribution."""
+        pairs = itertools.zip_longest(known.fields, other.fields)
+        ours, theirs = next((pair for pair in pairs if pair[0] != pair[1]), (None, None))
+        field = (theirs or ours or ("", ()))[0]
+        return MessageTypeError(
+            f"{file} differs from ROS 2 {self.distro.title()}'s definition of {message_type} in {field!r}",
+            message_type.rpartition("/")[2],
+            "choose the distribution of the file with --distro, or rename the type or its package",
+        )
+
 
 def _replaced(fields: Sequence[Field], old: Description, new: Description) -> list[Field]:
     """Return fields in which one type is replaced by another, also in arrays."""
@@ -354,22 +374,19 @@ def dtype_of(number: str) -> np.dtype[Any]:
     return np.dtype({"byte": "int8", "char": "uint8"}.get(number, number))
 
 
-def _another(message_type: str, known: Definition, other: Definition, file: Path | None) -> MessageTypeError:
-    pairs = itertools.zip_longest(known.fields, other.fields)
-    ours, theirs = next((pair for pair in pairs if pair[0] != pair[1]), (None, None))
-    field = (theirs or ours or ("", ()))[0]
-    return MessageTypeError(
-        f"{file} differs from ROS 2 Jazzy's definition of {message_type} in {field!r}",
-        message_type.rpartition("/")[2],
-        "rename the type or its package",
-    )
-
-
 def _parts(fields: Sequence[Field]) -> list[str]:
     """Return the message types of the fields."""
     elements = [element_of(kind) for _, kind in fields]
     return [detail for kind, detail in elements if kind == Nodetype.NAME]
 
 
-DEFINITIONS = Definitions(Folders()).extended(installed=[SHARE])
-"""What is known without folders of a user. Nothing is ever added to it."""
+@cache
+def shipped(distro: Distro) -> Definitions:
+    """Return the types of a distribution that are known without folders of a user. Nothing is ever added to them."""
+    since = DISTROS[: DISTROS.index(distro) + 1]
+    replaced = [SHARE_BY_DISTRO / name for name in reversed(since)]
+    return Definitions(Folders(), distro=distro).extended(installed=[*filter(Path.is_dir, replaced), SHARE])
+
+
+DEFINITIONS = shipped(JAZZY)
+"""The shipped types of Jazzy, the default."""

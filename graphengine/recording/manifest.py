@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self, cast
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from graphengine.format.errors import RecordingError
+from graphengine.messages.distros import JAZZY, Distro
 from graphengine.node.context.session_services import Services
 from graphengine.node.dropped_values import BadValues
 from graphengine.recording import platform_info
@@ -34,6 +35,8 @@ class Manifest(BaseModel):
     seed: int = 0
     robot_state: bool = False
     localization: Literal["truth"] | None = None
+    distro: Distro = JAZZY
+    """Distribution of ROS 2 whose message types were used; older recordings, which do not say it, used Jazzy's."""
     rays: RaysName = "auto"
     """What lidars saw with, where there are any."""
     keep_going: bool = False
@@ -92,6 +95,7 @@ def describe_run(
         seed=services.seed,
         robot_state=options.robot_state,
         localization=options.localization,
+        distro=scene.definitions.distro,
         rays=cast(RaysName, services.world.rays_in_use or options.rays),
         keep_going=keep_going,
         bad_values="drop" if services.dropped is not None else "stop",

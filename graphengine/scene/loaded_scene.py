@@ -14,6 +14,7 @@ from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files
 from graphengine.messages.definitions import Definitions
+from graphengine.messages.distros import JAZZY, Distro
 from graphengine.messages.endpoints import EndpointClaim
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ class Options:
         allowed: additional folders that files may be read from, besides the folder of the given file.
         installed: folders with installed ROS packages, as in an ament index; files and message types may be read from them.
         message_paths: message types: definition files, packages, or folders with packages.
+        distro: distribution of ROS 2 whose message types are known.
         shipped: folder with `graphs/` and `scenes/` to use instead of the included one.
         seed: seed of all random generators, for sessions that are started without one.
         robot_state: publish the topics of robot_state_publisher for each robot.
@@ -47,6 +49,7 @@ class Options:
     allowed: Sequence[Path] = ()
     installed: Sequence[Path] = ()
     message_paths: Sequence[Path] = ()
+    distro: Distro = JAZZY
     shipped: Path | None = None
     seed: int = 0
     robot_state: bool = False

@@ -11,7 +11,6 @@ from graphengine.format.errors import ContextError
 from graphengine.format.wording import listing
 from graphengine.messages import messages
 from graphengine.messages.actions import Goal
-from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import Subscription
 from graphengine.node import Bound, Context, Fire, In, State
 from graphengine.node.types import Doubles, String, Tokens, read_only
@@ -225,11 +224,15 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         """Send desired and actual positions and velocities, and their differences, as feedback if it has subscribers."""
         if not self.server.endpoints.feedback.wanted:
             return
-        time, none = duration(self.clock.time - self.started), np.zeros(0)
+        elapsed, none = self.clock.time - self.started, np.zeros(0)
+        time = duration(elapsed)
         points = [message("trajectory_msgs/msg/JointTrajectoryPoint", *state, none, none, time) for state in states]
-        feedback = DEFINITIONS.initial(f"{ACTION}_Feedback")
+        feedback = self.server.definitions.initial(f"{ACTION}_Feedback")
         feedback.header, feedback.joint_names = header(self.clock.time, ""), list(self.joints.names)
         feedback.desired, feedback.actual, feedback.error = points
+        if hasattr(feedback, "index"):  # since Kilted
+            due = (messages.seconds(point.time_from_start) for point in goal.message.trajectory.points)
+            feedback.index = max(sum(time <= elapsed for time in due) - 1, 0)
         goal.feedback(feedback)
 
 
