@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 from graphengine.cli.common import (
     add_file_arguments,
     add_repeatable,
+    chosen_distro,
     clean,
     open_scene,
     refuse_to_overwrite,
@@ -24,16 +24,12 @@ if TYPE_CHECKING:
     from graphengine.api.nav2.robot_facts import RobotFacts
     from graphengine.api.scene import Scene
 
-DISTRIBUTIONS = ("jazzy", "kilted", "lyrical")
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the verb."""
     add_file_arguments(parser)
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True, help="folder to write the files to")
     add_repeatable(parser, "--robot", "NAME", "robot that Nav2 drives (default: all)", dest="robots")
-    distro = "ROS 2 distribution of Nav2 (default: the sourced one, else jazzy)"
-    parser.add_argument("--distro", choices=DISTRIBUTIONS, help=distro)
     parser.add_argument(
         "--slam", action="store_true", help="let slam_toolbox make the map, without map_server and AMCL"
     )
@@ -75,12 +71,11 @@ def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
         nonlocal share
         share = completed
 
-    sourced = os.environ.get("ROS_DISTRO", "")
     with progress("calibrating", lambda: share, 1.0):
         return nav2_files(
             loaded_of(scene),
             robots=arguments.robots,
-            distribution=arguments.distro or (sourced if sourced in DISTRIBUTIONS else DISTRIBUTIONS[0]),
+            distribution=chosen_distro(arguments),
             slam=arguments.slam,
             calibrated=not arguments.no_calibrate,
             modules=arguments.modules,
