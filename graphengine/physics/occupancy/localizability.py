@@ -7,8 +7,8 @@ because it duplicates the particles of large weight; only the noise of the motio
 taken to see what the lidar sees at the judged pose, so a ratio of likelihoods of one scan is raised to a power instead.
 
 - Spread: standard deviation of the position, along its worst direction, at which the filter settles. One scan has the information
-  I = 1 / sigma^2 of the normal distribution that fits its ratios at poses one step of 0.1 m, 0.025 rad or both off, with an
-  unknown heading. Each update adds the variance q = alpha (0.25 m)^2 of the motion model and then the scan, so the filter settles
+  I = 1 / sigma^2: the second differences of the logarithm of its ratios at poses 0.1 m or 0.025 rad off, with an unknown
+  heading. Each update adds the variance q = alpha (0.25 m)^2 of the motion model and then the scan, so the filter settles
   at P = 1 / (1 / (P + q) + I). The spread is at most REACH, where scans do not say anything.
 - Near ambiguity: the largest ratio of a pose up to REACH away and up to 0.1 rad off that is at least 0.3 m or 0.1 rad off, of
   SCANS scans: those of 2 m of travel, at AMCL's default of one each 0.25 m. `scans=1` judges a single scan.
@@ -151,10 +151,9 @@ class _Nearby:
         self._true = int(np.argmin(away))
         turns = np.array(_TURNS)[:, None]
         self._other = (np.abs(turns) >= TURNED - 1e-9) | (away >= OFF - 1e-9)
-        self._close = (np.abs(turns) < 0.03) & (away < 1.5 * step * field.cell)
-        x, y, turn = (np.broadcast_to(v, self._close.shape)[self._close] for v in (columns, rows, turns))
-        x, y = x * field.cell, y * field.cell
-        self._fit = np.linalg.pinv(np.stack([x * x, y * y, turn * turn, 2 * x * y, 2 * x * turn, 2 * y * turn], axis=1))
+        self._steps = step * field.cell, _TURNS[2]
+        block = [(one * step, other * step) for one in (-1, 0, 1) for other in (-1, 0, 1)]
+        self._block = [int(np.flatnonzero((rows == down) & (columns == right))[0]) for down, right in block]
 
     def judge(self, row: int, column: int, ranges: Floats, window: Floats) -> tuple[Floats, Floats, Floats]:
         """Return spread (m), worst direction (rad) and largest ratio of another pose, for each heading."""
@@ -168,12 +167,18 @@ class _Nearby:
         scores = field.score.ravel().take(ends[:, None, :] + self._shift[:, None])
         likelihood = 1.0 + scores @ window[met].astype(np.float32)  # (turns, offsets, headings)
         ratio = likelihood / likelihood[0, self._true]
-        spread, direction = self._precision(ratio[self._close])
+        spread, direction = self._precision(ratio[[1, 0, 2]][:, self._block])
         return spread, direction, ratio[self._other].max(axis=0) ** self._scans
 
     def _precision(self, ratio: Floats) -> tuple[Floats, Floats]:
-        """Return spread and worst direction by the ratios of the closest poses."""
-        xx, yy, tt, xy, xt, yt = -2 * (self._fit @ np.log(ratio))
+        """Return spread and worst direction by the ratios of poses a step off: by turn, then by y and x, shape (3, 9, headings)."""
+        drop = -np.log(ratio.reshape(3, 3, 3, -1))
+        step, turn = self._steps
+        xx, yy = (drop[1, 1, 0] + drop[1, 1, 2]) / step**2, (drop[1, 0, 1] + drop[1, 2, 1]) / step**2
+        tt = (drop[0, 1, 1] + drop[2, 1, 1]) / turn**2
+        xy = (drop[1, 2, 2] - drop[1, 2, 0] - drop[1, 0, 2] + drop[1, 0, 0]) / (4 * step**2)
+        xt = (drop[2, 1, 2] - drop[2, 1, 0] - drop[0, 1, 2] + drop[0, 1, 0]) / (4 * step * turn)
+        yt = (drop[2, 2, 1] - drop[2, 0, 1] - drop[0, 2, 1] + drop[0, 0, 1]) / (4 * step * turn)
         turning = np.maximum(tt, 1e-9)  # the heading is unknown, too: its part of the information is lost
         xx, yy, xy = xx - xt * xt / turning, yy - yt * yt / turning, xy - xt * yt / turning
         half, mean = np.hypot((xx - yy) / 2, xy), (xx + yy) / 2
