@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -20,6 +20,7 @@ from graphengine.scene.loaded_scene import LoadedScene
 
 if TYPE_CHECKING:
     from graphengine.api.calibration.figures import Calibration
+    from graphengine.physics.occupancy.localizability import Localizability
     from graphengine.physics.occupancy.map_files import Convention, Format
     from graphengine.physics.occupancy.occupancy_map import OccupancyMap, Point, Rectangle
 
@@ -206,6 +207,54 @@ class Scene:
         if path is not None:
             write_map(made, Path(path), image, convention)
         return made
+
+    def localizability(
+        self,
+        chart: OccupancyMap,
+        path: str | PathLike[str] | None = None,
+        *,
+        robot: str | None = None,
+        lidar: str | None = None,
+        spacing: float = 0.5,
+        scans: int = 8,
+        alpha: float = 0.01,
+        progress: Callable[[float], None] = lambda share: None,
+    ) -> Localizability:
+        """Measure how well AMCL could localise a robot at each place of a map, as `graphrun map --localizability` does.
+
+        >>> result = scene.localizability(scene.occupancy_map())
+        >>> float((result.spread <= 0.1).mean())
+        0.99
+
+        Args:
+            chart: map of the scene.
+            path: path of a PNG and a CSV file, without suffix; None writes no files.
+            robot: name of the robot; None: the first one.
+            lidar: path of the lidar's prim; None: the only one of the robot.
+            spacing: distance between places, m.
+            scans: scans whose likelihoods are multiplied for the ambiguity.
+            alpha: noise of the motion model, alpha3 of AMCL.
+            progress: called with the completed share.
+
+        Returns:
+            Spread and ambiguity of each place and heading; its module says how they are defined.
+
+        Raises:
+            OSError: a file cannot be written.
+            PrimError: no prim is at a path.
+            UsageError: there is no such robot or lidar, or no free place, or the scene is a graph.
+        """
+        from graphengine.physics.occupancy.localizability import localizability
+        from graphengine.physics.occupancy.localizability_report import write_report
+        from graphengine.physics.occupancy.robot_lidar import robot_lidar
+
+        if self._loaded.world is None:
+            raise UsageError(f"{self._loaded.path} is a graph without a scene and has no map; give a scene")
+        sensor, radius = robot_lidar(self._loaded.world, robot, lidar)
+        result = localizability(chart, sensor, radius, spacing=spacing, scans=scans, alpha=alpha, progress=progress)
+        if path is not None:
+            write_report(result, chart, Path(path))
+        return result
 
     def calibrate(
         self,

@@ -157,6 +157,8 @@ def _report(result: Calibration) -> str:
         head = f"SQUARE OF {result.squares[0].side:g} m", "TRUE END MINUS COMMANDED END"
         parts.append(table([head, *_squares(result)]))
     parts += [table(list(_odometry(one))) for one in result.odometry]
+    if result.odometry:
+        parts.append(table(list(_amcl(result))))
     parts += [table(list(_imu(one))) for one in result.imus]
     if result.notes:
         parts.append("\n".join(["NOTES", *(f"  {note}" for note in result.notes)]))
@@ -225,13 +227,24 @@ def _odometry(one: Odometry) -> Iterator[Sequence[str]]:
     alphas = {f"alpha{n}": getattr(one.alphas, f"alpha{n}") for n in range(1, 6)}
     if any(value is not None for value in alphas.values()):
         known = (f"{name} {'-' if value is None else _scientific(value)}" for name, value in alphas.items())
-        yield "AMCL", ", ".join(known)
+        yield "AMCL alphas", ", ".join(known)
     variances = one.covariances
     if variances.distance_variance is not None:
         distance, heading = variances.distance_variance, variances.heading_variance_by_distance or 0.0
         straight = f"distance {_scientific(distance)} m2/m, heading {_scientific(heading)} rad2/m"
         turn = variances.heading_variance_by_turn
         yield "variances", straight + ("" if turn is None else f" and {_scientific(turn)} rad2/rad")
+
+
+def _amcl(result: Calibration) -> Iterator[Sequence[str]]:
+    from graphengine.api.calibration.amcl_noise import LEAST, amcl_alphas
+
+    yield (
+        "AMCL",
+        f"parameters for nav2_amcl: the measured ones, but at least {LEAST[0]:g}, as a filter needs some noise",
+    )
+    for index, value in enumerate(amcl_alphas(result), 1):
+        yield f"alpha{index}", f"{value:.2g}"
 
 
 def _imu(one: ImuNoise) -> Iterator[Sequence[str]]:

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import add_allow_argument, add_repeatable, clean, open_file, reading_options
 from graphengine.cli.progress import progress
-from graphengine.cli.quantities import number
+from graphengine.cli.quantities import number, whole
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PrimError, UsageError
 from graphengine.format.files import find_file, near
 
 if TYPE_CHECKING:
+    from graphengine.api.scene import Scene
     from graphengine.physics.occupancy.occupancy_map import OccupancyMap
 
 HEIGHTS = (0.2, 0.62)
@@ -38,8 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     numbers("--z", "LOW", "HIGH", default=HEIGHTS, help="height range of obstacles, m (default 0.2 0.62)")
     where.add_argument("--cell", metavar="SIZE", type=number, default=0.05, help="side of a cell, m (default 0.05)")
-    whole = "area of the map, m, rounded outwards to cells (default: all obstacles)"
-    numbers("--bounds", "XMIN", "YMIN", "XMAX", "YMAX", help=whole)
+    area = "area of the map, m, rounded outwards to cells (default: all obstacles)"
+    numbers("--bounds", "XMIN", "YMIN", "XMAX", "YMAX", help=area)
     prims("--select", "map the extent of this prim, not of all obstacles")
     numbers(
         "--origin",
@@ -52,6 +53,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     numbers("--from", "X", "Y", dest="seeds", action="append", default=[], help=seed)
     prims("--include", "robot or movable body to map as an obstacle")
     prims("--exclude", "prim to leave out of the obstacles")
+    local = parser.add_argument_group("localizability")
+    local.add_argument(
+        "--localizability",
+        action="store_true",
+        help="write how well AMCL could localise the robot at each place: NAME_localizability.png and .csv",
+    )
+    local.add_argument("--robot", metavar="NAME", help="robot whose lidar is used (default: the first one)")
+    local.add_argument("--lidar", metavar="PRIM", help="lidar to use (default: the only one of the robot)")
+    scans = "scans that AMCL multiplies for the ambiguity (default 8: 2 m of travel)"
+    local.add_argument("--scans", metavar="N", type=whole, default=8, help=scans)
+    noise = "alpha3 of AMCL, which widens the spread (default 0.01)"
+    local.add_argument("--alpha", metavar="A", type=number, default=0.01, help=noise)
     files = parser.add_argument_group("output")
     files.add_argument("--format", choices=("png", "pgm"), default="png", help="format of the picture (default png)")
     files.add_argument(
@@ -93,7 +106,44 @@ def execute(arguments: argparse.Namespace) -> int:
     image, text = (near(f"{stem}.{ending}") for ending in (arguments.format, "yaml"))
     print(clean(f"{image} and {text}, in {seconds:.2f} s"))
     print(_summary(made))
+    if arguments.localizability:
+        _localizability(scene, made, stem, arguments)
     return 0
+
+
+def _localizability(scene: Scene, made: OccupancyMap, stem: Path, arguments: argparse.Namespace) -> None:
+    """Write the picture and the table of localizability, and print their summary.
+
+    Raises:
+        UsageError: the robot or the lidar cannot be used.
+    """
+    from graphengine.physics.occupancy.localizability_report import summary
+
+    begin, share = time.perf_counter(), 0.0
+
+    def advance(completed: float) -> None:
+        nonlocal share
+        share = completed
+
+    target = stem.with_name(f"{stem.name}_localizability")
+    robot, lidar = arguments.robot, arguments.lidar
+    with progress("localizability", lambda: share, 1.0):
+        try:
+            result = scene.localizability(
+                made,
+                target,
+                robot=robot,
+                lidar=lidar,
+                scans=arguments.scans,
+                alpha=arguments.alpha,
+                progress=advance,
+            )
+        except PrimError as error:
+            raise UsageError("\n  ".join([error.message, *filter(None, error.help)])) from None
+    seconds = time.perf_counter() - begin
+    image, text = (near(f"{target}.{ending}") for ending in ("png", "csv"))
+    print(clean(f"{image} and {text}, in {seconds:.1f} s"))
+    print(summary(result))
 
 
 def _stem(output: str | None, scene: Path) -> Path:

@@ -581,13 +581,29 @@ def warehouse_features() -> World:
         (2.6, -18.7, 90, 1.30),
         (-8.2, 25.4, 82, 1.00),
         (-12.3, 29.2, 93, 1.10),
+        (-9.6, 29.9, 4, 1.20),
+        (-20.8, 29.8, 87, 0.95),
+        (4.7, 20.4, 84, 1.15),
+        (4.8, -3.6, 93, 1.05),
+        (-25.5, -2.3, 5, 1.10),
     ]
     for index, (name, (x, y, yaw, height)) in enumerate(numbered("pallet", pallets)):
         pallet(world, name, (x, y, yaw), height, LOADS[index % len(LOADS)])
     for name, (x, y) in numbered("cone", [(0.2, 9.2), (0.2, 11.0), (-11.6, -13.4), (-15.0, -17.2)]):
         cone(world, name, x, y)
     for name, (x, y) in numbered(
-        "barrel", [(4.5, -7.2), (4.6, -7.9), (3.9, -7.6), (4.5, -13.4), (-25.6, 16.2), (-6.2, 29.6)]
+        "barrel",
+        [
+            (4.5, -7.2),
+            (4.6, -7.9),
+            (3.9, -7.6),
+            (4.5, -13.4),
+            (-25.6, 16.2),
+            (-6.2, 29.6),
+            (5.1, 10.3),
+            (-25.9, 10.7),
+            (5.1, 18.3),
+        ],
     ):
         barrel(world, name, x, y)
     paint = world.body("floor_markings")

@@ -1,12 +1,33 @@
-"""Motion noise of AMCL for a calibrated robot."""
+"""The noise parameters of nav2_amcl's motion models for a calibrated robot."""
 
 from __future__ import annotations
 
-from graphengine.api.calibration.figures import Calibration
+from dataclasses import astuple
 
-DEFAULT = 0.01
+from graphengine.api.calibration.figures import Alphas, Calibration
+
+LEAST = (0.01, 0.01, 0.01, 0.01, 0.01)
+"""Smallest alpha1 to alpha5: standard deviations of 10 % of the motion, 0.025 m by update of 0.25 m.
+
+Particles that all move alike are copies of each other after some resamplings, and none is left near a pose that the filter has
+lost: particle deprivation (Thrun, Burgard, Fox: Probabilistic Robotics, 4.3.4). An exact odometry would therefore make a filter
+fail that a noisy one keeps alive. The cloud also has to cover the error of a map by its cells, and slip on floors that are not as
+flat as that of a calibration.
+"""
 
 
 def amcl_alphas(result: Calibration) -> tuple[float, float, float, float, float]:
-    """Return alpha1 to alpha5 of AMCL's motion model."""
-    return (DEFAULT,) * 5
+    """Return alpha1 to alpha5 of nav2_amcl: the measured ones, or `LEAST` where they are smaller or could not be measured.
+
+    DifferentialMotionModel splits a motion into a rotation, a translation d and a rotation; a rotation by a gets the variance
+    alpha1 a^2 + alpha2 d^2, and the translation alpha3 d^2 + alpha4 (a1^2 + a2^2). OmniMotionModel has alpha1 a^2 + alpha2 d^2 for
+    the rotation, alpha3 d^2 + alpha4 a^2 along the translation and alpha4 a^2 + alpha5 d^2 across. In both, alphas are factors of
+    squares and are not squared themselves: 0.01 is an error of 10 %. Each measured alpha is the mean square of error over motion,
+    in steps of 0.25 m or 0.2 rad, at which AMCL updates by default; of several odometry topics, the largest counts.
+    """
+    measured = [astuple(one.alphas) for one in result.odometry] or [astuple(Alphas())]
+    first, second, third, fourth, fifth = (
+        max([least, *(value for value in values if value is not None)])
+        for least, values in zip(LEAST, zip(*measured, strict=True), strict=True)
+    )
+    return first, second, third, fourth, fifth

@@ -1,0 +1,188 @@
+"""How well AMCL can localise a robot at each place of a map: how precisely, and whether other poses fit as well.
+
+At each free place, a scan is cast in the map for each heading, and scored at other poses by the likelihood field of nav2_amcl
+(`likelihood_field`). One scan says little: AMCL adds the beams of a scan, so a scan is seldom more than ten times as likely at
+the true pose as anywhere else. But the filter multiplies the likelihoods of the scans on its way. Resampling keeps that product,
+because it duplicates the particles of large weight; only the noise of the motion model wears it down. All scans of a way are
+taken to see what the lidar sees at the judged pose, so a ratio of likelihoods of one scan is raised to a power instead.
+
+- Spread: standard deviation of the position, along its worst direction, at which the filter settles. One scan has the information
+  I = 1 / sigma^2: the second differences of the logarithm of its ratios at poses 0.1 m or 0.025 rad off, with an unknown
+  heading. Each update adds the variance q = alpha (0.25 m)^2 of the motion model and then the scan, so the filter settles
+  at P = 1 / (1 / (P + q) + I). The spread is at most REACH, where scans do not say anything.
+- Near ambiguity: the largest ratio of a pose up to REACH away and up to 0.1 rad off that is at least 0.3 m or 0.1 rad off, of
+  SCANS scans: those of 2 m of travel, at AMCL's default of one each 0.25 m. `scans=1` judges a single scan.
+- Far ambiguity: the largest ratio of any other pose of the map (`scan_matching`), of as many scans.
+
+Positions are those of the lidar. They keep the inscribed radius of the robot from obstacles, since no robot gets closer.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from graphengine.format.errors import UsageError
+from graphengine.physics.engine import Floats
+from graphengine.physics.occupancy.likelihood_field import MAX_DISTANCE, LikelihoodField, likelihood_field
+from graphengine.physics.occupancy.occupancy_map import FREE, OccupancyMap
+from graphengine.physics.occupancy.scan_casting import PlanarLidar, cast
+from graphengine.physics.occupancy.scan_matching import ScanMatcher
+
+BEAMS, SCANS, HEADINGS = 60, 8, 16
+ALPHA, UPDATE = 0.01, 0.25
+"""Variance of the motion model by the square of the distance (alpha3 of AMCL), and distance between updates, m."""
+REACH, STEP = 1.0, 0.1
+"""Largest distance of a nearby pose, and distance between them, m."""
+OFF, TURNED = 0.3, 0.1
+"""m and rad from which on a nearby pose is another one."""
+_TURNS = (0.0, -0.025, 0.025, -0.05, 0.05, -TURNED, TURNED)
+MOST_PLACES = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class Localizability:
+    """Figures of places, in rows of the map from south to north; arrays of poses have the shape (places, headings).
+
+    Attributes:
+        spacing: distance between neighbouring places, m.
+        places: x and y, shape (places, 2), m.
+        headings: headings of the robot, rad.
+        spread: standard deviation along the worst direction, m.
+        direction: the worst direction, rad from the x axis, 0 to pi.
+        near: largest ratio of likelihoods of a nearby pose.
+        far: largest ratio of likelihoods of any other pose.
+        alias: that other pose, x, y and heading, shape (places, headings, 3); NaN if there is none.
+    """
+
+    spacing: float
+    places: Floats
+    headings: Floats
+    spread: Floats
+    direction: Floats
+    near: Floats
+    far: Floats
+    alias: Floats
+
+    @property
+    def ambiguity(self) -> Floats:
+        """The largest ratio of likelihoods of any other pose."""
+        return np.maximum(self.near, self.far)
+
+    def good(self, spread: float, ambiguity: float) -> Floats:
+        """Return the fraction of headings of each place with at most the given spread (m) and ambiguity."""
+        fine = (self.spread <= spread) & (self.ambiguity <= ambiguity)
+        return np.asarray(fine.mean(axis=1))
+
+
+def localizability(
+    chart: OccupancyMap,
+    lidar: PlanarLidar,
+    radius: float,
+    *,
+    spacing: float = 0.5,
+    scans: int = SCANS,
+    alpha: float = ALPHA,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Localizability:
+    """Return how well a robot can be localised at the free places of a map.
+
+    Args:
+        chart: the map.
+        lidar: the lidar, of which about BEAMS beams are used, as AMCL does.
+        radius: distance that the lidar keeps from obstacles, m.
+        spacing: distance between places, m, rounded to cells of the map.
+        scans: scans whose likelihoods are multiplied for the ambiguity.
+        alpha: noise of the motion model, alpha3 of AMCL.
+        progress: called with the completed share.
+
+    Raises:
+        UsageError: there is no free place, or there are too many, or `scans` or `alpha` is not above 0.
+    """
+    if scans < 1 or not 0.0 < alpha < math.inf:
+        raise UsageError(f"scans {scans}, alpha {alpha:g}: write numbers above 0")
+    field = likelihood_field(chart, lidar.far)
+    stride = max(1, round(spacing / chart.grid.cell))
+    inner = slice(field.pad, -field.pad)
+    roomy = field.distance[inner, inner] - chart.grid.cell / 2 >= min(radius, MAX_DISTANCE - chart.grid.cell)
+    first = stride // 2
+    rows, columns = np.nonzero(((chart.cells == FREE) & roomy)[first::stride, first::stride])
+    rows, columns = rows * stride + first, columns * stride + first
+    if not len(rows):
+        raise UsageError(f"the map has no free place that is {radius:.2g} m from all obstacles")
+    if len(rows) > MOST_PLACES:
+        raise UsageError(f"{len(rows)} places are too many, at most {MOST_PLACES}; map a smaller area by its bounds")
+    rays = lidar.rays(BEAMS, HEADINGS)
+    window = lidar.window(rays, HEADINGS)
+    ranges = cast(field, rows, columns, rays, lidar)
+    matcher = ScanMatcher(field, rows, columns, ranges, window)
+    nearby = _Nearby(field, scans, alpha)
+    results: list[tuple[Floats, ...]] = []
+    for place in range(len(rows)):
+        spread, direction, near = nearby.judge(int(rows[place]), int(columns[place]), ranges[place], window)
+        far, alias = matcher.best_other(place)
+        results.append((spread, direction, near, far**scans, alias))
+        progress((place + 1) / len(rows))
+    spread, direction, near, far, alias = (np.array(column) for column in zip(*results, strict=True))
+    grid = chart.grid
+    corner = np.array([grid.west + grid.cell / 2, grid.south + grid.cell / 2])
+    alias[..., :2] = alias[..., :2] * grid.cell + corner
+    places = np.stack([columns, rows], axis=1) * grid.cell + corner
+    headings = np.arange(HEADINGS) * math.tau / HEADINGS
+    return Localizability(stride * grid.cell, places, headings, spread, direction, near, far, alias)
+
+
+class _Nearby:
+    """Poses around the true one, at which scans are scored."""
+
+    def __init__(self, field: LikelihoodField, scans: int, alpha: float) -> None:
+        self._field, self._scans, self._motion = field, scans, alpha * UPDATE**2
+        step = max(1, round(STEP / field.cell))
+        count = math.floor(REACH / (step * field.cell) + 1e-9)
+        axis = step * np.arange(-count, count + 1)
+        grid_columns, grid_rows = (values.ravel() for values in np.meshgrid(axis, axis))
+        distance = np.hypot(grid_columns, grid_rows) * field.cell
+        inside = distance <= REACH + 1e-9
+        columns, rows, away = grid_columns[inside], grid_rows[inside], distance[inside]
+        self._shift = field.shift(rows, columns)
+        self._true = int(np.argmin(away))
+        turns = np.array(_TURNS)[:, None]
+        self._other = (np.abs(turns) >= TURNED - 1e-9) | (away >= OFF - 1e-9)
+        self._steps = step * field.cell, _TURNS[2]
+        block = [(one * step, other * step) for one in (-1, 0, 1) for other in (-1, 0, 1)]
+        self._block = [int(np.flatnonzero((rows == down) & (columns == right))[0]) for down, right in block]
+
+    def judge(self, row: int, column: int, ranges: Floats, window: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return spread (m), worst direction (rad) and largest ratio of another pose, for each heading."""
+        field, rays = self._field, len(ranges)
+        met = np.isfinite(ranges)
+        along = np.where(met, ranges, 0.0) / field.cell
+        angle = np.arange(rays) * math.tau / rays + np.array(_TURNS)[:, None]
+        ends_row = np.rint(row + along * np.sin(angle)).astype(np.intp)
+        ends_column = np.rint(column + along * np.cos(angle)).astype(np.intp)
+        ends = field.index(ends_row, ends_column)[:, met]
+        scores = field.score.ravel().take(ends[:, None, :] + self._shift[:, None])
+        likelihood = 1.0 + scores @ window[met].astype(np.float32)  # (turns, offsets, headings)
+        ratio = likelihood / likelihood[0, self._true]
+        spread, direction = self._precision(ratio[[1, 0, 2]][:, self._block])
+        return spread, direction, ratio[self._other].max(axis=0) ** self._scans
+
+    def _precision(self, ratio: Floats) -> tuple[Floats, Floats]:
+        """Return spread and worst direction by the ratios of poses a step off: by turn, then by y and x, shape (3, 9, headings)."""
+        drop = -np.log(ratio.reshape(3, 3, 3, -1))
+        step, turn = self._steps
+        xx, yy = (drop[1, 1, 0] + drop[1, 1, 2]) / step**2, (drop[1, 0, 1] + drop[1, 2, 1]) / step**2
+        tt = (drop[0, 1, 1] + drop[2, 1, 1]) / turn**2
+        xy = (drop[1, 2, 2] - drop[1, 2, 0] - drop[1, 0, 2] + drop[1, 0, 0]) / (4 * step**2)
+        xt = (drop[2, 1, 2] - drop[2, 1, 0] - drop[0, 1, 2] + drop[0, 1, 0]) / (4 * step * turn)
+        yt = (drop[2, 2, 1] - drop[2, 0, 1] - drop[0, 2, 1] + drop[0, 0, 1]) / (4 * step * turn)
+        turning = np.maximum(tt, 1e-9)  # the heading is unknown, too: its part of the information is lost
+        xx, yy, xy = xx - xt * xt / turning, yy - yt * yt / turning, xy - xt * yt / turning
+        half, mean = np.hypot((xx - yy) / 2, xy), (xx + yy) / 2
+        direction = (np.arctan2(2 * xy, xx - yy) / 2 + math.pi / 2) % math.pi
+        information = np.maximum(mean - half, 1e-9)
+        settled = (np.sqrt(self._motion**2 + 4 * self._motion / information) - self._motion) / 2
+        return np.minimum(np.sqrt(settled), REACH), direction

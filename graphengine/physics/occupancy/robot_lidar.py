@@ -1,0 +1,95 @@
+"""The lidar of a scene's robot as a planar one, and the room that the robot needs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from graphengine.devices.stage import Prim
+from graphengine.format.errors import UsageError
+from graphengine.format.wording import listing
+from graphengine.physics.engine import Floats, body_names, collides, mujoco
+from graphengine.physics.loaded_world import LoadedWorld
+from graphengine.physics.occupancy.scan_casting import PlanarLidar
+
+LEVEL = math.radians(10)
+"""Largest angle between the beams and the floor."""
+
+
+def robot_lidar(world: LoadedWorld, robot: str | None = None, lidar: str | None = None) -> tuple[PlanarLidar, float]:
+    """Return the lidar of a robot as it is mounted, and the inscribed radius of the robot, m.
+
+    A 3D lidar counts as its ring that is closest to its horizontal plane.
+
+    Args:
+        world: the scene.
+        robot: name of the robot; None: the first one.
+        lidar: path of the lidar's prim; None: the only one of the robot.
+
+    Raises:
+        PrimError: no prim is at the path.
+        UsageError: there is no such robot or lidar, there are several lidars, or the lidar is not level.
+    """
+    if not world.robots:
+        raise UsageError("the scene has no robot; add one with a lidar")
+    name = next(iter(world.robots)) if robot is None else robot
+    if name not in world.robots:
+        raise UsageError(f"there is no robot {name!r}; {listing(world.robots)}")
+    prim = _lidar(world, name, lidar)
+    base = world.stage.find(world.stage.find(world.robots[name].prim_path).facts["base_link"])
+    turn = _rotation(world, base).T @ _rotation(world, prim)
+    facts = prim.facts
+    elevation = min(facts["elevations"], key=abs)
+    if math.acos(min(1.0, abs(float(turn[2, 2])))) + abs(elevation) > LEVEL:
+        raise UsageError(
+            f"{prim.path}: the beams are not level, so they do not show the walls of a map; choose another lidar"
+        )
+    first, last, step = facts["angles"]
+    ahead = math.atan2(float(turn[1, 0]), float(turn[0, 0]))
+    begin = ahead + (first if turn[2, 2] > 0 else -last)  # an inverted lidar turns clockwise
+    field = last - first
+    near, far = facts["ranges"]
+    whole = math.tau if field + step > math.tau - 1e-6 else field
+    return PlanarLidar(begin, whole, near, far), _inscribed_radius(world, name, base)
+
+
+def _lidar(world: LoadedWorld, robot: str, path: str | None) -> Prim:
+    """Return the prim of a robot's lidar."""
+    if path is not None:
+        prim = world.stage.find(path)
+        if prim.kind != "lidar":
+            raise UsageError(f"{path} is a {prim.kind}, not a lidar")
+        return prim
+    root = world.stage.find(world.robots[robot].prim_path)
+    lidars = [prim for prim in root.descendants() if prim.kind == "lidar"]
+    if len(lidars) == 1:
+        return lidars[0]
+    if not lidars:
+        raise UsageError(
+            f"{robot} has no lidar; add one to its robot file, for example sensors: {{lidar: {{type: lidar}}}}"
+        )
+    raise UsageError(f"{robot} has {len(lidars)} lidars; choose one: {', '.join(prim.path for prim in lidars)}")
+
+
+def _rotation(world: LoadedWorld, prim: Prim) -> Floats:
+    matrix = np.empty(9)
+    x, y, z, w = world.simulation.frame(prim).pose()[1]
+    mujoco.mju_quat2Mat(matrix, np.array([w, x, y, z]))
+    return matrix.reshape(3, 3)
+
+
+def _inscribed_radius(world: LoadedWorld, robot: str, base: Prim) -> float:
+    """Return the radius of the largest circle around the base link in the hull of the bounding boxes of its colliders, m."""
+    model, data = world.simulation.model, world.simulation.data
+    own = np.array([name.startswith(f"{robot}/") for name in body_names(model)])
+    geoms = np.flatnonzero(collides(model) & own[model.geom_bodyid])
+    if not len(geoms):
+        return 0.0
+    signs = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3), axis=-1).reshape(-1, 3)
+    corners = model.geom_aabb[geoms, None, :3] + signs * model.geom_aabb[geoms, None, 3:]
+    turned = np.einsum("gij,gcj->gci", data.geom_xmat[geoms].reshape(-1, 3, 3), corners)
+    points = (turned + data.geom_xpos[geoms, None]).reshape(-1, 3)[:, :2] - world.simulation.frame(base).pose()[0][:2]
+    angle = np.arange(360) * math.tau / 360
+    reach = (points @ np.stack([np.cos(angle), np.sin(angle)])).max(axis=0)
+    return max(0.0, float(reach.min()))

@@ -1,0 +1,167 @@
+"""Finds the pose of a map, other than the true one, at which a scan fits best.
+
+All places of the map are compared at once, coarsely: a scan is an indicator of its ranges by ray and by half metre, a place is
+what the likelihood field has at those ends, and the match at all turns is their circular correlation over the rays, computed by
+Fourier transform. The best places, one a square of TILE metres, are then refined by scores of the field itself.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.physics.engine import Bools, Floats, Indices
+from graphengine.physics.occupancy.likelihood_field import LikelihoodField, Singles
+
+Spectra = NDArray[np.complex64]
+
+FARTHEST, BIN = 10.0, 0.5
+"""Range up to which rays are compared coarsely, and the width of its bins, m."""
+BLUR = 0.3
+"""Distance over which the field is spread for the coarse comparison, m."""
+TILE, CANDIDATES = 1.5, 6
+NEAR, TURNED = 1.0, 0.15
+"""m and rad up to which a pose is one of those nearby, which are not searched."""
+_BLOCK = 32
+
+
+class ScanMatcher:
+    """The scans of all places, and where else each of them fits."""
+
+    def __init__(self, field: LikelihoodField, rows: Indices, columns: Indices, ranges: Floats, window: Floats) -> None:
+        """Prepare the comparison.
+
+        Args:
+            field: likelihood field of the map.
+            rows: rows of the places.
+            columns: their columns.
+            ranges: distances of rays all around, NaN for no return, shape (places, rays), m.
+            window: which rays are beams at each heading, shape (rays, headings).
+        """
+        self._field, self._rows, self._columns, self._ranges, self._window = field, rows, columns, ranges, window
+        self._rays = ranges.shape[1]
+        self._skip = 2 if self._rays % 2 == 0 else 1
+        tile = max(1, round(TILE / field.cell))
+        keys = (rows // tile) * (int(columns.max()) // tile + 1) + columns // tile
+        self._order = np.argsort(keys, kind="stable")
+        self._starts = np.flatnonzero(np.diff(keys[self._order], prepend=-1))
+        self._places, self._scans = self._transforms()
+        self._first, self._found = 0, self._search(0)
+
+    def best_other(self, place: int) -> tuple[Floats, Floats]:
+        """Return the ratio of likelihoods of one scan at the best other pose, and that pose, for each heading.
+
+        Places are asked for in ascending order. Poses are column and row of the map and the heading (rad), shape (headings, 3).
+        """
+        if not self._first <= place < self._first + _BLOCK:
+            self._first = place - place % _BLOCK
+            self._found = self._search(self._first)
+        headings = self._window.shape[1]
+        met = np.isfinite(self._ranges[place])
+        window = self._window[met]
+        true = 1.0 + float(self._field.score.max()) * window.sum(axis=0)
+        rows, columns, turns, found = self._refined(place, met)
+        if not len(rows):
+            return 1.0 / true, np.full((headings, 3), np.nan)
+        likelihood = 1.0 + found @ window
+        best = np.argmax(likelihood, axis=0)
+        angle = (turns[best] + np.arange(headings) * math.tau / headings) % math.tau
+        return likelihood[best, np.arange(headings)] / true, np.stack([columns[best], rows[best], angle], axis=1)
+
+    def _transforms(self) -> tuple[Spectra, Spectra]:
+        """Return the spectra of what places have and of the scans, shape (frequencies, places, bins)."""
+        field, rays = self._field, self._rays // self._skip
+        bins = round(FARTHEST / BIN)
+        blurred = _spread(field.score, round(BLUR / field.cell)).ravel()
+        angle = np.arange(rays) * math.tau / rays
+        middle = (np.arange(bins) + 0.5) * BIN / field.cell
+        places = np.empty((len(self._rows), rays, bins), np.float32)
+        for number in range(rays):
+            down = np.rint(middle * math.sin(angle[number])).astype(np.intp)
+            right = np.rint(middle * math.cos(angle[number])).astype(np.intp)
+            places[:, number] = blurred[field.index(self._rows[:, None] + down, self._columns[:, None] + right)]
+        ranges = self._ranges[:, :: self._skip]
+        scans = np.zeros_like(places)
+        which, ray = np.nonzero(ranges < FARTHEST)
+        scans[which, ray, (ranges[which, ray] / BIN).astype(np.intp)] = 1.0
+        spectra = (np.fft.rfft(values, axis=1).transpose(1, 0, 2).astype(np.complex64) for values in (places, scans))
+        first, second = (np.ascontiguousarray(values) for values in spectra)
+        return first, np.conj(second)
+
+    def _search(self, first: int) -> tuple[Indices, Indices]:
+        """Return places and turns (in coarse rays) of candidates for a block of scans, best first."""
+        scans = self._scans[:, first : first + _BLOCK]
+        spectrum = scans @ self._places.transpose(0, 2, 1)
+        match = np.fft.irfft(spectrum, self._rays // self._skip, axis=0)  # (turns, scans, places)
+        x, y = self._columns * self._field.cell, self._rows * self._field.cell
+        own = np.arange(first, first + scans.shape[1])
+        close = np.hypot(x[own, None] - x, y[own, None] - y) <= NEAR
+        turns = np.arange(len(match)) * math.tau / len(match)
+        small = np.minimum(turns, math.tau - turns) <= TURNED
+        match[small] = np.where(close, -1.0, match[small])
+        turn = match.argmax(axis=0)
+        best = np.take_along_axis(match, turn[None], axis=0)[0]
+        tiles = np.maximum.reduceat(best[:, self._order], self._starts, axis=1)
+        top = np.argsort(-tiles, axis=1, kind="stable")[:, :CANDIDATES]
+        ends = np.append(self._starts[1:], len(self._order))
+        chosen = np.zeros(top.shape, np.intp)
+        for scan, tile in np.ndindex(*top.shape):
+            members = self._order[self._starts[top[scan, tile]] : ends[top[scan, tile]]]
+            chosen[scan, tile] = members[np.argmax(best[scan, members])]
+        valid = np.take_along_axis(best, chosen, axis=1) > 0.0
+        chosen[~valid] = -1
+        return chosen, np.take_along_axis(turn, np.maximum(chosen, 0), axis=1)
+
+    def _refined(self, place: int, met: Bools) -> tuple[Indices, Indices, Floats, Singles]:
+        """Return rows, columns and turns of the candidates after refinement, and the scores of their rays."""
+        chosen, coarse = (found[place - self._first] for found in self._found)
+        coarse, chosen = coarse[chosen >= 0], chosen[chosen >= 0]
+        rows, columns = self._rows[chosen], self._columns[chosen]
+        turns = coarse * (math.tau * self._skip / self._rays)
+        angle = (np.arange(self._rays) * math.tau / self._rays)[met]
+        along = self._ranges[place, met] / self._field.cell
+        tenth = max(1, round(0.1 / self._field.cell))
+        scores = np.zeros((len(chosen), len(along)), np.float32)
+        for step, reach, turn, count in ((tenth, 2, 0.02, 4), (1, 1, 0.005, 2)):
+            rows, columns, turns, scores = self._improved(rows, columns, turns, along, angle, step, reach, turn, count)
+        return rows, columns, turns, scores
+
+    def _improved(
+        self,
+        rows: Indices,
+        columns: Indices,
+        turns: Floats,
+        along: Floats,
+        angle: Floats,
+        step: int,
+        reach: int,
+        turn: float,
+        count: int,
+    ) -> tuple[Indices, Indices, Floats, Singles]:
+        """Return for each pose the best one around it: up to `reach` steps of cells and `count` steps of turn off."""
+        field = self._field
+        turned = turns[:, None] + turn * np.arange(-count, count + 1)
+        direction = turned[:, :, None] + angle
+        down = np.rint(rows[:, None, None] + along * np.sin(direction)).astype(np.intp)
+        right = np.rint(columns[:, None, None] + along * np.cos(direction)).astype(np.intp)
+        axis = step * np.arange(-reach, reach + 1)
+        down_by, right_by = (values.ravel() for values in np.meshgrid(axis, axis, indexing="ij"))
+        ends = field.index(down, right)[:, :, None, :] + field.shift(down_by, right_by)[:, None]
+        scores = field.score.ravel().take(ends)  # (poses, turns, offsets, rays)
+        best = scores.sum(axis=3).reshape(len(rows), -1).argmax(axis=1)
+        which, offset = np.divmod(best, len(down_by))
+        pose = np.arange(len(rows))
+        chosen = scores[pose, which, offset]
+        return rows + down_by[offset], columns + right_by[offset], turned[pose, which], chosen
+
+
+def _spread(values: Singles, cells: int) -> Singles:
+    """Return the largest value within a square around each cell."""
+    for axis in (0, 1):
+        wide = np.pad(values, [(cells, cells) if one == axis else (0, 0) for one in (0, 1)], mode="edge")
+        size = values.shape[axis]
+        parts = [np.take(wide, np.arange(step, step + size), axis=axis) for step in range(2 * cells + 1)]
+        values = np.maximum.reduce(parts)
+    return values
