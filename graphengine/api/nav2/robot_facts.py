@@ -171,7 +171,7 @@ def _command(claims: Sequence[EndpointClaim], missing: list[str]) -> EndpointCla
         missing.append(
             "no topic takes velocities: subscribe to cmd_vel with ROS2SubscribeTwist, as graphs/base/differential.yaml does"
         )
-    return (named or driven or [None])[0]
+    return next(iter(named or driven), None)
 
 
 def _edges(claims: Sequence[EndpointClaim]) -> list[tuple[str, str]]:

@@ -1,8 +1,7 @@
 """Names of Nav2's parameters, by node and distribution.
 
 Each was found in Nav2's sources: in nav2_bringup/params/nav2_params.yaml, or in a call that declares it, in the branches `jazzy`
-(f4108e5), `kilted` (71a1d84) and `lyrical` (aa3dab8) of github.com/ros-navigation/navigation2. Names of plugins' instances, such as
-FollowPath, are left out.
+(f4108e5), `kilted` (71a1d84) and `lyrical` (aa3dab8) of github.com/ros-navigation/navigation2.
 """
 
 from __future__ import annotations
