@@ -52,7 +52,7 @@ def _controller(robot: RobotFacts, distribution: Distribution) -> Parameters:
         "costmap_update_timeout": Sourced(2.0, BUSY),
         "failure_tolerance": Sourced(2.0, BUSY),
         "min_x_velocity_threshold": nav2(0.001),
-        "min_y_velocity_threshold": nav2(0.001),
+        "min_y_velocity_threshold": _sideways_threshold(robot),
         "min_theta_velocity_threshold": nav2(0.001),
         "progress_checker_plugins": nav2(["progress_checker"]),
         "progress_checker": {
@@ -72,6 +72,12 @@ def _controller(robot: RobotFacts, distribution: Distribution) -> Parameters:
         "controller_plugins": nav2(["FollowPath"]),
         "FollowPath": _pursuit(robot, distribution) if car else _dwb(robot, distribution),
     }
+
+
+def _sideways_threshold(robot: RobotFacts) -> Sourced[float]:
+    """Return the sideways velocity below which the odometry's counts as zero, m/s."""
+    omni = robot.limits.kinematics.value == "omni"
+    return Sourced(0.001, robot.limits.kinematics.source) if omni else nav2(0.5)
 
 
 def _tolerance(distribution: Distribution) -> Parameters:

@@ -34,10 +34,10 @@ _SLAM = """\
         node(
             "slam_toolbox",
             "async_slam_toolbox_node",
-            {"use_lifecycle_manager": False},
             name="slam_toolbox",
             remappings=[("/map", "map"), ("/map_metadata", "map_metadata")],
         ),
+        node("nav2_lifecycle_manager", "lifecycle_manager", name="lifecycle_manager_localization"),
 """
 _MAP_ARGUMENT = """\
         DeclareLaunchArgument("map", default_value=str($folder / "map.yaml"), description="map to load"),

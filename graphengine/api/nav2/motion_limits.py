@@ -83,7 +83,7 @@ def motion_limits(scene: LoadedScene, robot: RobotInstance, graphs: Collection[s
     steering = inputs.first("maxWheelRotation")
     turning_radius = Sourced(0.0, "it turns on the spot")
     if kinematics.value == "ackermann" and base is not None:
-        turning_radius = _turning_radius(base, steering)
+        turning_radius = _turning_radius(base, steering, track)
     turns = [*inputs.limits("maxAngularSpeed"), Sourced(MOST_TURN, "limit for indoor driving")]
     if turning_radius.value:
         turns.append(Sourced(speed.value / turning_radius.value, "speed by the turning radius"))
@@ -170,12 +170,15 @@ def _rim_speeds(robot: RobotInstance) -> Iterator[Sourced[float]]:
             yield Sourced(limit * radius, f"{name}: velocity limit by the wheel's radius")
 
 
-def _turning_radius(base: Sourced[float], steering: Sourced[float] | None) -> Sourced[float]:
-    """Return the least radius of the path of the middle of the unsteered axle."""
+def _turning_radius(
+    base: Sourced[float], steering: Sourced[float] | None, track: Sourced[float] | None
+) -> Sourced[float]:
+    """Return the least radius of the path of the middle of the unsteered axle, by the limit of the inner wheel."""
     if steering is None or not 0.05 < steering.value < 1.3:
         return Sourced(2.0 * base.value, f"twice the wheel base, {base.source}; no limit of the steering is known")
-    radius = base.value / math.tan(steering.value)
-    return Sourced(1.1 * radius, f"wheel base by the tangent of {steering.source}, and 10 % for corrections")
+    inner = base.value / math.tan(steering.value)
+    radius = inner + (track.value / 2.0 if track is not None else 0.0)
+    return Sourced(1.1 * radius, f"wheel base, track and {steering.source}, and 10 % for corrections")
 
 
 def _acceleration_by_force(scene: LoadedScene, robot: RobotInstance) -> list[Sourced[float]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from graphengine.api.calibration.amcl_noise import amcl_alphas
@@ -20,11 +20,13 @@ from graphengine.format.errors import UsageError
 from graphengine.format.wording import unknown
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.occupancy.map_files import map_files
-from graphengine.physics.occupancy.occupancy_map import MapRequest, make_map
+from graphengine.physics.occupancy.occupancy_map import MapRequest, NoObstaclesError, make_map
 from graphengine.scene.loaded_scene import LoadedScene
 
 CELL = 0.05
 """Side of a cell of the map, m."""
+OPEN_FLOOR = 10.0
+"""Distance of the edge of the map from the robots in a world without obstacles, m."""
 UNCALIBRATED = 0.01
 """AMCL's alphas without a calibration."""
 
@@ -73,7 +75,6 @@ def nav2_files(
     """
     chosen = _chosen(scene, robots)
     facts = [robot_facts(scene, robot) for robot in chosen]
-    _check_names(facts)
     notes: list[str] = []
     noise: dict[str, Sourced[Alphas]] = {}
     if not slam:
@@ -91,8 +92,8 @@ def nav2_files(
     if len(facts) > 1:
         contents[Path("nav2.launch.py")] = fleet_launch(facts, name, slam=slam).encode()
     if not slam:
-        contents |= _map(scene, facts)
-    contents[Path("README.md")] = readme_file(name, facts, slam=slam).encode()
+        contents |= _map(scene, facts, notes)
+    contents[Path("README.md")] = readme_file(name, facts, slam=slam, robot_state=scene.options.robot_state).encode()
     return Nav2Files(contents, tuple(facts), tuple(notes))
 
 
@@ -104,18 +105,6 @@ def _chosen(scene: LoadedScene, names: Sequence[str]) -> list[RobotInstance]:
         if name not in robots:
             raise UsageError(unknown("robot", name, robots))
     return [robots[name] for name in names or robots]
-
-
-def _check_names(facts: Sequence[RobotFacts]) -> None:
-    """Refuse robots that one Nav2 cannot tell apart."""
-    seen: dict[str, str] = {}
-    for one in facts:
-        if one.namespace in seen:
-            raise UsageError(
-                f"{seen[one.namespace]} and {one.name} have the same namespace {one.namespace!r}\n"
-                "  give each robot of the scene a `namespace`, or choose one with --robot"
-            )
-        seen[one.namespace] = one.name
 
 
 def _alphas(
@@ -148,16 +137,24 @@ def _robot_files(
     }
 
 
-def _map(scene: LoadedScene, robots: Sequence[RobotFacts]) -> dict[Path, bytes]:
+def _map(scene: LoadedScene, robots: Sequence[RobotFacts], notes: list[str]) -> dict[Path, bytes]:
     """Return the map of all obstacles between the floor and the top of the highest robot or scan plane."""
     assert scene.world is not None
     scans = [scan.height for robot in robots for scan in robot.scans]
     window = scan_window(scans, [robot.height for robot in robots])
     floor = robots[0].floor
-    request = MapRequest(
-        (floor + window[0], floor + window[1]), CELL, seeds=[(robot.pose[0], robot.pose[1]) for robot in robots]
-    )
-    return map_files(make_map(scene.world, request), Path("map"), "pgm")
+    starts = [robot.pose[:2] for robot in robots]
+    request = MapRequest((floor + window[0], floor + window[1]), CELL, seeds=starts)
+    try:
+        made = make_map(scene.world, request)
+    except NoObstaclesError:
+        notes.append(f"the map is empty, {OPEN_FLOOR:g} m around the robots: AMCL cannot find a robot in it")
+        corners = [op(start[axis] for start in starts) for op in (min, max) for axis in (0, 1)]
+        west, south, east, north = (
+            value + sign * OPEN_FLOOR for value, sign in zip(corners, (-1, -1, 1, 1), strict=True)
+        )
+        made = make_map(scene.world, replace(request, bounds=((west, south), (east, north))))
+    return map_files(made, Path("map"), "pgm")
 
 
 def scan_window(scans: Sequence[float], heights: Sequence[float]) -> tuple[float, float]:

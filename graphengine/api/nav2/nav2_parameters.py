@@ -24,7 +24,8 @@ NAVIGATION = (
 )
 """Nodes that lifecycle_manager_navigation starts, in this order."""
 LOCALIZATION = ("map_server", "amcl")
-"""Nodes that lifecycle_manager_localization starts, in this order."""
+SLAM = ("slam_toolbox",)
+"""Nodes that lifecycle_manager_localization starts, in this order: with a map, and without one."""
 BOND_TIMEOUT = 20.0
 """Time without a heartbeat after which a lifecycle manager stops all its nodes, s."""
 
@@ -52,14 +53,13 @@ def nav2_parameters(robot: RobotFacts, distribution: Distribution, alphas: Sourc
         scene: name of the scene, for the first line.
     """
     place = localization(robot, alphas) if alphas is not None else slam_toolbox(robot)
+    located_by = LOCALIZATION if alphas is not None else SLAM
     nodes: Parameters = {
         **place,
         "bt_navigator": node(_navigator(robot, distribution)),
         **planning(robot, distribution, known_map=alphas is not None),
         **driving(robot, distribution),
-        **(
-            {"lifecycle_manager_localization": node(_manager(LOCALIZATION, distribution))} if alphas is not None else {}
-        ),
+        "lifecycle_manager_localization": node(_manager(located_by, distribution)),
         "lifecycle_manager_navigation": node(_manager(NAVIGATION, distribution)),
     }
     head = f"Nav2 ({distribution.name}) for {robot.name} of {scene}, by `graphrun nav2 files`; comments: where values come from"
@@ -77,7 +77,7 @@ def _navigator(robot: RobotFacts, distribution: Distribution) -> Parameters:
         "transform_tolerance": Sourced(TOLERANCE, BUSY),
         "bt_loop_duration": nav2(10),
         "default_server_timeout": Sourced(5000, f"ms, instead of 20, {BUSY}"),
-        "default_cancel_timeout": Sourced(5000, f"ms, instead of 50, {BUSY}"),
+        "default_cancel_timeout": Sourced(5000, f"ms, instead of 20 to 50, {BUSY}"),
         "wait_for_service_timeout": Sourced(20000, f"ms, instead of 1000, {BUSY}"),
         "navigators": nav2(["navigate_to_pose", "navigate_through_poses"]),
         "navigate_to_pose": {"plugin": nav2("nav2_bt_navigator::NavigateToPoseNavigator")},

@@ -44,7 +44,7 @@ def _lines(tree: Parameters, indent: str) -> Iterator[str]:
 def _scalar(value: Any) -> str:
     """Return a value on one line; a float always has a decimal point, by which ROS knows its type."""
     if isinstance(value, float):
-        value = float(f"{value:.6g}")
+        value = float(f"{value:.6g}") + 0.0  # without the sign of zero
     elif isinstance(value, list | tuple):
         return f"[{', '.join(map(_scalar, value))}]"
     text = yaml.safe_dump(value, default_flow_style=True, width=10**9)

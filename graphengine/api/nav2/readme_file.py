@@ -7,15 +7,23 @@ from collections.abc import Sequence
 from graphengine.api.nav2.robot_facts import RobotFacts
 
 
-def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool) -> str:
-    """Return the README of a folder with the files for some robots of a scene."""
+def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool, robot_state: bool) -> str:
+    """Return the README of a folder with the files for some robots of a scene.
+
+    Args:
+        scene: name of the scene.
+        robots: the robots.
+        slam: whether slam_toolbox makes the map.
+        robot_state: whether the simulation has to run with `--robot-state`.
+    """
+    run = f"graphrun run SCENE{' --robot-state' if robot_state else ''}"
     names = ", ".join(robot.name for robot in robots)
     place = "in the folders of the robots" if len(robots) > 1 else "here"
     goal = robots[0].topic("goal_pose")
     lines = [
         f"# Nav2 for {names} in {scene}",
         "",
-        "1. Start the simulation: `graphrun run SCENE`, with the scene that these files were made of.",
+        f"1. Start the simulation: `{run}`, with the scene that these files were made of.",
         "2. In another terminal with a sourced ROS 2: `ros2 launch nav2.launch.py rviz:=true`.",
         f'3. In RViz, set a goal with "2D Goal Pose" ({goal}), or run `graphrun nav2 goals "X Y YAW"`.',
         "",
@@ -25,7 +33,7 @@ def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool) -> str:
         else "- `map.yaml`, `map.pgm`: obstacles up to the robot's height. `map:=FILE` takes another map.",
         "- `ros2 launch nav2.launch.py --show-args` lists the arguments."
         if slam
-        else "- `localization:=truth` without AMCL: start the simulation with `graphrun run SCENE --localization truth`.",
+        else f"- `localization:=truth` without AMCL: start the simulation with `{run} --localization truth`.",
         "- After a change of the robot or the scene: `graphrun nav2 files SCENE -o DIR --force`.",
     ]
     return "\n".join(lines) + "\n"

@@ -17,7 +17,7 @@ from graphengine.api.calibration.robot_interface import (
 from graphengine.api.nav2.motion_limits import MotionLimits, motion_limits
 from graphengine.api.nav2.scan_source import ScanSource, scan_sources
 from graphengine.devices.rotation import rotate
-from graphengine.devices.stage import Prim, at_or_below
+from graphengine.devices.stage import Prim, Stage, at_or_below
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
 from graphengine.messages.endpoints import EndpointClaim
@@ -29,6 +29,8 @@ from graphengine.scene.loaded_scene import LoadedScene
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 MAP_FRAME = "map"
+_LIDAR_WORDS = ("scan", "laser", "lidar")
+"""Parts of the names of links that carry lidars."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +103,7 @@ def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
         )
     scans = scan_sources(scene, claims)
     if not scans:
-        missing.append(_no_scan(claims))
+        missing.append(_no_scan(robot, scene.stage, claims))
     elif base_frame is not None:
         reached = _connected(base_frame, [*edges, *_description_edges(claims, robot)])
         missing += [
@@ -169,7 +171,7 @@ def _command(claims: Sequence[EndpointClaim], missing: list[str]) -> EndpointCla
         missing.append(
             "no topic takes velocities: subscribe to cmd_vel with ROS2SubscribeTwist, as graphs/base/differential.yaml does"
         )
-    return (named or driven or [None])[0]
+    return next(iter(named or driven), None)
 
 
 def _edges(claims: Sequence[EndpointClaim]) -> list[tuple[str, str]]:
@@ -204,16 +206,24 @@ def _connected(frame: str, edges: Sequence[tuple[str, str]]) -> set[str]:
     return reached
 
 
-def _no_scan(claims: Sequence[EndpointClaim]) -> str:
+def _no_scan(robot: RobotInstance, stage: Stage, claims: Sequence[EndpointClaim]) -> str:
+    """Return what to add to the robot file for a LaserScan."""
     cloud = _first(claims, "publish", "sensor_msgs/msg/PointCloud2")
     if cloud is not None:
         return (
             f"no sensor_msgs/LaserScan: {cloud.topic} is a PointCloud2; publish a scan with ROS2RtxLidarHelper, type "
             "laser_scan, or with ROS2PublishLaserScan, or convert it with pointcloud_to_laserscan"
         )
+    prims = [prim for prim in stage.find(robot.prim_path).descendants() if prim.kind == "link"]
+    named = [prim for prim in prims if any(word in prim.name.lower() for word in _LIDAR_WORDS)]
+    link = (named or prims)[0]
+    path = link.path.removeprefix(f"{robot.prim_path}/")
+    position = "" if named else ", position: [0.0, 0.0, 0.2]"
     return (
-        "no sensor_msgs/LaserScan: add a lidar under `sensors` of the robot file, such as "
-        "{type: lidar, profile: lidar_360, parent: …}, and publish it with graphs/publishers/scan.yaml"
+        f"no sensor_msgs/LaserScan: add a lidar to {robot.file.document().path.name}, such as\n"
+        f"    sensors:\n      lidar: {{type: lidar, profile: lidar_360, parent: {link.name}{position}}}\n"
+        "    graphs:\n      scan: {use: graphs/publishers/scan.yaml, parameters: "
+        f"{{lidar: {path}/lidar/Lidar, topic: scan, frame: {link.name}}}}}"
     )
 
 

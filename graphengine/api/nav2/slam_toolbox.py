@@ -37,6 +37,7 @@ def slam_toolbox(robot: RobotFacts) -> Parameters:
     return {
         "slam_toolbox": node(
             {
+                "use_lifecycle_manager": Sourced(True, "lifecycle_manager_localization starts it"),
                 "mode": Sourced("mapping", "there is no map yet"),
                 "odom_frame": Sourced(robot.odometry_frame, f"frame of {robot.odometry_topic}"),
                 "map_frame": Sourced(MAP_FRAME, "frame of the map"),

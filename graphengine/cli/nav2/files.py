@@ -57,7 +57,8 @@ def execute(arguments: argparse.Namespace) -> int:
     for note in made.notes:
         print(clean(f"note: {note}"), file=sys.stderr)
     print(clean(f"{near(str(folder))}: {len(contents)} files"))
-    print(clean(f"next: graphrun run {arguments.file}, and with ROS 2: ros2 launch {folder}/nav2.launch.py rviz:=true"))
+    run = f"graphrun run {arguments.file}{' --robot-state' if arguments.robot_state else ''}"
+    print(clean(f"next: {run}, and with ROS 2: ros2 launch {folder}/nav2.launch.py rviz:=true"))
     return 0
 
 

@@ -60,15 +60,24 @@ def _directions() -> Floats:
 def _extremes(kind: int, size: Floats, directions: Floats) -> Floats:
     """Return the point of a round shape that lies farthest in each direction, in the shape's frame."""
     if kind == _GEOM.mjGEOM_ELLIPSOID:
-        scaled = directions * size**2
-        return scaled / np.maximum(np.linalg.norm(directions * size, axis=1, keepdims=True), 1e-12)
-    if kind == _GEOM.mjGEOM_SPHERE:
-        return directions * size[0]
-    ends = np.sign(directions[:, 2:]) * np.array([0.0, 0.0, size[1]])
-    if kind == _GEOM.mjGEOM_CAPSULE:
-        return directions * size[0] + ends
-    across = directions * np.array([1.0, 1.0, 0.0])
-    return across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12) * size[0] + ends
+        extremes: Floats = _unit(directions * size) * size
+    elif kind == _GEOM.mjGEOM_CYLINDER:
+        extremes = _unit(directions * (1.0, 1.0, 0.0)) * size[0] + _ends(directions, size[1])
+    else:
+        extremes = directions * size[0] + (_ends(directions, size[1]) if kind == _GEOM.mjGEOM_CAPSULE else 0.0)
+    return extremes
+
+
+def _unit(vectors: Floats) -> Floats:
+    """Return vectors of length 1; one of length 0 stays so."""
+    scaled: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
+    return scaled
+
+
+def _ends(directions: Floats, half: float) -> Floats:
+    """Return the end of a shape's axis on the side of each direction."""
+    ends: Floats = np.sign(directions) * (0.0, 0.0, half)
+    return ends
 
 
 def convex_hull(points: Floats) -> list[Point]:

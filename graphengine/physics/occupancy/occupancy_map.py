@@ -36,6 +36,10 @@ Rectangle = tuple[Point, Point]
 """The corners in the south-west and in the north-east."""
 
 
+class NoObstaclesError(UsageError):
+    """The map has no bounds, and there are no obstacles to find them from."""
+
+
 @dataclass(frozen=True, slots=True)
 class OccupancyMap:
     """A floor plan; `cells` has OCCUPIED, FREE or UNKNOWN, shape (rows, columns), southernmost row first."""
@@ -167,7 +171,7 @@ def _bounds(world: LoadedWorld, select: Sequence[str], obstacles: Indices) -> Re
     west, south = (min((float(low[axis]) for low, _ in rectangles), default=math.inf) for axis in (0, 1))
     east, north = (max((float(high[axis]) for _, high in rectangles), default=-math.inf) for axis in (0, 1))
     if not (west <= east and south <= north):
-        raise UsageError("there are no obstacles from which to find the extent of the map; give its bounds")
+        raise NoObstaclesError("there are no obstacles from which to find the extent of the map; give its bounds")
     return (west, south), (east, north)
 
 

@@ -1,0 +1,159 @@
+"""Nav2's parameters of real scenes: what they say of the robot, and whether Nav2 knows them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+import graphengine as ge
+from graphengine.api.nav2.distributions import DISTRIBUTIONS
+from graphengine.api.nav2.nav2_files import nav2_files
+from graphengine.api.scene import loaded_of
+from tests.api.nav2 import mobile_bases
+from tests.api.nav2.known_parameters import known
+
+
+def files_of(scene: str | Path, **options: Any) -> dict[str, str]:
+    """The files for a scene as text, without those of the map."""
+    made = nav2_files(loaded_of(ge.load(scene)), **{"calibrated": False, **options})
+    return {str(path): content.decode() for path, content in made.contents.items() if path.suffix != ".pgm"}
+
+
+def parameters_of(text: str, namespace: str = "") -> dict[str, Any]:
+    """The parameters by node, those of costmaps by the name of the costmap."""
+    tree = yaml.safe_load(text)
+    for part in filter(None, namespace.split("/")):
+        (inner,) = tree.items()
+        assert inner[0] == part
+        tree = inner[1]
+    return {name: node.get(name, node)["ros__parameters"] for name, node in tree.items()}
+
+
+@pytest.fixture(scope="module")
+def dd100() -> dict[str, Any]:
+    return parameters_of(files_of("dd100_warehouse")["nav2_params.yaml"], "dd100_0000")
+
+
+def test_topics_and_frames_are_those_of_the_scene(dd100: dict[str, Any]) -> None:
+    scan = "/dd100_0000/sim_lidar/scan"
+    assert dd100["amcl"]["scan_topic"] == scan
+    assert dd100["local_costmap"]["obstacle_layer"]["scan"]["topic"] == scan
+    assert dd100["collision_monitor"]["scan"]["topic"] == scan
+    assert dd100["collision_monitor"]["cmd_vel_out_topic"] == "/dd100_0000/cmd_vel"
+    assert dd100["bt_navigator"]["odom_topic"] == "/dd100_0000/odom"
+    assert {dd100[node]["robot_base_frame"] for node in ("global_costmap", "local_costmap", "bt_navigator")} == {
+        "base_link"
+    }
+    assert dd100["amcl"]["odom_frame_id"] == dd100["local_costmap"]["global_frame"] == "odom"
+
+
+def test_the_robot_starts_where_the_scene_puts_it(dd100: dict[str, Any]) -> None:
+    pose = dd100["amcl"]["initial_pose"]
+    assert (pose["x"], pose["y"]) == pytest.approx((-3.0, 6.0), abs=0.01)
+    assert pose["yaw"] == pytest.approx(math.pi / 2, abs=0.01)
+
+
+def test_limits_are_those_of_the_controller_in_the_graph(dd100: dict[str, Any]) -> None:
+    planner = dd100["controller_server"]["FollowPath"]
+    assert (planner["acc_lim_x"], planner["decel_lim_x"], planner["acc_lim_theta"]) == (1.0, -1.0, 2.0)
+    assert planner["max_vel_x"] <= 1.3
+    assert dd100["velocity_smoother"]["max_velocity"] == [planner["max_vel_x"], 0.0, planner["max_vel_theta"]]
+
+
+def test_a_lower_limit_in_the_graph_lowers_the_speed() -> None:
+    scene = ge.load("dd100_flat", set={"DiffController.maxLinearSpeed": 0.4})
+    text = nav2_files(loaded_of(scene), calibrated=False).contents[Path("nav2_params.yaml")].decode()
+    line = next(line for line in text.splitlines() if "max_vel_x" in line)
+    assert line.strip() == "max_vel_x: 0.4  # dd100/cmd_vel/DiffController.maxLinearSpeed"
+
+
+def test_the_footprint_is_the_outline_of_the_colliders(dd100: dict[str, Any]) -> None:
+    corners = yaml.safe_load(dd100["local_costmap"]["footprint"])
+    xs, ys = zip(*corners, strict=True)
+    assert (max(xs) - min(xs), max(ys) - min(ys)) == pytest.approx((0.552, 0.518), abs=0.01)
+    outer = max(math.hypot(x, y) for x, y in corners)
+    assert dd100["global_costmap"]["inflation_layer"]["inflation_radius"] > outer
+
+
+def test_each_value_says_where_it_comes_from() -> None:
+    for line in files_of("dd100_warehouse")["nav2_params.yaml"].splitlines():
+        assert line.endswith(":") or re.search(r"(^|  )# \S", line), line
+
+
+def test_numbers_with_a_fraction_are_doubles_for_ros(dd100: dict[str, Any]) -> None:
+    assert isinstance(dd100["controller_server"]["controller_frequency"], float)
+    assert isinstance(dd100["amcl"]["laser_max_range"], float)
+    assert dd100["smoother_server"]["simple_smoother"]["tolerance"] == 1e-10
+
+
+def test_all_nodes_take_the_time_of_the_simulation(dd100: dict[str, Any]) -> None:
+    assert all(node["use_sim_time"] is True for node in dd100.values())
+
+
+def test_lifecycle_managers_start_nodes_that_have_parameters(dd100: dict[str, Any]) -> None:
+    for manager in ("lifecycle_manager_localization", "lifecycle_manager_navigation"):
+        assert set(dd100[manager]["node_names"]) <= dd100.keys()
+
+
+MakeBase = Callable[[Path], Any]
+
+
+@pytest.mark.parametrize("distribution", DISTRIBUTIONS)
+@pytest.mark.parametrize("make", [mobile_bases.mecanum, mobile_bases.car])
+def test_nav2_of_each_distribution_knows_all_parameters(distribution: str, make: MakeBase, tmp_path: Path) -> None:
+    text = files_of(make(tmp_path).write().scene, distribution=distribution)["nav2_params.yaml"]
+    for node, parameters in parameters_of(text).items():
+        unknown = set(_names(parameters)) - known(distribution, node)
+        assert not unknown, f"{node}: {unknown}"
+
+
+def _names(tree: dict[str, Any]) -> Iterator[str]:
+    """The names of all parameters, without those of plugins' instances."""
+    for name, value in tree.items():
+        if isinstance(value, dict):
+            yield from _names(value)
+        else:
+            yield name
+
+
+def test_a_mecanum_base_drives_sideways(tmp_path: Path) -> None:
+    nodes = parameters_of(files_of(mobile_bases.mecanum(tmp_path).write().scene)["nav2_params.yaml"])
+    planner = nodes["controller_server"]["FollowPath"]
+    assert nodes["amcl"]["robot_model_type"] == "nav2_amcl::OmniMotionModel"
+    assert (planner["max_vel_x"], planner["max_vel_y"], planner["min_vel_y"]) == (0.6, 0.6, -0.6)
+    assert planner["vy_samples"] > 1
+
+
+def test_a_car_gets_paths_that_it_can_steer(tmp_path: Path) -> None:
+    nodes = parameters_of(files_of(mobile_bases.car(tmp_path).write().scene)["nav2_params.yaml"])
+    planner, controller = nodes["planner_server"]["GridBased"], nodes["controller_server"]["FollowPath"]
+    assert planner["plugin"] == "nav2_smac_planner::SmacPlannerHybrid"
+    assert planner["minimum_turning_radius"] == pytest.approx(1.1 * (0.5 / math.tan(0.5) + 0.2), rel=1e-4)
+    assert controller["plugin"].endswith("RegulatedPurePursuitController")
+    assert controller["use_rotate_to_heading"] is False
+
+
+def test_the_distributions_differ_in_error_codes() -> None:
+    for name in DISTRIBUTIONS:
+        nodes = parameters_of(files_of("dd100_flat", distribution=name)["nav2_params.yaml"], "dd100_0000")
+        assert ("error_code_names" in nodes["bt_navigator"]) == (name == "jazzy")
+        assert nodes["controller_server"]["enable_stamped_cmd_vel"] is False
+
+
+def test_slam_has_neither_a_map_nor_amcl() -> None:
+    files = files_of("dd100_flat", slam=True)
+    nodes = parameters_of(files["nav2_params.yaml"], "dd100_0000")
+    assert "map.yaml" not in files
+    assert not {"map_server", "amcl"} & nodes.keys()
+    assert nodes["slam_toolbox"]["scan_topic"] == "/dd100_0000/sim_lidar/scan"
+    assert nodes["planner_server"]["GridBased"]["allow_unknown"] is True
+
+
+def test_the_same_scene_gives_the_same_bytes() -> None:
+    assert files_of("dd100_flat", calibrated=True) == files_of("dd100_flat", calibrated=True)
