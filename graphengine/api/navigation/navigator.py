@@ -34,7 +34,7 @@ LOST = 5.0
 ANSWER = 10.0
 """Wall time that a server has to answer that it accepts or cancels a goal, s."""
 STANDSTILL = 60.0
-"""Wall time without progress of the simulation time, in a run that is not known to be paused, after which a goal is given up, s."""
+"""Wall time without progress of the simulation time after which a goal is given up, unless the run is paused, s."""
 
 
 @dataclass(frozen=True, slots=True)
