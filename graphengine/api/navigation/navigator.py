@@ -215,7 +215,7 @@ class Navigator:
             return "canceled", "by another client"
         named = (error_name(int(response.result.error_code)), str(response.result.error_msg))
         status = STATUS_NAMES[response.status] if response.status in range(len(STATUS_NAMES)) else "unknown"
-        return status, ": ".join(filter(None, named))
+        return status, ": ".join(filter(None, named)) or "Nav2 gives no reason; see the log of bt_navigator"
 
     def _look(self) -> None:
         """Check that the server and the simulation are there.
