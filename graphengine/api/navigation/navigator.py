@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from graphengine.api.navigation.goal_list import Goal
+from graphengine.api.navigation.goal_list import NavigationGoal
 from graphengine.api.navigation.outcome import REACHED, Outcome, error_name
 from graphengine.api.navigation.true_poses import PlanarPose, TruePoses, yaw_of
 from graphengine.format.errors import GraphError
@@ -41,7 +41,7 @@ STANDSTILL = 60.0
 class Progress:
     """The state of a goal under way; times in s of simulation, distances in m."""
 
-    goal: Goal
+    goal: NavigationGoal
     time: float
     distance: float | None = None
     remaining_time: float | None = None
@@ -119,6 +119,8 @@ class Navigator:
         self._patience = patience
         self._activation = activation
         self._say = say
+        self._call: GoalCall | None = None
+        """The goal that was sent last."""
         self._accepted = False
         """Whether the server has accepted a goal, so it is active."""
         self._seen = time.monotonic()
@@ -126,7 +128,7 @@ class Navigator:
         self.over = ""
         """Why no further goal can be reached; empty while goals can be."""
 
-    def go(self, goal: Goal, watch: Callable[[Progress], None] = lambda progress: None) -> Outcome:
+    def go(self, goal: NavigationGoal, watch: Callable[[Progress], None] = lambda progress: None) -> Outcome:
         """Send a goal and wait for its end.
 
         Args:
@@ -140,7 +142,7 @@ class Navigator:
             return Outcome(goal, "not sent", self.over)
         self._seen, self._moved = time.monotonic(), (self._clock(), time.monotonic())
         arrived: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        track, begun, call = Track(), self._clock(), None
+        track, begun, self._call = Track(), self._clock(), None
         try:
             call = self._send(goal, arrived.put, watch)
             if call is None:
@@ -151,13 +153,13 @@ class Navigator:
             result, reason = given_up.args
             self.over = f"{result}: {reason}"
         except KeyboardInterrupt:
-            if call is not None:
-                self._cancel(call)
+            if self._call is not None:
+                self._cancel(self._call)
             raise
         return self._measured(Outcome(goal, result, reason), track, begun)
 
     def _send(
-        self, goal: Goal, feedback: Callable[[Any], object], watch: Callable[[Progress], None]
+        self, goal: NavigationGoal, feedback: Callable[[Any], object], watch: Callable[[Progress], None]
     ) -> GoalCall | None:
         """Send a goal until it is accepted; None if it is rejected for too long."""
         deadline, told = time.monotonic() + (RETRY * 3 if self._accepted else self._activation), False
@@ -166,7 +168,7 @@ class Navigator:
             while not self.caller.ready:
                 self._look()
                 time.sleep(POLL)
-            call = self.caller.send(self._message(goal), feedback)
+            call = self._call = self.caller.send(self._message(goal), feedback)
             asked = time.monotonic()
             while True:
                 with suppress(NotYet):
@@ -187,7 +189,7 @@ class Navigator:
 
     def _follow(
         self,
-        goal: Goal,
+        goal: NavigationGoal,
         call: GoalCall,
         arrived: queue.SimpleQueue[Any],
         track: Track,
@@ -241,7 +243,7 @@ class Navigator:
             self.caller.cancel(call.goal).result(ANSWER)
             call.result.exception(ANSWER)
 
-    def _message(self, goal: Goal) -> Any:
+    def _message(self, goal: NavigationGoal) -> Any:
         message = self._definitions.initial(f"{ACTION_TYPE}_Goal")
         message.pose.header = messages.Header(messages.stamp(self._clock()), MAP)
         message.pose.pose.position.x, message.pose.pose.position.y = goal.x, goal.y

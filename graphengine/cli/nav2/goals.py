@@ -19,7 +19,7 @@ from graphengine.format.wording import listing
 from graphengine.messages.names import check_namespace, full_namespace
 
 if TYPE_CHECKING:
-    from graphengine.api.navigation.goal_list import Goal
+    from graphengine.api.navigation.goal_list import NavigationGoal
     from graphengine.api.navigation.navigator import Progress
     from graphengine.api.navigation.outcome import Outcome
     from graphengine.api.navigation.true_poses import TruePoses
@@ -98,14 +98,14 @@ def execute(arguments: argparse.Namespace) -> int:
     return 1
 
 
-def _read(text: str) -> list[Goal]:
+def _read(text: str) -> list[NavigationGoal]:
     """Return the goals of a file, or the goal in words.
 
     Raises:
         UsageError: the text is neither.
         CheckError: the file has errors.
     """
-    from graphengine.api.navigation.goal_list import Goal, read_goals
+    from graphengine.api.navigation.goal_list import NavigationGoal, read_goals
 
     path = Path(text)
     if path.suffix in (".yaml", ".yml") or path.is_file():
@@ -117,7 +117,7 @@ def _read(text: str) -> list[Goal]:
         if len(words) not in (2, 3):
             raise argparse.ArgumentTypeError("two or three numbers make a goal")
         x, y, *yaw = words
-        return [Goal(number(x), number(y), angle(yaw[0]) if yaw else 0.0)]
+        return [NavigationGoal(number(x), number(y), angle(yaw[0]) if yaw else 0.0)]
     except argparse.ArgumentTypeError as error:
         advice = "write a goal as 'X Y YAW', such as '1.5 -2 90deg', or name a YAML file"
         raise UsageError(f"{text!r}: {error}\n  {advice}") from None
@@ -219,7 +219,7 @@ def _other_clock(truth: TruePoses | None) -> Callable[[], float]:
     return time.time
 
 
-def _drive(go: Callable[..., Outcome], goal: Goal, place: str) -> Outcome:
+def _drive(go: Callable[..., Outcome], goal: NavigationGoal, place: str) -> Outcome:
     """Send a goal; show its progress on a terminal, and its result."""
     line = terminal.start_live_line() if terminal.can_overwrite() else None
 
