@@ -7,6 +7,7 @@ import signal
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Final
 from xml.etree import ElementTree
 
 import pytest
@@ -21,7 +22,7 @@ from tests.nav2_peer import Behaviour, Localization, Nav2Peer
 from tests.waiting import PATIENCE, eventually
 
 NAMESPACE = "/dd100_0000"
-RANGE = "LOCALHOST"
+RANGE: Final = "LOCALHOST"
 Nav2 = Callable[..., Nav2Peer]
 
 

@@ -153,8 +153,7 @@ class Navigator:
             result, reason = given_up.args
             self.over = f"{result}: {reason}"
         except KeyboardInterrupt:
-            if self._call is not None:
-                self._cancel(self._call)
+            self._cancel()
             raise
         return self._measured(Outcome(goal, result, reason), track, begun)
 
@@ -208,7 +207,7 @@ class Navigator:
                 break
             self._look()
             if now - begun > self._patience:
-                self._cancel(call)
+                self._cancel()
                 return "timed out", f"not reached within {self._patience:g} s"
         response = call.result.result()
         if response.status == SUCCEEDED:
@@ -237,8 +236,11 @@ class Navigator:
         elif wall - self._moved[1] > STANDSTILL:
             raise GivenUpError("time stands still", f"no progress on /clock for {STANDSTILL:g} s; did the run end?")
 
-    def _cancel(self, call: GoalCall) -> None:
-        """Cancel a goal and wait until it has ended, at most `ANSWER` s."""
+    def _cancel(self) -> None:
+        """Cancel the goal that was sent last and wait until it has ended, at most `ANSWER` s."""
+        call = self._call
+        if call is None:
+            return
         with suppress(NotYet, GraphError):
             self.caller.cancel(call.goal).result(ANSWER)
             call.result.exception(ANSWER)

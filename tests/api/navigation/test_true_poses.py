@@ -15,7 +15,6 @@ from graphengine.api.navigation.true_poses import PlanarPose, TruePoses, yaw_of
 from graphengine.control import runs
 from graphengine.devices.rotation import from_rpy
 from graphengine.format.errors import ControlError, UsageError
-from tests.waiting import eventually
 
 
 class Samples(TruePoses):
@@ -110,7 +109,7 @@ def test_the_run_is_chosen_by_the_namespace_of_the_robot(monkeypatch: pytest.Mon
     for namespace, name in (("/robot", "one"), ("other", "two")):
         poses = TruePoses("", namespace)
         assert poses.entry.name == name
-        assert eventually(lambda poses=poses: poses.time == 1.0)
+        assert poses.time == 1.0
         poses.close()
     with pytest.raises(UsageError, match="there are 2 runs; choose one"):
         TruePoses("", "/third")
