@@ -240,6 +240,12 @@ def test_a_robot_of_xacro_and_meshes_needs_nothing_of_the_machine(graphrun: Grap
     graphrun("replay", str(tmp_path / "out.mcap"), code=0, err="")
 
 
+def test_localization_is_replayed(graphrun: Graphrun, tmp_path: Path) -> None:
+    run = record(tmp_path / "out.mcap", 30, "dd100_flat", options=Options(localization="truth"))
+    assert sum(topic.endswith("/tf") for topic, _, _ in run.heard) == 60
+    graphrun("replay", str(tmp_path / "out.mcap"), code=0, err="")
+
+
 def test_message_types_of_ones_own_are_found_in_the_recording(graphrun: Graphrun, tmp_path: Path) -> None:
     definition = put(tmp_path / "ws" / "my_msgs" / "msg" / "Reading.msg", "float64 value 2.5\nstring[] names\n")
     graph = put(tmp_path / "hall" / "own.yaml", OWN_MESSAGE)

@@ -16,7 +16,7 @@ Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
 
 
 @dataclass(frozen=True, slots=True)
-class Goal:
+class NavigationGoal:
     """A pose in the map: position in m, yaw in rad."""
 
     x: float
@@ -46,7 +46,7 @@ class GoalListSpec(Spec):
     goals: Annotated[tuple[GoalSpec, ...], Field(strict=False, min_length=1, max_length=10_000)]
 
 
-def read_goals(path: Path) -> list[Goal]:
+def read_goals(path: Path) -> list[NavigationGoal]:
     """Read the goals of a YAML file.
 
     Raises:
@@ -56,4 +56,4 @@ def read_goals(path: Path) -> list[Goal]:
     read = spec_reader.read(GoalListSpec, path, findings)
     findings.raise_errors()
     assert read is not None
-    return [Goal(goal.x, goal.y, goal.yaw, goal.name) for goal in read.spec.goals]
+    return [NavigationGoal(goal.x, goal.y, goal.yaw, goal.name) for goal in read.spec.goals]

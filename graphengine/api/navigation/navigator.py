@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from graphengine.api.navigation.goal_list import Goal
+from graphengine.api.navigation.goal_list import NavigationGoal
 from graphengine.api.navigation.outcome import REACHED, Outcome, error_name
 from graphengine.api.navigation.true_poses import PlanarPose, TruePoses, yaw_of
 from graphengine.format.errors import GraphError
@@ -34,14 +34,14 @@ LOST = 5.0
 ANSWER = 10.0
 """Wall time that a server has to answer that it accepts or cancels a goal, s."""
 STANDSTILL = 60.0
-"""Wall time without progress of simulation time, in a run that is not paused, after which a goal is given up, s."""
+"""Wall time without progress of the simulation time after which a goal is given up, unless the run is paused, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Progress:
     """The state of a goal under way; times in s of simulation, distances in m."""
 
-    goal: Goal
+    goal: NavigationGoal
     time: float
     distance: float | None = None
     remaining_time: float | None = None
@@ -119,6 +119,8 @@ class Navigator:
         self._patience = patience
         self._activation = activation
         self._say = say
+        self._call: GoalCall | None = None
+        """The goal that was sent last."""
         self._accepted = False
         """Whether the server has accepted a goal, so it is active."""
         self._seen = time.monotonic()
@@ -126,7 +128,7 @@ class Navigator:
         self.over = ""
         """Why no further goal can be reached; empty while goals can be."""
 
-    def go(self, goal: Goal, watch: Callable[[Progress], None] = lambda progress: None) -> Outcome:
+    def go(self, goal: NavigationGoal, watch: Callable[[Progress], None] = lambda progress: None) -> Outcome:
         """Send a goal and wait for its end.
 
         Args:
@@ -140,7 +142,7 @@ class Navigator:
             return Outcome(goal, "not sent", self.over)
         self._seen, self._moved = time.monotonic(), (self._clock(), time.monotonic())
         arrived: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        track, begun, call = Track(), self._clock(), None
+        track, begun, self._call = Track(), self._clock(), None
         try:
             call = self._send(goal, arrived.put, watch)
             if call is None:
@@ -151,13 +153,12 @@ class Navigator:
             result, reason = given_up.args
             self.over = f"{result}: {reason}"
         except KeyboardInterrupt:
-            if call is not None:
-                self._cancel(call)
+            self._cancel()
             raise
         return self._measured(Outcome(goal, result, reason), track, begun)
 
     def _send(
-        self, goal: Goal, feedback: Callable[[Any], object], watch: Callable[[Progress], None]
+        self, goal: NavigationGoal, feedback: Callable[[Any], object], watch: Callable[[Progress], None]
     ) -> GoalCall | None:
         """Send a goal until it is accepted; None if it is rejected for too long."""
         deadline, told = time.monotonic() + (RETRY * 3 if self._accepted else self._activation), False
@@ -166,7 +167,7 @@ class Navigator:
             while not self.caller.ready:
                 self._look()
                 time.sleep(POLL)
-            call = self.caller.send(self._message(goal), feedback)
+            call = self._call = self.caller.send(self._message(goal), feedback)
             asked = time.monotonic()
             while True:
                 with suppress(NotYet):
@@ -187,7 +188,7 @@ class Navigator:
 
     def _follow(
         self,
-        goal: Goal,
+        goal: NavigationGoal,
         call: GoalCall,
         arrived: queue.SimpleQueue[Any],
         track: Track,
@@ -206,7 +207,7 @@ class Navigator:
                 break
             self._look()
             if now - begun > self._patience:
-                self._cancel(call)
+                self._cancel()
                 return "timed out", f"not reached within {self._patience:g} s"
         response = call.result.result()
         if response.status == SUCCEEDED:
@@ -215,7 +216,7 @@ class Navigator:
             return "canceled", "by another client"
         named = (error_name(int(response.result.error_code)), str(response.result.error_msg))
         status = STATUS_NAMES[response.status] if response.status in range(len(STATUS_NAMES)) else "unknown"
-        return status, ": ".join(filter(None, named))
+        return status, ": ".join(filter(None, named)) or "Nav2 gives no reason; see the log of bt_navigator"
 
     def _look(self) -> None:
         """Check that the server and the simulation are there.
@@ -235,13 +236,16 @@ class Navigator:
         elif wall - self._moved[1] > STANDSTILL:
             raise GivenUpError("time stands still", f"no progress on /clock for {STANDSTILL:g} s; did the run end?")
 
-    def _cancel(self, call: GoalCall) -> None:
-        """Cancel a goal and wait until it has ended, at most `ANSWER` s."""
+    def _cancel(self) -> None:
+        """Cancel the goal that was sent last and wait until it has ended, at most `ANSWER` s."""
+        call = self._call
+        if call is None:
+            return
         with suppress(NotYet, GraphError):
             self.caller.cancel(call.goal).result(ANSWER)
             call.result.exception(ANSWER)
 
-    def _message(self, goal: Goal) -> Any:
+    def _message(self, goal: NavigationGoal) -> Any:
         message = self._definitions.initial(f"{ACTION_TYPE}_Goal")
         message.pose.header = messages.Header(messages.stamp(self._clock()), MAP)
         message.pose.pose.position.x, message.pose.pose.position.y = goal.x, goal.y

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-from graphengine.api.navigation.goal_list import Goal
+from graphengine.api.navigation.goal_list import NavigationGoal
 from graphengine.format.atomic_write import write_together
 
 REACHED = "reached"
@@ -70,7 +70,7 @@ class Outcome:
         localization: mean and maximum distance between the believed and the true position along the way, m.
     """
 
-    goal: Goal
+    goal: NavigationGoal
     result: str
     reason: str = ""
     time: float | None = None

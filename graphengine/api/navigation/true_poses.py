@@ -5,11 +5,13 @@ from __future__ import annotations
 import bisect
 import itertools
 import math
+import os
 import threading
 import time
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from graphengine.control import runs
 from graphengine.control.client import Client, find
 from graphengine.format.errors import ControlError
 
@@ -44,7 +46,7 @@ class TruePoses:
     """Samples the pose of a robot in a thread until it is closed.
 
     Args:
-        run: name or process id of the run; empty for the only one.
+        run: name or process id of the run; empty for the only one that has a robot in the namespace.
         namespace: namespace of the robot.
 
     Raises:
@@ -53,6 +55,8 @@ class TruePoses:
     """
 
     def __init__(self, run: str, namespace: str) -> None:
+        self.entry = _find(run, namespace.strip("/"))
+        """The run."""
         self.ended = ""
         """Why there are no more samples; empty while there are."""
         self.paused = False
@@ -61,7 +65,7 @@ class TruePoses:
         self._poses: list[PlanarPose] = []
         self._lock = threading.Lock()
         self._closed = threading.Event()
-        self._client = Client(find(run))
+        self._client = Client(self.entry)
         try:
             self._sample()
         except BaseException:
@@ -129,12 +133,10 @@ class TruePoses:
 
     def _sample(self) -> None:
         state: Mapping[str, Any] = self._client.ask("state")
-        robots = {robot["namespace"].strip("/"): robot for robot in state["robots"]}
+        robots = _robots(state)
         if self._namespace not in robots:
             there = ", ".join(f"/{name}" for name in robots) or "none"
-            raise ControlError(
-                f"{self._client.entry} has no robot in the namespace /{self._namespace} (robots: {there})"
-            )
+            raise ControlError(f"{self.entry} has no robot in the namespace /{self._namespace} (robots: {there})")
         robot, now = robots[self._namespace], float(state["time"])
         x, y, _ = robot["position"]
         pose = PlanarPose(x, y, yaw_of(*robot["orientation"]))
@@ -150,3 +152,28 @@ class TruePoses:
             self._poses.append(pose)
             if len(self._times) > MAX_SAMPLES:
                 del self._times[: MAX_SAMPLES // 2], self._poses[: MAX_SAMPLES // 2]
+
+
+def _robots(state: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """Return the robots of a run by namespace, without slashes at its ends."""
+    return {robot["namespace"].strip("/"): robot for robot in state["robots"]}
+
+
+def _find(run: str, namespace: str) -> runs.Entry:
+    """Return the run with a name or process id; without one, the only run with a robot in the namespace.
+
+    Raises:
+        ControlError: there is no such run.
+        UsageError: there are several.
+    """
+    there = runs.running(os.environ)
+    fitting = [entry for entry in there if _has_robot(entry, namespace)] if not run and len(there) > 1 else []
+    return fitting[0] if len(fitting) == 1 else find(run)
+
+
+def _has_robot(entry: runs.Entry, namespace: str) -> bool:
+    try:
+        with Client(entry) as client:
+            return namespace in _robots(client.ask("state"))
+    except ControlError:  # it has ended meanwhile
+        return False

@@ -19,13 +19,15 @@ from graphengine.format.wording import listing
 from graphengine.messages.names import check_namespace, full_namespace
 
 if TYPE_CHECKING:
-    from graphengine.api.navigation.goal_list import Goal
+    from graphengine.api.navigation.goal_list import NavigationGoal
     from graphengine.api.navigation.navigator import Progress
     from graphengine.api.navigation.outcome import Outcome
     from graphengine.api.navigation.true_poses import TruePoses
 
 CLOCK_PATIENCE = 5.0
 """Wall time to wait for the first message on /clock, s."""
+SAME_TIME = 5.0
+"""Difference of simulation times up to which a run counts as the one that publishes /clock, s."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -62,8 +64,9 @@ def execute(arguments: argparse.Namespace) -> int:
     with Live(arguments) as live:
         action = _action(live, arguments)
         namespace = action.removesuffix(f"/{ACTION}")
-        with _truth(arguments.run, namespace) as truth:
-            clock = _clock(live, truth)
+        own_clock = _heard_clock(live)
+        with _truth(arguments.run, namespace, own_clock) as truth:
+            clock = own_clock or _other_clock(truth)
             if truth is not None and not arguments.no_initial_pose and has_listener(live.transport, namespace):
                 _say(f"sending the true pose on {namespace}/initialpose")
                 if not give_initial_pose(live.transport, namespace, truth, clock):
@@ -95,14 +98,14 @@ def execute(arguments: argparse.Namespace) -> int:
     return 1
 
 
-def _read(text: str) -> list[Goal]:
+def _read(text: str) -> list[NavigationGoal]:
     """Return the goals of a file, or the goal in words.
 
     Raises:
         UsageError: the text is neither.
         CheckError: the file has errors.
     """
-    from graphengine.api.navigation.goal_list import Goal, read_goals
+    from graphengine.api.navigation.goal_list import NavigationGoal, read_goals
 
     path = Path(text)
     if path.suffix in (".yaml", ".yml") or path.is_file():
@@ -114,7 +117,7 @@ def _read(text: str) -> list[Goal]:
         if len(words) not in (2, 3):
             raise argparse.ArgumentTypeError("two or three numbers make a goal")
         x, y, *yaw = words
-        return [Goal(number(x), number(y), angle(yaw[0]) if yaw else 0.0)]
+        return [NavigationGoal(number(x), number(y), angle(yaw[0]) if yaw else 0.0)]
     except argparse.ArgumentTypeError as error:
         advice = "write a goal as 'X Y YAW', such as '1.5 -2 90deg', or name a YAML file"
         raise UsageError(f"{text!r}: {error}\n  {advice}") from None
@@ -173,17 +176,24 @@ def _servers(live: Live) -> list[str]:
 
 
 @contextlib.contextmanager
-def _truth(run: str, namespace: str) -> Iterator[TruePoses | None]:
+def _truth(run: str, namespace: str, clock: Callable[[], float] | None) -> Iterator[TruePoses | None]:
     """Sample the true poses of the robot; print why they are unknown if they are.
 
     Raises:
         ControlError: the run that the user named cannot be used.
+        UsageError: there are several runs.
     """
     from graphengine.api.navigation.true_poses import TruePoses
 
+    truth = None
     try:
         truth = TruePoses(run, namespace)
+        if clock is not None and abs(clock() - truth.time) > SAME_TIME:
+            name, seconds = truth.entry, f"{truth.time:.1f} s there, {clock():.1f} s on /clock"
+            raise ControlError(f"{name} is not the run on this network, by its time ({seconds}); choose one with --run")
     except ControlError as error:
+        if truth is not None:
+            truth.close()
         if run:
             raise
         _say(f"true poses are unknown: {error}")
@@ -193,20 +203,23 @@ def _truth(run: str, namespace: str) -> Iterator[TruePoses | None]:
         yield truth
 
 
-def _clock(live: Live, truth: TruePoses | None) -> Callable[[], float]:
-    """Return the simulation time in s: from /clock, else from the run, else the wall clock."""
+def _heard_clock(live: Live) -> Callable[[], float] | None:
+    """Return the simulation time of /clock in s; None if nobody publishes it."""
     from graphengine.ros.cli_subscription import SimulationClock
 
     clock = SimulationClock(live.transport)
-    if clock.wait(CLOCK_PATIENCE):
-        return lambda: clock() * 1e-9
+    return (lambda: clock() * 1e-9) if clock.wait(CLOCK_PATIENCE) else None
+
+
+def _other_clock(truth: TruePoses | None) -> Callable[[], float]:
+    """Return the simulation time of the run in s; the wall clock without a run."""
     if truth is not None:
         return lambda: truth.time
     _say("no messages on /clock: times are wall times")
     return time.time
 
 
-def _drive(go: Callable[..., Outcome], goal: Goal, place: str) -> Outcome:
+def _drive(go: Callable[..., Outcome], goal: NavigationGoal, place: str) -> Outcome:
     """Send a goal; show its progress on a terminal, and its result."""
     line = terminal.start_live_line() if terminal.can_overwrite() else None
 
