@@ -187,6 +187,12 @@ class TestLaunch:
             assert eventually(lambda: not members(process.pid)), said
         assert "no file 'no_such_scene'" in said
 
+    def test_ends_when_the_scene_has_no_such_robot(self, workspace: Workspace, transport: str) -> None:
+        with launched(workspace, "scene:=dd100_flat", "robot:=dd10", f"transport:={transport}") as process:
+            said = process.communicate(timeout=PATIENCE)[0]
+            assert eventually(lambda: not members(process.pid)), said
+        assert "no robot 'dd10' in the scene; robots: dd100" in said
+
 
 @pytest.mark.ros
 class TestRun:

@@ -7,6 +7,7 @@ The run starts at once. Beside it, `graphrun robots` says what robot_state_publi
 from __future__ import annotations
 
 import json
+import os
 import shlex
 import shutil
 import tempfile
@@ -85,17 +86,22 @@ def _start(context: LaunchContext) -> Actions:
         graphrun = graphrun_command(given["python"])
     except EngineNotFoundError as error:
         raise RuntimeError(str(error)) from None
-    return _Simulation(graphrun, given, _robot_state(given["robot_state"])).actions()
+    for argument, package, debian in (("rviz", "rviz2", "rviz2"), ("nav2", "nav2_bt_navigator", "navigation2")):
+        if given[argument] == "true" and not _is_installed(package):
+            remedy = f"sudo apt install ros-{os.environ.get('ROS_DISTRO', 'jazzy')}-{debian}"
+            raise RuntimeError(f"{argument}:=true needs the package {package}, which is not installed\n  {remedy}")
+    robot_state = given["robot_state"]
+    if robot_state == "auto":
+        robot_state = "robot_state_publisher" if _is_installed("robot_state_publisher") else "graphrun"
+    return _Simulation(graphrun, given, robot_state).actions()
 
 
-def _robot_state(asked: str) -> str:
-    if asked != "auto":
-        return asked
+def _is_installed(package: str) -> bool:
     try:
-        get_package_prefix("robot_state_publisher")
+        get_package_prefix(package)
     except PackageNotFoundError:
-        return "graphrun"
-    return "robot_state_publisher"
+        return False
+    return True
 
 
 @dataclass
@@ -144,7 +150,11 @@ class _Simulation:
         )
 
         def described(event: ProcessExited, context: LaunchContext) -> Actions:
-            return self.for_robots(json.loads(describe.get_stdout())) if event.returncode == 0 else []
+            if event.returncode == 0:
+                return self.for_robots(json.loads(describe.get_stdout()))
+            return [
+                LogInfo(msg="graphrun robots failed: robot_state_publisher, RViz and Nav2 are not started; see the log")
+            ]
 
         return [run, RegisterEventHandler(OnProcessExit(target_action=describe, on_exit=described)), describe]
 
@@ -153,7 +163,8 @@ class _Simulation:
         chosen = [robot for robot in robots if self.given["robot"] in ("", robot["name"])]
         if not chosen:
             known = ", ".join(robot["name"] for robot in robots) or "none"
-            return [LogInfo(msg=f"no robot {self.given['robot']!r} in the scene; robots: {known}")]
+            reason = f"no robot {self.given['robot']!r} in the scene; robots: {known}"
+            return [LogInfo(msg=reason), Shutdown(reason=reason)]
         actions: Actions = []
         if self.robot_state == "robot_state_publisher":
             actions += [_robot_state_publisher(robot) for robot in chosen if not robot["published"]]
