@@ -30,6 +30,7 @@ VERBS = {
     "export": "convert a graph to a script that builds it in Isaac Sim",
     "import-robot": "make a robot file from a URDF, xacro, SDF or MJCF file, or the description of a running ROS 2 system",
     "topics": "list the topics, services and actions of a scene without running it: types, QoS, frames, rates",
+    "robots": "list the robots of a scene, with their topics and URDF for robot_state_publisher",
     "topic": "inspect topics of a live network, with or without ROS: list, info, echo, hz, delay, pub",
     "service": "list and call services of a live network, with or without ROS: list, type, call",
     "action": "list actions of a live network and send goals, with or without ROS: list, info, send_goal",

@@ -40,6 +40,8 @@ def signature(path: str | os.PathLike[str]) -> Signature:
     return found.st_mode, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
+PACKAGE = "package://"
+"""Beginning of a reference into a ROS package of a sourced workspace."""
 MAX_NAMED = 5
 """Maximum number of scene files to name for a folder."""
 MAX_SEARCHED = 10_000
@@ -201,13 +203,18 @@ class Files:
 
 
 def find_given(name: str, folder: str) -> Path:
-    """Return the file that a command line gives as a path, or as the name of an included file in `graphs` or `scenes`.
+    """Return the file that a command line gives: a path, or the name of an included file in `graphs` or `scenes`.
+
+    In sourced ROS workspaces, `package://my_robot/scenes/hall.yaml` and `my_robot/scenes/hall.yaml` are files of a package.
 
     Raises:
         NotFoundError: no such file exists.
     """
     base = shipped()
-    places = [Path(name), base / folder / name, base / folder / f"{name}.yaml", base / name]
+    if name.startswith(PACKAGE):
+        return _in_package(name)
+    shares = (share / name for share in installed_packages())
+    places = [Path(name), base / folder / name, base / folder / f"{name}.yaml", base / name, *shares]
     for place in places:
         if os.path.isfile(place):
             return place
@@ -217,8 +224,27 @@ def find_given(name: str, folder: str) -> Path:
     raise NotFoundError(f"no file {name!r}", did_you_mean(name, known), shipping)
 
 
+def _in_package(reference: str) -> Path:
+    """Return the file that `package://PACKAGE/PATH` means.
+
+    Raises:
+        NotFoundError: no sourced workspace has the package, or the package does not have the file.
+    """
+    package, _, path = reference.removeprefix(PACKAGE).partition("/")
+    shares = installed_packages()
+    folders = [share / package for share in shares if package and os.path.isdir(share / package)]
+    for folder in folders:
+        if os.path.isfile(folder / path):
+            return folder / path
+    if folders:
+        raise NotFoundError(f"no file {path!r} in the package {package!r}", _beside(str(folders[0] / path)))
+    known = {name for share in shares if os.path.isdir(share) for name in os.listdir(share)}
+    remedy = did_you_mean(package, known) if known else "no ROS workspace is sourced: source install/setup.bash"
+    raise NotFoundError(f"no package {package!r}", remedy)
+
+
 def find_file(name: str) -> Path:
-    """Return the file that a user gave as a path, or as the name of an included scene or graph; the path is the shortest.
+    """Return the file that a user gave, as in `find_given` for scenes and graphs; the path is the shortest.
 
     Raises:
         UsageError: no such file exists.

@@ -1,0 +1,64 @@
+"""What robot_state_publisher needs for the robots of a scene: URDF, topics and namespace."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from graphengine.scene.loaded_scene import LoadedScene
+
+_JOINT_STATE = "sensor_msgs/msg/JointState"
+
+
+@dataclass(frozen=True, slots=True)
+class RobotState:
+    """A robot as robot_state_publisher sees it.
+
+    Attributes:
+        name: name in the scene.
+        namespace: absolute namespace of its topics; `/` for none.
+        joint_states: topic of its joint states; empty if its graphs publish none.
+        robot_description: topic for the URDF.
+        tf: topic for its moving frames.
+        tf_static: topic for its fixed frames.
+        frame_prefix: what the names of its frames have in front of the names of links.
+        published: whether the scene publishes these topics itself, by `robot_state: true`.
+        urdf: description of the robot, with absolute paths to its meshes.
+    """
+
+    name: str
+    namespace: str
+    joint_states: str
+    robot_description: str
+    tf: str
+    tf_static: str
+    frame_prefix: str
+    published: bool
+    urdf: str
+
+
+def robot_states(scene: LoadedScene) -> list[RobotState]:
+    """Return the robots of a scene that was loaded with `robot_state`, in the order of the scene."""
+    if scene.world is None:
+        return []
+    return [_robot_state(scene, name) for name in scene.world.robots]
+
+
+def _robot_state(scene: LoadedScene, name: str) -> RobotState:
+    assert scene.world is not None
+    robot = scene.world.robots[name]
+    claims = [claim for claim in scene.claims if claim.graph.startswith(f"{name}/") and claim.direction == "publish"]
+    own = [claim for claim in claims if claim.graph == f"{name}/robot_state"]
+    topics = {claim.topic.rpartition("/")[2]: claim.topic for claim in own}
+    prefixes = (child.rpartition("/") for claim in own for _, child in claim.transforms)
+    joints = [claim.topic for claim in claims if claim.message_type == _JOINT_STATE]
+    return RobotState(
+        name=name,
+        namespace=topics["robot_description"].rpartition("/")[0] or "/",
+        joint_states=joints[0] if joints else "",
+        robot_description=topics["robot_description"],
+        tf=topics["tf"],
+        tf_static=topics["tf_static"],
+        frame_prefix=next((f"{above}{slash}" for above, slash, _ in prefixes), ""),
+        published=robot.placement.use.robot_state,
+        urdf=str(scene.world.stage.find(robot.prim_path).facts.get("urdf", "")),
+    )

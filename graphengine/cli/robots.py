@@ -1,0 +1,42 @@
+"""`graphrun robots`: list the robots of a scene with what robot_state_publisher needs: topics and URDF."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+
+from graphengine.cli.common import add_file_arguments, clean, load, print_findings, table
+from graphengine.format.errors import UsageError
+from graphengine.format.wording import unknown
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the verb."""
+    add_file_arguments(parser)
+    output = parser.add_mutually_exclusive_group()
+    output.add_argument("--urdf", metavar="ROBOT", help="print the URDF of a robot, for robot_state_publisher")
+    output.add_argument("--format", choices=("text", "json"), default="text", help="json: also the URDF of each robot")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Print the robots; return 0 without errors, 1 with errors."""
+    from graphengine.api.robot_states import robot_states
+
+    arguments.robot_state = True  # its nodes say which topics robot_state_publisher has
+    scene = load(arguments)
+    print_findings(scene.findings, notes=False)
+    if scene.findings.errors:
+        return 1
+    robots = {robot.name: robot for robot in robot_states(scene)}
+    if arguments.urdf is not None:
+        if arguments.urdf not in robots:
+            raise UsageError(unknown("robot", arguments.urdf, robots))
+        print(robots[arguments.urdf].urdf)
+    elif arguments.format == "json":
+        print(json.dumps([dataclasses.asdict(robot) for robot in robots.values()], indent=2))
+    else:
+        rows = [("ROBOT", "NAMESPACE", "JOINT STATES", "TF")]
+        rows += [(robot.name, robot.namespace, robot.joint_states, robot.tf) for robot in robots.values()]
+        print(clean(table(rows)))
+    return 0

@@ -1,0 +1,237 @@
+"""The launch description of a simulation: the run, robot_state_publisher, RViz and Nav2.
+
+The run starts at once. Beside it, `graphrun robots` says what robot_state_publisher needs, and then, for RViz and Nav2,
+`graphrun nav2 files` writes their files.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+from launch.actions import (
+    DeclareLaunchArgument,
+    ExecuteProcess,
+    IncludeLaunchDescription,
+    LogInfo,
+    OpaqueFunction,
+    RegisterEventHandler,
+    Shutdown,
+)
+from launch.event_handlers import OnProcessExit, OnShutdown
+from launch.events.process import ProcessExited
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+from graphengine_ros.engine import EngineNotFoundError, graphrun_command
+from launch import LaunchContext, LaunchDescription
+
+Actions = list[Any]
+"""Actions of launch, which has no types."""
+
+_YES_NO = ["true", "false"]
+ARGUMENTS = (
+    ("scene", "dd100_warehouse", "scene: a path, an included scene, or package://PACKAGE/PATH", None),
+    ("robot", "", "robot for robot_state_publisher, RViz and Nav2 (default: all; RViz shows the first)", None),
+    ("rviz", "false", "start RViz, configured for the scene", _YES_NO),
+    ("view", "false", "serve graphengine's own page with the run", _YES_NO),
+    ("nav2", "false", "start Nav2, configured for the scene", _YES_NO),
+    (
+        "nav2_dir",
+        "",
+        "folder for the files of RViz and Nav2; if it has some, they are used (default: a temporary one)",
+        None,
+    ),
+    ("localization", "amcl", "truth: the simulator says where the robot is", ["amcl", "truth"]),
+    (
+        "robot_state",
+        "auto",
+        "who publishes the robot's description and frames (auto: robot_state_publisher if installed)",
+        ["auto", "robot_state_publisher", "graphrun", "false"],
+    ),
+    ("rate", "realtime", "real-time factor, realtime or max", None),
+    ("transport", "auto", "auto, rclpy or dds; auto is rclpy if graphengine's Python can import it, else dds", None),
+    ("args", "", "further arguments of `graphrun run`", None),
+    (
+        "python",
+        "",
+        "Python that has graphengine (default: GRAPHENGINE_PYTHON, VIRTUAL_ENV, or graphrun on the PATH)",
+        None,
+    ),
+)
+"""Name, default, description and choices of the launch arguments."""
+
+
+def generate_launch_description() -> Any:
+    """Return the launch description of `sim.launch.py`."""
+    declared = [
+        DeclareLaunchArgument(name, default_value=default, description=description, choices=choices)
+        for name, default, description, choices in ARGUMENTS
+    ]
+    return LaunchDescription([*declared, OpaqueFunction(function=_start)])
+
+
+def _start(context: LaunchContext) -> Actions:
+    given = {name: LaunchConfiguration(name).perform(context) for name, *_ in ARGUMENTS}
+    try:
+        graphrun = graphrun_command(given["python"])
+    except EngineNotFoundError as error:
+        raise RuntimeError(str(error)) from None
+    for argument, package, debian in (("rviz", "rviz2", "rviz2"), ("nav2", "nav2_bt_navigator", "navigation2")):
+        if given[argument] == "true" and not _is_installed(package):
+            remedy = f"sudo apt install ros-{os.environ.get('ROS_DISTRO', 'jazzy')}-{debian}"
+            raise RuntimeError(f"{argument}:=true needs the package {package}, which is not installed\n  {remedy}")
+    robot_state = given["robot_state"]
+    if robot_state == "auto":
+        robot_state = "robot_state_publisher" if _is_installed("robot_state_publisher") else "graphrun"
+    return _Simulation(graphrun, given, robot_state).actions()
+
+
+def _is_installed(package: str) -> bool:
+    try:
+        get_package_prefix(package)
+    except PackageNotFoundError:
+        return False
+    return True
+
+
+@dataclass
+class _Simulation:
+    """One launch.
+
+    Args:
+        graphrun: beginning of a command line that runs graphrun.
+        given: values of the launch arguments.
+        robot_state: who publishes the frames: `robot_state_publisher`, `graphrun` or `false`.
+    """
+
+    graphrun: list[str]
+    given: dict[str, str]
+    robot_state: str
+
+    def wants(self, name: str) -> bool:
+        """Return whether a launch argument is true."""
+        return self.given[name] == "true"
+
+    def actions(self) -> Actions:
+        """Return the actions to begin with."""
+        options = {
+            "--view": self.wants("view"),
+            "--robot-state": self.robot_state == "graphrun",
+            "--localization=truth": self.given["localization"] == "truth",
+        }
+        run = ExecuteProcess(
+            cmd=[
+                *self.graphrun,
+                *("run", self.given["scene"], "--rate", self.given["rate"], "--transport", self.given["transport"]),
+                *(option for option, wanted in options.items() if wanted),
+                *shlex.split(self.given["args"]),
+            ],
+            name="graphrun",
+            output="screen",
+            on_exit=Shutdown(reason="the run has ended"),
+        )
+        if self.robot_state != "robot_state_publisher" and not (self.wants("rviz") or self.wants("nav2")):
+            return [run]
+        describe = ExecuteProcess(
+            cmd=[*self.graphrun, "robots", self.given["scene"], "--format", "json"],
+            name="graphrun_robots",
+            output="log",  # errors in the scene are printed by the run
+            cached_output=True,
+        )
+
+        def described(event: ProcessExited, context: LaunchContext) -> Actions:
+            if event.returncode == 0:
+                return self.for_robots(json.loads(describe.get_stdout()))
+            return [
+                LogInfo(msg="graphrun robots failed: robot_state_publisher, RViz and Nav2 are not started; see the log")
+            ]
+
+        return [run, RegisterEventHandler(OnProcessExit(target_action=describe, on_exit=described)), describe]
+
+    def for_robots(self, robots: list[dict[str, Any]]) -> Actions:
+        """Return the actions for the robots of the scene, as `graphrun robots` describes them."""
+        chosen = [robot for robot in robots if self.given["robot"] in ("", robot["name"])]
+        if not chosen:
+            known = ", ".join(robot["name"] for robot in robots) or "none"
+            reason = f"no robot {self.given['robot']!r} in the scene; robots: {known}"
+            return [LogInfo(msg=reason), Shutdown(reason=reason)]
+        actions: Actions = []
+        if self.robot_state == "robot_state_publisher":
+            actions += [_robot_state_publisher(robot) for robot in chosen if not robot["published"]]
+        if self.wants("rviz") or self.wants("nav2"):
+            actions += self.navigation_files(chosen)
+        return actions
+
+    def navigation_files(self, robots: list[dict[str, Any]]) -> Actions:
+        """Return the actions that write the files of RViz and Nav2, and then start both as asked."""
+        if self.given["nav2_dir"]:
+            folder, ended = Path(self.given["nav2_dir"]), []
+        else:
+            folder = Path(tempfile.mkdtemp(prefix="graphengine_nav2_"))
+            ended = [RegisterEventHandler(OnShutdown(on_shutdown=lambda *_: shutil.rmtree(folder, ignore_errors=True)))]
+        if (folder / "nav2.launch.py").exists():
+            return self.navigation(folder, robots)
+        measured = [] if self.wants("nav2") else ["--no-calibrate"]
+        one = ["--robot", self.given["robot"]] if self.given["robot"] else []
+        write = ExecuteProcess(
+            cmd=[*self.graphrun, "nav2", "files", self.given["scene"], "-o", str(folder), *one, *measured],
+            name="graphrun_nav2_files",
+            output="screen",
+        )
+
+        def written(event: ProcessExited, context: LaunchContext) -> Actions:
+            if event.returncode == 0:
+                return self.navigation(folder, robots)
+            return [Shutdown(reason="graphrun nav2 files could not write the files of RViz and Nav2")]
+
+        return [*ended, RegisterEventHandler(OnProcessExit(target_action=write, on_exit=written)), write]
+
+    def navigation(self, folder: Path, robots: list[dict[str, Any]]) -> Actions:
+        """Return the actions that start Nav2 and RViz with the files in a folder."""
+        if self.wants("nav2"):
+            passed = {"localization": self.given["localization"], "rviz": self.given["rviz"]}
+            source = PythonLaunchDescriptionSource(str(folder / "nav2.launch.py"))
+            return [IncludeLaunchDescription(source, launch_arguments=passed.items())]
+        return [_rviz(folder, robots[0])]
+
+
+def _robot_state_publisher(robot: dict[str, Any]) -> Any:
+    topics = {"joint_states": robot["joint_states"] or "joint_states", "robot_description": robot["robot_description"]}
+    return Node(
+        package="robot_state_publisher",
+        executable="robot_state_publisher",
+        namespace=robot["namespace"],
+        output="screen",
+        parameters=[
+            {
+                "robot_description": ParameterValue(robot["urdf"], value_type=str),
+                "frame_prefix": robot["frame_prefix"],
+                "use_sim_time": True,
+            }
+        ],
+        remappings=[*topics.items(), ("/tf", robot["tf"]), ("/tf_static", robot["tf_static"])],
+    )
+
+
+def _rviz(folder: Path, robot: dict[str, Any]) -> Any:
+    """Return RViz for one robot, whose configuration is in a folder of its name if there are several."""
+    of_robot = folder / robot["name"] / "view.rviz"
+    return Node(
+        package="rviz2",
+        executable="rviz2",
+        namespace=robot["namespace"],
+        output="screen",
+        arguments=["-d", str(of_robot if of_robot.exists() else folder / "view.rviz")],
+        parameters=[{"use_sim_time": True}],
+        remappings=[("/tf", robot["tf"]), ("/tf_static", robot["tf_static"])],
+    )
