@@ -128,6 +128,8 @@ def execute(arguments: argparse.Namespace) -> int:
     ):
         graphs = counted(len(loaded.planned), "graph")
         what = f"{loaded.path}: {graphs}, {1.0 / session.clock.delta:g} Hz; {runner.network.description}"
+        if not arguments.no_parameters and runner.network.description.startswith("dds "):
+            what += " (services, actions, parameters: with Cyclone DDS only; for other RMWs --transport rclpy)"
         what += f"; Foxglove at {runner.foxglove.url}" if runner.foxglove else ""
         rays = session.services.world.rays_in_use
         what += (f"; rays {rays}" if rays else "") + (f"; recorded to {arguments.record}" if arguments.record else "")

@@ -1,0 +1,286 @@
+"""The parameters of a session behind the six parameter services, and what is said of their changes."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from graphengine.control.parameter_services import MAX_SET
+from graphengine.control.parameters import ParameterNodes, node_name
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.parameters import (
+    EVENT,
+    EVENTS,
+    SERVICES,
+    ParameterType,
+    fitting_type,
+    parameter_message,
+    python_value,
+)
+from graphengine.messages.qos import PARAMETER_EVENTS
+from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.scene import build
+from tests.control.harness import Controlled, controlled
+from tests.control.simulators import Client
+from tests.physics.harness import Project
+from tests.waiting import eventually
+
+DRIVE = """graph: drive
+variables: {speed: {type: double, default: 1.5}}
+nodes:
+  Tick: OnPlaybackTick
+  Read: {type: ReadVariable, inputs: {variableName: speed}}
+  Control: {type: DifferentialController, inputs: {wheelRadius: 0.1, wheelDistance: 0.5}}
+  Name: {type: ROS2QoSProfile, inputs: {depth: 7}}
+connections:
+  - Tick.tick -> Control.execIn
+  - Read.value -> Control.linearVelocity
+"""
+SPEED, RADIUS, LIMIT = "drive.variables.speed", "drive.Control.wheelRadius", "drive.Control.maxLinearSpeed"
+SCENE, BOT = "/scene", "/bot"
+
+
+class NodeTransport(MemoryTransport):
+    """A memory transport that names a node, as those on a network do."""
+
+    node = SCENE
+
+
+class Parameters(Client):
+    """A run that offers its parameters."""
+
+    def __init__(self, run: Controlled, transport: MemoryTransport, events: list[Any]) -> None:
+        super().__init__(transport)
+        self.run = run
+        self.session = run.session
+        self.events = events
+        self.transport = transport
+
+    def to(self, node: str, service: str, **fields: Any) -> Any:
+        return self.ask(f"{node.strip('/')}/{service}", SERVICES[service], **fields)
+
+    def value(self, name: str, node: str = BOT) -> Any:
+        (value,) = self.to(node, "get_parameters", names=[name]).values
+        return python_value(value)
+
+    def put(self, values: Mapping[str, Any], node: str = BOT) -> list[str]:
+        """Set parameters one by one; the reasons of refusals, empty for those that were set."""
+        results = self.to(node, "set_parameters", parameters=[given(*item) for item in values.items()]).results
+        assert all(result.successful != bool(result.reason) for result in results)
+        return [result.reason for result in results]
+
+    def ready(self, service: str) -> bool:
+        """Whether a service has a server."""
+        client = self.transport.client(service, SERVICES[service.rpartition("/")[2]], QoS(), lambda number, data: None)
+        with contextlib.closing(client):
+            return client.ready
+
+    def heard(self, node: str = BOT) -> list[tuple[list[str], dict[str, Any], list[str]]]:
+        """Names of new parameters, values of changed ones, and names of deleted ones, of each event of a node."""
+        return [
+            (
+                [each.name for each in event.new_parameters],
+                {each.name: python_value(each.value) for each in event.changed_parameters},
+                [each.name for each in event.deleted_parameters],
+            )
+            for event in tuple(self.events)
+            if event.node == node
+        ]
+
+
+def given(name: str, value: Any) -> Any:
+    return parameter_message(name, fitting_type(value), value)
+
+
+@contextlib.contextmanager
+def offered(folder: Path, **how: Any) -> Iterator[Parameters]:
+    project = Project(folder).robot("graphs: {drive: {use: drive.yaml}}").write("drive.yaml", DRIVE)
+    transport, events = NodeTransport(), list[Any]()
+    transport.reader(EVENTS, EVENT, PARAMETER_EVENTS, lambda data: events.append(messages.decode(data, EVENT)))
+    session = build.start(build.load(project.folder / "scene.yaml"), LiveNetwork(lambda _: transport, 0, print))
+    with controlled(session, **{"paused": True, **how}) as run:
+        nodes = ParameterNodes(session, run.desk, transport, print)
+        try:
+            assert eventually(lambda: len(events) == 2)
+            events.clear()
+            yield Parameters(run, transport, events)
+        finally:
+            nodes.close()
+
+
+@pytest.fixture
+def sim(tmp_path: Path) -> Iterator[Parameters]:
+    with offered(tmp_path) as running:
+        yield running
+
+
+def test_inputs_and_variables_belong_to_the_robot_and_the_speed_of_time_to_the_session(sim: Parameters) -> None:
+    assert list(sim.to(SCENE, "list_parameters").result.names) == ["real_time_factor", "use_sim_time"]
+    names = sim.to(BOT, "list_parameters").result.names
+    assert {SPEED, RADIUS, LIMIT, "use_sim_time"} <= set(names)
+    assert {"drive.Control.linearVelocity", "drive.Read.variableName", "real_time_factor"}.isdisjoint(names)
+    assert names == sorted(names)
+
+
+def test_names_are_listed_below_prefixes_and_down_to_a_depth(sim: Parameters) -> None:
+    def listed(depth: int, *prefixes: str) -> list[str]:
+        return list(sim.to(BOT, "list_parameters", prefixes=list(prefixes), depth=depth).result.names)
+
+    assert listed(1) == ["use_sim_time"]
+    assert listed(0, "drive.variables") == listed(1, "drive.variables") == [SPEED]
+    assert listed(1, "drive") == []
+    assert listed(0, RADIUS, "use_sim_time", "drive.Cont") == [RADIUS, "use_sim_time"]
+
+
+def test_types_values_and_descriptors_are_those_of_the_ports(sim: Parameters) -> None:
+    names = [SPEED, LIMIT, "use_sim_time", "nothing"]
+    assert sim.to(BOT, "get_parameter_types", names=names).types.tolist() == [3, 3, 1, 0]
+    assert [sim.value(name) for name in names] == [1.5, 0.0, True, None]
+    speed, limit, stamps, unknown = sim.to(BOT, "describe_parameters", names=names).descriptors
+    assert (limit.name, limit.type) == (LIMIT, ParameterType.DOUBLE)
+    assert limit.description == "largest speed of the base; 0 is no limit [m/s]"
+    assert (speed.read_only, stamps.read_only, unknown.type) == (False, True, 0)
+
+
+@pytest.mark.parametrize("value", [0.5, 2, "1e-5", math.inf])
+def test_a_set_value_is_got_and_announced(sim: Parameters, value: Any) -> None:
+    assert sim.put({LIMIT: value}) == [""]
+    assert sim.value(LIMIT) == float(value)
+    assert eventually(lambda: sim.heard() == [([], {LIMIT: float(value)}, [])])
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        (LIMIT, "fast", "is a double: expected a number, got 'fast'"),
+        (LIMIT, [1.0], "is a double: expected a number"),
+        (LIMIT, True, "is a double: expected a number"),
+        (LIMIT, None, "parameters cannot be deleted"),
+        (
+            "drive.Control.maxLinearSped",
+            1.0,
+            f"unknown parameter 'drive.Control.maxLinearSped'; did you mean '{LIMIT}'?",
+        ),
+        ("drive.Read.variableName", "speed", "unknown parameter"),
+        ("use_sim_time", False, "use_sim_time is read-only"),
+    ],
+)
+def test_a_refused_value_has_a_reason_and_does_not_affect_the_others(
+    sim: Parameters, name: str, value: Any, words: str
+) -> None:
+    first, reason, last = sim.put({RADIUS: 0.2, name: value, SPEED: 3.0})
+    assert (first, last) == ("", "")
+    assert words in reason
+    assert (sim.value(RADIUS), sim.value(SPEED), sim.value(LIMIT)) == (0.2, 3.0, 0.0)
+
+
+def test_of_an_atomic_set_all_or_nothing_is_done(sim: Parameters) -> None:
+    good = [given(RADIUS, 0.2), given(SPEED, 3.0), given("use_sim_time", True)]
+    refused = sim.to(BOT, "set_parameters_atomically", parameters=[*good, given(LIMIT, "fast")]).result
+    assert (refused.successful, sim.value(RADIUS), sim.value(SPEED)) == (False, 0.1, 1.5)
+    assert "expected a number" in refused.reason
+    assert sim.to(BOT, "set_parameters_atomically", parameters=good).result.successful
+    assert (sim.value(RADIUS), sim.value(SPEED)) == (0.2, 3.0)
+
+
+def test_nothing_is_done_where_nothing_is_asked_for(sim: Parameters) -> None:
+    assert sim.put({}) == []
+    assert sim.to(BOT, "set_parameters_atomically").result.successful
+    assert sim.heard() == []
+
+
+def test_a_request_with_too_many_parameters_is_refused_whole(sim: Parameters) -> None:
+    many = [given(RADIUS, 1.0)] * (MAX_SET + 1)
+    results = sim.to(BOT, "set_parameters", parameters=many).results
+    assert not any(result.successful for result in results)
+    assert results[0].reason == f"{MAX_SET + 1} parameters in one request; legal: up to {MAX_SET}"
+    assert sim.value(RADIUS) == 0.1
+
+
+def test_commands_of_others_are_announced_too(sim: Parameters) -> None:
+    sim.run.ask("set", address="Control.maxLinearSpeed", value=0.25)
+    assert eventually(lambda: sim.heard() == [([], {LIMIT: 0.25}, [])])
+    sim.run.ask("rate", factor=0.5)
+    assert eventually(lambda: sim.heard(SCENE) == [([], {"real_time_factor": 0.5}, [])])
+    sim.run.ask("assign", graph="bot/drive", variable="speed", value=2.0)
+    assert eventually(lambda: sim.heard()[1:] == [([], {SPEED: 2.0}, [])])
+
+
+def test_the_stamp_of_an_event_is_simulation_time(sim: Parameters) -> None:
+    sim.run.ask("step", ticks=30)
+    sim.put({LIMIT: 0.5})
+    assert eventually(lambda: sim.events)
+    stamp = sim.events[0].stamp
+    assert stamp.sec + 1e-9 * stamp.nanosec == pytest.approx(sim.session.time) != 0.0
+
+
+def test_a_reset_keeps_inputs_and_returns_variables(sim: Parameters) -> None:
+    sim.put({LIMIT: 0.5, SPEED: 3.0})
+    sim.run.ask("reset")
+    assert (sim.value(LIMIT), sim.value(SPEED)) == (0.5, 1.5)
+
+
+def test_the_node_of_a_spawned_robot_comes_and_goes_with_it(sim: Parameters) -> None:
+    use = {"use": "bot.yaml", "position": [0, 3, 0.1], "namespace": "two"}
+    sim.run.ask("spawn", name="second", use=use)
+    there = "/two/second"
+    assert eventually(lambda: sim.heard(there))
+    assert SPEED in sim.heard(there)[0][0]
+    assert sim.put({SPEED: 7.0}, there) == [""]
+    assert (sim.value(SPEED, there), sim.value(SPEED)) == (7.0, 1.5)
+    sim.run.ask("delete", name="second")
+    assert eventually(lambda: sim.heard(there)[-1][2])
+    assert eventually(lambda: not any(sim.ready(f"{there}/{service}") for service in SERVICES))
+    assert sim.ready(f"{BOT}/set_parameters")
+
+
+def test_a_reload_exchanges_the_parameters_of_a_changed_graph(sim: Parameters, tmp_path: Path) -> None:
+    sim.put({LIMIT: 0.5})
+    (tmp_path / "drive.yaml").write_text(DRIVE.replace("Name: {", "Other: {"), encoding="utf-8")
+    sim.run.ask("reload")
+    assert eventually(lambda: any("drive.Other.depth" in new for new, _, _ in sim.heard()))
+    assert any("drive.Name.depth" in deleted for _, _, deleted in sim.heard())
+    assert sim.value(LIMIT) == 0.5
+    assert sim.put({LIMIT: 0.75}) == [""]
+    assert sim.value(LIMIT) == 0.75
+
+
+def test_an_ended_session_refuses_with_the_reason(sim: Parameters) -> None:
+    sim.run.desk.close("the run has ended")
+    assert sim.put({LIMIT: 0.5}) == ["the run has ended"]
+    assert sim.to(BOT, "set_parameters_atomically", parameters=[given(LIMIT, 0.5)]).result.reason == "the run has ended"
+
+
+@pytest.mark.parametrize(
+    ("namespace", "robot", "taken", "name"),
+    [
+        ("dd100_0000", "dd100", (), "/dd100_0000/dd100"),
+        ("", "dd100", (), "/dd100"),
+        ("", "dd100", ("/dd100",), "/dd100_2"),
+        ("a/b", "my robot-1", (), "/a/b/my_robot_1"),
+        ("", "1st", (), "/robot_1st"),
+    ],
+)
+def test_a_robots_node_has_its_name_in_its_namespace(
+    namespace: str, robot: str, taken: tuple[str, ...], name: str
+) -> None:
+    assert node_name(namespace, robot, set(taken)) == name
+
+
+def test_values_survive_their_messages() -> None:
+    for value in (True, -5, 2.5, "text", [True, False], [1, -2], [1.0, 2.5], ["a", "b"]):
+        assert python_value(given("x", value).value) == value
+    assert fitting_type([1, 2.5]) is ParameterType.DOUBLE_ARRAY
+    assert fitting_type({"a": 1}) is fitting_type([1, "a"]) is ParameterType.NOT_SET
+    assert python_value(parameter_message("x", ParameterType.INTEGER, 2**63).value) is None
+    strange = DEFINITIONS.initial("rcl_interfaces/msg/ParameterValue")
+    strange.type = 99
+    assert python_value(strange) is None
