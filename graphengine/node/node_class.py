@@ -60,7 +60,7 @@ Ending = Literal["at_stop", "at_close"]
 ENDINGS: tuple[Ending, ...] = typing.get_args(Ending)
 """Methods of event nodes that the engine calls between ticks."""
 
-_RESERVED = re.compile(r"_|(type|tuple|input|id|hash|min|max|range|object|close|update|active|at_stop|at_close)\Z")
+_RESERVED = re.compile(r"_|(type|tuple|input|id|hash|min|max|range|object|close|update|active|at_stop|at_close|announce_time)\Z")
 """Names reserved for class bodies and the engine."""
 
 
