@@ -70,7 +70,8 @@ def test_tf2_forgets_what_was_before_a_reset_and_keeps_static_transforms(
     robots = ("bot_0000", "bot_0001")
     with scene.session(transport=transport, domain=domain_id) as sim:
         sim.run(2.5)
-        assert eventually(lambda: all(stamp(robot) > 2.0 for robot in robots))
+        # Each transform has arrived: one that tf2 takes after the jump would stay, as topics have no common order.
+        assert eventually(lambda: all(stamp(robot) >= 2.5 - 1e-6 for robot in robots))
         assert all(buffer.can_transform(f"{robot}/base_link", f"{robot}/sim_lidar", latest) for robot in robots)
         kept = sim.checkpoint()
         sim.reset()
