@@ -7,12 +7,14 @@ import math
 import re
 import signal
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
+from graphengine.api.diagnostics import MOST_FAULTS, Diagnostics
 from graphengine.api.run_options import RunOptions, check_recording
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
 from graphengine.format.wording import listing
@@ -75,10 +77,12 @@ class Runner:
             own = Domain.from_environment(options.environ)
             domain = own if options.domain is None else replace(own, id=options.domain)
             self._complain = options.complain or functools.partial(options.log, "warning", "")
+            self._faults: deque[str] = deque(maxlen=MOST_FAULTS)
+            """Faults of peers, for /diagnostics."""
             self.foxglove = self._open_foxglove(closing)
             """The server that shows the session to Foxglove, if asked for."""
             self.network = LiveNetwork(
-                functools.partial(self._open_domain, domain), domain.id, self._complain, scene.definitions
+                functools.partial(self._open_domain, domain), domain.id, self._take_peer_fault, scene.definitions
             )
             closing.callback(self.network.close)
             self._open_channel(closing)
@@ -100,6 +104,7 @@ class Runner:
             closing.callback(self._end_recording)
             self._offer_simulation_interfaces()
             self._offer_parameters(closing)
+            self._diagnostics = self._open_diagnostics()
             self._closing = closing.pop_all()
 
     def _check(self) -> None:
@@ -155,6 +160,16 @@ class Runner:
         else:
             self.options.log("error", "", str(error))
         self.problems.add(error.node, str(error))
+
+    def _take_peer_fault(self, text: str) -> None:
+        self._complain(text)
+        self._faults.append(text)
+
+    def _open_diagnostics(self) -> Diagnostics | None:
+        """Open /diagnostics, unless messages stay in the process."""
+        if not self._reaches_others():
+            return None
+        return Diagnostics(self.session, self.network, self.scene.path.stem, self._faults)
 
     def _open_channel(self, closing: ExitStack) -> None:
         if self.options.control is not None:
@@ -283,6 +298,8 @@ class Runner:
     def _after_tick(self) -> None:
         for publication in tuple(self.publications):
             publication.after_tick(self.session.clock.frame)
+        if self._diagnostics is not None:
+            self._diagnostics.after_tick()
         if self.feed is not None:
             self.feed.after_tick()
 

@@ -23,7 +23,8 @@ and methods:
 
 A graph is executed in passes, one each tick or one each physics step. An event node can also define `at_stop`, called
 when a play ends, or `at_close`, called before its graph is closed. The ports that these methods return fire in a
-separate pass between ticks, in which no other event node is computed.
+separate pass between ticks, in which no other event node is computed. A node that publishes the time can define `announce_time`,
+called with current inputs when the time has jumped, as by a reset.
 """
 
 from __future__ import annotations
@@ -60,7 +61,9 @@ Ending = Literal["at_stop", "at_close"]
 ENDINGS: tuple[Ending, ...] = typing.get_args(Ending)
 """Methods of event nodes that the engine calls between ticks."""
 
-_RESERVED = re.compile(r"_|(type|tuple|input|id|hash|min|max|range|object|close|update|active|at_stop|at_close)\Z")
+_RESERVED = re.compile(
+    r"_|(type|tuple|input|id|hash|min|max|range|object|close|update|active|at_stop|at_close|announce_time)\Z"
+)
 """Names reserved for class bodies and the engine."""
 
 

@@ -301,6 +301,27 @@ class Executor:
         if (function := self._functions.get(ending)) is not None:
             self._run(function)
 
+    def announce_time(self, *, restored: bool) -> None:
+        """Let nodes with a method `announce_time` tell others a time to which the session jumped, between two ticks.
+
+        Args:
+            restored: whether the inputs of the nodes are those of a checkpoint; if not, the data nodes before them are computed.
+
+        Raises:
+            NodeError: a node raised an exception, which is chained as the cause.
+        """
+        calls = {call.node: call for region in self.plan.regions for call in region.calls}
+        for index, call in calls.items():
+            announce = getattr(self.nodes[index], "announce_time", None)
+            if announce is None or index in self._failed:
+                continue
+            if not restored:
+                for refresh in call.refreshes:
+                    self._apply(refresh.copies)
+                    self._call(refresh.node, self.nodes[refresh.node].compute)
+                self._apply(call.copies)
+            self._call(index, announce)
+
     def _run(self, function: Callable[[], None]) -> None:
         """Run generated code; an exception in it is raised as a `NodeError` that names the node."""
         try:

@@ -151,6 +151,7 @@ class SessionCore:
         self._refuse_within_tick()
         if kept.of is not self:
             raise UsageError(f"{kept.name} is a checkpoint of another session")
+        before = self.clock.frame
         if kept.version != self.version:
             self.reloader.restore(kept.files)
             self.version = kept.version
@@ -159,6 +160,7 @@ class SessionCore:
         state, self._failure, self._ended = kept.play
         self._set(state)
         self.note("restore", {"name": kept.name})
+        self._announce_jump(before, restored=True)
 
     def play(self) -> None:
         """Start or resume playing."""
@@ -325,9 +327,11 @@ class SessionCore:
     def stop(self) -> None:
         """Return to time 0: commands become zero, and the world, outputs and states return to their initial values."""
         self._refuse_within_tick()
+        before = self.clock.frame
         self._begin_anew("state", "time")
         self._set("stopped")
         self.note("stop", {})
+        self._announce_jump(before)
 
     def reset(self, *scopes: ResetScope, seed: int | None = None) -> None:
         """Reset the whole session or parts of it; it stays playing, paused or stopped. A failed session becomes paused.
@@ -360,8 +364,10 @@ class SessionCore:
                 self.note("delete", {"name": name})
             wanted.remove("spawned")
         if wanted:
+            before = self.clock.frame
             self._begin_anew(*wanted, seed=seed)
             self.note("reset", {"scope": wanted, **({"seed": seed} if seed is not None else {})})
+            self._announce_jump(before)
         self._set(self.state)
 
     def reload(self) -> Reloaded:
@@ -376,7 +382,7 @@ class SessionCore:
             StateError: the session failed.
         """
         self.admit()
-        before = self.version
+        before, frame = self.version, self.clock.frame
         try:
             done = self.reloader.reload()
         except CheckError as error:
@@ -388,6 +394,7 @@ class SessionCore:
             raise
         mended, self.findings = bool(self.findings), ()
         self.note("reload", {"effective": self.version != before})
+        self._announce_jump(frame)
         return replace(done, mended=mended)
 
     def exchange(self, graphs: Sequence[Graph]) -> Exchange:
@@ -427,6 +434,11 @@ class SessionCore:
             self.end_play()
             self._failure = ""
         self._ticker.begin_anew(*scopes, seed=seed)
+
+    def _announce_jump(self, before: int, *, restored: bool = False) -> None:
+        """Publish the time, if it is not that of the tick `before`; `restored`: by the return to a checkpoint."""
+        if self.clock.frame != before:
+            self._ticker.announce_time(restored=restored)
 
     def end_play(self, closing: Sequence[GraphRun] = ()) -> None:
         """Run the actions of graphs for the end of playing, if the session played, and the closing actions of `closing`."""

@@ -14,6 +14,7 @@ from graphengine.messages.endpoints import Network
 from graphengine.node.clock import Clock
 from graphengine.node.context.session_services import Services
 from graphengine.node.node_class import Ending
+from graphengine.runtime.executor import Executor
 from graphengine.runtime.graph_exchange import Succession, unchanged
 from graphengine.runtime.graph_run import GraphRun, make_clock, make_graph_run
 from graphengine.runtime.inbox import ExternalInputs
@@ -245,12 +246,19 @@ class Ticker:
 
     def tell(self, ending: Ending, graphs: Sequence[GraphRun]) -> None:
         """Run the actions of graphs for an ending, and send their messages; an error in one graph does not affect the others."""
+        self._between_ticks(lambda executor: executor.run_ending(ending), graphs)
+
+    def announce_time(self, *, restored: bool) -> None:
+        """Run the nodes that announce a jump of the time; `restored` as for `Executor.announce_time`."""
+        self._between_ticks(lambda executor: executor.announce_time(restored=restored), self.graphs)
+
+    def _between_ticks(self, act: Callable[[Executor], None], graphs: Sequence[GraphRun]) -> None:
         services = self.services
         self.running = True
         try:
             for run in graphs:
                 try:
-                    run.executor.run_ending(ending)
+                    act(run.executor)
                 except GraphError as error:
                     services.log("error", "", str(error))
                     services.network.log("error", str(error))

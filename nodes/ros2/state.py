@@ -24,7 +24,11 @@ if TYPE_CHECKING:
 
 
 class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishClock"):
-    """Publishes simulation time as rosgraph_msgs/Clock."""
+    """Publishes simulation time as rosgraph_msgs/Clock.
+
+    If the time jumps, as by a reset, the new time is published on `/clock` at once, even in a paused session: buffers of tf2 then
+    discard transforms from the future.
+    """
 
     message_type: ClassVar[str] = "rosgraph_msgs/msg/Clock"
 
@@ -34,6 +38,11 @@ class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishCloc
     def message(self) -> messages.Clock:
         """Build the message from the time."""
         return messages.Clock(stamp(self.time_stamp))
+
+    def announce_time(self) -> None:
+        """Publish the time after a jump, on the topic by which ROS nodes set their clocks."""
+        if self.publisher.topic == "/clock":
+            self.compute()
 
 
 _PRISMATIC = 1

@@ -171,7 +171,7 @@ def test_what_graphs_say_at_a_stop_and_at_the_end_is_the_same(graphrun: Graphrun
     with Reader(tmp_path / "out.mcap") as reader:
         said = [(connection.topic, stamp) for connection, stamp, _ in reader.messages()]
     assert [topic for topic, _ in said if topic in ("/stopped", "/closed")] == ["/stopped", "/stopped", "/closed"]
-    graphrun("replay", str(tmp_path / "out.mcap"), code=0, out="identical: 13 messages in 10 ticks, 0.167 s\n")
+    graphrun("replay", str(tmp_path / "out.mcap"), code=0, out="identical: 14 messages in 10 ticks, 0.167 s\n")
 
 
 def test_what_is_asked_for_at_the_desk_is_done_again_to_the_last_bit(graphrun: Graphrun, tmp_path: Path) -> None:
