@@ -33,8 +33,8 @@ WALL = """<mujoco><worldbody><geom type="plane" size="0 0 1"/>
 
 
 @needs_opengl
-@pytest.mark.parametrize(("compression", "close"), [("png", 0), ("jpeg", 24)])
-def test_a_compressed_picture_is_the_picture(tmp_path: Path, compression: str, close: int) -> None:
+@pytest.mark.parametrize(("compression", "close"), [("png", 0.0), ("jpeg", 2.0)])
+def test_a_compressed_picture_is_the_picture(tmp_path: Path, compression: str, close: float) -> None:
     write(tmp_path, MECANUM.files(MECANUM_WHEELS + EYE) | {"world.xml": WALL})
     (tmp_path / "scene.yaml").write_text(SCENE.replace("EYE", PARAMETERS).replace("FORMAT", compression), "utf-8")
     with Job(tmp_path / "scene.yaml") as job:
@@ -44,4 +44,4 @@ def test_a_compressed_picture_is_the_picture(tmp_path: Path, compression: str, c
     assert (sent.header, sent.format) == (raw.header, f"rgb8; {compression} compressed bgr8")
     expected = np.frombuffer(bytes(raw.data), np.uint8).reshape(48, 64, 3).astype(int)
     with Image.open(io.BytesIO(bytes(sent.data))) as picture:
-        assert np.abs(np.asarray(picture).astype(int) - expected).max() <= close
+        assert np.abs(np.asarray(picture).astype(int) - expected).mean() <= close
