@@ -11,10 +11,11 @@ from graphengine.devices.camera import Camera, Picture
 from graphengine.format.wording import listing
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
-from graphengine.node import Bound, Context, ContextError, Float2, In, String, Token
+from graphengine.node import Bound, Context, ContextError, Float2, In, String, Token, UInt
 from graphengine.nodes.ros2.boxes import DETECTIONS, DETECTIONS_3D, detections, detections_3d, loose_boxes, tight_boxes
 from graphengine.nodes.ros2.helper import SkippingHelper
 from graphengine.nodes.ros2.image import image
+from graphengine.nodes.ros2.image_compression import COMPRESSED_IMAGE, ENCODINGS, JPEG_QUALITY, compressed
 from graphengine.nodes.ros2.labels import labels_message
 from graphengine.nodes.ros2.point_cloud import point_cloud
 
@@ -33,7 +34,7 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
 
     The input `type` selects the message:
 
-    - `rgb`: rgb8 image.
+    - `rgb`: rgb8 image; with `compression` a CompressedImage, as compressed_image_transport publishes it on IMAGE/compressed.
     - `depth`: 32FC1 image of distances along the optical axis, m, inf for no hit.
     - `depth_pcl`: the same depths as points in the optical frame.
     - `instance_segmentation`, `semantic_segmentation`: the same 32SC1 image; each pixel holds the id of the visible prim, 0 for
@@ -58,7 +59,15 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
     stereo_offset: Float2 = In(
         default=(0.0, 0.0), doc="no effect: ROS2CameraInfoHelper computes the baseline from the poses of the cameras"
     )
-    srtx_compression_type: String = In(default="hevc", doc="no effect: pictures are not compressed")
+    srtx_compression_type: String = In(default="hevc", doc="no effect: `compression` selects the format")
+    compression: Token = In(
+        default="",
+        setup=True,
+        extension=True,
+        tokens=("", *ENCODINGS),
+        doc="format of compressed colours; if empty, none",
+    )
+    jpeg_quality: UInt = In(default=JPEG_QUALITY, extension=True, doc="quality of jpeg, 1 to 100")
 
     camera: Camera = Bound()
     publisher: Publisher = Bound()
@@ -69,9 +78,12 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
         if self.type_in not in _MESSAGES:
             available = listing(_MESSAGES, "available types")
             raise ContextError(f"pictures of type {self.type_in!r} are not available", self.type_in, available)
+        if self.compression and self.type_in != "rgb":
+            what = f"pictures of type {self.type_in!r} cannot be compressed"
+            raise ContextError(what, self.compression, "legal: an empty `compression`, or the type rgb")
         super().setup(context)
         self.camera = context.device(Camera, self.render_product_path)
-        kind = _MESSAGES[self.type_in]
+        kind = COMPRESSED_IMAGE if self.compression else _MESSAGES[self.type_in]
         self.publisher = self.open_for(context, self.camera, kind, self.topic_name, frame_id=self.frame_id)
         self.labels = None
         if self.enable_semantic_labels and self.type_in in _SEGMENTED:
@@ -101,6 +113,9 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
     def message(self, header: messages.Header, picture: Picture) -> Any:
         """Build the message for the input `type`; None if it needs a segmentation and the picture has none."""
         height, width = picture.depth.shape
+        if self.compression:
+            pixels = np.ascontiguousarray(picture.rgb)
+            return compressed(header, "rgb8", (width, height), pixels, self.compression, self.jpeg_quality)
         if self.type_in == "rgb":
             return image(header, "rgb8", (width, height), np.ascontiguousarray(picture.rgb))
         if self.type_in == "depth":

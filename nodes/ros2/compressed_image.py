@@ -5,37 +5,56 @@ from __future__ import annotations
 from typing import ClassVar
 
 from graphengine.messages import messages
-from graphengine.node import Buffer, In, String, Token, UChars, UInt64
+from graphengine.node import Buffer, In, String, Token, UChars, UInt, UInt64
+from graphengine.nodes.ros2.image_compression import COMPRESSED_IMAGE, ENCODINGS, JPEG_QUALITY, compressed
 from graphengine.nodes.ros2.publisher import SensorPublisher, array_or_buffer, bytes_in
 
 
 class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishCompressedImage"):
-    """Publishes a compressed picture or video packet as sensor_msgs/CompressedImage; publishes nothing if it is empty.
+    """Publishes a compressed picture or video packet as sensor_msgs/CompressedImage; publishes nothing if there are no bytes.
 
-    The node does not compress: it publishes the bytes unchanged.
+    If `encoding` is empty, the bytes are published unchanged. Otherwise they are pixels, which the node compresses to `format` in
+    the tick, with the format strings of compressed_image_transport, so that subscribers of image_transport decode them. They look
+    for an image IMAGE on the topic IMAGE/compressed. Isaac Sim publishes H.264 packets only.
     """
 
-    message_type: ClassVar[str] = "sensor_msgs/msg/CompressedImage"
+    message_type: ClassVar[str] = COMPRESSED_IMAGE
 
     frame_id: String = In(default="sim_camera", setup=True)
     topic_name: String = In(default="image_raw/compressed", setup=True)
-    data: UChars = In(doc="compressed bytes")
-    data_ptr: Buffer = In(default=0, doc="buffer of compressed bytes, used if `data` is empty")
+    data: UChars = In(doc="compressed bytes, or pixels row by row, top row first, if `encoding` is set")
+    data_ptr: Buffer = In(default=0, doc="buffer of such bytes, used if `data` is empty")
     buffer_size: UInt64 = In(default=0, doc="no effect: the size is that of the buffer in `dataPtr`")
     input_format: Token = In(default="h264", name="input_format", tokens=("h264",))
     format: Token = In(
         default="",
-        tokens=("", "jpeg", "png"),
+        tokens=("", *ENCODINGS),
         extension=True,
-        doc="picture format of the message; if empty, `input_format` is used",
+        doc="picture format of the message; if empty, `input_format` is used for bytes, and jpeg for pixels",
     )
+    encoding: Token = In(
+        default="",
+        tokens=("", *ENCODINGS["png"]),
+        extension=True,
+        doc="pixel format of an image to compress; jpeg takes no 16UC1; if empty, the bytes are not compressed here",
+    )
+    width: UInt = In(default=0, unit="pixel", extension=True, doc="width of the image to compress")
+    height: UInt = In(default=0, unit="pixel", extension=True, doc="height of the image to compress")
+    jpeg_quality: UInt = In(default=JPEG_QUALITY, extension=True, doc="quality of jpeg, 1 to 100")
 
     def compute(self) -> None:
-        """Publish the bytes, if there are any and the topic has subscribers."""
+        """Publish the bytes, if there are any and the topic has subscribers.
+
+        Raises:
+            BadValueError: the pixels cannot be compressed.
+        """
         if len(bytes_in(array_or_buffer(self.data, self.data_ptr))):
             super().compute()
 
     def message(self) -> messages.CompressedImage:
-        """Build the message from the bytes."""
-        data = bytes_in(array_or_buffer(self.data, self.data_ptr))
-        return messages.CompressedImage(self.header(), self.format or self.input_format, data)
+        """Build the message from the bytes, or compress the pixels."""
+        given = array_or_buffer(self.data, self.data_ptr)
+        if not self.encoding:
+            return messages.CompressedImage(self.header(), self.format or self.input_format, bytes_in(given))
+        size, compression = (self.width, self.height), self.format or "jpeg"
+        return compressed(self.header(), self.encoding, size, given, compression, self.jpeg_quality)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import struct
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PIL import Image
 from rosbags.typesys import Stores, get_typestore
 
 from graphengine.devices.camera import BOX_3D, CameraStub
@@ -60,6 +62,24 @@ def test_colours_are_rows_of_rgb8_from_the_upper_edge() -> None:
     assert (picture.width, picture.height, picture.encoding, picture.step) == (3, 2, "rgb8", 9)
     assert picture.is_bigendian == 0
     assert bytes(picture.data) == bytes(range(1, 19))
+
+
+@pytest.mark.parametrize(("compression", "close"), [("png", 0), ("jpeg", 16)])
+def test_compressed_colours_have_the_stamp_and_frame_of_the_picture(compression: str, close: int) -> None:
+    bench = Bench(compression=compression, jpeg_quality=100)
+    (sent,) = bench.deliver(captured=0.5)
+    assert bench.context.services.claims[0].message_type == "sensor_msgs/msg/CompressedImage"
+    assert (sent.header.frame_id, sent.header.stamp.nanosec) == ("sim_camera", 500_000_000)
+    assert sent.format == f"rgb8; {compression} compressed bgr8"
+    with Image.open(io.BytesIO(bytes(sent.data))) as picture:
+        assert picture.format == compression.upper()
+        assert np.abs(np.asarray(picture).astype(int) - COLOURS).max() <= close
+
+
+@pytest.mark.parametrize("kind", ["depth", "depth_pcl", *SEGMENTATIONS])
+def test_only_colours_can_be_compressed(kind: str) -> None:
+    with pytest.raises(ContextError, match=f"pictures of type '{kind}' cannot be compressed"):
+        Bench(kind, compression="png")
 
 
 def test_depth_is_metres_in_single_precision_and_inf_where_nothing_was_seen() -> None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import io
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from PIL import Image
 
+from graphengine.messages import messages
 from graphengine.nodes.ros2.compressed_image import ROS2PublishCompressedImage
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import ready
@@ -36,4 +39,102 @@ def test_film_is_told_as_the_reference_tells_it(context: RecordingContext) -> No
 @pytest.mark.parametrize("inputs", [{}, {"data_ptr": b""}])
 def test_without_bytes_nothing_goes_out(inputs: dict[str, bytes], context: RecordingContext) -> None:
     ready(ROS2PublishCompressedImage, context, **inputs).compute()
+    assert context.transport.raw(TOPIC) == []
+
+
+SIZES = {"rgb8": (3, "RGB"), "rgba8": (4, "RGB"), "mono8": (1, "L"), "16UC1": (2, "I;16")}
+"""Bytes per pixel of each encoding, and pillow's mode of what is decoded."""
+
+
+def smooth(encoding: str, width: int = 32, height: int = 24) -> NDArray[np.uint8]:
+    """Rows of pixels without edges, which JPEG keeps well, as bytes."""
+    ramp = np.add.outer(np.arange(height) * 3, np.arange(width) * 2)
+    if encoding == "16UC1":
+        return (ramp * 300).astype("<u2").view(np.uint8).ravel()
+    return np.repeat(ramp.astype(np.uint8)[:, :, None], SIZES[encoding][0], axis=2).ravel()
+
+
+def decoded(message: messages.CompressedImage) -> Image.Image:
+    """The picture that a subscriber gets."""
+    picture = Image.open(io.BytesIO(bytes(message.data)))
+    picture.load()
+    return picture
+
+
+@pytest.mark.parametrize("encoding", SIZES)
+def test_png_keeps_every_pixel(encoding: str, context: RecordingContext) -> None:
+    pixels = smooth(encoding)
+    inputs: dict[str, Any] = {"width": 32, "height": 24, "encoding": encoding, "format": "png", "data_ptr": pixels}
+    ready(ROS2PublishCompressedImage, context, **inputs).compute()
+    (sent,) = context.transport.messages(TOPIC)
+    pixel_bytes, mode = SIZES[encoding]
+    picture, expected = decoded(sent), pixels.view("<u2").reshape(24, 32) if encoding == "16UC1" else pixels
+    assert (picture.format, picture.size, picture.mode) == ("PNG", (32, 24), mode)
+    if encoding != "16UC1":
+        expected = pixels.reshape(24, 32, pixel_bytes)[:, :, : min(pixel_bytes, 3)].squeeze()
+    assert np.array_equal(np.asarray(picture), expected)
+
+
+@pytest.mark.parametrize("encoding", ["rgb8", "rgba8", "mono8"])
+def test_jpeg_is_close_to_the_pixels(encoding: str, context: RecordingContext) -> None:
+    inputs: dict[str, Any] = {"width": 32, "height": 24, "encoding": encoding, "data": smooth(encoding)}
+    ready(ROS2PublishCompressedImage, context, **inputs).compute()
+    picture = decoded(context.transport.messages(TOPIC)[0])
+    assert (picture.format, picture.size, picture.mode) == ("JPEG", (32, 24), SIZES[encoding][1])
+    expected = smooth("mono8").reshape(24, 32).astype(int)
+    assert np.abs(np.asarray(picture.convert("L")).astype(int) - expected).max() <= 3
+
+
+@pytest.mark.parametrize(
+    ("encoding", "compression", "written"),
+    [
+        ("rgb8", "jpeg", "rgb8; jpeg compressed bgr8"),
+        ("rgba8", "png", "rgba8; png compressed bgr8"),
+        ("mono8", "jpeg", "mono8; jpeg compressed "),
+        ("16UC1", "png", "16UC1; png compressed "),
+    ],
+)
+def test_the_format_is_written_as_image_transport_writes_it(encoding: str, compression: str, written: str) -> None:
+    inputs: dict[str, Any] = {
+        "width": 32,
+        "height": 24,
+        "encoding": encoding,
+        "format": compression,
+        "data": smooth(encoding),
+    }
+    assert ROS2PublishCompressedImage(**inputs).message().format == written
+
+
+def test_a_higher_quality_takes_more_bytes_and_the_same_quality_the_same() -> None:
+    noise = np.random.default_rng(1).integers(0, 256, 32 * 24 * 3, np.uint8)
+    inputs: dict[str, Any] = {"width": 32, "height": 24, "encoding": "rgb8", "data": noise}
+    low, high, again = (
+        bytes(ROS2PublishCompressedImage(**inputs, jpeg_quality=q).message().data) for q in (20, 90, 90)
+    )
+    assert len(low) < len(high)
+    assert high == again
+
+
+@pytest.mark.parametrize(
+    ("inputs", "error"),
+    [
+        ({"encoding": "16UC1", "format": "jpeg"}, "one of rgb8, rgba8, mono8"),
+        ({"jpeg_quality": 0}, "from 1 to 100"),
+        ({"jpeg_quality": 101}, "from 1 to 100"),
+        ({"width": 0}, "from 1 to 65500"),
+        ({"height": 65501}, "from 1 to 65500"),
+        ({"height": 25}, "of 2400 bytes for 32 x 25 pixels of rgb8, it is 2304"),
+    ],
+)
+def test_an_image_that_cannot_be_compressed_is_an_error(inputs: dict[str, Any], error: str) -> None:
+    legal: dict[str, Any] = {"width": 32, "height": 24, "encoding": "rgb8", "data": smooth("rgb8")}
+    node = ROS2PublishCompressedImage(**{**legal, **inputs})
+    with pytest.raises(ValueError, match=error):
+        node.message()
+
+
+def test_an_image_that_nobody_wants_is_not_compressed() -> None:
+    context = RecordingContext(wanted=False)
+    # It has no size: it could not be compressed.
+    ready(ROS2PublishCompressedImage, context, encoding="rgb8", data=[1, 2, 3]).compute()
     assert context.transport.raw(TOPIC) == []

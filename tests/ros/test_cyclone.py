@@ -88,7 +88,7 @@ def parsed(domain: Domain) -> list[dict[str, Any]]:
     return found
 
 
-SIZE = {"MaxMessageSize": "65500B"} if sys.platform == "linux" else {}
+SIZE = {"FragmentSize": "14600B", "MaxMessageSize": "14720B"} if sys.platform == "linux" else {}
 
 
 def test_the_subnet_is_searched_by_multicast_and_the_host_by_unicast() -> None:
@@ -132,6 +132,13 @@ def test_the_users_own_configuration_is_used(domain_id: int, capfd: pytest.Captu
     with pytest.raises(TransportError, match=f"cannot join domain {domain_id}"):
         cyclone.join(Domain(domain_id, "LOCALHOST", (), own), "")
     assert "NoSuchElement" in capfd.readouterr().err
+
+
+def test_the_user_may_choose_other_sizes_of_datagrams(domain_id: int) -> None:
+    sizes = "<General><FragmentSize>1344B</FragmentSize><MaxMessageSize>65500B</MaxMessageSize></General>"
+    own = f'<CycloneDDS><Domain Id="any">{sizes}</Domain></CycloneDDS>'
+    domain = Domain(domain_id, "LOCALHOST", (), own)
+    cyclone.leave(domain, cyclone.join(domain, ""))
 
 
 def test_a_domain_is_open_for_as_long_as_somebody_is_in_it(domain_id: int) -> None:
