@@ -33,11 +33,13 @@ TF = "tf2_msgs/msg/TFMessage"
 
 
 def publish(cell: Cell) -> str:
-    return forth(cell.ours(), cell.peer(), "text", 100, 50.0)
+    peer, begun = cell.peer(), time.monotonic()
+    return forth(cell.ours(), peer, "text", 100, 50.0, begun=begun)
 
 
 def subscribe(cell: Cell) -> str:
-    return back(cell.ours(), cell.peer(), "text", 100, 50.0)
+    peer, begun = cell.peer(), time.monotonic()
+    return back(cell.ours(), peer, "text", 100, 50.0, begun=begun)
 
 
 def wide_strings(cell: Cell) -> str:
@@ -80,13 +82,22 @@ def both_ways(cell: Cell, kind: str, count: int, rate: float, qos: QoS | None = 
 
 
 def forth(
-    ours: Ours, peer: Peer, kind: str, count: int, rate: float, qos: QoS | None = None, size: int = 0, topic: str = TOPIC
+    ours: Ours,
+    peer: Peer,
+    kind: str,
+    count: int,
+    rate: float,
+    qos: QoS | None = None,
+    size: int = 0,
+    topic: str = TOPIC,
+    begun: float | None = None,
 ) -> str:
-    """Send from ours to ROS 2."""
-    qos, topic = qos or QoS(), f"{topic}/forth"
+    """Send from ours to ROS 2; `begun` is since when they look for each other, if not since now."""
+    qos, topic, begun = qos or QoS(), f"{topic}/forth", begun or time.monotonic()
     peer.listen(topic=topic, kind=kind, size=size, **profile(qos))
     writer = ours.transport.writer(topic, TYPES[kind], qos)
-    found = seconds_until(lambda: writer.matched and peer.matched(topic=topic)["matched"], "both ends find each other")
+    seconds_until(lambda: writer.matched and peer.matched(topic=topic)["matched"], "both ends find each other")
+    found = time.monotonic() - begun
     took = ours.send(writer, kind, count, rate, size)
     report = settled(lambda: peer.heard(topic=topic), count)
     writer.close()
@@ -94,16 +105,25 @@ def forth(
 
 
 def back(
-    ours: Ours, peer: Peer, kind: str, count: int, rate: float, qos: QoS | None = None, size: int = 0, topic: str = TOPIC
+    ours: Ours,
+    peer: Peer,
+    kind: str,
+    count: int,
+    rate: float,
+    qos: QoS | None = None,
+    size: int = 0,
+    topic: str = TOPIC,
+    begun: float | None = None,
 ) -> str:
     """Send from ROS 2 to ours."""
-    qos, topic = qos or QoS(), f"{topic}/back"
+    qos, topic, begun = qos or QoS(), f"{topic}/back", begun or time.monotonic()
     tally = ours.listen(topic, kind, qos, size)
     peer.talk(topic=topic, kind=kind, **profile(qos))
     ends = ours.transport.graph
-    found = seconds_until(
+    seconds_until(
         lambda: ends().publishers(topic) and peer.matched(topic=topic)["matched"], "both ends find each other"
     )
+    found = time.monotonic() - begun
     time.sleep(0.2)  # that a reader of ours is matched is not told; it is soon after the writer is known
     took = peer.send(topic=topic, kind=kind, count=count, rate=rate, size=size)["seconds"]
     report = settled(tally.report, count)
@@ -133,7 +153,9 @@ def arrived(report: dict[str, Any], count: int, took: float, found: float, *, is
     Raises:
         CellError: a reliable message is missing, or a message is broken or received twice.
     """
-    figures = f"{report['received']}/{count} at {count / took:.0f} Hz, {report['median']:.1f} ms, found in {found:.2f} s"
+    figures = (
+        f"{report['received']}/{count} at {count / took:.0f} Hz, {report['median']:.1f} ms, found in {found:.2f} s"
+    )
     if report["broken"] or report["twice"] or (is_sure and report["received"] < count):
         raise CellError(f"{figures}; broken: {report['broken']}, received twice: {report['twice']}")
     return figures
@@ -149,8 +171,8 @@ def service_server(cell: Cell) -> str:
 
     server = ours.transport.server(SERVICE, SET_BOOL, QoS(), answer)
     outcome = peer.call(service=SERVICE, count=CALLS)
-    if outcome["found"] is None:
-        raise unreachable("a client of ROS 2 does not find the server", *ours.transport.foreign_services.values())
+    if not outcome["answered"]:
+        raise unreachable("a client of ROS 2 is not answered", *ours.transport.foreign_services.values())
     return answered(outcome["answered"], outcome["times"], outcome["found"])
 
 
@@ -193,8 +215,8 @@ def action_server(cell: Cell) -> str:
     run = graph(cell, SERVER.replace("duration: 3", "duration: 60"))
     peer = cell.peer()
     outcome = peer.pursue(action=ACTION, order=5)
-    if outcome["found"] is None:
-        raise unreachable("a client of ROS 2 does not find the server", run.said)
+    if not outcome["answered"]:
+        raise unreachable("a client of ROS 2 is not answered", run.said)
     return pursued(outcome, [0, 1, 1])
 
 
@@ -232,13 +254,14 @@ def pursued(outcome: dict[str, Any], sequence: list[int]) -> str:
 
 def parameters(cell: Cell) -> str:
     run = cell.run("graphs/clock.yaml", "--simulation-interfaces")
-    outcome = cell.peer().parameters(node="/graphengine", name="real_time_factor", value=0.5)
-    if outcome["found"] is None:
-        raise unreachable("a client of ROS 2 does not find the parameter services", run.said)
+    outcome = cell.peer().parameters(node="/clock", name="real_time_factor", value=0.5)
+    if not outcome["answered"]:
+        raise unreachable("a client of ROS 2 is not answered", run.said)
     wanted = {"listed": True, "described": True, "type": [3], "set": True, "value": 0.5}
     if {name: outcome[name] for name in wanted} != wanted or not outcome["refused"]:
         raise CellError(f"the parameter services answer {outcome}")
-    return f"all 6 services, bad value refused, found in {outcome['found']:.2f} s"
+    lost = f", calls lost at first: {outcome['lost']}" if outcome["lost"] else ""
+    return f"all 6 services, bad value refused{lost}, found in {outcome['found']:.2f} s"
 
 
 def graph(cell: Cell, text: str) -> Run:
@@ -250,12 +273,16 @@ def graph(cell: Cell, text: str) -> Run:
 
 def unreachable(what: str, *told: str) -> CellError:
     """Return the error for peers that are not found; `UnreachableError` if the user was told what to do."""
-    return UnreachableError(what) if any(HINT in text for text in told) else CellError(f"{what}, and no hint is printed")
+    return (
+        UnreachableError(what) if any(HINT in text for text in told) else CellError(f"{what}, and no hint is printed")
+    )
 
 
 def transforms(cell: Cell) -> str:
     ours, peer, count = cell.ours(), cell.peer(), 50
-    static, moving = (ours.transport.writer(topic, TF, qos) for topic, qos in (("/tf_static", LATCHED), ("/tf", QoS(depth=100))))
+    static, moving = (
+        ours.transport.writer(topic, TF, qos) for topic, qos in (("/tf_static", LATCHED), ("/tf", QoS(depth=100)))
+    )
     ending = threading.Event()
 
     def broadcast() -> None:
@@ -308,7 +335,9 @@ def tree(cell: Cell) -> str:
         with lock:
             return {(edge.parent, edge.child) for edge in frames.edges}
 
-    found = seconds_until(lambda: edges() >= {("map", "odom"), ("odom", "base_link")}, "map, odom and base_link are heard")
+    found = seconds_until(
+        lambda: edges() >= {("map", "odom"), ("odom", "base_link")}, "map, odom and base_link are heard"
+    )
     return f"map, odom and base_link in {found:.1f} s"
 
 
@@ -359,7 +388,9 @@ def qos_events(cell: Cell) -> str:
     writer = ours.transport.writer(f"{TOPIC}/late", TYPES["text"], deadline)
     seconds_until(lambda: "alive" in peer.events()["events"], "a reader of ROS 2 learns of the writer")
     ours.send(writer, "text", 5, 20.0)
-    missed = seconds_until(lambda: "deadline" in peer.events()["events"], "a reader of ROS 2 learns of a missed deadline")
+    missed = seconds_until(
+        lambda: "deadline" in peer.events()["events"], "a reader of ROS 2 learns of a missed deadline"
+    )
     writer.close()
     gone = seconds_until(lambda: "gone" in peer.events()["events"], "a reader of ROS 2 learns that the writer is gone")
     network.close()
@@ -434,7 +465,10 @@ def restarted_nodes(cell: Cell) -> str:
 
 def again(ours: Ours, peer: Peer) -> str:
     """Send to the reader, and from the writer, that a peer has from before."""
-    writer, tally = ours.transport.writer(f"{TOPIC}/forth", TYPES["text"], QoS()), ours.listen(f"{TOPIC}/back", "text", QoS())
+    writer, tally = (
+        ours.transport.writer(f"{TOPIC}/forth", TYPES["text"], QoS()),
+        ours.listen(f"{TOPIC}/back", "text", QoS()),
+    )
     found = seconds_until(lambda: writer.matched, "the peer is found again")
     before = peer.heard(topic=f"{TOPIC}/forth")["twice"]
 

@@ -1,8 +1,8 @@
 """Runs the interop matrix against a sourced ROS 2 and writes docs/reference/interop.md.
 
-    python -m tests.interop.matrix            all columns, and the page
-    python -m tests.interop.matrix --print    the same, without writing the page
-    python -m tests.interop.matrix --only "dds rmw_fastrtps_cpp" "service server"
+python -m tests.interop.matrix            all columns, and the page
+python -m tests.interop.matrix --print    the same, without writing the page
+python -m tests.interop.matrix --only "dds rmw_fastrtps_cpp" "service server"
 """
 
 from __future__ import annotations
@@ -14,27 +14,16 @@ import os
 import subprocess
 import sys
 import tempfile
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
+from graphengine.format.atomic_write import write_together
+from tests.interop.result import Result
 from tests.waiting import reserved_domain
 
 ROOT = Path(__file__).resolve().parents[2]
 _COLUMN = 1800.0
 """Seconds that a column may take."""
-
-
-@dataclass(frozen=True)
-class Result:
-    """What became of a cell: its figures, or why it failed."""
-
-    row: str
-    kind: str
-    rmw: str
-    works: bool
-    text: str
-    told: bool = False
-    """Whether a user was told what to do instead."""
 
 
 def run_cell(row: str, kind: str, rmw: str) -> Result:
@@ -57,7 +46,9 @@ def run_column(kind: str, rmw: str, rows: list[str]) -> list[Result]:
     command = [sys.executable, "-m", "tests.interop.matrix", "--column", kind, rmw, *rows]
     profiles = str(ROOT / "tests" / "ros" / "fast_dds.xml")
     environ = {**os.environ, "RMW_IMPLEMENTATION": rmw, "FASTRTPS_DEFAULT_PROFILES_FILE": profiles}
-    done = subprocess.run(command, cwd=ROOT, env=environ, stdout=subprocess.PIPE, text=True, timeout=_COLUMN, check=True)
+    done = subprocess.run(
+        command, cwd=ROOT, env=environ, stdout=subprocess.PIPE, text=True, timeout=_COLUMN, check=True
+    )
     return [Result(**json.loads(line)) for line in done.stdout.splitlines() if line.startswith("{")]
 
 
@@ -104,9 +95,7 @@ def main() -> int:
         results = run_all()
         text = render(results)
         if not arguments.print:
-            from graphengine.format.atomic_write import write_text
-
-            write_text(PAGE, text)
+            write_together({PAGE: text.encode()})
     for result in results:
         print(f"{'yes' if result.works else 'no '} {result.kind} {result.rmw} {result.row}: {result.text}")  # noqa: T201
     failed = {(result.row, result.kind, result.rmw) for result in results if not result.works}
