@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 
 from graphengine.messages.definitions import Definitions, shipped
 from graphengine.messages.distros import DISTROS
 
 
+@cache
 def types_of(definitions: Definitions) -> set[str]:
     """Return all types of a distribution: messages, services, actions and their parts."""
     return {part for name in definitions.names() for part in definitions.closure(name)}
 
 
+@cache
 def hashes() -> dict[str, list[str]]:
     """Return the type hash of each type in each distribution, in their order; empty where it is unknown."""
     known = [(definitions, types_of(definitions)) for definitions in map(shipped, DISTROS)]
