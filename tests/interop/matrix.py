@@ -90,7 +90,8 @@ def main() -> int:
 
     if arguments.only:
         column, *rows = arguments.only
-        results = run_column(*column.split(), rows or list(ROWS))
+        kind, rmw = column.split()
+        results = run_column(kind, rmw, rows or list(ROWS))
     else:
         results = run_all()
         text = render(results)

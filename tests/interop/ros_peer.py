@@ -68,7 +68,6 @@ class Peer:
         tally = self._tallies[topic] = Tally(kind, size)
         callbacks = SubscriptionEventCallbacks(
             incompatible_qos=lambda event: self._events.append("incompatible"),
-            liveliness=lambda event: self._events.append("alive" if event.alive_count else "gone"),
             deadline=lambda event: self._events.append("deadline"),
         )
         kinds = get_message(TYPES[kind]), topic, tally.add, profile(**qos)

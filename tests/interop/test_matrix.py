@@ -18,7 +18,8 @@ pytestmark = [
 
 @pytest.fixture(scope="module", params=COLUMNS, ids=" ".join)
 def column(request: pytest.FixtureRequest) -> dict[str, Result]:
-    return {result.row: result for result in run_column(*request.param, list(ROWS))}
+    kind, rmw = request.param
+    return {result.row: result for result in run_column(kind, rmw, list(ROWS))}
 
 
 def test_no_cell_is_empty(column: dict[str, Result]) -> None:
