@@ -15,7 +15,7 @@ pytest.register_assert_rewrite(
 )  # before any test imports them
 
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each program that a test starts would compile all modules anew
-ONE_AT_A_TIME = ("cli", "control", "jobs", "readme", "ros")
+ONE_AT_A_TIME = ("cli", "control", "interop", "jobs", "readme", "ros")
 
 
 @pytest.fixture

@@ -205,7 +205,7 @@ class Definitions:
         """
         if message_type not in self._hashes:
             store = Typestore()
-            for name in self._closure(message_type):
+            for name in self.closure(message_type):
                 # In ROS 2 `char` is an alias of `uint8`; rosbags hashes it as a type of its own.
                 store.fielddefs[name] = ([], _replaced(self.definition(name).fields, _CHAR, _UINT8))
             self._hashes[message_type] = store.hash_rihs01(message_type)
@@ -217,7 +217,7 @@ class Definitions:
 
     def is_wide(self, message_type: str) -> bool:
         """Return whether a type contains wide strings."""
-        fields = (field for name in self._closure(message_type) for _, field in self.definition(name).fields)
+        fields = (field for name in self.closure(message_type) for _, field in self.definition(name).fields)
         return any(element_of(field) == WIDE for field in fields)
 
     def text(self, message_type: str) -> str:
@@ -226,11 +226,11 @@ class Definitions:
         Raises:
             MessageTypeError: the type is unknown.
         """
-        whole, *parts = self._closure(message_type)
+        whole, *parts = self.closure(message_type)
         sections = [f"{'=' * 80}\nMSG: {part.replace('/msg/', '/')}\n{self.definition(part)}" for part in parts]
         return "".join([str(self.definition(whole)), *sections])
 
-    def _closure(self, message_type: str) -> list[str]:
+    def closure(self, message_type: str) -> list[str]:
         """Return a type, followed by all its nested types."""
         names = [message_type]
         for name in names:  # which grows

@@ -2,48 +2,58 @@
 
 from __future__ import annotations
 
-import itertools
+from collections.abc import Iterator
+from functools import cache
 
 from graphengine.messages.definitions import Definitions, shipped
 from graphengine.messages.distros import DISTROS
-from graphengine.messages.interfaces import Definition
 
 
-def messages_of(definitions: Definitions) -> list[str]:
-    """Return the message types of a distribution, including parts of services and actions."""
-    names = {name for name in definitions.names() if definitions.definition(name).is_message}
-    others = set(definitions.names()) - names
-    parts = (part for name in others for part in definitions.parts(name))
-    return sorted(names.union(parts))
+@cache
+def types_of(definitions: Definitions) -> set[str]:
+    """Return all types of a distribution: messages, services, actions and their parts."""
+    return {part for name in definitions.names() for part in definitions.closure(name)}
 
 
+@cache
 def hashes() -> dict[str, list[str]]:
-    """Return the type hash of each message in each distribution, in their order; empty where it is unknown."""
-    every = {distro: messages_of(shipped(distro)) for distro in DISTROS}
-    names = sorted(set(itertools.chain.from_iterable(every.values())))
-    return {name: [shipped(d).type_hash(name) if name in every[d] else "" for d in DISTROS] for name in names}
+    """Return the type hash of each type in each distribution, in their order; empty where it is unknown."""
+    known = [(definitions, types_of(definitions)) for definitions in map(shipped, DISTROS)]
+    names = sorted(set[str]().union(*(names for _, names in known)))
+    return {name: [one.type_hash(name) if name in its else "" for one, its in known] for name in names}
 
 
-def differing() -> dict[str, list[str]]:
-    """Return the types that exist in several distributions with different hashes: what each has in place of the others."""
-    found: dict[str, list[str]] = {}
-    for name, types in hashes().items():
-        if len({type_hash for type_hash in types if type_hash}) > 1:
-            known = [shipped(d).definition(name) if given else None for d, given in zip(DISTROS, types, strict=True)]
-            found[name] = [_own_fields(one, known) for one in known]
+def fields() -> dict[str, list[tuple[str, ...]]]:
+    """Return the types whose own fields differ between distributions: the fields of each that others lack.
+
+    The hashes of the types that contain them differ too.
+    """
+    found = {}
+    for name, given in hashes().items():
+        lines = [_lines(shipped(distro), name) for distro, known in zip(DISTROS, given, strict=True) if known]
+        if len(set(lines)) > 1:
+            common = set(lines[0]).intersection(*lines)
+            every = iter(lines)
+            own = (next(every) if known else () for known in given)
+            found[name] = [tuple(line for line in one if line not in common) for one in own]
     return found
 
 
-def partial() -> dict[str, list[bool]]:
-    """Return the types that some distributions lack, and which have them."""
-    return {name: [bool(one) for one in types] for name, types in hashes().items() if not all(types)}
+def containing(names: set[str]) -> set[str]:
+    """Return the types whose hashes differ only because they contain others."""
+    differing = {name for name, given in hashes().items() if len({one for one in given if one}) > 1}
+    return differing - names
 
 
-def _own_fields(one: Definition | None, others: list[Definition | None]) -> str:
-    """Return the fields of a definition that another lacks; all of its types differ if there are none."""
-    if one is None:
-        return "-"
-    shared = [set(map(repr, other.fields)) for other in others if other is not None]
-    names = [name for name, kind in one.fields if not all(repr((name, kind)) in fields for fields in shared)]
-    lines = str(one).splitlines()
-    return ", ".join(f"`{line}`" for line in lines if line.split()[-1:] and line.split()[-1] in names) or "as before"
+def missing() -> Iterator[tuple[str, list[bool]]]:
+    """Yield the messages, services and actions that some distribution lacks, and which have them."""
+    every = [set(shipped(distro).names()) for distro in DISTROS]
+    for name in sorted(set[str]().union(*every)):
+        if not all(name in known for known in every):
+            yield name, [name in known for known in every]
+
+
+def _lines(definitions: Definitions, name: str) -> tuple[str, ...]:
+    """Return the fields of a type as lines of its definition, without constants."""
+    definition = definitions.definition(name)
+    return tuple(line for line in str(definition).splitlines() if line and "=" not in line)

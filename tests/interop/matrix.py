@@ -14,27 +14,16 @@ import os
 import subprocess
 import sys
 import tempfile
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
+from graphengine.format.atomic_write import write_together
+from tests.interop.result import Result
 from tests.waiting import reserved_domain
 
 ROOT = Path(__file__).resolve().parents[2]
 _COLUMN = 1800.0
 """Seconds that a column may take."""
-
-
-@dataclass(frozen=True)
-class Result:
-    """What became of a cell: its figures, or why it failed."""
-
-    row: str
-    kind: str
-    rmw: str
-    works: bool
-    text: str
-    told: bool = False
-    """Whether a user was told what to do instead."""
 
 
 def run_cell(row: str, kind: str, rmw: str) -> Result:
@@ -101,14 +90,13 @@ def main() -> int:
 
     if arguments.only:
         column, *rows = arguments.only
-        results = run_column(*column.split(), rows or list(ROWS))
+        kind, rmw = column.split()
+        results = run_column(kind, rmw, rows or list(ROWS))
     else:
         results = run_all()
         text = render(results)
         if not arguments.print:
-            from graphengine.format.atomic_write import write_text
-
-            write_text(PAGE, text)
+            write_together({PAGE: text.encode()})
     for result in results:
         print(f"{'yes' if result.works else 'no '} {result.kind} {result.rmw} {result.row}: {result.text}")  # noqa: T201
     failed = {(result.row, result.kind, result.rmw) for result in results if not result.works}

@@ -43,11 +43,11 @@ def profile(depth: int = 10, latched: bool = False, reliable: bool = True, deadl
     return made
 
 
-def seconds_until(condition: Any) -> float | None:
+def seconds_until(condition: Any, patience: float = PATIENCE) -> float | None:
     """Return the seconds until something holds; None if it does not in time."""
     begun = time.monotonic()
     while not condition():
-        if time.monotonic() - begun > PATIENCE:
+        if time.monotonic() - begun > patience:
             return None
         time.sleep(0.002)
     return time.monotonic() - begun
@@ -68,7 +68,6 @@ class Peer:
         tally = self._tallies[topic] = Tally(kind, size)
         callbacks = SubscriptionEventCallbacks(
             incompatible_qos=lambda event: self._events.append("incompatible"),
-            liveliness=lambda event: self._events.append("alive" if event.alive_count else "gone"),
             deadline=lambda event: self._events.append("deadline"),
         )
         kinds = get_message(TYPES[kind]), topic, tally.add, profile(**qos)
@@ -114,8 +113,10 @@ class Peer:
     def call(self, service: str, count: int) -> dict[str, Any]:
         client = self._node.create_client(SetBool, service)
         found = seconds_until(client.service_is_ready)
+        if found is None:
+            return {"answered": 0}
         times, right = list[float](), 0
-        for number in range(count if found is not None else 0):
+        for number in range(count):
             begun, future = time.monotonic(), client.call_async(SetBool.Request(data=number % 2 == 0))
             if seconds_until(future.done) is None:
                 break
@@ -140,29 +141,34 @@ class Peer:
         self._kept.append(ActionServer(self._node, Fibonacci, action, execute, **accept))
 
     def pursue(self, action: str, order: int) -> dict[str, Any]:
-        """Send a goal to its end, then another that is cancelled; a server that was not found has `found` None."""
+        """Send a goal to its end, then another that is cancelled; `answered` is false if the first gets no answer."""
         client, feedback = ActionClient(self._node, Fibonacci, action), list[Any]()
-        if (found := seconds_until(client.server_is_ready)) is None:
-            return {"found": None}
-        begun, status, sequence = time.monotonic(), [], []
+        found, begun = seconds_until(client.server_is_ready), time.monotonic()
+        if found is None:
+            return {"answered": False}
+        ends = list[tuple[float, Any]]()
         for cancels in (False, True):
             sent = client.send_goal_async(Fibonacci.Goal(order=order), feedback.append)
-            seconds_until(sent.done)
+            if seconds_until(sent.done) is None:
+                return {"answered": False}
             handle = sent.result()
             if cancels:
                 seconds_until(handle.cancel_goal_async().done)
             ended = handle.get_result_async()
             seconds_until(ended.done)
-            status.append(ended.result().status)
-            sequence.append(list(ended.result().result.sequence))
-            lasted = time.monotonic() - begun if not cancels else lasted
-        return {"found": found, "status": status, "sequence": sequence[0], "feedback": len(feedback), "seconds": lasted}
+            ends.append((time.monotonic() - begun, ended.result()))
+        (lasted, first), (_, second) = ends
+        outcome = {"status": [first.status, second.status], "sequence": list(first.result.sequence)}
+        return {**outcome, "answered": True, "found": found, "feedback": len(feedback), "seconds": lasted}
 
     def parameters(self, node: str, name: str, value: float) -> dict[str, Any]:
         """Use all six parameter services of a node, with one parameter of type double."""
         client = AsyncParameterClient(self._node, node)
-        if (found := seconds_until(client.services_are_ready)) is None:
-            return {"found": None}
+        found, lost = seconds_until(client.services_are_ready), 0
+        while found is None or seconds_until(client.list_parameters([], 0).done, 5.0) is None:
+            lost += 1  # a first call may be sent before the server knows of the client
+            if found is None or lost == 4:
+                return {"answered": False}
 
         def result(future: Any) -> Any:
             seconds_until(future.done)
@@ -175,7 +181,9 @@ class Peer:
         wrong = result(client.set_parameters([parameter(type=ParameterType.PARAMETER_STRING, string_value="fast")]))
         atomically = result(client.set_parameters_atomically([double])).result
         return {
+            "answered": True,
             "found": found,
+            "lost": lost,
             "listed": name in result(client.list_parameters([], 0)).result.names,
             "described": bool(result(client.describe_parameters([name])).descriptors[0].description),
             "type": list(result(client.get_parameter_types([name])).types),

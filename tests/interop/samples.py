@@ -88,6 +88,11 @@ class Tally:
             self._ages.append(age)
             self._broken += not intact
 
+    def clear(self) -> None:
+        """Forget all messages."""
+        with self._lock:
+            self._numbers, self._ages, self._broken = [], [], 0
+
     def report(self) -> dict[str, Any]:
         """Return counts, the first and the last number, and the median and the longest time on the way in ms."""
         with self._lock:
