@@ -133,6 +133,38 @@ def check_room(chart: ReadMap) -> None:
     assert chart.origin == (-1.2, -1.0, 0.0)
 
 
+def test_localizability_is_written_and_summed_up(graphrun: Graphrun, room: Path) -> None:
+    text = "robot: r\nurdf: r.urdf\nsensors:\n  lidar: {type: lidar, profile: lidar_360, parent: base, position: [0, 0, 0.3]}\n"
+    (room / "r.yaml").write_text(text, encoding="utf-8")
+    box = '<geometry><box size="0.2 0.2 0.2"/></geometry>'
+    urdf = f'<robot name="r"><link name="base"><collision>{box}</collision></link></robot>'
+    (room / "r.urdf").write_text(urdf, encoding="utf-8")
+    use = "robots:\n  r: {use: r.yaml, position: [0, 0, 0.1]}\n"
+    (room / "room.yaml").write_text(f"scene: room\nworld: world.xml\n{use}", encoding="utf-8")
+    done = graphrun("map", "room.yaml", "--localizability")
+    assert done.code == 0, done
+    assert "room_map_localizability.png and room_map_localizability.csv" in done.out
+    assert "16 headings" in done.out
+    assert "ambiguous" in done.out
+    head, *rows = (room / "room_map_localizability.csv").read_text(encoding="utf-8").splitlines()
+    assert head.startswith("x,y,spread,direction_deg,near,far")
+    assert rows
+    for option, value, words in (
+        ("--robot", "q", "no robot 'q'"),
+        ("--lidar", "/nothing", "/nothing"),
+        ("--scans", "0", "above 0"),
+    ):
+        refused = graphrun("map", "room.yaml", "--localizability", option, value)
+        assert refused.code == 2
+        assert words in refused.err
+
+
+def test_localizability_needs_a_robot(graphrun: Graphrun, room: Path) -> None:
+    done = graphrun("map", "room.yaml", "--localizability")
+    assert done.code == 2
+    assert "the scene has no robot" in done.err
+
+
 def test_a_pgm_says_the_same(graphrun: Graphrun, room: Path) -> None:
     bounds = ("--bounds", "-1.2", "-1", "1", "2.2")
     assert graphrun("map", "room.yaml", "--cell", "0.1", *bounds, "--format", "pgm", "-o", "maps/floor.1").code == 0

@@ -171,7 +171,7 @@ class _Nearby:
         return spread, direction, ratio[self._other].max(axis=0) ** self._scans
 
     def _precision(self, ratio: Floats) -> tuple[Floats, Floats]:
-        """Return spread and worst direction by the ratios of poses a step off: by turn, then by y and x, shape (3, 9, headings)."""
+        """Return spread and worst direction by the ratios of poses a step off, shape (3 turns, 9 positions, headings)."""
         drop = -np.log(ratio.reshape(3, 3, 3, -1))
         step, turn = self._steps
         xx, yy = (drop[1, 1, 0] + drop[1, 1, 2]) / step**2, (drop[1, 0, 1] + drop[1, 2, 1]) / step**2
