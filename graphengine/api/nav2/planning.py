@@ -97,9 +97,15 @@ def _costmap(robot: RobotFacts) -> Parameters:
 
 def _obstacles(robot: RobotFacts, reach: float) -> Parameters:
     sources = {f"scan{number or ''}": scan for number, scan in enumerate(robot.scans)}
+    top = max(2.0, *(math.ceil(scan.height) + 0.0 for scan in robot.scans))
+    heights: Parameters = {
+        "min_obstacle_height": Sourced(-1.0, "below the frame of any scan: with 0 a rounding error hides obstacles"),
+        "max_obstacle_height": Sourced(top, "above the planes of all scans"),
+    }
     return {
         "plugin": nav2("nav2_costmap_2d::ObstacleLayer"),
         "enabled": nav2(True),
+        **heights,
         "observation_sources": Sourced(" ".join(sources), "all LaserScan topics of the robot"),
         **{
             name: {
@@ -108,9 +114,7 @@ def _obstacles(robot: RobotFacts, reach: float) -> Parameters:
                 "marking": nav2(True),
                 "clearing": nav2(True),
                 "inf_is_valid": Sourced(True, "a beam that meets nothing clears what it crosses"),
-                "max_obstacle_height": Sourced(
-                    max(2.0, math.ceil(scan.height) + 0.0), f"the scan is {scan.height:.3f} m above the floor"
-                ),
+                **heights,
                 "obstacle_min_range": Sourced(scan.ranges[0], "least range of the lidar"),
                 "obstacle_max_range": Sourced(min(reach, scan.ranges[1]), "reach of the costmap, at most of the lidar"),
                 "raytrace_min_range": Sourced(scan.ranges[0], "least range of the lidar"),
