@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from graphengine.devices.rotation import Pose, compose
+from graphengine.format.spec import RobotUse
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import Options
 from tests.jobs.harness import Job, assemble, nanoseconds
@@ -36,8 +37,8 @@ def transforms(job: Job) -> dict[tuple[str, str], dict[int, Pose]]:
     return found
 
 
-def drive_and_compare(job: Job) -> float:
-    """Drive a curve; return the greatest error of map -> base_link, after checking that each tick has a transform."""
+def drive_and_compare(job: Job, before: int = 0) -> float:
+    """Drive a curve after some ticks; check that each tick has a transform; return the greatest error of map -> base_link."""
     true = dict[int, Any]()
     for tick in range(180):
         if tick % 6 == 0:
@@ -48,9 +49,9 @@ def drive_and_compare(job: Job) -> float:
     edges = transforms(job)
     corrections, odometry = edges["map", "odom"], edges["odom", "base_link"]
     assert corrections.keys() == odometry.keys()
-    assert len(corrections) == 180
+    assert len(corrections) == 180 + before
     errors = []
-    for stamp, correction in corrections.items():
+    for stamp, correction in list(corrections.items())[before:]:
         nearest = min(true, key=lambda time: abs(time - stamp))
         assert abs(nearest - stamp) < 10
         position, orientation = compose(correction, odometry[stamp])
@@ -81,6 +82,24 @@ def test_map_to_odom_starts_again_after_a_reset() -> None:
     assert first < 1e-9
     assert nanoseconds(job.heard(TF)[-1].transforms[0].header.stamp) < 200_000_000
     assert last
+
+
+def test_it_goes_on_when_the_odometry_is_set_up_again() -> None:
+    with Job("dd100_flat", localization="truth") as job:
+        job.run(0.1)
+        job.ask("set", address="PublishRawTF.queueSize", value=5)
+        assert drive_and_compare(job, before=6) < 1e-9
+
+
+def test_a_robot_that_is_spawned_has_it_too() -> None:
+    with Job("dd100_flat", localization="truth") as job:
+        job.spawn("other", RobotUse(use="robots/dd100.yaml", namespace="other", position=(0.0, 3.0, 0.02)))
+        job.run(0.1)
+        edges = [edge for message in job.heard("/other/tf") for edge in message.transforms]
+        x, y, _ = job.session.services.world.entities.state("other").position
+    assert [edge.child_frame_id for edge in edges].count("odom") == 6
+    first = next(edge.transform.translation for edge in edges if edge.child_frame_id == "odom")
+    assert (first.x, first.y) == pytest.approx((x, y), abs=1e-3)
 
 
 def test_without_listeners_nothing_is_published() -> None:
