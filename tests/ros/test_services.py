@@ -303,8 +303,11 @@ def test_the_graph_has_the_services_of_each_node(alice: AnyTransport, bob: AnyTr
         nodes = [node for node in transport.graph().nodes if node.name == "/bob"]
         return [((NAME, TYPE) in node.servers, ("/called", TYPE) in node.clients) for node in nodes]
 
+    def told(transport: AnyTransport) -> bool:
+        return services(transport) == [(True, True)]
+
     for transport in (alice, bob):
-        assert eventually(lambda seen=transport: services(seen) == [(True, True)])
+        assert eventually(partial(told, transport))
     others = alice.graph().without("/bob")
     assert [node.name for node in others.nodes] == ["/alice"]
     assert not {(NAME, TYPE), ("/called", TYPE)} & set(others.services)
