@@ -30,22 +30,11 @@ from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene import build
 from tests.control.harness import Controlled, controlled
 from tests.control.simulators import Client
-from tests.physics.harness import Project
+from tests.parameter_scene import DRIVE, LIMIT, NODES, write_scene
 from tests.waiting import eventually
 
-DRIVE = """graph: drive
-variables: {speed: {type: double, default: 1.5}}
-nodes:
-  Tick: OnPlaybackTick
-  Read: {type: ReadVariable, inputs: {variableName: speed}}
-  Control: {type: DifferentialController, inputs: {wheelRadius: 0.1, wheelDistance: 0.5}}
-  Name: {type: ROS2QoSProfile, inputs: {depth: 7}}
-connections:
-  - Tick.tick -> Control.execIn
-  - Read.value -> Control.linearVelocity
-"""
-SPEED, RADIUS, LIMIT = "drive.variables.speed", "drive.Control.wheelRadius", "drive.Control.maxLinearSpeed"
-SCENE, BOT = "/scene", "/bot"
+SPEED, RADIUS = "drive.variables.speed", "drive.Control.wheelRadius"
+SCENE, BOT = NODES
 
 
 class NodeTransport(MemoryTransport):
@@ -102,10 +91,10 @@ def given(name: str, value: Any) -> Any:
 
 @contextlib.contextmanager
 def offered(folder: Path, **how: Any) -> Iterator[Parameters]:
-    project = Project(folder).robot("graphs: {drive: {use: drive.yaml}}").write("drive.yaml", DRIVE)
+    scene = build.load(write_scene(folder))
     transport, events = NodeTransport(), list[Any]()
     transport.reader(EVENTS, EVENT, PARAMETER_EVENTS, lambda data: events.append(messages.decode(data, EVENT)))
-    session = build.start(build.load(project.folder / "scene.yaml"), LiveNetwork(lambda _: transport, 0, print))
+    session = build.start(scene, LiveNetwork(lambda _: transport, 0, print))
     with controlled(session, **{"paused": True, **how}) as run:
         nodes = ParameterNodes(session, run.desk, transport, print)
         try:
@@ -229,9 +218,9 @@ def test_a_reset_keeps_inputs_and_returns_variables(sim: Parameters) -> None:
 
 
 def test_the_node_of_a_spawned_robot_comes_and_goes_with_it(sim: Parameters) -> None:
-    use = {"use": "bot.yaml", "position": [0, 3, 0.1], "namespace": "two"}
+    use = {"use": "bot.yaml", "position": [0, 3, 0.1], "namespace": "three"}
     sim.run.ask("spawn", name="second", use=use)
-    there = "/two/second"
+    there = "/three/second"
     assert eventually(lambda: sim.heard(there))
     assert SPEED in sim.heard(there)[0][0]
     assert sim.put({SPEED: 7.0}, there) == [""]

@@ -34,9 +34,9 @@ def reply(text: str) -> bytes:
 class Server:
     """A server, and what it was asked."""
 
-    def __init__(self, transport: AnyTransport, name: str = NAME, qos: QoS = SERVICES) -> None:
+    def __init__(self, transport: AnyTransport, name: str = NAME, qos: QoS = SERVICES, node: str = "") -> None:
         self.asked: list[tuple[bytes, str]] = []
-        self.end: TransportServer = transport.server(name, TYPE, qos, self.take)
+        self.end: TransportServer = transport.server(name, TYPE, qos, self.take, node)
 
     def take(self, request_id: bytes, data: bytes) -> None:
         assert type(request_id) is type(data) is bytes

@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 
-from graphengine.format.errors import TransportError
+from graphengine.format.errors import TopicError, TransportError
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.transport import TransportServer
@@ -43,6 +43,31 @@ def test_a_call_is_answered(client: Client, server: Server) -> None:
     assert eventually(lambda: server.texts == ["a"])
     server.answer(0)
     assert eventually(lambda: client.answers == {1: "a!"})
+
+
+def test_servers_of_several_nodes_are_answered_and_leave_one_by_one(alice: AnyTransport, bob: AnyTransport) -> None:
+    nodes = ("", "/robot/one", "/robot/two", "/robot/one")
+    servers = [Server(bob, f"{NAME}_{number}", node=node) for number, node in enumerate(nodes)]
+    clients = [Client(alice, f"{NAME}_{number}") for number in range(len(nodes))]
+    assert eventually(lambda: all(client.end.ready for client in clients))
+    servers[1].end.close()
+    servers[2].end.close()
+    assert eventually(lambda: [client.end.ready for client in clients] == [True, False, False, True])
+    for number in (0, 3):
+        clients[number].call("a")
+        assert eventually(lambda number=number: servers[number].asked)  # type: ignore[misc]
+        servers[number].answer(0)
+        assert eventually(lambda number=number: clients[number].answers == {1: "a!"})  # type: ignore[misc]
+    again = Server(bob, f"{NAME}_2", node="/robot/two")
+    assert eventually(lambda: clients[2].end.ready)
+    again.end.close()
+
+
+@pytest.mark.parametrize("kind", NETWORKED)
+@pytest.mark.parametrize("node", ["/robot/my node", "/1st/robot", "robot//one"])
+def test_a_server_of_a_node_without_a_legal_name_is_refused(bob: AnyTransport, node: str) -> None:
+    with pytest.raises(TopicError):
+        bob.server(NAME, TYPE, QoS(), lambda request_id, data: None, node)
 
 
 def test_calls_come_in_order_and_are_answered_in_any(client: Client, server: Server) -> None:

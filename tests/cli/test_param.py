@@ -1,0 +1,84 @@
+"""`graphrun param`: the parameters of a run, in the form of ros2cli."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import yaml
+
+from tests.cli.harness import Graphrun, Live, live
+from tests.parameter_scene import LIMIT, NODE, NODES, write_scene
+from tests.waiting import eventually
+
+
+@pytest.fixture
+def param(graphrun: Graphrun, domain_id: int, monkeypatch: pytest.MonkeyPatch) -> Graphrun:
+    """`graphrun param` in this process."""
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    return lambda verb, *arguments, **ended: graphrun("param", verb, *arguments, "--transport", "dds", **ended)
+
+
+@pytest.fixture
+def running(tmp_path: Path, domain_id: int, param: Graphrun) -> Iterator[Live]:
+    scene, env = write_scene(tmp_path), {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    recording = str(tmp_path / "out.mcap")
+    with live("run", str(scene), "--transport", "dds", "--record", recording, env=env) as run:
+        assert eventually(lambda: all(f"{node}:" in param("list").lines for node in NODES))
+        yield run
+
+
+def test_every_verb_prints_what_ros2_param_prints(
+    param: Graphrun, running: Live, tmp_path: Path, graphrun: Graphrun
+) -> None:
+    assert running.hear(lambda said: "services, actions, parameters: with Cyclone DDS only" in said)
+    assert f"  {LIMIT}" in param("list", code=0, err="").lines
+    typed = param("list", NODE, "--param-type", "--filter", LIMIT, code=0, err="")
+    assert typed.out == f"  {LIMIT} (type: double)\n"
+    assert param("list", NODE, "--param-prefixes", "drive.variables", code=0).out == "  drive.variables.speed\n"
+    assert param("get", NODE, LIMIT, code=0, err="").out == "Double value is: 0.0\n"
+    assert param("get", NODE.lstrip("/"), LIMIT, "--hide-type", code=0, err="").out == "0.0\n"
+    assert param("set", NODE, LIMIT, "1e-3", code=0, err="").out == "Set parameter successful\n"
+    assert param("get", NODE, LIMIT, code=0, err="").out == "Double value is: 0.001\n"
+    refused = param("set", NODE, LIMIT, "fast", code=1, out="").err
+    assert refused == (
+        "Setting parameter failed: bot/drive/Control.maxLinearSpeed is a double: expected a number, got 'fast'\n"
+    )
+    assert param("describe", NODE, LIMIT, "use_sim_time", code=0, err="").lines == [
+        f"Parameter name: {LIMIT}",
+        "  Type: double",
+        "  Description: largest speed of the base; 0 is no limit [m/s]",
+        "  Constraints:",
+        "Parameter name: use_sim_time",
+        "  Type: boolean",
+        "  Description: message stamps are simulation time",
+        "  Constraints:",
+        "    Read only: true",
+    ]
+    dumped = param("dump", NODE, code=0, err="").out
+    assert yaml.safe_load(dumped)[NODE]["ros__parameters"]["drive"]["Control"]["maxLinearSpeed"] == 0.001
+    (tmp_path / "dump.yaml").write_text(dumped.replace("0.001", "0.75"), encoding="utf-8")
+    loaded = param("load", NODE, str(tmp_path / "dump.yaml"), code=0, err="")
+    assert all(line.endswith(" successful") for line in loaded.lines)
+    assert param("get", NODE, LIMIT, "--hide-type", code=0).out == "0.75\n"
+    running.stop(2)
+    assert "identical" in graphrun("replay", str(tmp_path / "out.mcap"), code=0).out
+
+
+def test_unknown_nodes_and_parameters_are_reported_with_similar_ones(param: Graphrun, running: Live) -> None:
+    assert f"did you mean '{NODE}'?" in param("get", "/two/bott", LIMIT, code=1, out="").err
+    assert f"did you mean '{LIMIT}'?" in param("get", NODE, f"{LIMIT}s", code=1, out="").err
+    assert "cannot be" not in param("list", NODE, "--filter", "(", code=2, out="").out
+
+
+def test_a_file_without_parameters_is_refused_before_the_network_is_joined(param: Graphrun, tmp_path: Path) -> None:
+    path = tmp_path / "empty.yaml"
+    path.write_text("/node: {}\n", encoding="utf-8")
+    assert (
+        "no parameters; write them below NODE: ros__parameters:" in param("load", NODE, str(path), code=2, out="").err
+    )
+
+
+def test_where_nobody_is_list_says_where_it_looked(param: Graphrun) -> None:
+    assert param("list", code=0, out="").err.startswith("no nodes with parameters; dds (Eclipse Cyclone DDS), domain ")
