@@ -61,8 +61,15 @@ def test_a_publishers_claim_has_the_published_names() -> None:
     context = RecordingContext("/bot/base_link/graph/node")
     context.world.stage.global_tf = True
     context.world.stage.define("/bot/base_link").namespace = "bot_0000"
-    options = {"frame_id": "odom", "child_frame_id": "base_link", "transforms": [("map", "odom")]}
-    claim = context.publisher("tf2_msgs/msg/TFMessage", "tf", outermost_namespace=True, **options).claim
+    publisher = context.publisher(
+        "tf2_msgs/msg/TFMessage",
+        "tf",
+        outermost_namespace=True,
+        frame_id="odom",
+        child_frame_id="base_link",
+        transforms=[("map", "odom")],
+    )
+    claim = publisher.claim
     assert claim.topic == "/tf"
     assert (claim.frame_id, claim.child_frame_id) == ("bot_0000/odom", "bot_0000/base_link")
     assert claim.transforms == (("map", "bot_0000/odom"),)
