@@ -134,7 +134,8 @@ def check_room(chart: ReadMap) -> None:
 
 
 def test_localizability_is_written_and_summed_up(graphrun: Graphrun, room: Path) -> None:
-    text = "robot: r\nurdf: r.urdf\nsensors:\n  lidar: {type: lidar, profile: lidar_360, parent: base, position: [0, 0, 0.3]}\n"
+    head = "robot: r\nurdf: r.urdf\nbase_link: base\n"
+    text = f"{head}sensors:\n  lidar: {{type: lidar, profile: lidar_360, parent: base, position: [0, 0, 0.3]}}\n"
     (room / "r.yaml").write_text(text, encoding="utf-8")
     box = '<geometry><box size="0.2 0.2 0.2"/></geometry>'
     urdf = f'<robot name="r"><link name="base"><collision>{box}</collision></link></robot>'

@@ -20,10 +20,11 @@ def amcl_alphas(result: Calibration) -> tuple[float, float, float, float, float]
     """Return alpha1 to alpha5 of nav2_amcl: the measured ones, or `LEAST` where they are smaller or could not be measured.
 
     DifferentialMotionModel splits a motion into a rotation, a translation d and a rotation; a rotation by a gets the variance
-    alpha1 a^2 + alpha2 d^2, the translation alpha3 d^2 + alpha4 (a1^2 + a2^2). OmniMotionModel has alpha1 a^2 + alpha2 d^2 for
-    the rotation, alpha3 d^2 + alpha4 a^2 along the translation and alpha4 a^2 + alpha5 d^2 across. In both, alphas are factors of
-    squares and are not squared themselves: 0.01 is an error of 10 %. Each measured alpha is the mean square of error over motion,
-    in steps of 0.25 m or 0.2 rad, at which AMCL updates by default; of several odometry topics, the largest counts.
+    alpha1 a^2 + alpha2 d^2, and the translation alpha3 d^2 + alpha4 (a1^2 + a2^2). OmniMotionModel has alpha1 a^2 + alpha2 d^2
+    for the rotation, alpha3 d^2 + alpha4 a^2 along the translation and alpha4 a^2 + alpha5 d^2 across. In both,
+    alphas are factors of squares and are not squared themselves: 0.01 is an error of 10 %. Each measured alpha is the
+    mean square of error over motion, in steps of 0.25 m or 0.2 rad, at which AMCL updates by default; of several
+    odometry topics, the largest counts.
     """
     measured = [astuple(one.alphas) for one in result.odometry] or [astuple(Alphas())]
     first, second, third, fourth, fifth = (

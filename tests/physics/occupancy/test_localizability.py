@@ -117,7 +117,7 @@ def test_places_keep_the_radius_of_the_robot_from_obstacles() -> None:
 @pytest.mark.parametrize("options", [{"scans": 0}, {"alpha": 0.0}, {"alpha": math.nan}])
 def test_what_is_no_number_of_scans_and_no_noise_is_refused(options: dict[str, float]) -> None:
     with pytest.raises(UsageError, match="write numbers above 0"):
-        judged(room(2.0, 2.0), **options)
+        judged(room(2.0, 2.0), ROUND, **options)
 
 
 def test_a_map_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
