@@ -157,9 +157,8 @@ def arrived(way: str, report: dict[str, Any], count: int, took: float, found: fl
     Raises:
         CellError: a reliable message is missing, or a message is broken or received twice.
     """
-    figures = (
-        f"{report['received']}/{count} at {count / took:.0f} Hz, {report['median']:.1f} ms, found in {found:.2f} s"
-    )
+    rate, age = f"{count / took:.0f} Hz", f"{report['median']:.1f} ms"
+    figures = f"{way} {report['received']}/{count} at {rate}, {age}, found in {found:.2f} s"
     if report["broken"] or report["twice"] or (is_sure and report["received"] < count):
         first = f"first received: {report['first']}"
         raise CellError(f"{figures}; broken: {report['broken']}, received twice: {report['twice']}, {first}")
