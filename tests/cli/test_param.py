@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -62,7 +63,7 @@ def test_every_verb_prints_what_ros2_param_prints(
     loaded = param("load", NODE, str(tmp_path / "dump.yaml"), code=0, err="")
     assert all(line.endswith(" successful") for line in loaded.lines)
     assert param("get", NODE, LIMIT, "--hide-type", code=0).out == "0.75\n"
-    running.stop(2)
+    running.stop(signal.SIGINT)
     assert "identical" in graphrun("replay", str(tmp_path / "out.mcap"), code=0).out
 
 
