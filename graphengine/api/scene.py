@@ -222,9 +222,10 @@ class Scene:
     ) -> Localizability:
         """Measure how well AMCL could localise a robot at each place of a map, as `graphrun map --localizability` does.
 
-        >>> result = scene.localizability(scene.occupancy_map())
-        >>> float((result.spread <= 0.1).mean())
-        0.99
+        >>> floor = scene.occupancy_map(bounds=((-2, -1), (2, 1)))
+        >>> result = scene.localizability(floor, spacing=1.0)
+        >>> float((result.spread <= 0.1).mean())  # a floor without obstacles
+        0.0
 
         Args:
             chart: map of the scene.

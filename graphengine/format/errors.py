@@ -20,6 +20,7 @@ GraphError                  base of all exceptions of this package
 ├── TransportError          the network could not be joined, or a peer's library failed
 │   └── MessageError        a message that does not match its type (in messages/messages.py)
 └── UsageError              invalid arguments (exit code 2 of `graphrun`)
+    ├── NoObstaclesError    an occupancy map without bounds of a world without obstacles (in physics/occupancy/occupancy_map.py)
     ├── RefusedError        a refused request of simulation_interfaces (in control/simulation_interfaces/results.py)
     ├── StateError          a call that the state of the session does not allow
     └── UnknownEntityError  no robot or object has the name

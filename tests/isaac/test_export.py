@@ -51,6 +51,10 @@ REFUSED = {
     "arm/gripper": ["Gripper: there is no graphengine.ros2.ROS2GripperCommand in Isaac Sim"],
     "arm/trajectory": ["Trajectory: there is no graphengine.ros2.ROS2FollowJointTrajectory in Isaac Sim"],
     "base/state": _wheel_odometry("Odometry", "PublishOdometry"),
+    "publishers/compressed_camera": [
+        f"Colour: isaacsim.ros2.bridge.ROS2CameraHelper has no inputs:{port} in Isaac Sim"
+        for port in ("compression", "jpegQuality")
+    ],
     "publishers/range": ["PublishRange: there is no graphengine.ros2.RangePublisher in Isaac Sim"],
     "wheel_odometry": _wheel_odometry("WheelOdometry", "PublishOdom"),
     "localization": ["PublishGroundTruth: there is no graphengine.ros2.ROS2PublishGroundTruthTransform in Isaac Sim"],

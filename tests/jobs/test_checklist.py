@@ -12,8 +12,18 @@ import pytest
 from tests.cli.harness import ROOT, Result, live, process
 from tests.waiting import reserved_domain
 
-PLAIN = ["/cmd_vel", "/odom", "/parameter_events", "/platform/joint_states", "/rosout", "/scan", "/tf", "/tf_static"]
-"""What `ros2 topic list` prints after "Building OmniGraph Nodes", in its order."""
+PLAIN = [
+    "/cmd_vel",
+    "/diagnostics",
+    "/odom",
+    "/parameter_events",
+    "/platform/joint_states",
+    "/rosout",
+    "/scan",
+    "/tf",
+    "/tf_static",
+]
+"""What `ros2 topic list` prints after "Building OmniGraph Nodes", in its order, and the diagnostics of the session."""
 NAMESPACED = [
     "/clock",
     "/dd100_0000/cmd_vel",
@@ -22,6 +32,7 @@ NAMESPACED = [
     "/dd100_0000/sim_lidar/scan",
     "/dd100_0000/tf",
     "/dd100_0000/tf_static",
+    "/diagnostics",
     "/parameter_events",
     "/rosout",
 ]

@@ -311,7 +311,7 @@ def test_what_is_no_camera_is_refused_in_setup(which: str, path: str) -> None:
 
 def info_of(**inputs: Any) -> messages.CameraInfo:
     """The message of a node with those inputs."""
-    return ROS2PublishCameraInfo(**inputs).message()
+    return ready(ROS2PublishCameraInfo, RecordingContext(), **inputs).message()
 
 
 def test_it_publishes_what_its_ports_say() -> None:

@@ -102,14 +102,15 @@ def test_the_format_is_written_as_image_transport_writes_it(encoding: str, compr
         "format": compression,
         "data": smooth(encoding),
     }
-    assert ROS2PublishCompressedImage(**inputs).message().format == written
+    assert ready(ROS2PublishCompressedImage, RecordingContext(), **inputs).message().format == written
 
 
 def test_a_higher_quality_takes_more_bytes_and_the_same_quality_the_same() -> None:
     noise = np.random.default_rng(1).integers(0, 256, 32 * 24 * 3, np.uint8)
     inputs: dict[str, Any] = {"width": 32, "height": 24, "encoding": "rgb8", "data": noise}
     low, high, again = (
-        bytes(ROS2PublishCompressedImage(**inputs, jpeg_quality=q).message().data) for q in (20, 90, 90)
+        bytes(ready(ROS2PublishCompressedImage, RecordingContext(), **inputs, jpeg_quality=q).message().data)
+        for q in (20, 90, 90)
     )
     assert len(low) < len(high)
     assert high == again
@@ -128,7 +129,7 @@ def test_a_higher_quality_takes_more_bytes_and_the_same_quality_the_same() -> No
 )
 def test_an_image_that_cannot_be_compressed_is_an_error(inputs: dict[str, Any], error: str) -> None:
     legal: dict[str, Any] = {"width": 32, "height": 24, "encoding": "rgb8", "data": smooth("rgb8")}
-    node = ROS2PublishCompressedImage(**{**legal, **inputs})
+    node = ready(ROS2PublishCompressedImage, RecordingContext(), **{**legal, **inputs})
     with pytest.raises(ValueError, match=error):
         node.message()
 

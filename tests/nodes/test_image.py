@@ -13,7 +13,8 @@ from graphengine.messages import messages
 from graphengine.node import Buffer, Node, Out
 from graphengine.nodes.ros2.image import ROS2PublishImage
 from graphengine.scene.loaded_scene import Options
-from tests.nodes.harness import Player
+from graphengine.testing import RecordingContext
+from tests.nodes.harness import Player, ready
 
 ENCODINGS = {"rgb8": 3, "rgba8": 4, "32FC1": 4, "32SC1": 4}
 """Bytes of a pixel, from the names: three or four channels of 8 bits, one of 32."""
@@ -28,7 +29,7 @@ def pixels(count: int) -> np.ndarray[Any, np.dtype[np.uint8]]:
 
 def image_of(**inputs: Any) -> messages.Image:
     """The message of a node with those inputs."""
-    return ROS2PublishImage(**inputs).message()
+    return ready(ROS2PublishImage, RecordingContext(), **inputs).message()
 
 
 @every_encoding
@@ -59,7 +60,7 @@ def test_a_buffer_of_numbers_is_taken_by_its_bytes() -> None:
 @pytest.mark.parametrize("port", ["data", "data_ptr"])
 def test_bytes_need_not_lie_in_one_piece(port: str) -> None:
     cls: Any = ROS2PublishImage
-    node = cls(width=2, height=2)
+    node = ready(cls, RecordingContext(), width=2, height=2)
     setattr(node, port, pixels(24)[::2])
     assert bytes(node.message().data) == bytes(range(0, 24, 2))
 

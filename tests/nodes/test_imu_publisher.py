@@ -11,7 +11,8 @@ from graphengine.devices.imu import ImuSample, ImuStub
 from graphengine.messages import messages
 from graphengine.node import BadValueError
 from graphengine.nodes.ros2.imu import ROS2PublishImu
-from tests.nodes.harness import Player, dd100, quaternion, vector
+from graphengine.testing import RecordingContext
+from tests.nodes.harness import Player, dd100, quaternion, ready, vector
 
 TURN, ACCELERATION, RATE = (0.5, -0.5, 0.5, 0.5), (1.0, 2.0, 9.81), (0.1, 0.2, 0.3)
 PARTS = ("orientation", "linear_acceleration", "angular_velocity")
@@ -19,7 +20,8 @@ PARTS = ("orientation", "linear_acceleration", "angular_velocity")
 
 def reading(**inputs: Any) -> messages.Imu:
     """The message of a reading."""
-    return ROS2PublishImu(orientation=TURN, linear_acceleration=ACCELERATION, angular_velocity=RATE, **inputs).message()
+    measured = {"orientation": TURN, "linear_acceleration": ACCELERATION, "angular_velocity": RATE}
+    return ready(ROS2PublishImu, RecordingContext(), **measured, **inputs).message()
 
 
 def test_a_reading_is_sent_as_it_is_with_covariances_of_zero() -> None:
@@ -57,7 +59,7 @@ def test_a_covariance_is_published_as_it_is_given_unless_its_part_is_left_out(pa
 
 
 def test_without_a_reading_it_is_upright_and_at_rest() -> None:
-    imu = ROS2PublishImu().message()
+    imu = ready(ROS2PublishImu, RecordingContext()).message()
     assert quaternion(imu.orientation) == (0.0, 0.0, 0.0, 1.0)
     assert vector(imu.linear_acceleration) == vector(imu.angular_velocity) == (0.0, 0.0, 0.0)
 

@@ -10,13 +10,16 @@ import pytest
 
 from graphengine.messages import messages
 from graphengine.nodes.ros2.laser_scan import ROS2PublishLaserScan
+from graphengine.testing import RecordingContext
+from tests.nodes.harness import ready
 
 INF = math.inf
 
 
 def row(ranges: list[float], **inputs: Any) -> ROS2PublishLaserScan:
     """A node with that row."""
-    return ROS2PublishLaserScan(**{"linear_depth_data": ranges, "num_rows": 1, "num_cols": len(ranges), **inputs})
+    given = {"linear_depth_data": ranges, "num_rows": 1, "num_cols": len(ranges), **inputs}
+    return ready(ROS2PublishLaserScan, RecordingContext(), **given)
 
 
 def test_angles_are_given_in_degrees_and_sent_in_radians() -> None:

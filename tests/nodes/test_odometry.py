@@ -182,7 +182,7 @@ def test_a_prim_that_no_body_carries_is_refused_with_the_bodies_below_it(context
 
 def published(**inputs: Any) -> Any:
     """The message of a node with those inputs."""
-    return ROS2PublishOdometry(**inputs).message()
+    return ready(ROS2PublishOdometry, RecordingContext(), **inputs).message()
 
 
 def test_the_defaults_publish_the_origin_of_odom_and_base_link() -> None:

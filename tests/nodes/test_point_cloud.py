@@ -12,7 +12,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from graphengine.messages import messages
 from graphengine.nodes.ros2.point_cloud import ROS2PublishPointCloud
-from tests.nodes.harness import read_points
+from graphengine.testing import RecordingContext
+from tests.nodes.harness import read_points, ready
 
 POINTS = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], np.float32)
 METADATA: dict[str, tuple[Any, dict[str, list[Any]], list[int]]] = {
@@ -42,7 +43,7 @@ def cloud_of(*kinds: str, **inputs: Any) -> Any:
     """The message of the two points with those metadata."""
     chosen: dict[str, Any] = {f"output_{kind}": True for kind in kinds}
     chosen |= {f"{kind}_ptr": METADATA[kind][0] for kind in kinds}
-    return ROS2PublishPointCloud(**{"data": POINTS, **chosen, **inputs}).message()
+    return ready(ROS2PublishPointCloud, RecordingContext(), **{"data": POINTS, **chosen, **inputs}).message()
 
 
 def test_points_are_rows_of_three_floats() -> None:
@@ -107,7 +108,7 @@ def test_of_an_array_and_a_buffer_the_array_counts() -> None:
 
 
 def test_points_are_not_copied_where_they_have_no_metadata() -> None:
-    node: Any = ROS2PublishPointCloud(data=POINTS)
+    node: Any = ready(ROS2PublishPointCloud, RecordingContext(), data=POINTS)
     assert np.shares_memory(node.message().data, node.data)
 
 

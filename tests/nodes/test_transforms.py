@@ -147,7 +147,8 @@ def test_every_execution_reads_the_poses_of_its_tick_into_new_arrays(context: Re
 
 @given(pose=poses)
 def test_the_raw_transform_is_copied(pose: tuple[Vector3, Quaternion]) -> None:
-    node = ROS2PublishRawTransformTree(translation=pose[0], rotation_in=pose[1], time_stamp=1.5)
+    values = {"translation": pose[0], "rotation_in": pose[1], "time_stamp": 1.5}
+    node = ready(ROS2PublishRawTransformTree, RecordingContext(), **values)
     (edge,) = node.message().transforms
     assert (edge.header.frame_id, edge.child_frame_id) == ("odom", "base_link")
     assert (edge.header.stamp.sec, edge.header.stamp.nanosec) == (1, 500_000_000)

@@ -223,8 +223,10 @@ def test_the_wall_clock_is_there_only_where_a_node_has_read_it(tmp_path: Path) -
 def test_after_a_stop_the_recording_goes_on_and_the_time_of_play_begins_anew(tmp_path: Path) -> None:
     record(tmp_path / "out.mcap", 5, small(tmp_path), before=at(4, lambda run: run.session.stop()))
     clocks = [message for channel, message, _ in read(tmp_path / "out.mcap") if channel.topic == "/clock"]
-    assert [message.log_time for message in clocks] == [tick * 10**9 // 60 for tick in (1, 2, 3, 4, 5)]
-    assert [message.publish_time for message in clocks[3:]] == [message.publish_time for message in clocks[:2]]
+    ticks = (1, 2, 3, 4, 4, 5)  # before tick 4, the stop announces time 0
+    assert [message.log_time for message in clocks] == [tick * 10**9 // 60 for tick in ticks]
+    assert clocks[3].publish_time == 0
+    assert [message.publish_time for message in clocks[4:]] == [message.publish_time for message in clocks[:2]]
 
 
 def test_messages_to_several_nodes_name_them_all(tmp_path: Path) -> None:

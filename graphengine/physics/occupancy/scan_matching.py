@@ -150,7 +150,7 @@ class ScanMatcher:
         down_by, right_by = (values.ravel() for values in np.meshgrid(axis, axis, indexing="ij"))
         ends = field.index(down, right)[:, :, None, :] + field.shift(down_by, right_by)[:, None]
         scores = field.score.ravel().take(ends)  # (poses, turns, offsets, rays)
-        best = scores.sum(axis=3).reshape(len(rows), -1).argmax(axis=1)
+        best = scores.sum(axis=3).reshape(len(rows), turned.shape[1] * len(down_by)).argmax(axis=1)
         which, offset = np.divmod(best, len(down_by))
         pose = np.arange(len(rows))
         chosen = scores[pose, which, offset]

@@ -22,7 +22,9 @@ RAYS = 360
 def scan_of(case: Case, rays: int = RAYS, **inputs: Any) -> Any:
     """The message of a row of ranges, all of one metre."""
     row = {"linear_depth_data": np.ones(rays, np.float32), "num_rows": 1, "num_cols": rays}
-    return made(ROS2PublishLaserScan, case, **row, **inputs).message()
+    node = made(ROS2PublishLaserScan, case, **row, **inputs)
+    node.setup(RecordingContext())
+    return node.message()
 
 
 @runs(SCAN, "rotationRate 0 -> scan_time 0, time_increment 0")

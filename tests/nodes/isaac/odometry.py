@@ -132,7 +132,9 @@ def velocities_of_the_world_stay_those_of_the_world(case: Case, play: Player) ->
 
 @runs(PUBLISH_ODOMETRY, "robotFront (0,1,0), raw=False", "raw=True ignores robotFront")
 def the_front_turns_the_twist_unless_it_is_raw(case: Case, play: Player) -> None:
-    message = made(ROS2PublishOdometry, case).message()
+    node = made(ROS2PublishOdometry, case)
+    node.setup(RecordingContext())
+    message = node.message()
     assert vector(message.twist.twist.linear) == pytest.approx(case["expect"]["twist.linear"], abs=case["tolerance"])
 
 
