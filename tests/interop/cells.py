@@ -125,7 +125,7 @@ def back(
     )
     found = time.monotonic() - begun
     time.sleep(0.2)  # that a reader of ours is matched is not told; it is soon after the writer is known
-    if size:  # Fast DDS may lose the first large message to Cyclone DDS, between nodes of ROS 2 too
+    if size:  # Fast DDS may lose the first large message to Cyclone DDS: the page says so
         peer.send(topic=topic, kind=kind, count=1, rate=1.0, size=size)
         time.sleep(1.0)
         tally.clear()
@@ -252,8 +252,7 @@ def pursued(outcome: dict[str, Any], sequence: list[int]) -> str:
     """
     if outcome["status"] != [SUCCEEDED, CANCELED] or outcome["sequence"] != sequence or not outcome["feedback"]:
         raise CellError(f"goals ended as {outcome}")
-    feedback = "all feedback" if outcome["feedback"] >= 5 else f"feedback {outcome['feedback']}"
-    return f"1 succeeded in {outcome['seconds']:.1f} s, 1 cancelled, {feedback}, found in {outcome['found']:.2f} s"
+    return f"1 succeeded in {outcome['seconds']:.1f} s, 1 cancelled, {outcome['feedback']} feedback messages, found in {outcome['found']:.2f} s"
 
 
 def parameters(cell: Cell) -> str:
