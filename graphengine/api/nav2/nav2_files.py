@@ -122,7 +122,7 @@ def _alphas(
     if not result.moves:
         notes.append(f"{robot.name} does not move by itself: {'; '.join(result.notes)}")
         return Sourced((UNCALIBRATED,) * 5, "good odometry; the calibration did not move the robot")
-    return Sourced(amcl_alphas(result), "measured by the calibration of the robot")
+    return Sourced(amcl_alphas(result), "calibration of the robot, at least 0.01, as particles need some noise")
 
 
 def _robot_files(
