@@ -252,7 +252,8 @@ def pursued(outcome: dict[str, Any], sequence: list[int]) -> str:
     """
     if outcome["status"] != [SUCCEEDED, CANCELED] or outcome["sequence"] != sequence or not outcome["feedback"]:
         raise CellError(f"goals ended as {outcome}")
-    return f"1 succeeded in {outcome['seconds']:.1f} s, 1 cancelled, {outcome['feedback']} feedback messages, found in {outcome['found']:.2f} s"
+    counts = f"{outcome['feedback']} feedback messages{lost_at_first(outcome)}"
+    return f"1 succeeded in {outcome['seconds']:.1f} s, 1 cancelled, {counts}, found in {outcome['found']:.2f} s"
 
 
 def parameters(cell: Cell) -> str:
@@ -263,8 +264,12 @@ def parameters(cell: Cell) -> str:
     wanted = {"listed": True, "described": True, "type": [3], "set": True, "value": 0.5}
     if {name: outcome[name] for name in wanted} != wanted or not outcome["refused"]:
         raise CellError(f"the parameter services answer {outcome}")
-    lost = f", calls lost at first: {outcome['lost']}" if outcome["lost"] else ""
-    return f"all 6 services, bad value refused{lost}, found in {outcome['found']:.2f} s"
+    return f"all 6 services, bad value refused{lost_at_first(outcome)}, found in {outcome['found']:.2f} s"
+
+
+def lost_at_first(outcome: dict[str, Any]) -> str:
+    """Return how many calls were sent again because they were not answered; empty if none was."""
+    return f", not answered at first: {outcome['lost']}" if outcome.get("lost") else ""
 
 
 def graph(cell: Cell, text: str) -> Run:

@@ -76,7 +76,8 @@ def _unreachable() -> Iterator[str]:
 
 Between embedded DDS, which is Cyclone DDS, and nodes on {_RMWS[1]}:
 {", ".join(rows)}. The two RMWs of ROS 2 encode the identity of a request
-differently, so services do not cross between them in ROS 2 either, and actions and parameters consist of services. Topics, tf and QoS cross. What to do, one of:
+differently, so services do not cross between them in ROS 2 either, and actions and parameters consist of services.
+Topics, tf and QoS cross. What to do, one of:
 
 - Source ROS 2 and run `graphrun` with `{HINT}`: it is then a node on the RMW that is sourced.
 - Run the ROS 2 nodes with `RMW_IMPLEMENTATION={_RMWS[0]}`.
@@ -89,12 +90,14 @@ def _figures(cells: dict[tuple[str, str, str], Result]) -> Iterator[str]:
 ## Figures
 
 `->` is from this project to ROS 2, `<-` from ROS 2: messages received of those sent, the rate at which they were sent, the median
-time from one program to the other, and the time until both ends found each other. All nodes are on one machine, which was busy
-with other work. What the rows do not count:
+time from one program to the other, and the time until both ends found each other. All nodes are on one machine.
+What the rows do not count:
 
 - Best effort messages may be lost; the numbers say how many were.
 - From a Fast DDS writer to embedded DDS, the first reliable message of 1 or 4 MB was lost (59 of 60, 19 of 20). In these two rows,
   each writer of ROS 2 sends one message before those that are counted.
+- A client that calls at the moment at which it finds a server may get no answer to its first call. In `action server` and
+  `parameters`, where clients wait for a server that starts, they call again after 5 s, up to 4 times; the row says if they did.
 - `QoS events` are incompatible profiles and missed deadlines. Liveliness and matched events are left out: nodes on
   rmw_fastrtps_cpp did not get all of them within 20 s."""
     for row in ROWS:
