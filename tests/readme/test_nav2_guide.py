@@ -20,9 +20,3 @@ def test_the_files_are_those_that_the_guide_lists(tmp_path: Path) -> None:
         r"`([^`]+)`", "".join(line.split("|")[1] for line in GUIDE.splitlines() if line.startswith("| `"))
     )
     assert {path.name for path in (tmp_path / "nav").iterdir()} == set(listed)
-
-
-def test_the_goal_is_sent_to_the_action_of_the_robot(tmp_path: Path) -> None:
-    topics = process("topics", "dd100_warehouse", cwd=tmp_path, code=0).out
-    (action,) = re.findall(r"ros2 action send_goal (/\S+)/navigate_to_pose", GUIDE)
-    assert f"{action}/cmd_vel" in topics
