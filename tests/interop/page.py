@@ -94,8 +94,8 @@ time from one program to the other, and the time until both ends found each othe
 What the rows do not count:
 
 - Best effort messages may be lost; the numbers say how many were.
-- From a Fast DDS writer to embedded DDS, the first reliable message of 1 or 4 MB was lost (59 of 60, 19 of 20). In these rows,
-  each writer of ROS 2 sends one message before those that are counted.
+- From a Fast DDS writer to embedded DDS, the first reliable message of 1 or 4 MB was lost (59 of 60, 19 of 20). In these two
+  rows, each writer of ROS 2 sends one message before those that are counted.
 - A client that calls at the moment at which it finds a server may get no answer to its first call. In `action server` and
   `parameters`, where clients wait for a server that starts, they call again after 5 s, up to 4 times; the row says if they did.
 - `QoS events` are incompatible profiles and missed deadlines. Liveliness and matched events are left out: nodes on
