@@ -62,7 +62,7 @@ def robot_launch(robot: RobotFacts, scene: str, *, slam: bool, in_fleet: bool) -
     return _filled(
         "robot_launch.txt",
         robot=robot.name,
-        scene=scene,
+        scene=_plain(scene),
         namespace=json.dumps(robot.namespace),
         tf=json.dumps(robot.tf_topic),
         tf_static=json.dumps(robot.tf_static_topic),
@@ -79,7 +79,12 @@ def fleet_launch(robots: Sequence[RobotFacts], scene: str, *, slam: bool) -> str
         defaults |= {"map": 'str(HERE / "map.yaml")', "localization": '"amcl"'}
     pairs = ", ".join(f'"{name}": {value}' for name, value in defaults.items())
     names = json.dumps([robot.name for robot in robots])
-    return _filled("fleet_launch.txt", scene=scene, robots=names, defaults=f"{{{pairs}}}")
+    return _filled("fleet_launch.txt", scene=_plain(scene), robots=names, defaults=f"{{{pairs}}}")
+
+
+def _plain(name: str) -> str:
+    """Return the name of a scene file for the docstring of a launch file: it must not end the docstring."""
+    return "".join(character if character.isalnum() or character in "_-. " else "_" for character in name)
 
 
 def _filled(template: str, **values: str) -> str:

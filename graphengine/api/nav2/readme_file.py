@@ -19,6 +19,7 @@ def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool, robot_s
     run = f"graphrun run SCENE{' --robot-state' if robot_state else ''}"
     names = ", ".join(robot.name for robot in robots)
     place = "in the folders of the robots" if len(robots) > 1 else "here"
+    other = " `params_file:=FILE` takes another file." if len(robots) == 1 else ""
     goal = robots[0].topic("goal_pose")
     lines = [
         f"# Nav2 for {names} in {scene}",
@@ -27,7 +28,7 @@ def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool, robot_s
         "2. In another terminal with a sourced ROS 2: `ros2 launch nav2.launch.py rviz:=true`.",
         f'3. In RViz, set a goal with "2D Goal Pose" ({goal}), or run `graphrun nav2 goals "X Y YAW"`.',
         "",
-        f"- `nav2_params.yaml` ({place}): each value says where it comes from. `params_file:=FILE` takes another file.",
+        f"- `nav2_params.yaml` ({place}): each value says where it comes from.{other}",
         "- slam_toolbox makes the map while the robot drives; save it with `ros2 run nav2_map_server map_saver_cli -f map`."
         if slam
         else "- `map.yaml`, `map.pgm`: obstacles up to the robot's height. `map:=FILE` takes another map.",

@@ -35,6 +35,8 @@ from graphengine.physics.occupancy.scan_matching import ScanMatcher
 BEAMS, SCANS, HEADINGS = 60, 8, 16
 ALPHA, UPDATE = 0.01, 0.25
 """Variance of the motion model by the square of the distance (alpha3 of AMCL), and distance between updates, m."""
+LARGEST_CELL = 0.5
+"""Largest side of a cell for which poses within `REACH` can be compared, m."""
 REACH, STEP = 1.0, 0.1
 """Largest distance of a nearby pose, and distance between them, m."""
 OFF, TURNED = 0.3, 0.1
@@ -100,10 +102,15 @@ def localizability(
         progress: called with the completed share.
 
     Raises:
-        UsageError: there is no free place, or there are too many, or `scans` or `alpha` is not above 0.
+        UsageError: there is no free place, or there are too many, cells are larger than `LARGEST_CELL`, or `scans` or `alpha` is
+            not above 0.
     """
     if scans < 1 or not 0.0 < alpha < math.inf:
         raise UsageError(f"scans {scans}, alpha {alpha:g}: write numbers above 0")
+    if chart.grid.cell > LARGEST_CELL:
+        raise UsageError(
+            f"cells of {chart.grid.cell:g} m are too large to compare poses; legal: up to {LARGEST_CELL} m"
+        )
     field = likelihood_field(chart, lidar.far)
     stride = max(1, round(spacing / chart.grid.cell))
     inner = slice(field.pad, -field.pad)

@@ -62,6 +62,12 @@ ARGUMENTS = (
     ("transport", "auto", "auto, rclpy or dds; auto is rclpy if graphengine's Python can import it, else dds", None),
     ("args", "", "further arguments of `graphrun run`", None),
     (
+        "scene_args",
+        "",
+        "arguments with which the scene is loaded for the run, RViz and Nav2: --set, --import, --allow",
+        None,
+    ),
+    (
         "python",
         "",
         "Python that has graphengine (default: GRAPHENGINE_PYTHON, VIRTUAL_ENV, or graphrun on the PATH)",
@@ -82,6 +88,7 @@ def generate_launch_description() -> Any:
 
 def _start(context: LaunchContext) -> Actions:
     given = {name: LaunchConfiguration(name).perform(context) for name, *_ in ARGUMENTS}
+    given |= {name: os.path.expanduser(given[name]) for name in ("scene", "nav2_dir")}  # shells leave `scene:=~/…`
     try:
         graphrun = graphrun_command(given["python"])
     except EngineNotFoundError as error:
@@ -122,6 +129,10 @@ class _Simulation:
         """Return whether a launch argument is true."""
         return self.given[name] == "true"
 
+    def scene_options(self) -> list[str]:
+        """Return the options with which all commands load the scene."""
+        return shlex.split(self.given["scene_args"])
+
     def actions(self) -> Actions:
         """Return the actions to begin with."""
         options = {
@@ -134,6 +145,7 @@ class _Simulation:
                 *self.graphrun,
                 *("run", self.given["scene"], "--rate", self.given["rate"], "--transport", self.given["transport"]),
                 *(option for option, wanted in options.items() if wanted),
+                *self.scene_options(),
                 *shlex.split(self.given["args"]),
             ],
             name="graphrun",
@@ -143,7 +155,7 @@ class _Simulation:
         if self.robot_state != "robot_state_publisher" and not (self.wants("rviz") or self.wants("nav2")):
             return [run]
         describe = ExecuteProcess(
-            cmd=[*self.graphrun, "robots", self.given["scene"], "--format", "json"],
+            cmd=[*self.graphrun, "robots", self.given["scene"], "--format", "json", *self.scene_options()],
             name="graphrun_robots",
             output="log",  # errors in the scene are printed by the run
             cached_output=True,
@@ -183,8 +195,10 @@ class _Simulation:
             return self.navigation(folder, robots)
         measured = [] if self.wants("nav2") else ["--no-calibrate"]
         one = ["--robot", self.given["robot"]] if self.given["robot"] else []
+        state = [] if self.robot_state == "false" else ["--robot-state"]
+        options = [*one, *measured, *state, *self.scene_options()]
         write = ExecuteProcess(
-            cmd=[*self.graphrun, "nav2", "files", self.given["scene"], "-o", str(folder), *one, *measured],
+            cmd=[*self.graphrun, "nav2", "files", self.given["scene"], "-o", str(folder), *options],
             name="graphrun_nav2_files",
             output="screen",
         )

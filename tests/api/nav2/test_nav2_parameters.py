@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import math
 import re
 from collections.abc import Callable, Iterator
@@ -15,6 +16,7 @@ import graphengine as ge
 from graphengine.api.nav2.distributions import DISTRIBUTIONS
 from graphengine.api.nav2.nav2_files import nav2_files
 from graphengine.api.scene import loaded_of
+from graphengine.format.files import find_file
 from tests.api.nav2 import mobile_bases
 from tests.api.nav2.known_parameters import known
 
@@ -157,3 +159,17 @@ def test_slam_has_neither_a_map_nor_amcl() -> None:
 
 def test_the_same_scene_gives_the_same_bytes() -> None:
     assert files_of("dd100_flat", calibrated=True) == files_of("dd100_flat", calibrated=True)
+
+
+@pytest.mark.parametrize("robots", [["dd100"], []])
+def test_the_name_of_a_scene_file_is_no_code_of_the_launch_file(tmp_path: Path, robots: list[str]) -> None:
+    scene = yaml.safe_load(find_file("dd100_flat").read_text(encoding="utf-8"))
+    if not robots:
+        scene["robots"]["other"] = {**scene["robots"]["dd100"], "namespace": "other", "position": [0, 3, 0.025]}
+    path = tmp_path / 'hall"""; raise SystemExit; """\\x.yaml'
+    path.write_text(yaml.safe_dump(scene), encoding="utf-8")
+    for name, text in files_of(path, robots=robots).items():
+        if name.endswith(".py"):
+            docstring, *rest = ast.parse(text).body
+            assert isinstance(docstring, ast.Expr)
+            assert not any(isinstance(part, ast.Raise | ast.Expr) for part in rest)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -118,6 +119,13 @@ def test_places_keep_the_radius_of_the_robot_from_obstacles() -> None:
 def test_what_is_no_number_of_scans_and_no_noise_is_refused(options: dict[str, float]) -> None:
     with pytest.raises(UsageError, match="write numbers above 0"):
         judged(room(2.0, 2.0), ROUND, **options)
+
+
+def test_a_map_of_large_cells_is_refused() -> None:
+    chart = room(5.0, 5.0)
+    coarse = replace(chart, grid=replace(chart.grid, cell=0.75))
+    with pytest.raises(UsageError, match=r"cells of 0\.75 m are too large"):
+        judged(coarse)
 
 
 def test_a_map_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
