@@ -22,19 +22,19 @@ TOPIC, TYPE = "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray"
 PERIOD = 1.0
 """Wall time between two messages, s."""
 ENOUGH = 0.9
-"""Part of its rate that a topic, and part of the pace that the simulation must reach."""
+"""Share of its nominal rate that a topic must reach, and share of the set pace that the simulation must reach."""
 MOST_FAULTS = 20
-"""Faults of peers to keep; the newest are kept."""
+"""Maximum number of peer faults to keep; the oldest are dropped."""
 OK, WARN, ERROR = range(3)
 
 
 class Diagnostics:
-    """Sends one message a second while somebody subscribes; measures nothing else.
+    """Publishes one message a second while the topic has subscribers; otherwise it measures nothing.
 
     Args:
         session: session to watch, whose network is `network`.
         name: name of the scene, used as `hardware_id` of the session.
-        faults: faults of peers, such as incompatible QoS, in the order in which they were found; others add to it.
+        faults: faults of peers, such as incompatible QoS, in the order in which they were found; the owner appends to it.
         clock: returns wall time, s.
     """
 
@@ -63,10 +63,10 @@ class Diagnostics:
         self._counts[claim.node, claim.topic] += 1
 
     def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
-        """Nothing: received messages are not measured."""
+        """Do nothing: received messages are not measured."""
 
     def after_tick(self) -> None:
-        """Publish if a message is due; call this after each tick, and also while none run."""
+        """Publish if a message is due. Call this after each tick, and also while the session is paused or stopped."""
         now = self._clock()
         if now < self._due:
             return
@@ -90,7 +90,7 @@ class Diagnostics:
             self._network.untap(self)
 
     def _note(self) -> None:
-        """Remember where the next period begins."""
+        """Store the totals and the tick at which the next period begins."""
         self._counts.clear()
         self._began = self._session.ticks, self._session.late_ticks
         self._before = Counter({name: sum(one.values()) for name, one in self._losses().items()} | self._dropped())
@@ -141,7 +141,7 @@ class Diagnostics:
         return self._status("simulation", self._name, level, text, values)
 
     def _peers(self) -> Any:
-        """Return the status of the network: lost messages, and peers that do not match."""
+        """Return the status of the network: lost messages and incompatible peers."""
         totals = {name: sum(counts.values()) for name, counts in self._losses().items()}
         losing = [name for name, total in totals.items() if total > self._before[name]]
         faults = {f"peer {number}": fault.replace("\n", " ") for number, fault in enumerate(self._faults, 1)}
@@ -163,7 +163,7 @@ class Diagnostics:
             for claim in (end.claim for end in wanted if end.claim.node.startswith(below)):
                 reached, rate = self._counts[claim.node, claim.topic] / elapsed, claim.rate or 0.0
                 values[f"{claim.topic} (Hz)"] = f"{reached:.1f} of {rate:g}"
-                if reached * elapsed < ENOUGH * rate * elapsed - 1.0:  # one message more or less is due to the period
+                if reached * elapsed < ENOUGH * rate * elapsed - 1.0:  # the period can cut off one message
                     texts.append(f"{claim.topic}: {reached:.1f} Hz instead of {rate:g} Hz")
             for node in (node for node in dropped if node.startswith(below)):
                 values[f"dropped values of {node}"] = dropped[node]

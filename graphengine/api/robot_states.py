@@ -1,4 +1,4 @@
-"""What robot_state_publisher needs for the robots of a scene: URDF, topics and namespace."""
+"""Parameters of robot_state_publisher for the robots of a scene: URDF, topics, namespace and frame prefix."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ _JOINT_STATE = "sensor_msgs/msg/JointState"
 
 @dataclass(frozen=True, slots=True)
 class RobotState:
-    """A robot as robot_state_publisher sees it.
+    """Parameters of robot_state_publisher for one robot.
 
     Attributes:
         name: name in the scene.
         namespace: absolute namespace of its topics; `/` for none.
         joint_states: topic of its joint states; empty if its graphs publish none.
         robot_description: topic for the URDF.
-        tf: topic for its moving frames.
-        tf_static: topic for its fixed frames.
-        frame_prefix: what the names of its frames have in front of the names of links.
-        published: whether the scene publishes these topics itself, by `robot_state: true`.
+        tf: topic for the transforms of movable joints.
+        tf_static: topic for the transforms of fixed joints.
+        frame_prefix: prefix of the frame names, with its slash; empty for none.
+        published: whether the scene publishes these topics, because it has `robot_state: true`.
         urdf: description of the robot, with absolute paths to its meshes.
     """
 

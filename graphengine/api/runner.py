@@ -78,7 +78,7 @@ class Runner:
             domain = own if options.domain is None else replace(own, id=options.domain)
             self._complain = options.complain or functools.partial(options.log, "warning", "")
             self._faults: deque[str] = deque(maxlen=MOST_FAULTS)
-            """Faults of peers, for /diagnostics."""
+            """The newest faults of peers, for /diagnostics."""
             self.foxglove = self._open_foxglove(closing)
             """The server that shows the session to Foxglove, if asked for."""
             self.network = LiveNetwork(

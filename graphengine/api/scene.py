@@ -238,7 +238,7 @@ class Scene:
             progress: called with the completed share.
 
         Returns:
-            Spread and ambiguity of each place and heading; its module says how they are defined.
+            Spread and ambiguity of each place and heading, as `graphengine.physics.occupancy.localizability` defines them.
 
         Raises:
             OSError: a file cannot be written.

@@ -110,7 +110,7 @@ def add_allow_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def add_message_path(parser: argparse.ArgumentParser) -> None:
-    """Add `--distro` for the version of ROS 2's message types, and `--msg-path` for types that it does not include."""
+    """Add `--distro`, which selects the ROS 2 distribution of the message types, and `--msg-path`, which adds types."""
     which = "ROS 2 distribution whose message types are used (default: the sourced one, else jazzy)"
     parser.add_argument("--distro", choices=DISTROS, help=which)
     what = "message types: a package, a folder with packages, or one .msg, .srv or .action file"

@@ -129,12 +129,12 @@ class Live:
         return graph
 
     def wait_for_server(self, name: str, ready: Callable[[], bool], why: Callable[[], str] = lambda: "") -> None:
-        """Wait for the server of a service or action; print once possible reasons for its absence.
+        """Wait for the server of a service or action; after `SERVER_PATIENCE` s, print a likely reason for its absence once.
 
         Args:
             name: full name.
-            ready: returns whether the server is there.
-            why: returns a reason that is more likely than an incompatible peer, or the empty string.
+            ready: returns whether the server exists.
+            why: returns the reason to print; if it is empty, the reason is an incompatible peer, if there is one.
         """
         begun, told = time.monotonic(), False
         while not ready():

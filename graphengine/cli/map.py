@@ -115,7 +115,7 @@ def _localizability(scene: Scene, made: OccupancyMap, stem: Path, arguments: arg
     """Write the picture and the table of localizability, and print their summary.
 
     Raises:
-        UsageError: the robot or the lidar cannot be used.
+        UsageError: there is no such robot or lidar, or localizability cannot be measured with it.
     """
     from graphengine.physics.occupancy.localizability_report import summary
 

@@ -1,4 +1,4 @@
-"""`graphrun robots`: list the robots of a scene with what robot_state_publisher needs: topics and URDF."""
+"""`graphrun robots`: list the robots of a scene with the topics and the URDF for robot_state_publisher."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Print the robots; return 0 without errors, 1 with errors."""
     from graphengine.api.robot_states import robot_states
 
-    arguments.robot_state = True  # its nodes say which topics robot_state_publisher has
+    arguments.robot_state = True  # its nodes have the topics of robot_state_publisher
     scene = load(arguments)
     print_findings(scene.findings, notes=False)
     if scene.findings.errors:

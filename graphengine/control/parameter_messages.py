@@ -14,15 +14,15 @@ _ARRAYS = (ParameterType.BOOL_ARRAY, ParameterType.INTEGER_ARRAY, ParameterType.
 
 
 def message(parameter: Parameter, value: Any) -> Any:
-    """Return a Parameter message with a value, which may differ from the current one."""
+    """Return a Parameter message for a parameter with the given value."""
     return parameter_message(parameter.name, parameter.type, value)
 
 
 def given_value(message: Any, kind: ParameterType) -> Any:
-    """Return the value of a ParameterValue for a parameter of a type.
+    """Return the value of a ParameterValue, converted for a parameter of the given type.
 
-    Integers count as numbers. A text counts as the number or list that it spells, because `ros2 param` sends `1e-5` and
-    `[1, 2.5]` as texts.
+    Integers are accepted as numbers. A text is accepted as the number or list that it spells, because `ros2 param` sends
+    `1e-5` and `[1, 2.5]` as texts.
 
     Raises:
         UsageError: the value is not set.

@@ -21,15 +21,15 @@ from graphengine.runtime.parameter_table import Parameter
 from graphengine.runtime.session_core import SessionCore
 
 MAX_SET = 1000
-"""Maximum number of parameters that one request may set, as the session executes them between two ticks."""
+"""Maximum number of parameters that one request may set; the session executes all of them between two ticks."""
 
 
 class ParameterServices:
-    """Offers the parameters of one node. Only sets reach the session's thread; a transport's thread answers other requests.
+    """Offers the parameters of one node. The session's thread executes sets; the transport's thread answers other requests.
 
     Args:
         node: full name of the node.
-        table: parameters of the node by name; may be exchanged at any time.
+        table: parameters of the node by name; the attribute may be replaced at any time.
         desk: command queue of the session.
         transport: transport that carries the services.
         complain: receives one warning per service about malformed requests.
@@ -142,7 +142,7 @@ class ParameterServices:
         return parameter
 
     def _command(self, given: Any) -> Command | None:
-        """Return the command that sets a parameter; None if a read-only parameter has the value already.
+        """Return the command that sets a parameter; None if the parameter is read-only and already has the value.
 
         Raises:
             UsageError: the parameter is unknown or read-only, or the value is not legal.
@@ -161,8 +161,8 @@ def listed(names: Mapping[str, object], prefixes: Sequence[str], depth: int) -> 
 
     Args:
         names: all names.
-        prefixes: a name is listed if it is one of them, or below one; none given: all.
-        depth: maximum number of parts of a name below the prefix; 0: no limit.
+        prefixes: a name is listed if it equals a prefix or is below one; empty: all names.
+        depth: maximum number of name parts below the prefix; 0: no limit.
     """
 
     def matches(name: str) -> bool:
@@ -194,7 +194,7 @@ def _refused(why: str) -> Any:
 
 
 def _finish(response: Any, error: BaseException | None) -> None:
-    """Write the reason into the results that a failed request left."""
+    """Write the error, if there is one, into the results that failed without a reason."""
     if error is None:
         return
     results = response.results if hasattr(response, "results") else [response.result]

@@ -26,13 +26,13 @@ from graphengine.runtime.session_core import SessionCore
 _log = logging.getLogger(__name__)
 
 Snapshot = tuple[Sequence[GraphRun], Mapping[str, str]]
-"""Graphs of a session, and the full name of each robot's node by the robot's name."""
+"""Graphs of a session, and the full name of each robot's ROS node by the name of the robot."""
 
 
 class ParameterNodes:
-    """Keeps the nodes with parameters as the robots and graphs of a session are, and announces changes of values.
+    """Offers the parameters of a session, follows changes of its robots and graphs, and publishes changes of values.
 
-    A thread builds the tables, opens and closes services, and publishes on `/parameter_events`; a tick does nothing for it.
+    A thread builds the tables, opens and closes services, and publishes on `/parameter_events`; ticks do no work for it.
 
     Args:
         session: session whose parameters are offered.
@@ -74,13 +74,13 @@ class ParameterNodes:
         self._events.close()
 
     def _listen(self) -> None:
-        """Take note of a change, in the session's thread."""
+        """Wake the thread after a change; called in the session's thread."""
         if self._session.graphs is not self._snapshot[0]:
             self._snapshot = self._look()
         self._wake.set()
 
     def _look(self) -> Snapshot:
-        """Return the graphs and robots of the session."""
+        """Return the graphs of the session and the node names of its robots."""
         stage, own = self._session.services.stage, self._transport.node
         above = split_name(own)[0].strip("/")
         nodes: dict[str, str] = {}
@@ -103,11 +103,11 @@ class ParameterNodes:
                 self._announce()
             except TransportError as error:
                 if not self._closed:
-                    _log.warning("parameters are not offered any more: %s", error)
+                    _log.warning("parameters are no longer available: %s", error)
                 return
 
     def _follow(self, snapshot: Snapshot) -> None:
-        """Open and close nodes, and exchange their tables."""
+        """Open and close nodes to match a snapshot, and replace the parameter tables of the others."""
         graphs, robots = snapshot
         own = {**session_parameters(self._session), **graph_parameters(graphs)}
         tables = {self._transport.node: own}
@@ -122,7 +122,7 @@ class ParameterNodes:
                 self._nodes[node] = ParameterServices(node, table, self._desk, self._transport, self._complain)
 
     def _announce(self) -> None:
-        """Publish the changes of values since the last time."""
+        """Publish the parameters that are new, changed or deleted since the last call."""
         gone = self._announced.keys() - self._nodes.keys()
         for node in [*self._nodes, *gone]:
             table = self._nodes[node].table if node in self._nodes else {}

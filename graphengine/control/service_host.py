@@ -78,7 +78,7 @@ class Offers:
 
             def reply(future: Future[Any] | None) -> None:
                 finish(response, future.exception() if future is not None else None)
-                with contextlib.suppress(TransportError):  # of a service that was closed meanwhile
+                with contextlib.suppress(TransportError):  # the service may have been closed meanwhile
                     self._servers[service].answer(request_id, messages.encode(response))
                 then(request, response)
 

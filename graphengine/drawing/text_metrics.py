@@ -50,7 +50,10 @@ def _letter(letter: str) -> float:
 
 
 def fitted(text: str, size: float, limit: float, *, bold: bool = False, tail: bool = False) -> str:
-    """Return printable text that is no wider than the limit; longer text ends in `…`, or begins with it to keep its tail."""
+    """Return printable text, shortened to at most `limit` in width.
+
+    A shortened text keeps its beginning and ends in `…`; with `tail`, it keeps its end and begins with `…`.
+    """
     text = printable(text)
     if width(text, size, bold=bold) <= limit:
         return text

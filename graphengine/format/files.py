@@ -41,7 +41,7 @@ def signature(path: str | os.PathLike[str]) -> Signature:
 
 
 PACKAGE = "package://"
-"""Beginning of a reference into a ROS package of a sourced workspace."""
+"""Prefix of a reference to a file in a ROS package of a sourced workspace."""
 MAX_NAMED = 5
 """Maximum number of scene files to name for a folder."""
 MAX_SEARCHED = 10_000
@@ -203,7 +203,7 @@ class Files:
 
 
 def find_given(name: str, folder: str) -> Path:
-    """Return the file that a command line gives: a path, or the name of an included file in `graphs` or `scenes`.
+    """Return the file for a command-line argument: a path, or the name of an included file in `graphs` or `scenes`.
 
     In sourced ROS workspaces, `package://my_robot/scenes/hall.yaml` and `my_robot/scenes/hall.yaml` are files of a package.
 
@@ -225,7 +225,7 @@ def find_given(name: str, folder: str) -> Path:
 
 
 def _in_package(reference: str) -> Path:
-    """Return the file that `package://PACKAGE/PATH` means.
+    """Return the file for `package://PACKAGE/PATH`.
 
     Raises:
         NotFoundError: no sourced workspace has the package, or the package does not have the file.
@@ -244,7 +244,7 @@ def _in_package(reference: str) -> Path:
 
 
 def find_file(name: str) -> Path:
-    """Return the file that a user gave, as in `find_given` for scenes and graphs; the path is the shortest.
+    """Return the file for an argument, as `find_given` does for scenes and graphs, by its shortest path.
 
     Raises:
         UsageError: no such file exists.

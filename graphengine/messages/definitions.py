@@ -2,13 +2,14 @@
 
 Known types are those of a distribution of ROS 2 (from rosbags; Jazzy unless another is chosen), those in `share/` beside this
 file, and those in folders that a user gives; a file is read when its type is first used. Folders add types but never change a
-known type, so what a node publishes does not depend on them.
+known type, so the messages of a node do not depend on them.
 
 `share/` has the bare fields and constants of ackermann_msgs 2.0.2, vision_msgs 4.1.1, simulation_interfaces 1.5.1, control_msgs
 5.8.0 (trajectories, grippers, single joints), of the services in Isaac Sim's isaac_ros2_messages
 (github.com/isaac-sim/IsaacSim-ros_workspaces, jazzy_ws), and of the types in Jazzy's common interfaces that rosbags lacks:
-nav_msgs/Goals, services, and example_interfaces/Fibonacci. `share_by_distro/` has the files that replace them from one
-distribution on: control_msgs 6.3.0 and later, which Kilted has, number the points of a trajectory.
+nav_msgs/Goals, services, and example_interfaces/Fibonacci. `share_by_distro/` has the files that
+replace those of `share/` from one distribution on: since Kilted (control_msgs 6.3.0), the feedback of FollowJointTrajectory
+has the index of a trajectory point.
 """
 
 from __future__ import annotations
@@ -92,7 +93,7 @@ class Definitions:
 
     def __init__(self, folders: Folders, below: Definitions | None = None, distro: Distro = JAZZY) -> None:
         self.distro: Distro = below.distro if below else distro
-        """Distribution of ROS 2 whose types these are."""
+        """Distribution of ROS 2 that defines the types."""
         self.files: dict[str, Path] = {}
         """Files of the users' folders that were read, by what they define, as in `std_srvs/srv/Trigger`."""
         self._folders = folders
@@ -382,7 +383,7 @@ def _parts(fields: Sequence[Field]) -> list[str]:
 
 @cache
 def shipped(distro: Distro) -> Definitions:
-    """Return the types of a distribution that are known without folders of a user. Nothing is ever added to them."""
+    """Return the types of a distribution that are known without folders of a user. The result never changes."""
     since = DISTROS[: DISTROS.index(distro) + 1]
     replaced = [SHARE_BY_DISTRO / name for name in reversed(since)]
     return Definitions(Folders(), distro=distro).extended(installed=[*filter(Path.is_dir, replaced), SHARE])

@@ -1,4 +1,4 @@
-"""The distributions of ROS 2 whose message types are known: which one is chosen, and its types from rosbags."""
+"""The ROS 2 distributions whose message types are known: selection by environment, and their types from rosbags."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import Any, Literal, get_args
 Distro = Literal["jazzy", "kilted", "lyrical"]
 JAZZY: Distro = "jazzy"
 DISTROS: tuple[Distro, ...] = get_args(Distro)
-"""Oldest first."""
+"""Names of the known distributions, oldest first."""
 
 
 def sourced_distro(environ: Mapping[str, str]) -> Distro:
-    """Return the distribution that is sourced, by ROS_DISTRO; Jazzy if none is, or one whose types are not known."""
+    """Return the sourced distribution, from ROS_DISTRO; Jazzy if it is unset or not a known distribution."""
     return next((distro for distro in DISTROS if distro == environ.get("ROS_DISTRO")), JAZZY)
 
 

@@ -88,7 +88,7 @@ class Publisher(TopicEndpoint):
     """A publisher of a node."""
 
     latest: Any = None
-    """The newest message, if its transforms are in the claim; None before the first one and for other messages."""
+    """The newest message, if the claim lists transforms; None before the first message and for all other publishers."""
 
     @property
     def subscribers(self) -> int:

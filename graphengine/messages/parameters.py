@@ -27,7 +27,7 @@ class ParameterType(IntEnum):
 
 
 ARRAY_OF = ParameterType.BOOL_ARRAY - ParameterType.BOOL
-"""What the type of an array has more than the type of its elements."""
+"""Difference between the number of an array type and that of its element type."""
 
 Value = bool | int | float | str | list[bool] | list[int] | list[float] | list[str]
 
@@ -39,7 +39,7 @@ SERVICES = {
     "set_parameters": "rcl_interfaces/srv/SetParameters",
     "set_parameters_atomically": "rcl_interfaces/srv/SetParametersAtomically",
 }
-"""Types of the parameter services by their names below the name of a node."""
+"""Types of the parameter services, by the last part of the service name: `NODE/get_parameters`."""
 
 EVENTS, EVENT = "/parameter_events", "rcl_interfaces/msg/ParameterEvent"
 """Topic on which all nodes publish changes of their parameters, and its type."""
@@ -49,7 +49,7 @@ _DTYPES |= {ParameterType.DOUBLE_ARRAY: np.float64, ParameterType.BYTE_ARRAY: np
 
 
 def value_message(kind: ParameterType, value: Any) -> Any:
-    """Return a ParameterValue; its type is `NOT_SET` for an integer of more than 64 bits with sign.
+    """Return a ParameterValue; its type is `NOT_SET` for an integer that does not fit into 64 bits with sign.
 
     Args:
         kind: type of the parameter.

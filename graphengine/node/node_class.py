@@ -24,7 +24,7 @@ and methods:
 A graph is executed in passes, one each tick or one each physics step. An event node can also define `at_stop`, called
 when a play ends, or `at_close`, called before its graph is closed. The ports that these methods return fire in a
 separate pass between ticks, in which no other event node is computed. A node that publishes the time can define `announce_time`,
-called with current inputs when the time has jumped, as by a reset.
+which is called with current inputs after a jump of the time, such as a reset.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ class Variable(Stateful):
         return not types.equal(self._before, self._now)
 
     def freeze(self) -> None:
-        """Begin a tick: note the value for `changed`."""
+        """Begin a tick: store the value that `changed` compares with that of the previous tick."""
         self._before, self._now = self._now, self.value
 
     def clear(self) -> None:

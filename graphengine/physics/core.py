@@ -142,7 +142,11 @@ class SimulationCore(Stateful):
             self._start_commands()
 
     def copy(self, seed: int) -> Self:
-        """Return an independent copy of this simulation, which must not have been stepped; `seed` is for its sensors' noise."""
+        """Return an independent copy of this simulation. Call this before the first step only.
+
+        Args:
+            seed: seed of the sensor noise in the copy.
+        """
         model, rate = copy.copy(self.model), Fraction(*reversed(self.tick_period))
         made = type(self)(model, self.stage.copy(), rate, self.substeps, seed=seed, rays=self._rays_choice)
         mujoco.mj_copyData(made.data, model, self.data)  # which may have settled

@@ -36,7 +36,7 @@ class Manifest(BaseModel):
     robot_state: bool = False
     localization: Literal["truth"] | None = None
     distro: Distro = JAZZY
-    """Distribution of ROS 2 whose message types were used; older recordings, which do not say it, used Jazzy's."""
+    """Distribution of ROS 2 whose message types were used; older recordings, which have no such entry, used Jazzy's."""
     rays: RaysName = "auto"
     """What lidars saw with, where there are any."""
     keep_going: bool = False

@@ -98,7 +98,7 @@ class NetworkGraph:
         complete: false while a known peer has not announced its endpoints.
         named: false while a known peer has not announced its nodes.
         services: names and types of the services that are offered or called.
-        nodes: all nodes, also those without endpoints; two processes can have nodes of the same name.
+        nodes: all nodes, including those without endpoints; several nodes can have the same name.
     """
 
     def __init__(
@@ -119,7 +119,7 @@ class NetworkGraph:
             self._ends.setdefault((end.topic, end.direction), []).append(end)
 
     def without(self, node: str) -> NetworkGraph:
-        """Return the graph without a node, its endpoints, and the services that no other node has."""
+        """Return the graph without a node, its endpoints, and the services that only this node offers or calls."""
         ends = (end for end in self.endpoints if end.full_node != node)
         nodes = [other for other in self.nodes if other.name != node]
         removed = {pair for own in self.nodes if own.name == node for pair in (*own.servers, *own.clients)}
@@ -152,5 +152,5 @@ class NetworkGraph:
 
 
 def _printable_services(services: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Return names and types of services, sorted and without repetitions."""
+    """Return names and types of services, made printable, sorted and without duplicates."""
     return sorted({(printable(name), printable(kind)) for name, kind in services})

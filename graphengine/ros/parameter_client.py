@@ -1,4 +1,4 @@
-"""A client of the parameters of one ROS 2 node."""
+"""A client for the parameter services of one ROS 2 node."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class ParameterClient:
         """Return the names of all parameters, or of those below some prefixes, sorted.
 
         Raises:
-            TransportError: the node does not answer in time, as for the other methods.
+            TransportError: the node does not answer in time. The other methods raise this, too.
         """
         return sorted(self._call("list_parameters", prefixes=list(prefixes)).result.names)
 

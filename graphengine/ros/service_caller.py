@@ -1,4 +1,4 @@
-"""A service client outside of a session: sends requests over a transport and returns futures of the responses."""
+"""A service client for programs without a session: sends requests over a transport and returns futures of the responses."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ class ServiceCaller:
         self._lock = threading.Lock()
         self._open: dict[int, Future[Any]] = {}
         self._early: dict[int, bytes] = {}
-        """Responses that arrived before `call` knew the number of their request."""
+        """Responses that arrived before `call` stored the future of their request."""
         self._client = transport.client(service, service_type, QoS(), self._receive)
 
     @property
     def ready(self) -> bool:
-        """Whether there is a server."""
+        """Whether a server of the service is matched."""
         return self._client.ready
 
     def call(self, request: Any) -> Future[Any]:

@@ -135,7 +135,7 @@ class FrameTree:
         return [*full, *itertools.chain(*wrong)]
 
     def _islands(self) -> Iterator[str]:
-        robots: dict[str, list[str]] = {}  # several robots may share the topics, each with its namespace as prefix
+        robots: dict[str, list[str]] = {}  # robots that share the topics have their namespaces as prefixes
         for root in self.roots():
             robots.setdefault(root.rpartition("/")[0], []).append(root)
         for prefix, roots in robots.items():

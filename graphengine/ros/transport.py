@@ -178,8 +178,8 @@ class Transport(Protocol):
             service_type: type of the service.
             qos: profile of requests and responses.
             deliver: called with each request, in a thread of the transport or of a client.
-            node: full name of the node that offers the service, such as `/dd100_0000/dd100`; empty: `Transport.node`. Another
-                node is on the network from its first server until its last one closes. Transports without nodes ignore it.
+            node: full name of the node that offers the service, such as `/dd100_0000/dd100`; empty: `Transport.node`. Any
+                other node exists on the network while it has servers. Transports without nodes ignore this argument.
         """
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> TransportClient:
@@ -199,7 +199,7 @@ class Transport(Protocol):
 
     @property
     def node(self) -> str:
-        """Full name of this process's node on the network; empty if the transport has no nodes. Servers can have other nodes."""
+        """Full name of this process's node on the network; empty if the transport has no nodes. Servers can be on other nodes."""
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
         """Return all known endpoints, including this transport's; discovery begins with the first call.

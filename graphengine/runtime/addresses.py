@@ -103,7 +103,7 @@ class GraphVariable:
 
 
 def find_variable_at(runs: Iterable[GraphRun], graph: str, name: str) -> GraphVariable:
-    """Return the variable of a graph, by the graph's full name.
+    """Return a variable by its name and the full name of its graph.
 
     Raises:
         UsageError: there is no such graph or variable.
@@ -120,7 +120,7 @@ def find_variable_at(runs: Iterable[GraphRun], graph: str, name: str) -> GraphVa
 def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = SIDES) -> list[NodePort]:
     """Return all ports whose address ends with a pattern, which may contain globs; there is at least one.
 
-    A pattern with the full path of a node stands for this node alone.
+    A pattern with the full path of a node matches only this node.
 
     Raises:
         UsageError: no port matches.

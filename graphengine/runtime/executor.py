@@ -302,10 +302,10 @@ class Executor:
             self._run(function)
 
     def announce_time(self, *, restored: bool) -> None:
-        """Let nodes with a method `announce_time` tell others a time to which the session jumped, between two ticks.
+        """Call `announce_time` of the nodes that have it, after the time of the session jumped between two ticks.
 
         Args:
-            restored: whether the inputs of the nodes are those of a checkpoint; if not, the data nodes before them are computed.
+            restored: whether a checkpoint restored the inputs of the nodes; if not, the data nodes upstream of them are computed.
 
         Raises:
             NodeError: a node raised an exception, which is chained as the cause.
@@ -354,7 +354,7 @@ class Executor:
                 del self._active[index]
 
     def mark_stale(self) -> None:
-        """Make data nodes compute again in the next pass, because a value was changed between two passes."""
+        """Mark all data nodes for computation in the next pass, after a change of a value between two passes."""
         for data in self.plan.flagged:
             self._functions[f"s{data}"] = 1
 

@@ -1,8 +1,8 @@
 """The parameters of a session: values that can be set between two ticks, with their names, types and limits.
 
-They are the unwired inputs of nodes that no setup reads, and the variables of graphs. Names use dots: of the graph `cmd_vel`,
-`cmd_vel.DiffController.maxLinearSpeed` is an input, and `cmd_vel.variables.speed` a variable. Names of subgraphs stand before
-that of the node: `arm.Left.Gain.value`.
+Parameters are the variables of graphs, and the inputs of nodes that are neither wired nor read in setup. Their names have dots:
+`cmd_vel.DiffController.maxLinearSpeed` is an input in the graph `cmd_vel`, and `cmd_vel.variables.speed` a variable. Names of
+subgraphs precede the name of the node: `arm.Left.Gain.value`.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ _WITHOUT_PARAMETERS = ("target", "any", "bundle", "execution")
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A value of a session.
+    """A value of a session that can be read and, unless it is read-only, set between two ticks.
 
     Attributes:
-        name: name below the robot, or below the session.
+        name: name with dots, unique on its ROS node.
         kind: port type of the value.
-        read: returns the current value; for any thread.
+        read: returns the current value; may be called from any thread.
         command: checks a value and returns the command that sets it, or raises UsageError; None: the value is read-only.
         doc: what the value means.
         unit: unit of the value; empty if there is none.
-        limits: smallest and largest legal number; None for no limits, or if one of them is missing or itself not legal.
-        constraint: the legal values in words; empty if every value of the type is legal, or if `limits` say it.
+        limits: smallest and largest legal number; None unless both limits exist and are legal values themselves.
+        constraint: the legal values in words; empty if every value of the type is legal, or if `limits` has them.
     """
 
     name: str
@@ -56,7 +56,7 @@ class Parameter:
 
     @property
     def type(self) -> ParameterType:
-        """ROS type of the value; a tuple is an array."""
+        """ROS type of the value; tuples are array types."""
         scalar = ParameterType.STRING
         if self.kind.base == "bool":
             scalar = ParameterType.BOOL
@@ -70,7 +70,7 @@ class Parameter:
 
 
 USE_SIM_TIME = Parameter("use_sim_time", PortType("bool"), lambda: True, None, "message stamps are simulation time")
-"""Parameter of every node, which programs of ROS 2 look for."""
+"""Read-only parameter of every node, which ROS 2 tools expect."""
 
 
 def graph_parameters(runs: Iterable[GraphRun], robot: str = "") -> dict[str, Parameter]:
@@ -128,7 +128,7 @@ def _inputs(run: GraphRun, graph: str) -> Iterator[Parameter]:
 
 
 def _settable(instance: Instance, port: Port) -> PortType | None:
-    """Return the type of a port that can be a parameter, apart from wires; None for other ports."""
+    """Return the type of a port that can be a parameter if it is not wired; None for other ports."""
     if port.side != "inputs" or port.setup:
         return None
     kind = known_type(instance, port)
@@ -164,7 +164,7 @@ def _assign(at: GraphVariable, value: Any) -> Command:
 
 
 def _limits(kind: PortType, port: Port | None = None) -> tuple[float, float] | None:
-    """Return the smallest and the largest legal number of a scalar."""
+    """Return the smallest and largest legal number of a scalar; None if it lacks one, and for other types."""
     if kind.array or kind.count > 1:
         return None
     low, high = (port.ge, port.le) if port is not None else (None, None)

@@ -436,7 +436,7 @@ class SessionCore:
         self._ticker.begin_anew(*scopes, seed=seed)
 
     def _announce_jump(self, before: int, *, restored: bool = False) -> None:
-        """Publish the time, if it is not that of the tick `before`; `restored`: by the return to a checkpoint."""
+        """Publish the time if it is no longer that of the tick `before`; `restored`: a checkpoint was restored."""
         if self.clock.frame != before:
             self._ticker.announce_time(restored=restored)
 

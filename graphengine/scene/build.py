@@ -88,7 +88,7 @@ def load_without_graphs(path: Path, options: Options) -> LoadedScene:
 
 
 def _with_message_types(options: Options) -> Options:
-    """Return options whose registry knows the message types of `distro`, of `message_paths` and of installed packages."""
+    """Return options whose registry has the message types of `distro`, `message_paths` and the installed packages."""
     registry = options.registry or default_registry()
     definitions = registry.definitions.for_distro(options.distro).extended(options.message_paths, options.installed)
     return options if definitions is registry.definitions else replace(options, registry=registry.copy(definitions))

@@ -60,7 +60,7 @@ def robot_uses(
 
 
 def _shipped_graph(name: str, robot: RobotInstance, prim: Prim, files: Files, *, asked_for: bool) -> GraphFile:
-    """Return an included graph for a robot, with its namespaces."""
+    """Return the graph file of an included graph, such as `robot_state`, for a robot."""
     root = str(prim.facts.get("articulation_root") or prim.facts.get("base_link"))
     path = files.find(f"graphs/{name}.yaml", files.base)
     return GraphFile(path, f"{robot.name}/{name}", {"robot": prim.path, "root": root}, "", asked_for=asked_for)

@@ -65,7 +65,7 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
         setup=True,
         extension=True,
         tokens=("", *ENCODINGS),
-        doc="format of compressed colours; if empty, none",
+        doc="compression of rgb images; if empty, they are not compressed",
     )
     jpeg_quality: UInt = In(default=JPEG_QUALITY, extension=True, doc="quality of jpeg, 1 to 100")
 

@@ -36,7 +36,7 @@ class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS
         default="",
         tokens=("", *ENCODINGS["png"]),
         extension=True,
-        doc="pixel format of an image to compress; jpeg takes no 16UC1; if empty, the bytes are not compressed here",
+        doc="pixel format of an image to compress; 16UC1 needs png; if empty, the bytes are published unchanged",
     )
     width: UInt = In(default=0, unit="pixel", extension=True, doc="width of the image to compress")
     height: UInt = In(default=0, unit="pixel", extension=True, doc="height of the image to compress")

@@ -51,7 +51,7 @@ class ROS2PublishGroundTruthTransform(TopicNode, type="graphengine.ros2.ROS2Publ
         self.odometry = context.published_transform(self.publisher.claim, odom, self.links)
 
     def compute(self) -> None:
-        """Publish the transform, if the topic has subscribers and there is odometry of this tick.
+        """Publish the transform, if the topic has subscribers and odometry of this tick is published.
 
         Raises:
             BadValueError: the simulation time is out of the range of a message.
@@ -79,7 +79,7 @@ class ROS2PublishGroundTruthTransform(TopicNode, type="graphengine.ros2.ROS2Publ
 
 @lint("W203")
 def lint_missing_odometry(context: LintContext) -> None:
-    """Warn of nodes whose robot has no odometry on their topic: they publish nothing."""
+    """Warn of nodes that publish nothing, because no other node publishes odometry of their robot on their topic."""
     for graph, instance, node in context.nodes(ROS2PublishGroundTruthTransform):
         path = f"{graph.prim_path}/{instance.id}"
         claim = next((claim for claim in context.claims if claim.node == path), None)

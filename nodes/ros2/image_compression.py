@@ -1,4 +1,4 @@
-"""Compression of images to JPEG and PNG, in messages as compressed_image_transport of ROS writes them."""
+"""Compresses images to JPEG and PNG, in messages like those of ROS's compressed_image_transport."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from graphengine.nodes.ros2.publisher import bytes_in
 
 COMPRESSED_IMAGE = "sensor_msgs/msg/CompressedImage"
 JPEG_QUALITY = 95
-"""Default of compressed_image_transport."""
+"""Default JPEG quality of compressed_image_transport."""
 _PNG_LEVEL = 3
-"""Default of compressed_image_transport: larger files than with zlib's 6, in half the time."""
+"""Default PNG level of compressed_image_transport: larger files than with zlib's default of 6, in half the time."""
 
 
 class _Pixels(NamedTuple):
-    """How pixels of an encoding are compressed.
+    """Properties of a pixel encoding.
 
     Args:
         mode: mode of the pixels in pillow.
         size: bytes per pixel.
-        decoded: what ROS calls the compressed pixels; empty if they are not colours.
+        decoded: encoding of the compressed pixels in ROS's format string; empty if they have no colours.
     """
 
     mode: str
@@ -40,9 +40,9 @@ _ENCODINGS = {
     "16UC1": _Pixels("I;16", 2, ""),
 }
 ENCODINGS = {"jpeg": ("rgb8", "rgba8", "mono8"), "png": tuple(_ENCODINGS)}
-"""Encodings that each compression can take."""
+"""Pixel encodings that each compression accepts."""
 _LONGEST = 65500
-"""Pixels of the longest edge that libjpeg compresses."""
+"""Maximum width and height that libjpeg compresses, pixels."""
 
 
 def compressed(
@@ -53,7 +53,7 @@ def compressed(
     compression: str,
     jpeg_quality: int = JPEG_QUALITY,
 ) -> messages.CompressedImage:
-    """Compress an image. The bytes depend on the pixels and on the version of pillow alone.
+    """Return the message with the compressed image. The same image gives the same bytes with the same version of pillow.
 
     Args:
         header: time and frame.
@@ -86,6 +86,6 @@ def compressed(
         picture.save(file, "JPEG", quality=jpeg_quality)
     else:
         raise BadValueError("jpegQuality", jpeg_quality, "from 1 to 100")
-    # Subscribers of image_transport read from this what to convert the decoded pixels to.
+    # Subscribers of image_transport read from this string the encoding to which they convert the decoded pixels.
     kind = f"{encoding}; {compression} compressed {decoded}"
     return messages.CompressedImage(header, kind, bytes_in(file.getbuffer()))

@@ -119,7 +119,13 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
 
 
 def linked(time: float, publisher: Publisher, links: Iterable[FrameLink]) -> messages.TFMessage:
-    """Build the message from the current poses of the links whose frames the publisher was opened for; `time` in s."""
+    """Return the message with the current poses of links.
+
+    Args:
+        time: simulation time, s.
+        publisher: publisher whose claim has one transform for each link, in the same order.
+        links: links to publish.
+    """
     edges = zip(publisher.claim.transforms, links, strict=True)
     return messages.TFMessage([transform(time, *edge, *pose_of(link)) for edge, link in edges])
 

@@ -7,12 +7,12 @@ from dataclasses import astuple
 from graphengine.api.calibration.figures import Alphas, Calibration
 
 LEAST = (0.01, 0.01, 0.01, 0.01, 0.01)
-"""Smallest alpha1 to alpha5: standard deviations of 10 % of the motion, 0.025 m by update of 0.25 m.
+"""Smallest alpha1 to alpha5. They give standard deviations of 10 % of the motion, such as 0.025 m per update of 0.25 m.
 
-Particles that all move alike are copies of each other after some resamplings, and none is left near a pose that the filter has
-lost: particle deprivation (Thrun, Burgard, Fox: Probabilistic Robotics, 4.3.4). An exact odometry would therefore make a filter
-fail that a noisy one keeps alive. The cloud also has to cover the error of a map by its cells, and slip on floors that are not as
-flat as that of a calibration.
+Without motion noise, all particles are copies of each other after some resamplings, and none is near the true pose if the filter
+has lost it: particle deprivation (Thrun, Burgard, Fox: Probabilistic Robotics, 4.3.4). So a filter with the small alphas of an
+exact odometry fails where one with larger alphas recovers. The particles also have to cover the error that the cells of the map
+cause, and slip on floors that are less flat than that of the calibration.
 """
 
 
@@ -23,8 +23,8 @@ def amcl_alphas(result: Calibration) -> tuple[float, float, float, float, float]
     alpha1 a^2 + alpha2 d^2, and the translation alpha3 d^2 + alpha4 (a1^2 + a2^2). OmniMotionModel has alpha1 a^2 + alpha2 d^2
     for the rotation, alpha3 d^2 + alpha4 a^2 along the translation and alpha4 a^2 + alpha5 d^2 across. In both,
     alphas are factors of squares and are not squared themselves: 0.01 is an error of 10 %. Each measured alpha is the
-    mean square of error over motion, in steps of 0.25 m or 0.2 rad, at which AMCL updates by default; of several
-    odometry topics, the largest counts.
+    mean square of error over motion, in steps of 0.25 m or 0.2 rad, at which AMCL updates by default. If the robot has
+    several odometry topics, each alpha is the largest one of them.
     """
     measured = [astuple(one.alphas) for one in result.odometry] or [astuple(Alphas())]
     first, second, third, fourth, fifth = (

@@ -1,6 +1,6 @@
 """Differences between Nav2's parameters in ROS 2 distributions.
 
-They were read from nav2_bringup/params/nav2_params.yaml, and from the calls that declare parameters, in the branches `jazzy`
+Sources: nav2_bringup/params/nav2_params.yaml, and the calls that declare parameters, in the branches `jazzy`
 (f4108e5), `kilted` (71a1d84) and `lyrical` (aa3dab8) of github.com/ros-navigation/navigation2:
 
 | parameter | jazzy | kilted | lyrical |
@@ -26,15 +26,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Distribution:
-    """What a distribution's Nav2 reads.
+    """Parameters that Nav2 reads in one distribution.
 
     Attributes:
         name: name of the ROS 2 distribution.
         error_code_prefixes: bt_navigator takes prefixes of error codes, not names.
-        service_timeout: lifecycle managers wait for services for a time that can be set.
-        limited_behaviors: driving behaviors have limits of acceleration.
-        path_inversion: smoothers keep changes of direction.
-        path_handlers: the controller server prunes paths by a plugin, and controllers have no tolerance of transforms.
+        service_timeout: lifecycle managers have the parameter `service_timeout`.
+        limited_behaviors: backup and drive_on_heading have acceleration limits.
+        path_inversion: smoothers can keep the points where a path changes direction.
+        path_handlers: a plugin of the controller server prunes paths, and controllers have no `transform_tolerance`.
     """
 
     name: str

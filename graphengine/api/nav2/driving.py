@@ -1,4 +1,4 @@
-"""Nav2's parameters of driving: controller, behaviors, velocity smoother and collision monitor."""
+"""Nav2 parameters for driving: controller, behaviors, velocity smoother and collision monitor."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from graphengine.api.nav2.robot_facts import MAP_FRAME, RobotFacts
 from graphengine.api.nav2.sourced import Sourced, nav2
 
 REACHED, FACING = 0.15, 0.2
-"""Distance (m) and angle (rad) from a goal at which it counts as reached."""
-NEAR = "less than Nav2's 0.25, as an error of localization adds to it"
+"""Distance (m) and angle (rad) from a goal within which the robot has reached it."""
+NEAR = "less than Nav2's 0.25, because the localization error adds to it"
 CONTROL_RATE = 10.0
 """Commands of the controller per second."""
 
@@ -85,7 +85,7 @@ def _tolerance(distribution: Distribution) -> Parameters:
 
 
 def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
-    """Return the parameters of DWB, which turns on the spot where it needs to."""
+    """Return the parameters of DWB, for robots that can turn on the spot."""
     limits = robot.limits
     omni = limits.kinematics.value == "omni"
     sideways = limits.speed if omni else Sourced(0.0, limits.kinematics.source)
@@ -136,7 +136,7 @@ def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
 
 
 def _pursuit(robot: RobotFacts, distribution: Distribution) -> Parameters:
-    """Return the parameters of regulated pure pursuit, which never turns on the spot."""
+    """Return the parameters of regulated pure pursuit, for cars: it never turns on the spot."""
     limits = robot.limits
     radius = limits.turning_radius
     speeds: Parameters = {"desired_linear_vel": limits.speed}
@@ -152,9 +152,9 @@ def _pursuit(robot: RobotFacts, distribution: Distribution) -> Parameters:
         **_tolerance(distribution),
         "lookahead_dist": Sourced(ahead, by_radius),
         "min_lookahead_dist": Sourced(ahead, by_radius),
-        "max_lookahead_dist": Sourced(2.0 * ahead, "twice as far"),
+        "max_lookahead_dist": Sourced(2.0 * ahead, "twice lookahead_dist"),
         "lookahead_time": nav2(1.5),
-        "use_velocity_scaled_lookahead_dist": Sourced(True, "a faster car looks farther"),
+        "use_velocity_scaled_lookahead_dist": Sourced(True, "the lookahead distance grows with the speed"),
         "min_approach_linear_velocity": nav2(0.05),
         "approach_velocity_scaling_dist": nav2(0.6),
         "use_collision_detection": nav2(True),

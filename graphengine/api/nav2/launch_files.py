@@ -45,7 +45,7 @@ _MAP_ARGUMENT = """\
             "localization",
             default_value="amcl",
             choices=["amcl", "truth"],
-            description="truth: `graphrun run --localization truth` says where the robot is",
+            description="truth: `graphrun run --localization truth` publishes the true pose of the robot",
         ),
 """
 
@@ -56,8 +56,8 @@ def robot_launch(robot: RobotFacts, scene: str, *, slam: bool, in_fleet: bool) -
     Args:
         robot: the robot.
         scene: name of the scene.
-        slam: whether slam_toolbox makes the map.
-        in_fleet: whether the map lies in the folder above.
+        slam: whether slam_toolbox builds the map.
+        in_fleet: whether the map is in the parent folder.
     """
     return _filled(
         "robot_launch.txt",
@@ -73,7 +73,7 @@ def robot_launch(robot: RobotFacts, scene: str, *, slam: bool, in_fleet: bool) -
 
 
 def fleet_launch(robots: Sequence[RobotFacts], scene: str, *, slam: bool) -> str:
-    """Return the launch file that starts Nav2 for several robots, each in the folder of its name."""
+    """Return the launch file that starts Nav2 for several robots; the files of each are in the folder with its name."""
     defaults = {"use_sim_time": '"true"', "rviz": '"false"'}
     if not slam:
         defaults |= {"map": 'str(HERE / "map.yaml")', "localization": '"amcl"'}

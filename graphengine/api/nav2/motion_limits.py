@@ -1,4 +1,4 @@
-"""Limits of a robot's motion, from the controllers in its graphs, its wheels and its drives; each says where it comes from."""
+"""Motion limits of a robot, from the controllers in its graphs, its wheels and its drives. Each limit names its source."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from graphengine.scene.loaded_scene import LoadedScene
 Kinematics = Literal["differential", "omni", "ackermann"]
 
 MOST_SPEED, MOST_TURN = 1.0, 1.5
-"""Speeds that Nav2 commands at most, m/s and rad/s: indoors, with a costmap that is renewed five times a second."""
+"""Highest speeds that Nav2 commands, m/s and rad/s: for indoor driving with a costmap that is updated five times a second."""
 MOST_ACCELERATION, MOST_TURN_ACCELERATION = 2.5, 3.2
-"""Accelerations of a robot without known limits, m/s2 and rad/s2: those of Nav2's own parameter file."""
+"""Accelerations if no limits are known, m/s2 and rad/s2, from Nav2's own parameter file."""
 GRIP = 0.5
-"""Share of gravity that wheels can brake with."""
+"""Deceleration that the grip of the wheels allows, as a share of gravity."""
 SHARE_OF_FORCE = 0.8
-"""Share of the drives' force to use; the rest is for friction."""
+"""Share of the drives' force that accelerates the robot; the rest overcomes friction."""
 
 _CONTROLLERS: dict[str, Kinematics] = {
     "isaacsim.robot.wheeled_robots.DifferentialController": "differential",
@@ -35,16 +35,16 @@ _CONTROLLERS: dict[str, Kinematics] = {
 
 @dataclass(frozen=True, slots=True)
 class MotionLimits:
-    """Limits of a robot.
+    """Motion limits of a robot.
 
     Attributes:
-        kinematics: how it moves.
-        speed: m/s.
-        turn: rad/s.
-        acceleration: m/s2.
-        deceleration: m/s2.
-        turn_acceleration: rad/s2.
-        turning_radius: least radius of the path of the base, m; 0 if it turns on the spot.
+        kinematics: kind of the base.
+        speed: highest speed, m/s.
+        turn: highest turn rate, rad/s.
+        acceleration: highest acceleration, m/s2.
+        deceleration: highest deceleration, m/s2.
+        turn_acceleration: highest angular acceleration, rad/s2.
+        turning_radius: smallest radius of the path of the base, m; 0 if the robot turns on the spot.
     """
 
     kinematics: Sourced[Kinematics]
@@ -57,11 +57,11 @@ class MotionLimits:
 
 
 def motion_limits(scene: LoadedScene, robot: RobotInstance, graphs: Collection[str]) -> MotionLimits:
-    """Return the limits of a robot.
+    """Return the motion limits of a robot.
 
     Args:
         scene: the checked scene.
-        robot: a robot of it.
+        robot: a robot of the scene.
         graphs: names of the robot's graphs.
     """
     inputs = _Inputs(
@@ -108,25 +108,25 @@ _DEFAULT = Sourced(MOST_ACCELERATION, f"{NAV2}; the graphs have no limit")
 
 
 class _Inputs:
-    """The literals of the nodes in a robot's graphs."""
+    """Unwired inputs of the controller nodes in a robot's graphs."""
 
     def __init__(self, graphs: list[Graph]) -> None:
         self._graphs = graphs
 
     def kinematics(self) -> Sourced[Kinematics]:
-        """Return how the controller in the graphs moves the robot; differential without one."""
+        """Return the kinematics of the first controller in the graphs; differential if there is no controller."""
         for graph, instance in self._instances():
             kind = _CONTROLLERS.get(instance.cls.type_name)
             if kind is not None:
                 return Sourced(kind, _place(graph, instance))
-        return Sourced("differential", "assumed: the graphs have no controller of wheels")
+        return Sourced("differential", "assumed: the graphs have no wheel controller")
 
     def limits(self, *names: str) -> list[Sourced[float]]:
-        """Return the values other than 0, which is no limit, of the inputs with these names, without sign."""
+        """Return the absolute values of the inputs with these names, without zeros, which mean no limit."""
         return [one for one in self._values(names) if one.value > 0.0]
 
     def first(self, *names: str) -> Sourced[float] | None:
-        """Return the first value other than 0 of the inputs with these names."""
+        """Return the first absolute value of the inputs with these names that is not 0; None if there is none."""
         return next(iter(self.limits(*names)), None)
 
     def _values(self, names: Collection[str]) -> Iterator[Sourced[float]]:
@@ -158,7 +158,7 @@ def _times(one: Sourced[float], radius: Sourced[float], unit: str) -> Sourced[fl
 
 
 def _rim_speeds(robot: RobotInstance) -> Iterator[Sourced[float]]:
-    """Yield the speed at the rim of each driven wheel whose joint or drive limits it."""
+    """Yield the highest rim speed of each driven wheel whose drive or joint has a velocity limit, m/s."""
     joints = {joint.name: joint for joint in robot.moving}
     for name, radius in robot.wheel_radii.items():
         drive = robot.drives.get(name)
@@ -173,16 +173,16 @@ def _rim_speeds(robot: RobotInstance) -> Iterator[Sourced[float]]:
 def _turning_radius(
     base: Sourced[float], steering: Sourced[float] | None, track: Sourced[float] | None
 ) -> Sourced[float]:
-    """Return the least radius of the path of the middle of the unsteered axle, by the limit of the inner wheel."""
+    """Return the smallest radius on which the middle of the unsteered axle can drive, by the inner wheel's limit, plus 10 %."""
     if steering is None or not 0.05 < steering.value < 1.3:
-        return Sourced(2.0 * base.value, f"twice the wheel base, {base.source}; no limit of the steering is known")
+        return Sourced(2.0 * base.value, f"twice the wheel base, {base.source}; the steering limit is unknown")
     inner = base.value / math.tan(steering.value)
     radius = inner + (track.value / 2.0 if track is not None else 0.0)
     return Sourced(1.1 * radius, f"wheel base, track and {steering.source}, and 10 % for corrections")
 
 
 def _acceleration_by_force(scene: LoadedScene, robot: RobotInstance) -> list[Sourced[float]]:
-    """Return the acceleration that the drives of the wheels can give, if their forces are limited."""
+    """Return the acceleration that the wheel drives can reach, in a list; the list is empty if their forces have no limit."""
     assert scene.world is not None
     wheels = {name: radius for name, radius in robot.wheel_radii.items() if name in robot.drives}
     force = sum(robot.drives[name].max_force / radius for name, radius in wheels.items())

@@ -26,21 +26,21 @@ from graphengine.scene.loaded_scene import LoadedScene
 CELL = 0.05
 """Side of a cell of the map, m."""
 OPEN_FLOOR = 10.0
-"""Distance of the edge of the map from the robots in a world without obstacles, m."""
+"""Margin of the map around the robots in a world without obstacles, m."""
 UNCALIBRATED = 0.01
-"""AMCL's alphas without a calibration."""
+"""Each of AMCL's five alphas if no calibration measured them."""
 
 Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, slots=True)
 class Nav2Files:
-    """Files to write, and what they say.
+    """The contents of the files, and notes for the user.
 
     Attributes:
         contents: content of each file, by path relative to the folder.
         robots: the robots that Nav2 drives.
-        notes: sentences on what could not be found out.
+        notes: sentences about values that could not be determined.
     """
 
     contents: dict[Path, bytes]
@@ -58,13 +58,13 @@ def nav2_files(
     modules: Sequence[str] = (),
     progress: Progress = lambda _, __: None,
 ) -> Nav2Files:
-    """Make the files for the robots of a scene: those in the folder itself for one robot, else in a folder for each.
+    """Make the files for the robots of a scene. Several robots get a folder each, named after the robot.
 
     Args:
         scene: the checked scene.
         robots: names of the robots; empty for all.
         distribution: name of the ROS 2 distribution.
-        slam: whether slam_toolbox makes the map, instead of map_server and AMCL.
+        slam: whether slam_toolbox builds the map and localizes the robot, instead of map_server and AMCL.
         calibrated: whether to measure the odometry for AMCL.
         modules: Python modules with node types.
         progress: receives the name of a robot that is being calibrated, and the completed share, 0 to 1.
@@ -115,14 +115,14 @@ def _alphas(
     progress: Progress,
     notes: list[str],
 ) -> Sourced[Alphas]:
-    """Return AMCL's motion noise: from a calibration, or small values for good odometry."""
+    """Return AMCL's motion noise: measured by a calibration, or else small values that assume good odometry."""
     if not calibrated:
         return Sourced((UNCALIBRATED,) * 5, "good odometry; not measured (--no-calibrate)")
     result = calibrate(scene, robot.name, modules=modules, progress=lambda share: progress(robot.name, share))
     if not result.moves:
-        notes.append(f"{robot.name} does not move by itself: {'; '.join(result.notes)}")
+        notes.append(f"{robot.name} did not move in its calibration: {'; '.join(result.notes)}")
         return Sourced((UNCALIBRATED,) * 5, "good odometry; the calibration did not move the robot")
-    return Sourced(amcl_alphas(result), "calibration of the robot, at least 0.01, as particles need some noise")
+    return Sourced(amcl_alphas(result), "calibration of the robot, at least 0.01, because particles need some noise")
 
 
 def _robot_files(
@@ -158,9 +158,9 @@ def _map(scene: LoadedScene, robots: Sequence[RobotFacts], notes: list[str]) -> 
 
 
 def scan_window(scans: Sequence[float], heights: Sequence[float]) -> tuple[float, float]:
-    """Return the heights above the floor between which the map has obstacles, m.
+    """Return the lowest and highest height above the floor at which the map shows obstacles, m.
 
-    A robot can be hit by what lies lower than its top; AMCL compares the map with scans, so their planes lie within it.
+    The robot can hit all obstacles below its top. AMCL compares scans with the map, so the range contains all scan planes.
     """
     low = min(min(scans) / 2.0, 0.1)
     return low, max([*heights, *(scan + 0.05 for scan in scans)])

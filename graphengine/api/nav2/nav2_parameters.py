@@ -25,7 +25,7 @@ NAVIGATION = (
 """Nodes that lifecycle_manager_navigation starts, in this order."""
 LOCALIZATION = ("map_server", "amcl")
 SLAM = ("slam_toolbox",)
-"""Nodes that lifecycle_manager_localization starts, in this order: with a map, and without one."""
+"""Nodes that lifecycle_manager_localization starts, in this order: with a map, or with slam_toolbox."""
 BOND_TIMEOUT = 20.0
 """Time without a heartbeat after which a lifecycle manager stops all its nodes, s."""
 
@@ -62,7 +62,7 @@ def nav2_parameters(robot: RobotFacts, distribution: Distribution, alphas: Sourc
         "lifecycle_manager_localization": node(_manager(located_by, distribution)),
         "lifecycle_manager_navigation": node(_manager(NAVIGATION, distribution)),
     }
-    head = f"Nav2 ({distribution.name}) for {robot.name} of {scene}, by `graphrun nav2 files`; comments: where values come from"
+    head = f"Nav2 ({distribution.name}) for {robot.name} of {scene}, by `graphrun nav2 files`; comments: sources of the values"
     return parameter_text(nodes, robot.namespace, head)
 
 

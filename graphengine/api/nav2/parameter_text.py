@@ -1,4 +1,4 @@
-"""Writes ROS parameters as YAML, each with a comment that says where its value comes from."""
+"""Writes ROS parameters as YAML, each with a comment that names the source of its value."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from graphengine.api.nav2.sourced import Sourced
 from graphengine.format.yaml_text import comment
 
 Parameters = Mapping[str, "Sourced[Any] | Parameters"]
-"""Parameters by name; those of a plugin are nested."""
+"""Parameters by name; the parameters of a plugin are a nested mapping."""
 
 
 def node(parameters: Parameters) -> Parameters:
-    """Return the parameters of a node as a parameter file nests them, with the clock of the simulation."""
+    """Return the parameters of a node below `ros__parameters`, with `use_sim_time` added."""
     return {"ros__parameters": {"use_sim_time": Sourced(True, "the simulation publishes /clock"), **parameters}}
 
 
@@ -42,7 +42,7 @@ def _lines(tree: Parameters, indent: str) -> Iterator[str]:
 
 
 def _scalar(value: Any) -> str:
-    """Return a value on one line; a float always has a decimal point, by which ROS knows its type."""
+    """Return a value as YAML on one line; a float always has a decimal point, because ROS takes its type from it."""
     if isinstance(value, float):
         value = float(f"{value:.6g}") + 0.0  # without the sign of zero
     elif isinstance(value, list | tuple):

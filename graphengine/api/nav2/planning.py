@@ -1,4 +1,4 @@
-"""Nav2's parameters of planning: costmaps, planner and smoother."""
+"""Nav2 parameters for planning: costmaps, planner and smoother."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from graphengine.api.nav2.sourced import Sourced, nav2
 PADDING = 0.02
 """Distance by which the footprint is enlarged, m."""
 CLEARANCE = 0.3
-"""Distance beyond the robot's outer circle up to which cells near obstacles cost, m."""
+"""Distance that the inflation of obstacles reaches beyond the robot's circumscribed circle, m."""
 SIMULATED = 1.7
-"""Time that the controller looks ahead, s."""
+"""Time that the controller simulates ahead, s."""
 RESOLUTION = 0.05
-"""Side of a cell, m, as in the map."""
+"""Side of a costmap cell, m; the map has the same."""
 TOLERANCE = 0.5
-"""Age of transforms that a busy machine causes, s."""
-BUSY = "so that a busy machine survives"
+"""Accepted age of transforms, s, for a busy machine."""
+BUSY = "to tolerate a busy machine"
 
 
 def planning(robot: RobotFacts, distribution: Distribution, *, known_map: bool) -> Parameters:
@@ -28,7 +28,7 @@ def planning(robot: RobotFacts, distribution: Distribution, *, known_map: bool) 
     Args:
         robot: the robot.
         distribution: the ROS 2 distribution.
-        known_map: whether the map is complete, so that no path leads through unknown cells.
+        known_map: whether the map is complete; paths then avoid unknown cells.
     """
     return {
         "global_costmap": {"global_costmap": node(_global_costmap(robot))},

@@ -1,4 +1,4 @@
-"""The README beside the files of Nav2."""
+"""The README in the folder that `graphrun nav2 files` writes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool, robot_s
     Args:
         scene: name of the scene.
         robots: the robots.
-        slam: whether slam_toolbox makes the map.
+        slam: whether slam_toolbox builds the map.
         robot_state: whether the simulation has to run with `--robot-state`.
     """
     run = f"graphrun run SCENE{' --robot-state' if robot_state else ''}"
@@ -24,11 +24,11 @@ def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool, robot_s
     lines = [
         f"# Nav2 for {names} in {scene}",
         "",
-        f"1. Start the simulation: `{run}`, with the scene that these files were made of.",
+        f"1. Start the simulation: `{run}`, with the scene from which these files were made.",
         "2. In another terminal with a sourced ROS 2: `ros2 launch nav2.launch.py rviz:=true`.",
         f'3. In RViz, set a goal with "2D Goal Pose" ({goal}), or run `graphrun nav2 goals "X Y YAW"`.',
         "",
-        f"- `nav2_params.yaml` ({place}): each value says where it comes from.{other}",
+        f"- `nav2_params.yaml` ({place}): the comment at each value names its source.{other}",
         "- slam_toolbox makes the map while the robot drives; save it with `ros2 run nav2_map_server map_saver_cli -f map`."
         if slam
         else "- `map.yaml`, `map.pgm`: obstacles up to the robot's height. `map:=FILE` takes another map.",

@@ -1,4 +1,4 @@
-"""What Nav2 has to know of a robot, read from the checked scene: topics, frames, outline, lidars, limits."""
+"""Facts about a robot that Nav2's configuration needs, from the checked scene: topics, frames, outline, lidars, limits."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ _LIDAR_WORDS = ("scan", "laser", "lidar")
 
 @dataclass(frozen=True, slots=True)
 class RobotFacts:
-    """A robot as Nav2 sees it.
+    """Facts about a robot for the configuration of Nav2.
 
     Attributes:
         name: name in the scene.
         namespace: namespace of its topics without slashes at the ends; empty for none.
-        command_topic: topic that takes velocities.
+        command_topic: topic on which the robot receives velocities.
         stamped: whether that topic takes TwistStamped, not Twist.
         odometry_topic: topic of the odometry.
         odometry_frame: frame of the odometry.
         base_frame: frame of the robot's base, which the odometry moves.
         tf_topic: topic of the transforms.
-        tf_static_topic: topic of the transforms that do not change.
+        tf_static_topic: topic of the static transforms.
         scans: LaserScan topics, the one with the widest view first.
         pose: x, y (m) and yaw (rad) of the base frame in the scene at the start.
         footprint: corners of the outline of the robot in the base frame, m.
@@ -82,10 +82,10 @@ class RobotFacts:
 
 
 def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
-    """Read the facts of a robot.
+    """Return the facts about a robot.
 
     Raises:
-        UsageError: Nav2 cannot drive the robot; the message says all that is missing, and what to add.
+        UsageError: Nav2 cannot drive the robot; the message lists everything that is missing and how to add it.
     """
     assert scene.world is not None
     claims = _claims_of(scene, robot)
@@ -143,7 +143,7 @@ def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
 
 
 def _claims_of(scene: LoadedScene, robot: RobotInstance) -> list[EndpointClaim]:
-    """Return the topics of the graphs on a robot; of all graphs in a scene with one robot. The shortest names come first."""
+    """Return the topics of a robot's nodes, or of all nodes if it is the only robot. Topics in fewer namespaces come first."""
     assert scene.world is not None
     alone = len(scene.world.robots) == 1
     own = [claim for claim in scene.claims if alone or at_or_below(claim.node, robot.prim_path)]
@@ -155,7 +155,7 @@ def _first(claims: Sequence[EndpointClaim], direction: str, *types: str) -> Endp
 
 
 def _command(claims: Sequence[EndpointClaim], missing: list[str]) -> EndpointClaim | None:
-    """Return the subscription that drives the robot; without one, add what is missing."""
+    """Return the subscription that drives the robot; if there is none, or several, add the reason to `missing`."""
     found = [one for one in claims if one.direction == "subscribe" and one.message_type in COMMAND_TYPES]
     driven = [one for one in found if one.message_type != ACKERMANN]
     named = [one for one in driven if one.topic.rpartition("/")[2] == "cmd_vel"]
@@ -179,7 +179,7 @@ def _edges(claims: Sequence[EndpointClaim]) -> list[tuple[str, str]]:
 
 
 def _description_edges(claims: Sequence[EndpointClaim], robot: RobotInstance) -> Iterator[tuple[str, str]]:
-    """Yield the transforms that robot_state_publisher makes of a published robot description."""
+    """Yield the edges that robot_state_publisher adds for a published robot description."""
     if any(claim.topic.endswith("/robot_description") for claim in claims):
         yield from ((joint.parent, joint.child) for joint in robot.urdf.joints.values())
 
@@ -187,7 +187,7 @@ def _description_edges(claims: Sequence[EndpointClaim], robot: RobotInstance) ->
 def _base_frame(
     scene: LoadedScene, robot: RobotInstance, odometry: EndpointClaim | None, edges: Sequence[tuple[str, str]]
 ) -> str | None:
-    """Return the child of the odometry's frame; the one that is the robot's base link, if there are several."""
+    """Return the child frame of the odometry frame, preferably the robot's base link; None if there is none."""
     if odometry is None:
         return None
     children = [child for parent, child in edges if parent == odometry.frame_id]
@@ -196,7 +196,7 @@ def _base_frame(
 
 
 def _connected(frame: str, edges: Sequence[tuple[str, str]]) -> set[str]:
-    """Return the frames that transforms connect to a frame."""
+    """Return all frames that are connected to a frame by some transforms, with the frame itself."""
     reached, size = {frame}, 0
     while len(reached) > size:
         size = len(reached)
@@ -207,7 +207,7 @@ def _connected(frame: str, edges: Sequence[tuple[str, str]]) -> set[str]:
 
 
 def _no_scan(robot: RobotInstance, stage: Stage, claims: Sequence[EndpointClaim]) -> str:
-    """Return what to add to the robot file for a LaserScan."""
+    """Return the error for a robot without a LaserScan topic, with the lines to add."""
     cloud = _first(claims, "publish", "sensor_msgs/msg/PointCloud2")
     if cloud is not None:
         return (
@@ -228,14 +228,14 @@ def _no_scan(robot: RobotInstance, stage: Stage, claims: Sequence[EndpointClaim]
 
 
 def _transform_topics(claims: Sequence[EndpointClaim]) -> tuple[str, str]:
-    """Return the topics of transforms that move and that do not; the second has the name of the first and `_static`."""
+    """Return the topics of the moving and of the static transforms; by default, the second is the first with `_static`."""
     topics = [claim.topic for claim in claims if claim.message_type == TRANSFORMS]
     moving = next(topic for topic in [*topics, "/tf"] if not topic.endswith("_static"))
     return moving, next((topic for topic in topics if topic.endswith("_static")), f"{moving}_static")
 
 
 def _frame_prim(scene: LoadedScene, robot: RobotInstance, frame: str) -> Prim:
-    """Return the prim of a frame of the robot; the base link if none has its name."""
+    """Return the prim of the robot whose frame has this name; the base link if there is none."""
     prim = scene.stage.find(robot.prim_path)
     name = frame.rpartition("/")[2]
     found = [one for one in prim.descendants() if one.frame_name == name and one.carrier()[0]]
@@ -248,6 +248,6 @@ def _outline_points(scene: LoadedScene, robot: RobotInstance) -> Floats:
     points = collider_points(simulation.model, simulation.data, robot.name)
     if len(points) < 3:
         raise UsageError(
-            f"{robot.name}: the robot has no colliders, so that Nav2 cannot know its outline; add collision geometry"
+            f"{robot.name}: the robot has no colliders, so its footprint is unknown; add collision geometry"
         )
     return points

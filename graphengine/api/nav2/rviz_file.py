@@ -1,4 +1,4 @@
-"""The RViz configuration for a robot that Nav2 drives: map, robot, scans, costmaps, plan, and tools to send goals."""
+"""The RViz configuration for a robot that Nav2 drives: displays of map, robot, scans, costmaps and plan, and goal tools."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The LaserScan topics of a robot, and the lidars that they come from."""
+"""The LaserScan topics of a robot, with the properties of their lidars."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class ScanSource:
     Attributes:
         topic: full name of the topic.
         frame: frame of its messages.
-        ranges: nearest and farthest distance, m.
-        view: angle of view, rad.
+        ranges: smallest and largest measured distance, m.
+        view: field of view, rad.
         rate: scans per second.
-        height: height of the scan plane, m; above the floor after `above`.
+        height: height of the scan plane, m, in the world; `above` makes it relative to a floor.
     """
 
     topic: str
@@ -34,12 +34,12 @@ class ScanSource:
     height: float
 
     def above(self, floor: float) -> ScanSource:
-        """Return the same with the height above a floor, whose height is given in m."""
+        """Return a copy whose height is relative to a floor; `floor` is the height of the floor in the world, m."""
         return replace(self, height=self.height - floor)
 
 
 def scan_sources(scene: LoadedScene, claims: Sequence[EndpointClaim]) -> list[ScanSource]:
-    """Return the scans that the graphs publish, those with the widest view first."""
+    """Return the scans that the graphs publish, the widest field of view first."""
     assert scene.world is not None
     found: dict[str, ScanSource] = {}
     for claim in claims:
@@ -55,7 +55,7 @@ def scan_sources(scene: LoadedScene, claims: Sequence[EndpointClaim]) -> list[Sc
 
 
 def _lidar(scene: LoadedScene, claim: EndpointClaim) -> Prim | None:
-    """Return the lidar nearest to the publisher along its wires, against their direction."""
+    """Return the first lidar that is found upstream of the publisher; None if there is none."""
     for graph in scene.planned:
         if claim.node.startswith(f"{graph.prim_path}/"):
             node = claim.node.removeprefix(f"{graph.prim_path}/")
@@ -68,7 +68,7 @@ def _lidar(scene: LoadedScene, claim: EndpointClaim) -> Prim | None:
 
 
 def _upstream_paths(graph: Graph, node: str) -> Iterator[str]:
-    """Yield the prim paths that are inputs of a node, then those of the nodes before it, nearest first."""
+    """Yield the prim paths in the inputs of a node and of the nodes upstream of it, nearest first."""
     pending = [one.index for one in graph.instances if one.id == node]
     seen = set(pending)
     for index in pending:

@@ -1,4 +1,4 @@
-"""Parameters of slam_toolbox, which makes the map while the robot drives, in place of map_server and AMCL."""
+"""Parameters of slam_toolbox, which replaces map_server and AMCL: it builds the map while the robot drives."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _OWN = "slam_toolbox's own mapper_params_online_async.yaml"
 
 
 def slam_toolbox(robot: RobotFacts) -> Parameters:
-    """Return the parameters of slam_toolbox."""
+    """Return the parameters of slam_toolbox for a robot, with its first scan."""
     scan = robot.scans[0]
     own = {
         "solver_plugin": "solver_plugins::CeresSolver",
@@ -46,7 +46,7 @@ def slam_toolbox(robot: RobotFacts) -> Parameters:
                 "resolution": Sourced(0.05, "as the costmaps"),
                 "min_laser_range": Sourced(scan.ranges[0], f"lidar of {scan.topic}"),
                 "max_laser_range": Sourced(min(scan.ranges[1], 40.0), f"lidar of {scan.topic}, at most 40 m"),
-                "transform_timeout": Sourced(1.0, "so that a busy machine survives"),
+                "transform_timeout": Sourced(1.0, "to tolerate a busy machine"),
                 **{name: Sourced(value, _OWN) for name, value in own.items()},
             }
         )

@@ -1,4 +1,4 @@
-"""Values that say where they come from."""
+"""Values with their sources, which become the comments of a parameter file."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Sourced(Generic[T]):
-    """A value and where it comes from."""
+    """A value, and its source as a text for a comment."""
 
     value: T
     source: str
@@ -20,5 +20,5 @@ NAV2 = "Nav2's own parameter file"
 
 
 def nav2(value: T) -> Sourced[T]:
-    """Return a value of Nav2's own parameter file, or a default of its nodes."""
+    """Return a value whose source is Nav2's own parameter file, or a default of Nav2's nodes."""
     return Sourced(value, NAV2)

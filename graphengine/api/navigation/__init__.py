@@ -1,1 +1,1 @@
-"""Sends goals to Nav2 and compares where its robot is with where it believes to be."""
+"""Sends goals to Nav2 and compares the true poses of the robot with Nav2's estimates."""

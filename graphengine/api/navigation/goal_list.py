@@ -1,4 +1,4 @@
-"""Goals of a robot: poses in the map, from a file or from elsewhere."""
+"""Navigation goals: poses in the map, and the YAML file that lists them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class NavigationGoal:
 
     @property
     def label(self) -> str:
-        """The name, or the pose if there is none."""
+        """Name of the goal, or its pose as text if it has no name."""
         return self.name or f"{self.x:g} {self.y:g} {self.yaw:.4g}"
 
 
@@ -50,7 +50,7 @@ def read_goals(path: Path) -> list[NavigationGoal]:
     """Read the goals of a YAML file.
 
     Raises:
-        CheckError: the file has errors; each has its place.
+        CheckError: the file has errors; each finding has its line and column.
     """
     findings = Findings()
     read = spec_reader.read(GoalListSpec, path, findings)

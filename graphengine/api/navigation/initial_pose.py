@@ -1,4 +1,4 @@
-"""Gives the localization of a robot its true pose, as a user does with "2D Pose Estimate" in RViz."""
+"""Initializes a robot's localization with its true pose, as a user does with "2D Pose Estimate" in RViz."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ MESSAGE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 SPREAD = 0.05
 """Standard deviation of the pose, m and rad."""
 NEAR = 0.3
-"""Distance (m) and angle (rad) from the true pose at which a reported pose counts as taken."""
+"""Distance (m) and angle (rad) from the true pose within which a pose on `amcl_pose` shows that the localization has taken it."""
 AGAIN = 2.0
 """Wall time after which the pose is sent again, s."""
 PATIENCE = 30.0
-"""Wall time in which a localization has to take the pose, s."""
+"""Maximum wall time to wait until the localization has taken the pose, s."""
 
 
 @dataclass(slots=True)
 class _Heard:
-    """What a localization published since the pose was sent."""
+    """Answers of the localization since the pose was sent: a pose near the true one, and a transform from the map."""
 
     near: bool = False
     broadcasts: bool = False
@@ -44,7 +44,8 @@ def give_initial_pose(
 ) -> bool:
     """Publish the true pose on `initialpose` until the localization has taken it; return whether it has.
 
-    It has if it publishes a pose near the true one on `amcl_pose`; without such a topic, if it broadcasts map -> odom.
+    A localization that publishes `amcl_pose` has taken it if a pose there is near the true one; any other one, if it broadcasts
+    map -> odom.
     """
     heard = _Heard()
     writer = transport.writer(f"{namespace}/initialpose", MESSAGE, QoS())

@@ -26,20 +26,20 @@ ACTION = "navigate_to_pose"
 ACTION_TYPE = "nav2_msgs/action/NavigateToPose"
 MAP = "map"
 POLL = 0.1
-"""Wall time between two looks at a goal, s."""
+"""Wall time between two checks of a goal, s."""
 RETRY = 1.0
-"""Wall time after which a goal is sent again that was rejected before Nav2 was active, s."""
+"""Wall time after which a rejected goal is sent again while Nav2 may still be inactive, s."""
 LOST = 5.0
-"""Wall time without a server after which a goal is given up, s."""
+"""Wall time without an action server after which the navigator gives up, s."""
 ANSWER = 10.0
-"""Wall time that a server has to answer that it accepts or cancels a goal, s."""
+"""Maximum wall time to wait until the server accepts, rejects or cancels a goal, s."""
 STANDSTILL = 60.0
-"""Wall time without progress of the simulation time after which a goal is given up, unless the run is paused, s."""
+"""Wall time without progress of the simulation time after which the navigator gives up, unless the run is paused, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """The state of a goal under way; times in s of simulation, distances in m."""
+    """The state of an active goal; times are simulation times in s, distances are in m."""
 
     goal: NavigationGoal
     time: float
@@ -50,7 +50,7 @@ class Progress:
 
 @dataclass(slots=True)
 class Track:
-    """Feedback of a goal: poses of the robot as Nav2 believes them, by simulation time in s."""
+    """Feedback on a goal: Nav2's estimated poses of the robot, by simulation time in s."""
 
     poses: dict[float, PlanarPose] = field(default_factory=dict)
     recoveries: int | None = None
@@ -63,7 +63,7 @@ class Track:
         stamp = head.stamp.sec + head.stamp.nanosec * 1e-9 or now
         q = pose.orientation
         believed = PlanarPose(pose.position.x, pose.position.y, yaw_of(q.x, q.y, q.z, q.w))
-        if head.frame_id:  # Nav2 sends feedback without a pose before it knows one
+        if head.frame_id:  # the first feedback of Nav2 can have no pose
             self.poses[stamp] = believed
         left = feedback.estimated_time_remaining
         self.recoveries, self.distance = int(feedback.number_of_recoveries), float(feedback.distance_remaining)
@@ -71,18 +71,18 @@ class Track:
 
     @property
     def last(self) -> PlanarPose | None:
-        """The newest pose."""
+        """The newest estimated pose; None before the first one."""
         return self.poses[max(self.poses)] if self.poses else None
 
     @property
     def way(self) -> float | None:
-        """Length of the way through the poses, m; None without poses."""
+        """Length of the path through the estimated poses, m; None without poses."""
         poses = [self.poses[stamp] for stamp in sorted(self.poses)]
         return sum((a.distance(b) for a, b in itertools.pairwise(poses)), 0.0) if poses else None
 
 
 class GivenUpError(Exception):
-    """The reason why no further goal can be reached: result and reason of the present one."""
+    """No further goal can be reached. The arguments are the result and the reason of the current goal."""
 
 
 class Navigator:
@@ -95,7 +95,7 @@ class Navigator:
         truth: true poses of the robot; None if they are unknown.
         definitions: message types.
         patience: simulation time for each goal, s.
-        activation: wall time in which Nav2 may become active, s.
+        activation: maximum wall time to wait until Nav2 is active, s.
         say: prints a message for the user.
     """
 
@@ -126,7 +126,7 @@ class Navigator:
         self._seen = time.monotonic()
         self._moved = (clock(), time.monotonic())
         self.over = ""
-        """Why no further goal can be reached; empty while goals can be."""
+        """Reason why no further goal can be reached; empty while goals can be reached."""
 
     def go(self, goal: NavigationGoal, watch: Callable[[Progress], None] = lambda progress: None) -> Outcome:
         """Send a goal and wait for its end.
@@ -160,7 +160,7 @@ class Navigator:
     def _send(
         self, goal: NavigationGoal, feedback: Callable[[Any], object], watch: Callable[[Progress], None]
     ) -> GoalCall | None:
-        """Send a goal until it is accepted; None if it is rejected for too long."""
+        """Send a goal, again if it is rejected, until it is accepted; return None if it is rejected for too long."""
         deadline, told = time.monotonic() + (RETRY * 3 if self._accepted else self._activation), False
         while True:
             watch(Progress(goal, 0.0))
@@ -219,10 +219,10 @@ class Navigator:
         return status, ": ".join(filter(None, named)) or "Nav2 gives no reason; see the log of bt_navigator"
 
     def _look(self) -> None:
-        """Check that the server and the simulation are there.
+        """Check that the action server exists and that the simulation runs.
 
         Raises:
-            GivenUpError: one of them is not.
+            GivenUpError: the server is lost, the run has ended, or the simulation time does not progress.
         """
         wall, now = time.monotonic(), self._clock()
         if self._truth is not None and self._truth.ended:
@@ -237,7 +237,7 @@ class Navigator:
             raise GivenUpError("time stands still", f"no progress on /clock for {STANDSTILL:g} s; did the run end?")
 
     def _cancel(self) -> None:
-        """Cancel the goal that was sent last and wait until it has ended, at most `ANSWER` s."""
+        """Cancel the goal that was sent last and wait until it has ended, at most `ANSWER` s for each of the two answers."""
         call = self._call
         if call is None:
             return
@@ -254,7 +254,7 @@ class Navigator:
         return message
 
     def _measured(self, outcome: Outcome, track: Track, begun: float) -> Outcome:
-        """Return an outcome with what the feedback and the true poses tell."""
+        """Return an outcome with the figures from the feedback and from the true poses."""
         goal, end = PlanarPose(outcome.goal.x, outcome.goal.y, outcome.goal.yaw), self._clock()
         measured = replace(
             outcome,

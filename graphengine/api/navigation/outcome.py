@@ -1,4 +1,4 @@
-"""What became of a goal of Nav2, as a table and as JUnit XML."""
+"""The outcomes of goals sent to Nav2, as a table and as JUnit XML."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ ERROR_NAMES = {
     9002: "navigator TF_ERROR",
     9003: "navigator TIMEOUT",
 }
-"""Names of Nav2's error codes, with the part of Nav2 where several have the same name."""
+"""Names of Nav2's error codes. Names that several servers of Nav2 use begin with the server."""
 
 
 def error_name(code: int) -> str:
@@ -59,15 +59,15 @@ class Outcome:
 
     Attributes:
         goal: the goal.
-        result: `reached`, or how it ended otherwise, such as `aborted`.
-        reason: why it was not reached; empty if unknown.
+        result: `reached`, or another end, such as `aborted`.
+        reason: reason why the goal was not reached; empty if unknown.
         time: simulation time from the goal's acceptance to its end, s.
-        path: length of the robot's way, m.
-        error: distance from the goal to the robot's pose as Nav2 believes it, m.
+        path: length of the robot's path, m.
+        error: distance from the goal to the robot's position as Nav2 estimates it, m.
         true_error: distance from the goal to the robot's true position, m.
         true_turn: angle between the goal's yaw and the robot's true yaw, rad.
         recoveries: number of recoveries.
-        localization: mean and maximum distance between the believed and the true position along the way, m.
+        localization: mean and maximum distance between the estimated and the true position along the path, m.
     """
 
     goal: NavigationGoal

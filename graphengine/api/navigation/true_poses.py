@@ -18,7 +18,7 @@ from graphengine.format.errors import ControlError
 PERIOD = 0.05
 """Wall time between two samples, s."""
 MAX_SAMPLES = 500_000
-"""Samples kept; beyond it, the oldest half is dropped."""
+"""Maximum number of samples; when it is exceeded, the oldest half is dropped."""
 
 
 class PlanarPose(NamedTuple):
@@ -43,7 +43,7 @@ def yaw_of(x: float, y: float, z: float, w: float) -> float:
 
 
 class TruePoses:
-    """Samples the pose of a robot in a thread until it is closed.
+    """Samples the pose of a robot, in a thread that runs until `close`.
 
     Args:
         run: name or process id of the run; empty for the only one that has a robot in the namespace.
@@ -56,9 +56,9 @@ class TruePoses:
 
     def __init__(self, run: str, namespace: str) -> None:
         self.entry = _find(run, namespace.strip("/"))
-        """The run."""
+        """The entry of the run in the list of runs."""
         self.ended = ""
-        """Why there are no more samples; empty while there are."""
+        """Reason why sampling has ended; empty while it goes on."""
         self.paused = False
         self._namespace = namespace.strip("/")
         self._times: list[float] = []
@@ -87,7 +87,7 @@ class TruePoses:
             return self._poses[-1]
 
     def at(self, moment: float) -> PlanarPose | None:
-        """Return the pose at a simulation time, interpolated between two samples; None outside of the samples."""
+        """Return the pose at a simulation time, interpolated between two samples; None before the first or after the last."""
         with self._lock:
             times, poses = self._times, self._poses
             after = bisect.bisect_left(times, moment)
@@ -111,14 +111,14 @@ class TruePoses:
             time.sleep(PERIOD / 2)
 
     def way(self, start: float, end: float) -> float:
-        """Return the length of the way between two simulation times, m."""
+        """Return the length of the path between two simulation times, m."""
         with self._lock:
             first, last = bisect.bisect_left(self._times, start), bisect.bisect_right(self._times, end)
             poses = self._poses[first:last]
         return sum((one.distance(other) for one, other in itertools.pairwise(poses)), 0.0)
 
     def close(self) -> None:
-        """End the sampling."""
+        """End the thread; the samples remain."""
         self._closed.set()
         self._thread.join()
         self._client.close()
@@ -175,5 +175,5 @@ def _has_robot(entry: runs.Entry, namespace: str) -> bool:
     try:
         with Client(entry) as client:
             return namespace in _robots(client.ask("state"))
-    except ControlError:  # it has ended meanwhile
+    except ControlError:  # the run has ended meanwhile
         return False

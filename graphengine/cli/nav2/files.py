@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--slam", action="store_true", help="let slam_toolbox make the map, without map_server and AMCL"
     )
-    skip = "do not measure the robot's odometry; AMCL then takes it for good"
+    skip = "do not calibrate the robot; AMCL's noise then assumes good odometry"
     parser.add_argument("--no-calibrate", action="store_true", help=skip)
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
 
@@ -85,7 +85,7 @@ def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
 
 
 def _summary(robot: RobotFacts) -> str:
-    """The main facts of a robot on one line."""
+    """Return kinematics, limits and footprint of a robot on one line."""
     limits, (inner, outer) = robot.limits, robot.radii
     turns = (
         f"turning radius {limits.turning_radius.value:.2f} m" if limits.turning_radius.value else "turns on the spot"

@@ -70,7 +70,7 @@ def execute(arguments: argparse.Namespace) -> int:
             if truth is not None and not arguments.no_initial_pose and has_listener(live.transport, namespace):
                 _say(f"sending the true pose on {namespace}/initialpose")
                 if not give_initial_pose(live.transport, namespace, truth, clock):
-                    _say(f"warning: no sign that the localization of {namespace or '/'} has taken the initial pose")
+                    _say(f"warning: the localization of {namespace or '/'} did not confirm the initial pose")
             navigator = Navigator(
                 live.transport,
                 action,
@@ -99,10 +99,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _read(text: str) -> list[NavigationGoal]:
-    """Return the goals of a file, or the goal in words.
+    """Return the goals of a file, or the one goal that the text spells.
 
     Raises:
-        UsageError: the text is neither.
+        UsageError: the text is neither a file nor a goal.
         CheckError: the file has errors.
     """
     from graphengine.api.navigation.goal_list import NavigationGoal, read_goals
@@ -124,10 +124,10 @@ def _read(text: str) -> list[NavigationGoal]:
 
 
 def _action(live: Live, arguments: argparse.Namespace) -> str:
-    """Return the action of the chosen Nav2 once it has a server.
+    """Wait for the action server of the chosen Nav2, and return the name of its action.
 
     Raises:
-        TransportError: there is none, or there are several to choose from.
+        TransportError: no server was found in time, or several servers were found and no namespace is given.
     """
     from graphengine.api.navigation.navigator import ACTION
 
@@ -167,7 +167,7 @@ def _action(live: Live, arguments: argparse.Namespace) -> str:
 
 
 def _servers(live: Live) -> list[str]:
-    """Return the actions of Nav2 on the network, known from the publishers of their feedback."""
+    """Return the navigation actions on the network, found by the publishers of their feedback."""
     from graphengine.api.navigation.navigator import ACTION
 
     ending = f"/{ACTION}/_action/feedback"
@@ -177,7 +177,7 @@ def _servers(live: Live) -> list[str]:
 
 @contextlib.contextmanager
 def _truth(run: str, namespace: str, clock: Callable[[], float] | None) -> Iterator[TruePoses | None]:
-    """Sample the true poses of the robot; print why they are unknown if they are.
+    """Sample the true poses of the robot; yield None and print the reason if they are unknown.
 
     Raises:
         ControlError: the run that the user named cannot be used.
@@ -190,7 +190,9 @@ def _truth(run: str, namespace: str, clock: Callable[[], float] | None) -> Itera
         truth = TruePoses(run, namespace)
         if clock is not None and abs(clock() - truth.time) > SAME_TIME:
             name, seconds = truth.entry, f"{truth.time:.1f} s there, {clock():.1f} s on /clock"
-            raise ControlError(f"{name} is not the run on this network, by its time ({seconds}); choose one with --run")
+            raise ControlError(
+                f"{name} is not the run on this network: its time differs ({seconds}); choose one with --run"
+            )
     except ControlError as error:
         if truth is not None:
             truth.close()
@@ -204,7 +206,7 @@ def _truth(run: str, namespace: str, clock: Callable[[], float] | None) -> Itera
 
 
 def _heard_clock(live: Live) -> Callable[[], float] | None:
-    """Return the simulation time of /clock in s; None if nobody publishes it."""
+    """Return a function for the simulation time on /clock, s; None if no message arrives within `CLOCK_PATIENCE` s."""
     from graphengine.ros.cli_subscription import SimulationClock
 
     clock = SimulationClock(live.transport)
@@ -212,7 +214,7 @@ def _heard_clock(live: Live) -> Callable[[], float] | None:
 
 
 def _other_clock(truth: TruePoses | None) -> Callable[[], float]:
-    """Return the simulation time of the run in s; the wall clock without a run."""
+    """Return a function for the simulation time of the run, s; without a run, for the wall clock."""
     if truth is not None:
         return lambda: truth.time
     _say("no messages on /clock: times are wall times")
@@ -220,7 +222,7 @@ def _other_clock(truth: TruePoses | None) -> Callable[[], float]:
 
 
 def _drive(go: Callable[..., Outcome], goal: NavigationGoal, place: str) -> Outcome:
-    """Send a goal; show its progress on a terminal, and its result."""
+    """Send a goal and wait for its end; show its progress if the output is a terminal, then its result."""
     line = terminal.start_live_line() if terminal.can_overwrite() else None
 
     def watch(progress: Progress) -> None:
@@ -251,5 +253,5 @@ def _parts(progress: Progress, place: str) -> Sequence[tuple[str, str]]:
 
 
 def _say(text: str) -> None:
-    """Print a message for the user, beside the results on the standard output."""
+    """Print a message on standard error, because standard output has the results."""
     print(clean(text), file=sys.stderr, flush=True)

@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print what the node has; return 0 if the node exists."""
+    """Print the endpoints of the node; return 0 if the node exists."""
     node = absolute(arguments.node)
     with Live(arguments) as live:
         graph = live.graph(names=True)
@@ -34,7 +34,7 @@ def execute(arguments: argparse.Namespace) -> int:
             hint = near_topic(node, names) or listing(names, "nodes")
             raise TransportError(f"unknown node {node!r}\n{hint}\nseen over {live.transport.description}")
         if (number := names.count(node)) > 1:
-            print(f"WARNING: {number} nodes have the name {node!r}; printed is what all of them have", file=sys.stderr)
+            print(f"WARNING: {number} nodes have the name {node!r}; the output merges them", file=sys.stderr)
         sections = _sections(graph, node)
         show(node)
         for title, found in sections.items():
@@ -46,7 +46,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _sections(graph: NetworkGraph, node: str) -> dict[str, set[Named]]:
-    """Return what a node has by the titles of `ros2 node info`, in its order."""
+    """Return the endpoints of a node by section title, with the titles and the order of `ros2 node info`."""
     heard, said = _topics(graph, node, "subscribe"), _topics(graph, node, "publish")
     same = [other for other in graph.nodes if other.name == node]
     return {
@@ -65,7 +65,7 @@ def _topics(graph: NetworkGraph, node: str, direction: Direction) -> set[Named]:
 
 
 def _actions(topics: Iterable[Named]) -> set[Named]:
-    """Return the actions whose feedback topics are given; servers publish them and clients subscribe to them."""
+    """Return the actions whose feedback topics are among some topics; servers publish feedback and clients subscribe to it."""
     return {
         (topic.removesuffix(FEEDBACK), kind.removesuffix("_FeedbackMessage"))
         for topic, kind in topics

@@ -31,7 +31,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def nested(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values by the parts of their dotted names, as nested mappings."""
+    """Return values with dotted names as nested mappings, one level for each part of a name."""
     tree: dict[str, Any] = {}
     for name, value in values.items():
         *way, last = name.split(".")

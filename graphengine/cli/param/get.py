@@ -47,7 +47,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def label(message: Any) -> str:
-    """Return the words before a ParameterValue, as `ros2 param get` prints them."""
+    """Return the label that `ros2 param get` prints before a ParameterValue."""
     from graphengine.messages.parameters import type_of
 
     return _LABELS[type_of(message).name]

@@ -12,7 +12,7 @@ from graphengine.cli.param.nodes import add_node_argument, client_of
 from graphengine.format.errors import UsageError
 
 EVERY_NODE = "/**"
-"""Key of parameters for every node."""
+"""Key whose parameters apply to every node."""
 KEY = "ros__parameters"
 
 
@@ -41,7 +41,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def read(path: Path, *, wildcard: bool) -> Mapping[str, Any]:
-    """Return the values in a parameter file by name; as in ros2, the names of its nodes do not matter.
+    """Return the values in a parameter file by name. As in `ros2 param load`, the node names in the file are ignored.
 
     Raises:
         CheckError: the file is not YAML.
@@ -67,7 +67,7 @@ def read(path: Path, *, wildcard: bool) -> Mapping[str, Any]:
 
 
 def flat(tree: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the dotted names and values of nested mappings."""
+    """Yield dotted names and values from nested mappings; `above` is the prefix of the names."""
     for key, value in tree.items():
         if isinstance(value, dict):
             yield from flat(value, f"{above}{key}.")

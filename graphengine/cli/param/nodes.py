@@ -38,7 +38,7 @@ def client_of(live: Live, given: str) -> ParameterClient:
     """Return a client of a node's parameters.
 
     Args:
-        live: node on the network.
+        live: connection to the network.
         given: name of the node, with or without its first slash.
 
     Raises:

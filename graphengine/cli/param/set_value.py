@@ -32,7 +32,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def given(name: str, value: Any, text: str) -> Any:
-    """Return a Parameter message of the type that fits a value; a value that fits none is sent as text."""
+    """Return a Parameter message of the type that fits a value; without a fitting type, it has the text as a string."""
     from graphengine.messages.parameters import ParameterType, fitting_type, parameter_message
 
     kind = fitting_type(value)
@@ -42,7 +42,7 @@ def given(name: str, value: Any, text: str) -> Any:
 
 
 def report(result: Any, done: str, failed: str) -> int:
-    """Print what a SetParametersResult says, and return the exit code."""
+    """Print a SetParametersResult with its reason; return the exit code, 0 or 1."""
     reason = f": {result.reason}" if result.reason else ""
     if result.successful:
         show(f"{done}{reason}")

@@ -35,7 +35,7 @@ def execute(arguments: argparse.Namespace) -> int:
         draft = parse(sys.stdin.read() if arguments.stdin else arguments.values, request_type, live.definitions)
         clock = live.clock(arguments)
         caller = ServiceCaller(live.transport, service, service_type, live.definitions)
-        live.graph_now()  # begins the discovery of peers, for `_why_no_server`
+        live.graph_now()  # starts the discovery of peers for `_why_no_server`
         if not caller.ready:
             show("waiting for service to become available...")
             live.wait_for_server(service, lambda: caller.ready, lambda: _why_no_server(live, service, service_type))
@@ -54,7 +54,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _why_no_server(live: Live, service: str, service_type: str) -> str:
-    """Return why a service has no server of the type: it has another type, or another name; empty if unknown."""
+    """Return why a service has no server of the type: its type differs, or a similar name exists; empty if unknown."""
     offered: dict[str, set[str]] = {}
     for node in live.graph_now().nodes:
         for name, kind in node.servers:

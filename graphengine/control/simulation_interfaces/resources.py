@@ -50,7 +50,10 @@ def use_of(scene: LoadedScene, uri: str, text: str) -> str:
 
 
 def name_of(use: str) -> str:
-    """Return a name for an entity after its resource; empty if the resource has no name."""
+    """Return an entity name made from a resource: the name in a description, or the name of a file without its suffixes.
+
+    The name is empty if the description has none.
+    """
     if use.lstrip().startswith("<"):
         found = _NAMED.search(use[:10_000])
         name = found[1] if found else ""

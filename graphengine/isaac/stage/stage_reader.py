@@ -1,6 +1,6 @@
 """Reads the graphs of a USD stage and the namespaces of its prims.
 
-`stage_process` reads the file with USD's own library (`usd-core`), confined; `graphs` converts its output to graphs.
+`stage_process` reads the file with USD's own library (`usd-core`) in a confined process; `graphs` converts its output to graphs.
 """
 
 from __future__ import annotations

@@ -159,17 +159,17 @@ class OwnedEndpoints:
         return publisher
 
     def published_transform(self, beside: EndpointClaim, parent: str, children: Collection[str]) -> PublishedTransform:
-        """Return a reader of the transform from a frame to one of several others that nodes of this session publish.
+        """Return a reader for the transform from a parent frame to one of several child frames, published in this session.
 
         Args:
             beside: claim of the node's own publisher; the transform has the same topic.
-            parent: parent frame, by its published name.
-            children: frames of which one is the child, by their published names.
+            parent: published name of the parent frame.
+            children: published names of the possible child frames.
         """
         return PublishedTransform(self._services, beside, parent, children)
 
     def frame_name(self, frame: str, *, namespace_from: str = "", namespace: str = "") -> str:
-        """Return the published name of a frame; arguments have the same meaning as in `publisher`."""
+        """Return the published name of a frame; the arguments are those of `publisher`."""
         stage = self._services.stage
         return full_frame(stage, frame, frame_prefix(stage, namespace_from or self.prim_path, namespace))
 

@@ -1,7 +1,7 @@
-"""Names of TF frames: as given, or prefixed with a namespace where all robots share the topics /tf and /tf_static.
+"""Published names of TF frames: unchanged, or prefixed with a namespace if all robots share /tf and /tf_static.
 
-A scene chooses with its key `tf`. Under `global`, a frame that a robot's node gives as `base_link` is published as
-`dd100_0000/base_link`, like with the parameter `frame_prefix` of robot_state_publisher. The prefix is the outermost namespace of
+The key `tf` of a scene selects the mode. Under `global`, the frame `base_link` of a robot's node is published as
+`dd100_0000/base_link`, as with the parameter `frame_prefix` of robot_state_publisher. The prefix is the outermost namespace of
 the ancestor prims, which is also the namespace of `tf` under `namespaced`; without one, it is the node's `nodeNamespace`.
 """
 
@@ -11,11 +11,11 @@ from graphengine.devices.stage import Stage
 from graphengine.messages.names import join_namespaces, strip
 
 SHARED_FRAMES = frozenset(("map", "world", "earth"))
-"""Frames that robots have in common; they are never prefixed."""
+"""Frames that all robots share; they are never prefixed."""
 
 
 def frame_prefix(stage: Stage, prim_path: str, node_namespace: str = "") -> str:
-    """Return the prefix of frames at and below a prim, with its slash; empty if frames are not prefixed."""
+    """Return the frame prefix at and below a prim, with its trailing slash; empty if frames are not prefixed."""
     if not stage.global_tf:
         return ""
     namespace = strip(join_namespaces(stage.namespaces(prim_path), outermost=True) or node_namespace)

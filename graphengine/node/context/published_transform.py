@@ -1,4 +1,4 @@
-"""The newest transform between two frames that a node of the same session published, without a way over the network."""
+"""Reads the newest transform between two frames from a publisher of the same session, without the network."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ class PublishedTransform:
 
     Args:
         services: services of the session.
-        beside: claim of the reader, whose topic and domain the transform must have.
+        beside: claim whose topic and domain the publisher must have.
         parent: published name of the parent frame.
-        children: published names of frames of which one is the child.
+        children: published names of the possible child frames.
     """
 
     def __init__(self, services: Services, beside: EndpointClaim, parent: str, children: Collection[str]) -> None:
@@ -28,9 +28,9 @@ class PublishedTransform:
         self._seen: Any = None
 
     def newest(self) -> Any | None:
-        """Return the transform (geometry_msgs/TransformStamped) of the newest message, once; None if there is no new one."""
+        """Return the geometry_msgs/TransformStamped in the newest message; None if no message is new since the last call."""
         message = self._source.latest if self._source is not None else None
-        if message is self._seen:  # nothing new: the node that publishes it may have been set up again
+        if message is self._seen:  # no new message: the publisher may have been opened again
             self._source = next(filter(self._has_it, self._services.network.publishers), None)
             message = self._source.latest if self._source is not None else None
         if message is self._seen:

@@ -13,7 +13,10 @@ _WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 
 
 def base_of_controllers(draft: Draft, controllers: Iterable[Controller]) -> Base | None:
-    """Return the base that the first of some controllers drives; None if none of them drives a base."""
+    """Return the base of the first controller that drives one; None if no controller does.
+
+    Controllers of further bases, and bases that cannot be used, are added to `draft.lost`.
+    """
     chosen: Base | None = None
     for controller in controllers:
         reader = _READERS.get(controller.type.rpartition("/")[2])

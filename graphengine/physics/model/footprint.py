@@ -13,7 +13,7 @@ from graphengine.physics.model.geoms import mesh_vertices
 DIRECTIONS = 32
 """Number of directions in which round shapes are sampled."""
 TOLERANCE = 0.004
-"""Farthest that a corner which `simplified` drops may lie outside of the outline, m."""
+"""Distance by which a corner that `simplified` drops may stand out of the outline, m."""
 
 _GEOM = mujoco.mjtGeom
 Point = tuple[float, float]
@@ -27,7 +27,7 @@ def collider_points(model: mujoco.MjModel, data: mujoco.MjData, robot: str) -> F
     Args:
         model: model of the scene.
         data: state with the poses of the bodies.
-        robot: name of the robot, which begins the names of its bodies.
+        robot: name of the robot, which is the prefix of its body names.
     """
     own = [name.startswith(f"{robot}/") for name in body_names(model)]
     geoms = np.flatnonzero(collides(model) & np.array(own)[model.geom_bodyid])
@@ -51,7 +51,7 @@ def _points(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Iterator[F
 
 
 def _directions() -> Floats:
-    """Return directions around the horizon, and down and up, shape (n, 3)."""
+    """Return unit vectors in `DIRECTIONS` horizontal directions, and down and up, shape (n, 3)."""
     angles = np.arange(DIRECTIONS) * (math.tau / DIRECTIONS)
     around = np.stack([np.cos(angles), np.sin(angles), np.zeros(DIRECTIONS)], axis=-1)
     return np.concatenate([around, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
@@ -69,13 +69,13 @@ def _extremes(kind: int, size: Floats, directions: Floats) -> Floats:
 
 
 def _unit(vectors: Floats) -> Floats:
-    """Return vectors of length 1; one of length 0 stays so."""
+    """Return vectors scaled to length 1; zero vectors stay zero."""
     scaled: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
     return scaled
 
 
 def _ends(directions: Floats, half: float) -> Floats:
-    """Return the end of a shape's axis on the side of each direction."""
+    """Return the end of a shape's z axis that lies in each direction; `half` is half the length of the axis, m."""
     ends: Floats = np.sign(directions) * (0.0, 0.0, half)
     return ends
 
@@ -90,7 +90,7 @@ def convex_hull(points: Floats) -> list[Point]:
 
 
 def _half_hull(ordered: Sequence[Point]) -> list[Point]:
-    """Return the chain of corners on the right side of the way from the first to the last point."""
+    """Return the hull's corners to the right of the line from the first to the last point, in this order, with both ends."""
     chain: list[Point] = []
     for point in ordered:
         while len(chain) > 1 and _turn(chain[-2], chain[-1], point) <= 0.0:
@@ -100,12 +100,12 @@ def _half_hull(ordered: Sequence[Point]) -> list[Point]:
 
 
 def _turn(a: Point, b: Point, c: Point) -> float:
-    """Return twice the area of a triangle; positive if its corners are counterclockwise."""
+    """Return twice the signed area of a triangle, m2; positive if its corners are counterclockwise."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def simplified(corners: Sequence[Point], tolerance: float = TOLERANCE) -> list[Point]:
-    """Return a convex outline without corners that stand out by less than the tolerance, m; at least 3 remain."""
+    """Return a convex outline without the corners that stand out by less than `tolerance` (m); at least 3 corners remain."""
     kept = list(corners)
     while len(kept) > 3:
         heights = [_height(kept[i - 1], kept[i], kept[(i + 1) % len(kept)]) for i in range(len(kept))]
@@ -124,7 +124,7 @@ def _height(before: Point, corner: Point, after: Point) -> float:
 def radii(corners: Sequence[Point]) -> tuple[float, float]:
     """Return the radii of the largest circle about the origin within the outline, and of the smallest around it, m.
 
-    The first is 0 if the origin lies outside.
+    The first radius is 0 if the origin lies outside the outline.
     """
     edges = list(zip(corners, [*corners[1:], corners[0]], strict=True))
     inscribed = min(_turn(a, b, (0.0, 0.0)) / max(math.dist(a, b), 1e-12) for a, b in edges)

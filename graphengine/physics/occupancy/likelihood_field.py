@@ -1,7 +1,7 @@
 """The likelihood field of a map, as nav2_amcl's `likelihood_field` model scores the beams of a scan.
 
 AMCL gives a beam that ends at distance z from the nearest obstacle p = z_hit exp(-z^2 / (2 sigma_hit^2)) + z_rand / range, and a
-scan 1 + sum p^3 over its beams; beams without a return do not count. Distances are those of centres of cells, at most 2 m.
+scan 1 + sum p^3 over its beams; beams without a return do not count. Distances are measured between centres of cells, up to 2 m.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ Z_HIT, Z_RAND, SIGMA_HIT, MAX_DISTANCE = 0.5, 0.5, 0.2, 2.0
 
 @dataclass(frozen=True, slots=True)
 class LikelihoodField:
-    """What a beam that ends in a cell adds to the likelihood of a scan.
+    """Contribution of a beam to the likelihood of a scan, by the cell in which the beam ends.
 
-    The map is padded, so that the flat index of a cell can be moved by up to `pad` cells to all sides.
+    The map is padded, so that `shift` can move the flat index of a cell in all directions.
 
     Attributes:
         cell: side of a cell, m.
-        pad: cells that were added on each side of the map.
+        pad: number of cells of padding on each side of the map.
         occupied: whether a cell is an obstacle, shape (rows, columns) with padding.
-        distance: from the centre of a cell to that of the nearest obstacle, at most MAX_DISTANCE, m.
-        score: p^3 of a beam that ends in a cell.
+        distance: distance from the centre of a cell to the centre of the nearest obstacle cell, at most MAX_DISTANCE, m.
+        score: p^3 of a beam that ends in the cell.
     """
 
     cell: float
@@ -42,14 +42,14 @@ class LikelihoodField:
     score: Singles
 
     def index(self, rows: Indices, columns: Indices) -> Indices:
-        """Return flat indices of cells of the map; cells outside of it are moved to its border, where no obstacle is near."""
+        """Return flat indices of map cells; cells outside the map are moved into its padding, where no obstacle is near."""
         edge, (high, wide) = self.pad // 2, self.score.shape
         flat: Indices = np.clip(rows + self.pad, edge, high - 1 - edge) * wide
         flat += np.clip(columns + self.pad, edge, wide - 1 - edge)
         return flat
 
     def shift(self, rows: Indices, columns: Indices) -> Indices:
-        """Return what a displacement by rows and columns adds to a flat index."""
+        """Return the difference of flat indices for a displacement by rows and columns."""
         moved: Indices = rows * self.score.shape[1] + columns
         return moved
 
@@ -66,9 +66,10 @@ def likelihood_field(chart: OccupancyMap, max_range: float) -> LikelihoodField:
 
 
 def distances(occupied: Bools, most: int) -> Floats:
-    """Return the distance of each cell from the nearest occupied one, in cells; exact up to `most`, and larger beyond.
+    """Return the distance of each cell from the nearest occupied cell, in cells: exact up to `most`, and above `most` beyond.
 
-    The square of a distance is the least sum of the squares of a step along the row and the distance in the column there.
+    The squared distance of a cell is the minimum, over the columns of its row, of the squared step to the column plus the squared
+    distance within the column.
     """
     rows, columns = occupied.shape
     number = np.arange(rows)[:, None]

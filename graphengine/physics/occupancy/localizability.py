@@ -1,20 +1,22 @@
 """How well AMCL can localise a robot at each place of a map: how precisely, and whether other poses fit as well.
 
 At each free place, a scan is cast in the map for each heading, and scored at other poses by the likelihood field of nav2_amcl
-(`likelihood_field`). One scan says little: AMCL adds the beams of a scan, so a scan is seldom more than ten times as likely at
-the true pose as anywhere else. But the filter multiplies the likelihoods of the scans on its way. Resampling keeps that product,
-because it duplicates the particles of large weight; only the noise of the motion model wears it down. All scans of a way are
-taken to see what the lidar sees at the judged pose, so a ratio of likelihoods of one scan is raised to a power instead.
+(`likelihood_field`). One scan separates poses weakly: AMCL adds the beams of a scan, so a scan is seldom more than ten times as
+likely at the true pose as at any other. But the filter multiplies the likelihoods of successive scans. Resampling keeps that
+product, because it duplicates particles with large weights; only the noise of the motion model reduces it. All scans along a path
+are assumed to equal the scan at the judged pose, so the likelihood ratio of one scan is raised to a power instead.
 
 - Spread: standard deviation of the position, along its worst direction, at which the filter settles. One scan has the information
-  I = 1 / sigma^2: the second differences of the logarithm of its ratios at poses 0.1 m or 0.025 rad off, with an unknown
-  heading. Each update adds the variance q = alpha (0.25 m)^2 of the motion model and then the scan, so the filter settles
-  at P = 1 / (1 / (P + q) + I). The spread is at most REACH, where scans do not say anything.
-- Near ambiguity: the largest ratio of a pose up to REACH away and up to 0.1 rad off that is at least 0.3 m or 0.1 rad off, of
-  SCANS scans: those of 2 m of travel, at AMCL's default of one each 0.25 m. `scans=1` judges a single scan.
-- Far ambiguity: the largest ratio of any other pose of the map (`scan_matching`), of as many scans.
+  I = 1 / sigma^2, from the second differences of the logarithms of its ratios at poses 0.1 m or 0.025 rad off; the heading is
+  unknown, too. Each update adds the variance q = alpha (0.25 m)^2 of the motion model and then the scan, so the filter settles
+  at P = 1 / (1 / (P + q) + I). The spread is limited to REACH, which means that scans have no information.
+- Near ambiguity: the largest likelihood ratio of a pose that is at most REACH and 0.1 rad, and at least 0.3 m or 0.1 rad, off the
+  true one. The ratio is that of SCANS scans, which AMCL by default uses in 2 m of travel, one each 0.25 m; `scans=1` judges a
+  single scan.
+- Far ambiguity: the largest ratio of any other pose of the map (`scan_matching`), for the same number of scans.
 
-Positions are those of the lidar. They keep the inscribed radius of the robot from obstacles, since no robot gets closer.
+Positions are those of the lidar. Positions closer to an obstacle than the inscribed radius of the robot are left out, because the
+robot cannot get there.
 """
 
 from __future__ import annotations
@@ -34,20 +36,20 @@ from graphengine.physics.occupancy.scan_matching import ScanMatcher
 
 BEAMS, SCANS, HEADINGS = 60, 8, 16
 ALPHA, UPDATE = 0.01, 0.25
-"""Variance of the motion model by the square of the distance (alpha3 of AMCL), and distance between updates, m."""
+"""Variance of the motion model per squared distance (alpha3 of AMCL), and distance between updates, m."""
 LARGEST_CELL = 0.5
 """Largest side of a cell for which poses within `REACH` can be compared, m."""
 REACH, STEP = 1.0, 0.1
-"""Largest distance of a nearby pose, and distance between them, m."""
+"""Largest distance of a nearby pose from the true one, and spacing of nearby poses, m."""
 OFF, TURNED = 0.3, 0.1
-"""m and rad from which on a nearby pose is another one."""
+"""Distance (m) and angle (rad) from which on a nearby pose counts as another pose."""
 _TURNS = (0.0, -0.025, 0.025, -0.05, 0.05, -TURNED, TURNED)
 MOST_PLACES = 20_000
 
 
 @dataclass(frozen=True, slots=True)
 class Localizability:
-    """Figures of places, in rows of the map from south to north; arrays of poses have the shape (places, headings).
+    """Figures for each place and heading, in arrays of shape (places, headings). Places are in rows from south to north.
 
     Attributes:
         spacing: distance between neighbouring places, m.
@@ -55,9 +57,9 @@ class Localizability:
         headings: headings of the robot, rad.
         spread: standard deviation along the worst direction, m.
         direction: the worst direction, rad from the x axis, 0 to pi.
-        near: largest ratio of likelihoods of a nearby pose.
-        far: largest ratio of likelihoods of any other pose.
-        alias: that other pose, x, y and heading, shape (places, headings, 3); NaN if there is none.
+        near: largest likelihood ratio of a nearby pose to the true one.
+        far: largest likelihood ratio of a pose farther away to the true one.
+        alias: pose of `far`: x, y (m) and heading (rad), shape (places, headings, 3); NaN if there is none.
     """
 
     spacing: float
@@ -71,7 +73,7 @@ class Localizability:
 
     @property
     def ambiguity(self) -> Floats:
-        """The largest ratio of likelihoods of any other pose."""
+        """The larger one of `near` and `far`."""
         return np.maximum(self.near, self.far)
 
     def good(self, spread: float, ambiguity: float) -> Floats:
@@ -94,7 +96,7 @@ def localizability(
 
     Args:
         chart: the map.
-        lidar: the lidar, of which about BEAMS beams are used, as AMCL does.
+        lidar: the lidar; as in AMCL, about BEAMS of its beams are used.
         radius: distance that the lidar keeps from obstacles, m.
         spacing: distance between places, m, rounded to cells of the map.
         scans: scans whose likelihoods are multiplied for the ambiguity.
@@ -143,7 +145,7 @@ def localizability(
 
 
 class _Nearby:
-    """Poses around the true one, at which scans are scored."""
+    """Scores scans at the poses around their true pose."""
 
     def __init__(self, field: LikelihoodField, scans: int, alpha: float) -> None:
         self._field, self._scans, self._motion = field, scans, alpha * UPDATE**2
@@ -163,7 +165,7 @@ class _Nearby:
         self._block = [int(np.flatnonzero((rows == down) & (columns == right))[0]) for down, right in block]
 
     def judge(self, row: int, column: int, ranges: Floats, window: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return spread (m), worst direction (rad) and largest ratio of another pose, for each heading."""
+        """Return spread (m), worst direction (rad) and near ambiguity for each heading at a cell, from the ranges of its rays."""
         field, rays = self._field, len(ranges)
         met = np.isfinite(ranges)
         along = np.where(met, ranges, 0.0) / field.cell
@@ -178,7 +180,7 @@ class _Nearby:
         return spread, direction, ratio[self._other].max(axis=0) ** self._scans
 
     def _precision(self, ratio: Floats) -> tuple[Floats, Floats]:
-        """Return spread and worst direction by the ratios of poses a step off, shape (3 turns, 9 positions, headings)."""
+        """Return spread (m) and worst direction (rad) from the ratios one step off, shape (3 turns, 9 positions, headings)."""
         drop = -np.log(ratio.reshape(3, 3, 3, -1))
         step, turn = self._steps
         xx, yy = (drop[1, 1, 0] + drop[1, 1, 2]) / step**2, (drop[1, 0, 1] + drop[1, 2, 1]) / step**2
@@ -186,7 +188,7 @@ class _Nearby:
         xy = (drop[1, 2, 2] - drop[1, 2, 0] - drop[1, 0, 2] + drop[1, 0, 0]) / (4 * step**2)
         xt = (drop[2, 1, 2] - drop[2, 1, 0] - drop[0, 1, 2] + drop[0, 1, 0]) / (4 * step * turn)
         yt = (drop[2, 2, 1] - drop[2, 0, 1] - drop[0, 2, 1] + drop[0, 0, 1]) / (4 * step * turn)
-        turning = np.maximum(tt, 1e-9)  # the heading is unknown, too: its part of the information is lost
+        turning = np.maximum(tt, 1e-9)  # marginalize the heading, which is unknown, too
         xx, yy, xy = xx - xt * xt / turning, yy - yt * yt / turning, xy - xt * yt / turning
         half, mean = np.hypot((xx - yy) / 2, xy), (xx + yy) / 2
         direction = (np.arctan2(2 * xy, xx - yy) / 2 + math.pi / 2) % math.pi

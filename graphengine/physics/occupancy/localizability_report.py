@@ -1,4 +1,4 @@
-"""Localizability in words, as a table and as a picture."""
+"""Reports localizability as a summary text, a CSV table and a PNG picture."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from graphengine.physics.occupancy.localizability import Localizability
 from graphengine.physics.occupancy.occupancy_map import FREE, OCCUPIED, OccupancyMap
 
 GOOD_SPREAD, GOOD_AMBIGUITY = 0.10, 0.5
-"""Spread, m, and ambiguity up to which a place is called good."""
+"""Largest spread, m, and largest ambiguity of a good pose."""
 BLIND = 2 * GOOD_SPREAD
 REGIONS = 5
 _HEAD = ("x", "y", "spread", "direction_deg", "near", "far", "alias_x", "alias_y", "heading_deg", "alias_heading_deg")
@@ -40,7 +40,7 @@ def write_report(result: Localizability, chart: OccupancyMap, stem: Path) -> lis
 
 
 def summary(result: Localizability) -> str:
-    """Return the shares of poses that are good and bad, and where the bad ones are."""
+    """Return a text with the shares of good and bad poses, and the regions of the bad ones."""
     spread, ambiguity = result.spread, result.ambiguity
     good = _percent((spread <= GOOD_SPREAD) & (ambiguity <= GOOD_AMBIGUITY))
     near, far = _percent(result.near <= GOOD_AMBIGUITY), _percent(result.far <= GOOD_AMBIGUITY)
@@ -71,7 +71,7 @@ def _percent(which: Bools) -> str:
 
 
 def _regions(result: Localizability, bad: Bools) -> Iterator[str]:
-    """Return the largest connected regions of places, by their extent."""
+    """Yield the extents of the largest connected regions of some places, as texts."""
     cells = np.rint((result.places - result.places.min(axis=0)) / result.spacing).astype(np.intp)
     plan = np.zeros(cells.max(axis=0)[::-1] + 1, np.bool_)
     plan[cells[bad, 1], cells[bad, 0]] = True
@@ -97,7 +97,10 @@ def _regions(result: Localizability, bad: Bools) -> Iterator[str]:
 
 
 def _table(result: Localizability) -> bytes:
-    """Return a row for each place; spread and ambiguities are those of its worst headings, the alias is that of the last one."""
+    """Return a CSV table with a row for each place.
+
+    Spread and each ambiguity are those of the heading where they are largest; the alias belongs to the largest far ambiguity.
+    """
     buffer = io.StringIO()
     rows = csv.writer(buffer, lineterminator="\n")
     rows.writerow(_HEAD)
@@ -117,7 +120,7 @@ def _table(result: Localizability) -> bytes:
 
 
 def _picture(result: Localizability, chart: OccupancyMap) -> bytes:
-    """Return a PNG: the map beside itself, coloured by spread (a line along the worst direction) and by ambiguity."""
+    """Return a PNG with two maps: one coloured by spread, with lines along the worst directions, and one by ambiguity."""
     plan = np.full((*chart.cells.shape, 3), 170, np.uint8)
     plan[chart.cells == FREE], plan[chart.cells == OCCUPIED] = 255, 0
     worst = result.spread.argmax(axis=1)

@@ -1,8 +1,8 @@
 """Bodies with flat faces, as triangle meshes.
 
-The part of a convex polyhedron in a slab of heights is bounded by its edges within the slab, and by the segments in which the
-slab's planes cut its faces. The smallest and largest x in a row of cells are on the projections of these segments. So no hulls
-or polygons are needed: each segment is clipped to each row, and its ends are compared.
+Two kinds of segments bound the part of a convex polyhedron that lies between two heights: its edges between the heights, and the
+segments in which the two planes cut its faces. In each row of cells, the smallest and largest x of the part are on the
+projections of these segments. So no hulls or polygons are needed: each segment is clipped to each row, and its ends are compared.
 """
 
 from __future__ import annotations

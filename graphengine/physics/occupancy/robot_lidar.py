@@ -1,4 +1,4 @@
-"""The lidar of a scene's robot as a planar one, and the room that the robot needs."""
+"""Describes a robot's lidar as a planar lidar, and measures the inscribed radius of the robot."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LEVEL = math.radians(10)
 def robot_lidar(world: LoadedWorld, robot: str | None = None, lidar: str | None = None) -> tuple[PlanarLidar, float]:
     """Return the lidar of a robot as it is mounted, and the inscribed radius of the robot, m.
 
-    A 3D lidar counts as its ring that is closest to its horizontal plane.
+    Of a 3D lidar, only the ring closest to the lidar's horizontal plane is used.
 
     Args:
         world: the scene.
@@ -47,7 +47,7 @@ def robot_lidar(world: LoadedWorld, robot: str | None = None, lidar: str | None 
         )
     first, last, step = facts["angles"]
     ahead = math.atan2(float(turn[1, 0]), float(turn[0, 0]))
-    begin = ahead + (first if turn[2, 2] > 0 else -last)  # an inverted lidar turns clockwise
+    begin = ahead + (first if turn[2, 2] > 0 else -last)  # an inverted lidar scans clockwise
     field = last - first
     near, far = facts["ranges"]
     whole = math.tau if field + step > math.tau - 1e-6 else field
@@ -80,7 +80,7 @@ def _rotation(world: LoadedWorld, prim: Prim) -> Floats:
 
 
 def _inscribed_radius(world: LoadedWorld, robot: str, base: Prim) -> float:
-    """Return the radius of the largest circle around the base link in the hull of the bounding boxes of its colliders, m."""
+    """Return the radius of the largest circle about the base link within the convex hull of the colliders' boxes, m."""
     model, data = world.simulation.model, world.simulation.data
     own = np.array([name.startswith(f"{robot}/") for name in body_names(model)])
     geoms = np.flatnonzero(collides(model) & own[model.geom_bodyid])

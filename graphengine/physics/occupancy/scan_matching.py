@@ -1,8 +1,9 @@
 """Finds the pose of a map, other than the true one, at which a scan fits best.
 
-All places of the map are compared at once, coarsely: a scan is an indicator of its ranges by ray and by half metre, a place is
-what the likelihood field has at those ends, and the match at all turns is their circular correlation over the rays, computed by
-Fourier transform. The best places, one a square of TILE metres, are then refined by scores of the field itself.
+A coarse search compares a scan with all places of the map at once. The scan is a table of rays and bins of half a metre,
+with a 1 in the bin of each range. A place is a table of the likelihood field at the ends of such beams. The circular correlation
+of the two tables over the rays, computed by Fourier transforms, scores all turns. Then the best places, at most one per square of
+TILE metres, are refined with the scores of the likelihood field.
 """
 
 from __future__ import annotations
@@ -18,17 +19,17 @@ from graphengine.physics.occupancy.likelihood_field import LikelihoodField, Sing
 Spectra = NDArray[np.complex64]
 
 FARTHEST, BIN = 10.0, 0.5
-"""Range up to which rays are compared coarsely, and the width of its bins, m."""
+"""Largest range in the coarse search, and width of its range bins, m."""
 BLUR = 0.3
-"""Distance over which the field is spread for the coarse comparison, m."""
+"""Distance by which the maxima of the field are widened for the coarse search, m."""
 TILE, CANDIDATES = 1.5, 6
 NEAR, TURNED = 1.0, 0.15
-"""m and rad up to which a pose is one of those nearby, which are not searched."""
+"""Distance (m) and angle (rad) up to which a pose is nearby; nearby poses are excluded from the search."""
 _BLOCK = 32
 
 
 class ScanMatcher:
-    """The scans of all places, and where else each of them fits."""
+    """Finds the best other pose for the scan of each place."""
 
     def __init__(self, field: LikelihoodField, rows: Indices, columns: Indices, ranges: Floats, window: Floats) -> None:
         """Prepare the comparison.
@@ -36,9 +37,9 @@ class ScanMatcher:
         Args:
             field: likelihood field of the map.
             rows: rows of the places.
-            columns: their columns.
-            ranges: distances of rays all around, NaN for no return, shape (places, rays), m.
-            window: which rays are beams at each heading, shape (rays, headings).
+            columns: columns of the places.
+            ranges: ranges of the rays of a full circle, m, NaN for no return, shape (places, rays).
+            window: 1 for each ray that is in the field of view at a heading, else 0, shape (rays, headings).
         """
         self._field, self._rows, self._columns, self._ranges, self._window = field, rows, columns, ranges, window
         self._rays = ranges.shape[1]
@@ -51,9 +52,9 @@ class ScanMatcher:
         self._first, self._found = 0, self._search(0)
 
     def best_other(self, place: int) -> tuple[Floats, Floats]:
-        """Return the ratio of likelihoods of one scan at the best other pose, and that pose, for each heading.
+        """Return the likelihood ratio of one scan at the best other pose, and that pose, for each heading.
 
-        Places are asked for in ascending order. Poses are column and row of the map and the heading (rad), shape (headings, 3).
+        Call this in ascending order of places. A pose is column, row and heading (rad); the poses have the shape (headings, 3).
         """
         if not self._first <= place < self._first + _BLOCK:
             self._first = place - place % _BLOCK
@@ -71,7 +72,7 @@ class ScanMatcher:
         return likelihood[best, np.arange(headings)] / true, np.stack([columns[best], rows[best], angle], axis=1)
 
     def _transforms(self) -> tuple[Spectra, Spectra]:
-        """Return the spectra of what places have and of the scans, shape (frequencies, places, bins)."""
+        """Return the spectra over the rays: of all places, and conjugated of all scans; shape (frequencies, places, bins)."""
         field, rays = self._field, self._rays // self._skip
         bins = round(FARTHEST / BIN)
         blurred = _spread(field.score, round(BLUR / field.cell)).ravel()
@@ -91,7 +92,7 @@ class ScanMatcher:
         return first, np.conj(second)
 
     def _search(self, first: int) -> tuple[Indices, Indices]:
-        """Return places and turns (in coarse rays) of candidates for a block of scans, best first."""
+        """Return places and turns (in coarse rays) of the candidates for a block of scans, best first; a place of -1 is none."""
         scans = self._scans[:, first : first + _BLOCK]
         spectrum = scans @ self._places.transpose(0, 2, 1)
         match = np.fft.irfft(spectrum, self._rays // self._skip, axis=0)  # (turns, scans, places)
@@ -140,7 +141,10 @@ class ScanMatcher:
         turn: float,
         count: int,
     ) -> tuple[Indices, Indices, Floats, Singles]:
-        """Return for each pose the best one around it: up to `reach` steps of cells and `count` steps of turn off."""
+        """Return the best pose around each given one, and the scores of its rays.
+
+        Poses up to `reach` steps of `step` cells and up to `count` turns of `turn` (rad) off are compared.
+        """
         field = self._field
         turned = turns[:, None] + turn * np.arange(-count, count + 1)
         direction = turned[:, :, None] + angle

@@ -100,8 +100,8 @@ class _Samples:
 class InertialUnit(CarriedPrim):
     """The IMU at a prim; the prim's `facts` are the values of its profile.
 
-    Graphs that run per tick get samples of whole ticks; graphs that run per physics step may get more samples. Orientation is
-    that at the time of the sample.
+    Graphs that run per tick get samples of whole ticks; graphs that run per physics step may get more samples. Orientation is not
+    averaged: it is the orientation at the time of the sample.
     """
 
     sees_steps = True

@@ -1,7 +1,8 @@
-"""A surface gripper, whose points hold bodies by welds.
+"""A surface gripper, which holds bodies by welds at its points.
 
-A closing gripper casts a ray from each point along its forward axis, and welds the body that the ray hits to the gripper, at its
-present pose. A weld breaks if its force exceeds the gripper's limits. Forces count after ten steps, when a new weld has settled.
+A closing gripper casts a ray from each point along its forward axis, and welds the body that the ray hits to itself, at the pose
+that the body has then. A weld breaks if its force exceeds a limit of the gripper. A new weld needs ten steps to settle; its force
+is ignored until then.
 """
 
 from __future__ import annotations

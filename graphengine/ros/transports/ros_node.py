@@ -115,7 +115,7 @@ class RosNode(Stateful):
 
     @staticmethod
     def _check_node(node: str) -> None:
-        """Raise TopicError if the full name of a node is not legal in ROS 2; an empty name is."""
+        """Raise TopicError if the full name of a node is not legal in ROS 2; an empty name is accepted."""
         if node:
             namespace, name = split_name(node)
             names.check_namespace(namespace)

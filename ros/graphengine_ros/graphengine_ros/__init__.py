@@ -1,1 +1,1 @@
-"""Launches simulations of graphengine, which is installed in a Python environment of its own."""
+"""Launches simulations with graphengine, which is installed in a separate Python environment."""

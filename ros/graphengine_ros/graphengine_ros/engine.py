@@ -12,18 +12,18 @@ from pathlib import Path
 VARIABLE = "GRAPHENGINE_PYTHON"
 _HAS_ENGINE = "import importlib.util, sys; sys.exit(importlib.util.find_spec('graphengine') is None)"
 _TIMEOUT = 30.0
-"""Seconds that a Python may take to answer."""
+"""Maximum time in which a Python interpreter has to answer, s."""
 REMEDY = f"""install graphengine in a virtual environment, and name that:
   python3 -m venv ~/graphengine && ~/graphengine/bin/pip install graphengine
   export {VARIABLE}=~/graphengine/bin/python        or the launch argument python:=~/graphengine/bin/python"""
 
 
 class EngineNotFoundError(Exception):
-    """No Python has graphengine. The message says where it was looked for, and what to do."""
+    """No Python with graphengine was found. The message lists the searched places and a remedy."""
 
 
 def graphrun_command(python: str = "", environ: Mapping[str, str] = os.environ) -> list[str]:
-    """Return the beginning of a command line that runs `graphrun`.
+    """Return the first arguments of a command line that runs `graphrun`.
 
     The first of these is used: the given Python, the one in GRAPHENGINE_PYTHON, the one of the active virtual environment,
     `graphrun` on the PATH, and the Python that runs this function. The first two must have graphengine, if they are given.
@@ -33,7 +33,7 @@ def graphrun_command(python: str = "", environ: Mapping[str, str] = os.environ) 
         environ: environment variables.
 
     Raises:
-        EngineNotFoundError: none of them has graphengine.
+        EngineNotFoundError: none of them has graphengine, or one of the first two is given without it.
     """
     for given, origin in ((python, "python:="), (environ.get(VARIABLE, ""), f"{VARIABLE}=")):
         if given:
@@ -63,5 +63,5 @@ def has_engine(python: str) -> bool:
 
 
 def _command(python: str) -> list[str]:
-    # -P: modules in the working directory, which may be a stranger's, do not replace others.
+    # -P: untrusted modules in the working directory cannot shadow others.
     return [python, "-P", "-m", "graphengine.cli"]

@@ -1,4 +1,4 @@
-"""`ros2 run graphengine_ros graphrun`: becomes the `graphrun` of the Python that graphengine is installed in."""
+"""`ros2 run graphengine_ros graphrun`: runs the `graphrun` of the Python environment that has graphengine."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from graphengine_ros.engine import EngineNotFoundError, graphrun_command
 
 
 def main() -> None:
-    """Replace this process by graphrun with the same arguments; exit with code 1 if there is none."""
+    """Replace this process by graphrun with the same arguments; exit with code 1 if graphengine is not found."""
     try:
         command = graphrun_command()
     except EngineNotFoundError as error:

@@ -1,7 +1,7 @@
 """The launch description of a simulation: the run, robot_state_publisher, RViz and Nav2.
 
-The run starts at once. Beside it, `graphrun robots` says what robot_state_publisher needs, and then, for RViz and Nav2,
-`graphrun nav2 files` writes their files.
+The run starts at once. In parallel, `graphrun robots` lists the parameters of robot_state_publisher; then `graphrun nav2 files`
+writes the files for RViz and Nav2.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from graphengine_ros.engine import EngineNotFoundError, graphrun_command
 from launch import LaunchContext, LaunchDescription
 
 Actions = list[Any]
-"""Actions of launch, which has no types."""
+"""Launch actions; Any, because the package `launch` has no type hints."""
 
 _YES_NO = ["true", "false"]
 ARGUMENTS = (
@@ -48,14 +48,14 @@ ARGUMENTS = (
     (
         "nav2_dir",
         "",
-        "folder for the files of RViz and Nav2; if it has some, they are used (default: a temporary one)",
+        "folder for the files of RViz and Nav2; existing files are used (default: a temporary folder)",
         None,
     ),
-    ("localization", "amcl", "truth: the simulator says where the robot is", ["amcl", "truth"]),
+    ("localization", "amcl", "truth: the simulation publishes the true pose of the robot", ["amcl", "truth"]),
     (
         "robot_state",
         "auto",
-        "who publishes the robot's description and frames (auto: robot_state_publisher if installed)",
+        "publisher of the robot's description and frames (auto: robot_state_publisher if installed)",
         ["auto", "robot_state_publisher", "graphrun", "false"],
     ),
     ("rate", "realtime", "real-time factor, realtime or max", None),
@@ -113,12 +113,12 @@ def _is_installed(package: str) -> bool:
 
 @dataclass
 class _Simulation:
-    """One launch.
+    """The actions of one launch.
 
     Args:
-        graphrun: beginning of a command line that runs graphrun.
+        graphrun: first arguments of a command line that runs graphrun.
         given: values of the launch arguments.
-        robot_state: who publishes the frames: `robot_state_publisher`, `graphrun` or `false`.
+        robot_state: publisher of the frames: `robot_state_publisher`, `graphrun` or `false`.
     """
 
     graphrun: list[str]
@@ -134,7 +134,7 @@ class _Simulation:
         return shlex.split(self.given["scene_args"])
 
     def actions(self) -> Actions:
-        """Return the actions to begin with."""
+        """Return the actions that start the run and list the robots."""
         options = {
             "--view": self.wants("view"),
             "--robot-state": self.robot_state == "graphrun",
@@ -157,7 +157,7 @@ class _Simulation:
         describe = ExecuteProcess(
             cmd=[*self.graphrun, "robots", self.given["scene"], "--format", "json", *self.scene_options()],
             name="graphrun_robots",
-            output="log",  # errors in the scene are printed by the run
+            output="log",  # the run prints errors in the scene
             cached_output=True,
         )
 
@@ -185,7 +185,7 @@ class _Simulation:
         return actions
 
     def navigation_files(self, robots: list[dict[str, Any]]) -> Actions:
-        """Return the actions that write the files of RViz and Nav2, and then start both as asked."""
+        """Return the actions that write the files of RViz and Nav2, and then start Nav2 or RViz; existing files are used."""
         if self.given["nav2_dir"]:
             folder, ended = Path(self.given["nav2_dir"]), []
         else:
@@ -211,7 +211,7 @@ class _Simulation:
         return [*ended, RegisterEventHandler(OnProcessExit(target_action=write, on_exit=written)), write]
 
     def navigation(self, folder: Path, robots: list[dict[str, Any]]) -> Actions:
-        """Return the actions that start Nav2 and RViz with the files in a folder."""
+        """Return the actions that start Nav2, with RViz if requested, or only RViz, with the files in a folder."""
         if self.wants("nav2"):
             passed = {"localization": self.given["localization"], "rviz": self.given["rviz"]}
             source = PythonLaunchDescriptionSource(str(folder / "nav2.launch.py"))
@@ -238,7 +238,7 @@ def _robot_state_publisher(robot: dict[str, Any]) -> Any:
 
 
 def _rviz(folder: Path, robot: dict[str, Any]) -> Any:
-    """Return RViz for one robot, whose configuration is in a folder of its name if there are several."""
+    """Return the RViz node for one robot; in a fleet, its configuration is in the folder with the robot's name."""
     of_robot = folder / robot["name"] / "view.rviz"
     return Node(
         package="rviz2",

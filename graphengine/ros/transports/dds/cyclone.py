@@ -45,9 +45,9 @@ _BATCH = 64
 _UNLIMITED = -1
 _LOOPBACK = "127.0.0.1"
 _DATAGRAM = 14720
-"""Bytes of the largest datagram, Cyclone's default. Of 65500 bytes, a socket with the default buffer holds three."""
+"""Maximum size of a datagram, bytes: Cyclone's default. A socket with the default buffer holds only three of 65500 bytes."""
 _FRAGMENT = 14600
-"""Bytes of a fragment: one fills a datagram. With Cyclone's default, 1344, repairs take ten times as many datagrams."""
+"""Size of a fragment, bytes: one fills a datagram. With Cyclone's default, 1344, repairs take ten times as many datagrams."""
 _MAX_PARTICIPANTS = 32
 """How many ROS 2 processes a host may have without multicast; rmw_cyclonedds_cpp has the same number."""
 
@@ -282,7 +282,7 @@ def configurations(domain: Domain) -> list[str]:
 
 
 def _fragment(domain: Domain, interfaces: str) -> str:
-    """Return the configuration that rmw_cyclonedds_cpp uses for the discovery range, with larger fragments and the interfaces."""
+    """Return the configuration of rmw_cyclonedds_cpp for the discovery range, with larger fragments and the given interfaces."""
     if domain.discovery_range == "SYSTEM_DEFAULT":
         return ""
     multicast = "true" if domain.discovery_range == "SUBNET" else "false"

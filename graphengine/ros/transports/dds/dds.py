@@ -219,7 +219,7 @@ class DdsTransport(RosNode):
             cyclone.delete(self._topics.pop(topic).entity)
 
     def _nodes(self) -> Sequence[discovery.DiscoveredNode]:
-        """Return the node of the transport, then the other nodes that have servers."""
+        """Return the transport's own node, then the other nodes, which exist while they have servers."""
         nodes: dict[str, tuple[list[bytes], list[bytes]]] = {self.node: ([], [])}
         for end in (*self._writers, *self._readers):
             readers, writers = nodes.setdefault(end.node or self.node, ([], []))

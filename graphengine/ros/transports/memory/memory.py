@@ -154,7 +154,7 @@ class MemoryTransport:
     def server(
         self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = ""
     ) -> MemoryServer:
-        """Open a server of a service; `deliver` runs in the thread that calls. There are no nodes, so `node` has no effect.
+        """Open a server of a service; `deliver` runs in the caller's thread. `node` has no effect: there are no nodes.
 
         Raises:
             TransportError: as for `writer`.

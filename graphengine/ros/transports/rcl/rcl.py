@@ -51,7 +51,7 @@ class RclTransport(RosNode):
                 self._name, namespace=self._namespace, context=self._context, start_parameter_services=False
             )
             self._others: dict[str, Any] = {}
-            """Further rclpy nodes, by full name, while they have servers."""
+            """Other rclpy nodes, by full name; each exists while it has servers."""
             self._executor = SingleThreadedExecutor(context=self._context)
             self._executor.add_node(self._node)
             self._rosout = self.writer(*ROSOUT)
@@ -137,11 +137,11 @@ class RclTransport(RosNode):
         return NetworkGraph(found, named=all(end.node for end in found), services=services, nodes=nodes)
 
     def _nodes(self) -> Iterator[NetworkNode]:
-        """Yield all known nodes with their services; of two nodes of one name, both have the services of one."""
+        """Yield all known nodes with their services. Nodes with the same name all get the services of one of them."""
         from rclpy.node import NodeNameNonExistentError
 
         for name, namespace in self._node.get_node_names_and_namespaces():
-            with contextlib.suppress(NodeNameNonExistentError):  # it has just left
+            with contextlib.suppress(NodeNameNonExistentError):  # the node has just left
                 offered = self._node.get_service_names_and_types_by_node(name, namespace)
                 called = self._node.get_client_names_and_types_by_node(name, namespace)
                 yield NetworkNode(full_name(namespace, name), _pairs(offered), _pairs(called))
@@ -203,7 +203,7 @@ class RclTransport(RosNode):
             node.destroy_node()
 
     def _node_of(self, end: RclEnd) -> Any:
-        """Return the rclpy node that has an endpoint; create it for the first one."""
+        """Return the rclpy node of an endpoint; create the node for its first endpoint."""
         from rclpy.node import Node
 
         if not end.node or end.node == self.node:
@@ -239,7 +239,7 @@ class RclTransport(RosNode):
 
 
 def _pairs(services: Iterable[tuple[str, list[str]]]) -> list[tuple[str, str]]:
-    """Return a pair for each name and type."""
+    """Return one (name, type) pair for each type of each service."""
     return [(name, kind) for name, kinds in services for kind in kinds]
 
 
