@@ -76,6 +76,7 @@ class AcmeTransport(RosNode):
         self, service: str, service_type: str, qos: QoS, deliver: Callable[[bytes, bytes], None], node: str = ""
     ) -> TransportServer:
         """A server of a service; all are of one node."""
+        self._check_node(node)
         self._admit(service)
         end = _Server(service, self._remove, self, deliver)
         end.inner = self._hub.memory.server(service, service_type, qos, end.arrive)
