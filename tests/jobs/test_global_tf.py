@@ -29,6 +29,60 @@ def scene(folder: Path, tf: str = "global", more: str = "") -> Path:
     return path
 
 
+PUBLISHED = """graph: frames
+at: $(at)/frames
+parameters: {at: {type: string}, target: {type: target}, namespace: {type: string, default: ''}}
+nodes:
+  Tick: OnPlaybackTick
+  TF: {type: PublishTransformTree, inputs: {targetPrims: [$(target)], nodeNamespace: $(namespace)}}
+connections: [Tick.tick -> TF.execIn]
+"""
+COMPUTED = """graph: frames
+at: $(at)/frames
+parameters: {at: {type: string}, target: {type: target}, namespace: {type: string, default: ''}}
+nodes:
+  Tick: OnPlaybackTick
+  Tree: {type: ComputeTransformTree, inputs: {targetPrims: [$(target)]}}
+  TF: {type: PublishTransformTree, inputs: {nodeNamespace: $(namespace)}}
+connections:
+  - Tick.tick -> Tree.execIn
+  - Tree.execOut -> TF.execIn
+  - Tree.parentFrames -> TF.parentFrames
+  - Tree.childFrames -> TF.childFrames
+  - Tree.translations -> TF.translations
+  - Tree.orientations -> TF.orientations
+"""
+STATE = """graph: frames
+at: $(at)/frames
+parameters: {at: {type: string}, target: {type: target}, namespace: {type: string, default: ''}}
+nodes:
+  Tick: OnPlaybackTick
+  State: {type: graphengine.ros2.RobotStatePublisher, inputs: {targetPrim: $(target), nodeNamespace: $(namespace)}}
+connections: [Tick.tick -> State.execIn]
+"""
+WORLD = """<mujoco><worldbody>
+  <geom type="plane" size="5 5 1"/>
+  <body name="box" pos="0 3 1"><freejoint/><geom size="0.1"/></body>
+</worldbody></mujoco>
+"""
+
+
+def published_by(folder: Path, graph: str, at: str, target: str, namespace: str = "") -> set[tuple[str, str]]:
+    """Edges on /tf and /tf_static that a graph adds to those of two robots beside a box, given where and of what prim it is."""
+    (folder / "world.xml").write_text(WORLD, encoding="utf-8")
+    (folder / "frames.yaml").write_text(graph, encoding="utf-8")
+    parameters = f"{{at: {at}, target: {target}, namespace: '{namespace}'}}"
+    path = scene(folder, more=f"graphs:\n  frames: {{use: frames.yaml, parameters: {parameters}}}\n")
+    path.write_text(path.read_text("utf-8").replace("worlds/flat_grid.xml", "world.xml"), encoding="utf-8")
+    claims = assemble(path).claims
+    with Job(path) as job:
+        job.run(0.1)
+        sent = {edge for topic in ("/tf", "/tf_static") for message in job.heard(topic) for edge in frames(message)}
+    added = {edge for claim in claims if "/frames/" in claim.node for edge in claim.transforms}
+    assert added <= sent
+    return added
+
+
 def frames(message: Any) -> set[tuple[str, str]]:
     return {(one.header.frame_id, one.child_frame_id) for one in message.transforms}
 
@@ -76,6 +130,37 @@ def test_the_frames_in_messages_are_those_of_the_tree(tmp_path: Path) -> None:
         assert joints.header.frame_id == ""
         claims = {claim.topic: claim for claim in job.session.services.claims}
         assert claims["/bot_0001/odom"].child_frame_id == "bot_0001/base_link"
+
+
+@pytest.mark.parametrize("graph", [PUBLISHED, COMPUTED, STATE])
+def test_a_robot_publishes_the_frames_of_another_robot_by_their_own_names(tmp_path: Path, graph: str) -> None:
+    made = published_by(tmp_path, graph, "/bot_0000/Geometry/base_link", "/bot_0001")
+    assert {child.partition("/")[0] for _, child in made} == {"bot_0001"}
+    assert ("bot_0001/base_link", "bot_0001/chassis_link") in made
+
+
+@pytest.mark.parametrize("graph", [PUBLISHED, COMPUTED, STATE])
+def test_a_graph_of_the_scene_publishes_frames_by_the_names_in_the_robots_odometry(tmp_path: Path, graph: str) -> None:
+    made = published_by(tmp_path, graph, "/World", "/bot_0000", "fleet")
+    assert {child.partition("/")[0] for _, child in made} == {"bot_0000"}
+    assert ("bot_0000/base_link", "bot_0000/chassis_link") in made
+
+
+@pytest.mark.parametrize("graph", [PUBLISHED, COMPUTED])
+def test_a_prim_of_the_world_has_the_same_name_in_every_robots_graph(tmp_path: Path, graph: str) -> None:
+    assert published_by(tmp_path, graph, "/bot_0000/Geometry/base_link", "/World/box") == {("world", "box")}
+
+
+def test_the_true_pose_of_a_robot_is_published_below_the_common_map(tmp_path: Path) -> None:
+    with Job(scene(tmp_path), localization="truth") as job:
+        job.run(0.1)
+        edges = [edge for message in job.heard("/tf") for edge in message.transforms]
+        truth = {edge.child_frame_id: edge.transform.translation for edge in edges if edge.header.frame_id == "map"}
+        state = job.session.services.world.entities.state
+        assert truth.keys() == {f"{robot}/odom" for robot in ROBOTS}
+        for robot in ROBOTS:
+            found = truth[f"{robot}/odom"]
+            assert (found.x, found.y) == pytest.approx(state(robot).position[:2], abs=1e-3)
 
 
 def test_check_finds_nothing_wrong_with_robots_that_share_the_topics(tmp_path: Path) -> None:

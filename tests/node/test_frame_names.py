@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from graphengine.devices.stage import Stage
-from graphengine.node.context.frame_names import frame_prefix, full_frame
+from graphengine.node.context.frame_names import PublishedFrame, frame_prefix, full_frame, prim_prefix
 from graphengine.testing.recording_context import RecordingContext
 
 
@@ -53,6 +53,21 @@ def test_nothing_is_prefixed_where_each_robot_has_its_own_topics() -> None:
     assert frame_prefix(stage(shared=False), "/bot/base_link", "other") == ""
 
 
+@pytest.mark.parametrize("name", ["base_link", "/dock", "map", "", "bot_0000/odom"])
+@pytest.mark.parametrize("shared", [True, False])
+def test_a_published_name_gets_no_second_prefix(name: str, shared: bool) -> None:
+    made = stage(shared=shared)
+    published = full_frame(made, name, frame_prefix(made, "/bot/base_link"))
+    assert full_frame(made, published, "other/") == published
+
+
+def test_a_link_above_the_base_link_has_the_prefix_of_the_robot() -> None:
+    made = stage()
+    made.add("/bot", "robot", facts={"base_link": "/bot/base_link"})
+    footprint, crate = made.add("/bot/footprint", "link"), made.add("/World/crate", "body")
+    assert (prim_prefix(made, footprint), prim_prefix(made, crate)) == ("bot_0000/", "")
+
+
 def test_a_copy_of_a_stage_names_frames_like_the_original() -> None:
     assert frame_prefix(stage().copy(), "/bot/base_link") == "bot_0000/"
 
@@ -61,15 +76,17 @@ def test_a_publishers_claim_has_the_published_names() -> None:
     context = RecordingContext("/bot/base_link/graph/node")
     context.world.stage.global_tf = True
     context.world.stage.define("/bot/base_link").namespace = "bot_0000"
+    other = full_frame(context.world.stage, "base_link", "bot_0001/")
     publisher = context.publisher(
         "tf2_msgs/msg/TFMessage",
         "tf",
         outermost_namespace=True,
         frame_id="odom",
         child_frame_id="base_link",
-        transforms=[("map", "odom")],
+        transforms=[("map", "odom"), (PublishedFrame("box"), other)],
     )
     claim = publisher.claim
     assert claim.topic == "/tf"
     assert (claim.frame_id, claim.child_frame_id) == ("bot_0000/odom", "bot_0000/base_link")
-    assert claim.transforms == (("map", "bot_0000/odom"),)
+    assert claim.transforms == (("map", "bot_0000/odom"), ("box", "bot_0001/base_link"))
+    assert {type(frame) for edge in claim.transforms for frame in edge} == {str}

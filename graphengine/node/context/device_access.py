@@ -17,7 +17,7 @@ from graphengine.devices.stage import Prim, PrimKind
 from graphengine.format.errors import ContextError, PrimError
 from graphengine.format.kinds import DEVICES
 from graphengine.format.wording import listing
-from graphengine.node.context.frame_names import frame_prefix, full_frame
+from graphengine.node.context.frame_names import full_frame, prim_prefix
 from graphengine.node.context.render_product import ProductCamera, RenderProduct
 from graphengine.node.context.session_services import Services
 from graphengine.node.context.transform_tree import expand
@@ -174,7 +174,7 @@ class WorldHandles:
         stage = self._services.stage
         links = [stage.find(path) for path in robot.facts.get("moving_links", ())]
         moving = expand(stage, links, None, self._services.world.frame)
-        name = partial(full_frame, stage, prefix=frame_prefix(stage, robot.facts["base_link"]))
+        name = partial(full_frame, stage, prefix=prim_prefix(stage, robot))
         joints = robot.facts.get("fixed_transforms", ())
         fixed = tuple((name(parent), name(child), place, turn) for parent, child, place, turn in joints)
         carried = tuple(

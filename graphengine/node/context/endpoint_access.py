@@ -142,6 +142,7 @@ class OwnedEndpoints:
             options: see `TopicOptions`.
 
         The scene's key `tf` decides whether frames get a prefix: put the names in the publisher's `claim` into messages.
+        Names from `transform_tree` and `robot_description` are published ones and get no other prefix.
 
         Raises:
             TopicError: the name, the namespace or the QoS profile is not valid.
@@ -171,7 +172,7 @@ class OwnedEndpoints:
     def frame_name(self, frame: str, *, namespace_from: str = "", namespace: str = "") -> str:
         """Return the published name of a frame; the arguments are those of `publisher`."""
         stage = self._services.stage
-        return full_frame(stage, frame, frame_prefix(stage, namespace_from or self.prim_path, namespace))
+        return str(full_frame(stage, frame, frame_prefix(stage, namespace_from or self.prim_path, namespace)))
 
     def subscription(
         self, message_type: str, topic: str, *, alternatives: Sequence[str] = (), **options: Unpack[TopicOptions]

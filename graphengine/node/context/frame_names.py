@@ -2,16 +2,23 @@
 
 The key `tf` of a scene selects the mode. Under `global`, the frame `base_link` of a robot's node is published as
 `dd100_0000/base_link`, as with the parameter `frame_prefix` of robot_state_publisher. The prefix is the outermost namespace of
-the ancestor prims, which is also the namespace of `tf` under `namespaced`; without one, it is the node's `nodeNamespace`.
+the ancestor prims, which is also the namespace of `tf` under `namespaced`; without one, it is the node's `nodeNamespace`. The
+frame of a prim gets its prefix from this prim, whichever node publishes it.
 """
 
 from __future__ import annotations
 
-from graphengine.devices.stage import Stage
+from graphengine.devices.stage import Prim, Stage
 from graphengine.messages.names import join_namespaces, strip
 
 SHARED_FRAMES = frozenset(("map", "world", "earth"))
 """Frames that all robots share; they are never prefixed."""
+
+
+class PublishedFrame(str):
+    """The published name of a frame. It keeps its type on wires, so that the node that publishes it adds no second prefix."""
+
+    __slots__ = ()
 
 
 def frame_prefix(stage: Stage, prim_path: str, node_namespace: str = "") -> str:
@@ -22,14 +29,23 @@ def frame_prefix(stage: Stage, prim_path: str, node_namespace: str = "") -> str:
     return f"{namespace}/" if namespace else ""
 
 
-def full_frame(stage: Stage, frame: str, prefix: str) -> str:
-    """Return the published name of a frame.
+def prim_prefix(stage: Stage, prim: Prim) -> str:
+    """Return the prefix of a prim's frame: that of its ancestors, or else that of its robot's base link."""
+    robot = stage.robot_of(prim)
+    base = robot.facts.get("base_link") if robot is not None else None
+    return frame_prefix(stage, prim.path) or (frame_prefix(stage, base) if base else "")
+
+
+def full_frame(stage: Stage, frame: str, prefix: str) -> PublishedFrame:
+    """Return the published name of a frame; that of a published name is the name itself.
 
     Under `tf: global`, a leading slash makes a name absolute: it is published without the slash and without a prefix. A name that
     already has the prefix, a shared frame and an empty name stay as they are.
     """
-    if not stage.global_tf:
+    if isinstance(frame, PublishedFrame):
         return frame
+    if not stage.global_tf or not frame or frame in SHARED_FRAMES:
+        return PublishedFrame(frame)
     if frame.startswith("/"):
-        return frame.lstrip("/")
-    return frame if not frame or frame in SHARED_FRAMES or frame.startswith(prefix) else f"{prefix}{frame}"
+        return PublishedFrame(frame.lstrip("/"))
+    return PublishedFrame(frame if frame.startswith(prefix) else f"{prefix}{frame}")

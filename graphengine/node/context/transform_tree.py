@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from graphengine.devices.motion import Frame, FrameLink
 from graphengine.devices.rotation import IDENTITY, ORIGIN, Pose, compose, relative
 from graphengine.devices.stage import Prim, Stage
-from graphengine.node.context.frame_names import frame_prefix, full_frame
+from graphengine.node.context.frame_names import full_frame, prim_prefix
 
 
 def expand(
@@ -79,7 +79,7 @@ def _anchor(stage: Stage, prim: Prim) -> tuple[Prim | None, Pose]:
 def frame_names(stage: Stage, prims: Sequence[Prim]) -> dict[Prim, str]:
     """Return a unique frame name for each prim."""
     unique = list(dict.fromkeys(prims))
-    prefixes = {prim: frame_prefix(stage, prim.path) for prim in unique}
+    prefixes = {prim: prim_prefix(stage, prim) for prim in unique}
     names: dict[Prim, str] = {}
     taken: set[str] = set()
     for prim in sorted(unique, key=lambda p: -len(p.path)):  # sorted is stable: the longest path chooses first
