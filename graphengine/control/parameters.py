@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import re
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -10,10 +9,10 @@ from typing import Any
 
 from graphengine.control.parameter_messages import message
 from graphengine.control.parameter_services import ParameterServices
-from graphengine.format.errors import TransportError
+from graphengine.format.errors import GraphError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.messages.names import join_namespaces
+from graphengine.messages.names import join_namespaces, strip
 from graphengine.messages.parameters import EVENT, EVENTS
 from graphengine.messages.qos import PARAMETER_EVENTS
 from graphengine.ros.network_graph import full_name, split_name
@@ -22,8 +21,6 @@ from graphengine.runtime.command_queue import Desk
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.parameter_table import USE_SIM_TIME, graph_parameters, session_parameters
 from graphengine.runtime.session_core import SessionCore
-
-_log = logging.getLogger(__name__)
 
 Snapshot = tuple[Sequence[GraphRun], Mapping[str, str]]
 """Graphs of a session, and the full name of each robot's ROS node by the name of the robot."""
@@ -38,7 +35,7 @@ class ParameterNodes:
         session: session whose parameters are offered.
         desk: command queue of the session.
         transport: transport with a node.
-        complain: receives one warning per service about malformed requests.
+        complain: receives warnings, each text once: of malformed requests, and of nodes that cannot be offered.
     """
 
     def __init__(self, session: SessionCore, desk: Desk, transport: Transport, complain: Callable[[str], None]) -> None:
@@ -55,8 +52,7 @@ class ParameterNodes:
         self._wake = threading.Event()
         self._wake.set()
         self._closed = False
-        self._lock = threading.Lock()
-        """Held while nodes are opened and closed."""
+        self._warned: set[str] = set()
         self._thread = threading.Thread(target=self._work, name="parameters", daemon=True)
         session.listeners.append(self._listen)
         self._thread.start()
@@ -85,7 +81,7 @@ class ParameterNodes:
         above = split_name(own)[0].strip("/")
         nodes: dict[str, str] = {}
         for prim in stage.prims("robot"):
-            namespace = join_namespaces([above, *stage.namespaces(prim.facts["base_link"])])
+            namespace = join_namespaces([above, *map(strip, stage.namespaces(prim.facts["base_link"]))])
             nodes[prim.entity_name] = node_name(namespace, prim.entity_name, {own, *nodes.values()})
         return self._session.graphs, nodes
 
@@ -95,16 +91,11 @@ class ParameterNodes:
             self._wake.clear()
             if self._closed:
                 return
-            try:
-                snapshot = self._snapshot
-                if snapshot is not self._followed:
-                    self._follow(snapshot)
-                    self._followed = snapshot
-                self._announce()
-            except TransportError as error:
-                if not self._closed:
-                    _log.warning("parameters are no longer available: %s", error)
-                return
+            snapshot = self._snapshot
+            if snapshot is not self._followed:
+                self._follow(snapshot)
+                self._followed = snapshot
+            self._announce()
 
     def _follow(self, snapshot: Snapshot) -> None:
         """Open and close nodes to match a snapshot, and replace the parameter tables of the others."""
@@ -119,7 +110,10 @@ class ParameterNodes:
             if node in self._nodes:
                 self._nodes[node].table = table
             elif not self._closed:
-                self._nodes[node] = ParameterServices(node, table, self._desk, self._transport, self._complain)
+                try:
+                    self._nodes[node] = ParameterServices(node, table, self._desk, self._transport, self._complain)
+                except GraphError as error:  # the other nodes keep theirs
+                    self._warn(f"{node}: its parameters are not offered: {error}")
 
     def _announce(self) -> None:
         """Publish the parameters that are new, changed or deleted since the last call."""
@@ -135,10 +129,19 @@ class ParameterNodes:
                 event.new_parameters = [message(table[name], now[name]) for name in new]
                 event.changed_parameters = [message(table[name], now[name]) for name in changed]
                 event.deleted_parameters = [_named(name) for name in deleted]
-                self._events.write(messages.encode(event))
+                try:
+                    self._events.write(messages.encode(event))
+                except GraphError as error:
+                    self._warn(f"{node}: changes of parameters are not announced: {error}")
             self._announced[node] = now
         for node in gone:
             del self._announced[node]
+
+    def _warn(self, text: str) -> None:
+        """Give a warning once, unless services fail because they are being closed."""
+        if text not in self._warned and not self._closed:
+            self._warned.add(text)
+            self._complain(text)
 
     def _event(self, node: str) -> Any:
         event = DEFINITIONS.initial(EVENT)

@@ -15,6 +15,7 @@ from graphengine.control.parameters import ParameterNodes, node_name
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
+from graphengine.messages.names import check_topic
 from graphengine.messages.parameters import (
     EVENT,
     EVENTS,
@@ -27,6 +28,7 @@ from graphengine.messages.parameters import (
 from graphengine.messages.qos import PARAMETER_EVENTS
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
+from graphengine.ros.transports.memory.memory_services import MemoryServer
 from graphengine.scene import build
 from tests.control.harness import Controlled, controlled
 from tests.control.simulators import Client
@@ -42,15 +44,21 @@ class NodeTransport(MemoryTransport):
 
     node = SCENE
 
+    def server(self, service: str, *how: Any, **more: Any) -> MemoryServer:
+        """A server, whose name must be legal as on a network."""
+        check_topic(service)
+        return super().server(service, *how, **more)
+
 
 class Parameters(Client):
     """A run that offers its parameters."""
 
-    def __init__(self, run: Controlled, transport: MemoryTransport, events: list[Any]) -> None:
+    def __init__(self, run: Controlled, transport: MemoryTransport, events: list[Any], told: list[str]) -> None:
         super().__init__(transport)
         self.run = run
         self.session = run.session
         self.events = events
+        self.told = told
         self.transport = transport
 
     def to(self, node: str, service: str, **fields: Any) -> Any:
@@ -93,14 +101,15 @@ def given(name: str, value: Any) -> Any:
 def offered(folder: Path, **how: Any) -> Iterator[Parameters]:
     scene = build.load(write_scene(folder))
     transport, events = NodeTransport(), list[Any]()
+    told: list[str] = []
     transport.reader(EVENTS, EVENT, PARAMETER_EVENTS, lambda data: events.append(messages.decode(data, EVENT)))
     session = build.start(scene, LiveNetwork(lambda _: transport, 0, print))
     with controlled(session, **{"paused": True, **how}) as run:
-        nodes = ParameterNodes(session, run.desk, transport, print)
+        nodes = ParameterNodes(session, run.desk, transport, told.append)
         try:
             assert eventually(lambda: len(events) == 2)
             events.clear()
-            yield Parameters(run, transport, events)
+            yield Parameters(run, transport, events, told)
         finally:
             nodes.close()
 
@@ -229,6 +238,23 @@ def test_the_node_of_a_spawned_robot_comes_and_goes_with_it(sim: Parameters) -> 
     assert eventually(lambda: sim.heard(there)[-1][2])
     assert eventually(lambda: not any(sim.ready(f"{there}/{service}") for service in SERVICES))
     assert sim.ready(f"{BOT}/set_parameters")
+
+
+@pytest.mark.parametrize("namespace", ["/three", "three/", "~three"])
+def test_the_ends_of_a_namespace_are_stripped_as_those_of_topics_are(sim: Parameters, namespace: str) -> None:
+    use = {"use": "bot.yaml", "position": [0, 3, 0.1], "namespace": namespace}
+    sim.run.ask("spawn", name="second", use=use)
+    assert eventually(lambda: sim.heard("/three/second"))
+
+
+def test_a_node_whose_services_have_illegal_names_is_reported_once_and_the_others_go_on(sim: Parameters) -> None:
+    for name, namespace in (("bad", "n" * 230), ("good", "three")):
+        use = {"use": "bot.yaml", "position": [0, 3 if name == "bad" else 6, 0.1], "namespace": namespace}
+        sim.run.ask("spawn", name=name, use=use)
+    assert eventually(lambda: sim.heard("/three/good"))
+    assert len(sim.told) == 1
+    assert sim.told[0].startswith(f"/{'n' * 230}/bad: its parameters are not offered: ")
+    assert sim.put({LIMIT: 0.5}) == [""]
 
 
 def test_a_reload_exchanges_the_parameters_of_a_changed_graph(sim: Parameters, tmp_path: Path) -> None:
