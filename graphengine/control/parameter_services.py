@@ -20,8 +20,10 @@ from graphengine.runtime.commands import Command
 from graphengine.runtime.parameter_table import Parameter
 from graphengine.runtime.session_core import SessionCore
 
-MAX_SET = 1000
-"""Maximum number of parameters that one request may set; the session executes all of them between two ticks."""
+MAX_REQUEST = 1000
+"""Maximum number of parameters in a request to set them: the session sets all between two ticks. Reads may name a whole table."""
+_SUGGESTIONS = 3
+"""Number of unknown parameters in a request for which the error suggests a similar name."""
 
 
 class ParameterServices:
@@ -70,14 +72,20 @@ class ParameterServices:
 
     def _describe(self, request: Any, response: Any) -> None:
         table = self.table
+        if self._is_too_long(request.names):
+            return
         response.descriptors = [descriptor(name, table.get(name)) for name in request.names]
 
     def _types(self, request: Any, response: Any) -> None:
+        if self._is_too_long(request.names):
+            return
         found = [self.table.get(name) for name in request.names]
         kinds = [ParameterType.NOT_SET if each is None else each.type for each in found]
         response.types = np.array(kinds, np.uint8)
 
     def _get(self, request: Any, response: Any) -> None:
+        if self._is_too_long(request.names):
+            return
         found = [self.table.get(name) for name in request.names]
         response.values = [
             value_message(ParameterType.NOT_SET, None) if each is None else message(each, each.read()).value
@@ -85,20 +93,36 @@ class ParameterServices:
         ]
 
     def _list(self, request: Any, response: Any) -> None:
+        if self._is_too_long(request.prefixes):
+            return
         names = listed(self.table, request.prefixes, request.depth)
         response.result.names = names
         response.result.prefixes = sorted({name.rpartition(".")[0] for name in names if "." in name})
 
-    def _set(self, request: Any, response: Any) -> Future[Any]:
+    def _is_too_long(self, names: Sequence[str]) -> bool:
+        """Return whether a read request has more names than one for the whole table can have."""
+        return len(names) > max(MAX_REQUEST, len(self.table))
+
+    def _set(self, request: Any, response: Any) -> Future[Any] | None:
         """Set each parameter; a refused one does not affect the others."""
         parameters = request.parameters
+        if refusal := _too_many(parameters):
+            response.results = [refusal]
+            return None
         response.results = [_refused("") for _ in parameters]
+        commands: list[tuple[Any, Command | None]] = []
+        failures = 0
+        for parameter, result in zip(parameters, response.results, strict=True):
+            try:
+                commands.append((result, self._command(parameter, suggest=failures < _SUGGESTIONS)))
+            except GraphError as error:
+                result.reason = reason(error)
+                failures += 1
 
         def act(session: SessionCore) -> None:
-            _check_number(parameters)
-            for parameter, result in zip(parameters, response.results, strict=True):
+            for result, command in commands:
                 try:
-                    if (command := self._command(parameter)) is not None:
+                    if command is not None:
                         command.apply(session)
                 except RecordingError:
                     raise
@@ -109,45 +133,55 @@ class ParameterServices:
 
         return self._desk.ask(act)
 
-    def _set_atomically(self, request: Any, response: Any) -> Future[Any]:
+    def _set_atomically(self, request: Any, response: Any) -> Future[Any] | None:
         """Set all parameters, or none if one of them is refused."""
         parameters = request.parameters
+        if refusal := _too_many(parameters):
+            response.result = refusal
+            return None
+        try:
+            commands = [(self._known(parameter.name), self._command(parameter)) for parameter in parameters]
+        except GraphError as error:
+            response.result.reason = reason(error)
+            return None
 
         def act(session: SessionCore) -> None:
-            _check_number(parameters)
-            commands = [self._command(parameter) for parameter in parameters]
-            undoing: list[Command | None] = []
+            undoing: list[Command] = []
             try:
-                for parameter, command in zip(parameters, commands, strict=True):
-                    before = self._known(parameter.name)
-                    undo = before.command(before.read()) if command is not None and before.command else None
-                    if command is not None:
-                        command.apply(session)
-                        undoing.insert(0, undo)
+                for parameter, command in commands:
+                    if command is None or parameter.command is None:
+                        continue
+                    undo = parameter.command(_plain(parameter.read()))
+                    command.apply(session)
+                    undoing.insert(0, undo)
             except RecordingError:
                 raise
             except GraphError:
-                for undo in filter(None, undoing):
+                for undo in undoing:
                     undo.apply(session)
                 raise
             response.result.successful = True
 
         return self._desk.ask(act)
 
-    def _known(self, name: str) -> Parameter:
+    def _known(self, name: str, *, suggest: bool = True) -> Parameter:
         parameter = self.table.get(name)
         if parameter is None:
-            near = did_you_mean(name[:200], self.table)
+            near = did_you_mean(name[:200], self.table) if suggest else ""
             raise UsageError(f"unknown parameter {name[:200]!r}" + (f"; {near}" if near else ""))
         return parameter
 
-    def _command(self, given: Any) -> Command | None:
+    def _command(self, given: Any, *, suggest: bool = True) -> Command | None:
         """Return the command that sets a parameter; None if the parameter is read-only and already has the value.
+
+        Args:
+            given: Parameter message.
+            suggest: add a similar name to the error about an unknown parameter.
 
         Raises:
             UsageError: the parameter is unknown or read-only, or the value is not legal.
         """
-        parameter = self._known(given.name)
+        parameter = self._known(given.name, suggest=suggest)
         value = given_value(given.value, parameter.type)
         if parameter.command is not None:
             return parameter.command(value)
@@ -177,9 +211,16 @@ def listed(names: Mapping[str, object], prefixes: Sequence[str], depth: int) -> 
     return sorted(filter(matches, names))
 
 
-def _check_number(parameters: Sequence[Any]) -> None:
-    if len(parameters) > MAX_SET:
-        raise UsageError(f"{len(parameters)} parameters in one request; legal: up to {MAX_SET}")
+def _too_many(parameters: Sequence[Any]) -> Any | None:
+    """Return the refusal of a request with too many parameters; None for other requests."""
+    if len(parameters) <= MAX_REQUEST:
+        return None
+    return _refused(f"{len(parameters)} parameters in one request; legal: up to {MAX_REQUEST}")
+
+
+def _plain(value: Any) -> Any:
+    """Return a value that a recording can contain; arrays become lists."""
+    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def reason(error: BaseException) -> str:

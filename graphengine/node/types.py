@@ -259,7 +259,10 @@ def _scalar(value: Any, base: str) -> Any:
         if not low <= value <= high:
             raise ValueError(f"expected {low} to {high}")
         return value
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError("expected a number that a double can hold") from None
 
 
 def conversion(source: PortType, target: PortType) -> str | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from graphengine.control.parameter_services import MAX_SET
+from graphengine.control.parameter_services import MAX_REQUEST, ParameterServices
 from graphengine.control.parameters import ParameterNodes, node_name
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
@@ -26,9 +27,12 @@ from graphengine.messages.parameters import (
     python_value,
 )
 from graphengine.messages.qos import PARAMETER_EVENTS
+from graphengine.node.types import PortType
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.memory.memory_services import MemoryServer
+from graphengine.runtime.commands import Assign
+from graphengine.runtime.parameter_table import Parameter, graph_parameters
 from graphengine.scene import build
 from tests.control.harness import Controlled, controlled
 from tests.control.simulators import Client
@@ -160,6 +164,7 @@ def test_a_set_value_is_got_and_announced(sim: Parameters, value: Any) -> None:
     [
         (LIMIT, "fast", "is a double: expected a number, got 'fast'"),
         (LIMIT, [1.0], "is a double: expected a number"),
+        (LIMIT, f"[1{'0' * 400}]", "is a double: expected a number"),
         (LIMIT, True, "is a double: expected a number"),
         (LIMIT, None, "parameters cannot be deleted"),
         (
@@ -189,6 +194,30 @@ def test_of_an_atomic_set_all_or_nothing_is_done(sim: Parameters) -> None:
     assert (sim.value(RADIUS), sim.value(SPEED)) == (0.2, 3.0)
 
 
+def test_an_array_that_an_atomic_set_changed_is_set_back_and_recorded(
+    sim: Parameters, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorded: list[str] = []
+    way = "drive.variables.way"
+    more = DRIVE.replace("{speed:", "{way: {type: 'double[]', default: [1.0, 2.0]}, speed:")
+    (tmp_path / "drive.yaml").write_text(more, encoding="utf-8")
+    sim.run.ask("reload")
+    table = graph_parameters(sim.session.graphs, "bot")
+    table["lost"] = Parameter(
+        "lost",
+        PortType("double"),
+        lambda: 0.0,
+        lambda value: Assign(graph="bot/drive", variable="lost", value=value),
+    )
+    monkeypatch.setattr(sim.session, "note", lambda name, arguments: recorded.append(json.dumps(arguments)))
+    with contextlib.closing(ParameterServices("/other", table, sim.run.desk, sim.transport, print)):
+        values = [given(way, [3.0]), given("lost", 1.0)]
+        result = sim.to("/other", "set_parameters_atomically", parameters=values).result
+        assert (result.successful, sim.value(way, "/other")) == (False, [1.0, 2.0])
+    assert "no variable 'lost'" in result.reason
+    assert [json.loads(text)["value"] for text in recorded] == [[3.0], [1.0, 2.0]]
+
+
 def test_nothing_is_done_where_nothing_is_asked_for(sim: Parameters) -> None:
     assert sim.put({}) == []
     assert sim.to(BOT, "set_parameters_atomically").result.successful
@@ -196,11 +225,27 @@ def test_nothing_is_done_where_nothing_is_asked_for(sim: Parameters) -> None:
 
 
 def test_a_request_with_too_many_parameters_is_refused_whole(sim: Parameters) -> None:
-    many = [given(RADIUS, 1.0)] * (MAX_SET + 1)
-    results = sim.to(BOT, "set_parameters", parameters=many).results
-    assert not any(result.successful for result in results)
-    assert results[0].reason == f"{MAX_SET + 1} parameters in one request; legal: up to {MAX_SET}"
+    many = [given(RADIUS, 1.0)] * (MAX_REQUEST + 1)
+    (result,) = sim.to(BOT, "set_parameters", parameters=many).results
+    assert not result.successful
+    assert result.reason == f"{MAX_REQUEST + 1} parameters in one request; legal: up to {MAX_REQUEST}"
+    assert sim.to(BOT, "set_parameters_atomically", parameters=many).result.reason == result.reason
     assert sim.value(RADIUS) == 0.1
+
+
+def test_a_request_with_too_many_names_is_answered_empty(sim: Parameters) -> None:
+    names = [RADIUS] * (MAX_REQUEST + 1)
+    assert len(sim.to(BOT, "get_parameters", names=names[1:]).values) == MAX_REQUEST
+    assert not len(sim.to(BOT, "get_parameters", names=names).values)
+    assert not len(sim.to(BOT, "get_parameter_types", names=names).types)
+    assert not len(sim.to(BOT, "describe_parameters", names=names).descriptors)
+    assert not len(sim.to(BOT, "list_parameters", prefixes=names).result.names)
+
+
+def test_similar_names_are_suggested_for_the_first_three_failures(sim: Parameters) -> None:
+    reasons = sim.put({f"{LIMIT}{end}": 1.0 for end in "abcde"})
+    assert ["did you mean" in reason for reason in reasons] == [True] * 3 + [False] * 2
+    assert all("unknown parameter" in reason for reason in reasons)
 
 
 def test_commands_of_others_are_announced_too(sim: Parameters) -> None:
