@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import socket
 from collections.abc import Mapping
 from typing import Any
 
@@ -19,13 +20,15 @@ class Client:
 
     Args:
         entry: run to connect to.
+        patience: wall time in which an answer must begin, s; None: no limit. After a late answer, close the client.
 
     Raises:
         ControlError: the run has ended.
     """
 
-    def __init__(self, entry: Entry) -> None:
+    def __init__(self, entry: Entry, patience: float | None = None) -> None:
         self.entry = entry
+        self._patience = patience
         try:
             self._connection = runs.connect(entry.path)
         except OSError as error:
@@ -36,19 +39,28 @@ class Client:
         """Send one of `commands.COMMANDS`; return its result.
 
         Raises:
-            ControlError: the command was refused, or the run ended meanwhile.
+            ControlError: the command was refused, or the run ended meanwhile or did not answer in time.
         """
         try:
             with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # a client that is refused can read why
                 self._lines.send({"command": command, "arguments": dict(arguments or {})})
-            answer = self._lines.receive(MAX_ANSWER)
-        except (OSError, BadLineError):
+            answer = self._lines.receive(MAX_ANSWER, patience=self._patience)
+        except BadLineError:
+            if self._patience is not None:
+                raise ControlError(f"{self.entry} did not answer within {self._patience:g} s") from None
+            answer = None
+        except OSError:
             answer = None
         if not isinstance(answer, dict):
             raise ControlError(f"{self.entry} ended before it answered")
         if "error" in answer:
             raise ControlError(str(answer["error"]))
         return answer.get("result")
+
+    def interrupt(self) -> None:
+        """End the connection from another thread: its request in progress raises ControlError."""
+        with contextlib.suppress(OSError):  # the run has ended it already
+            self._connection.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
         """Close the connection."""

@@ -17,6 +17,8 @@ from graphengine.format.errors import ControlError
 
 PERIOD = 0.05
 """Wall time between two samples, s."""
+PATIENCE = 30.0
+"""Wall time in which a run has to answer, s; one that is stopped (SIGSTOP) or hangs does not."""
 MAX_SAMPLES = 500_000
 """Maximum number of samples; when it is exceeded, the oldest half is dropped."""
 
@@ -65,7 +67,7 @@ class TruePoses:
         self._poses: list[PlanarPose] = []
         self._lock = threading.Lock()
         self._closed = threading.Event()
-        self._client = Client(self.entry)
+        self._client = Client(self.entry, PATIENCE)
         try:
             self._sample()
         except BaseException:
@@ -120,6 +122,7 @@ class TruePoses:
     def close(self) -> None:
         """End the thread; the samples remain."""
         self._closed.set()
+        self._client.interrupt()  # the run may never answer
         self._thread.join()
         self._client.close()
 
@@ -129,6 +132,9 @@ class TruePoses:
                 self._sample()
             except ControlError as error:
                 self.ended = str(error)
+                return
+            except Exception as error:  # without `ended`, the navigator would wait for samples
+                self.ended = f"{self.entry} sent an answer that cannot be used ({type(error).__name__}: {error})"
                 return
 
     def _sample(self) -> None:
@@ -173,7 +179,7 @@ def _find(run: str, namespace: str) -> runs.Entry:
 
 def _has_robot(entry: runs.Entry, namespace: str) -> bool:
     try:
-        with Client(entry) as client:
+        with Client(entry, PATIENCE) as client:
             return namespace in _robots(client.ask("state"))
     except ControlError:  # the run has ended meanwhile
         return False

@@ -81,21 +81,22 @@ def execute(arguments: argparse.Namespace) -> int:
                 activation=arguments.wait,
                 say=_say,
             )
-            interrupted = False
-            for place, goal in enumerate(goals, 1):
-                try:
+            unsent = "after an error"
+            try:
+                for place, goal in enumerate(goals, 1):
                     outcomes.append(_drive(navigator.go, goal, f"{place}/{len(goals)}"))
-                except KeyboardInterrupt:
-                    interrupted = True
-                    outcomes.append(Outcome(goal, "canceled", "by Ctrl-C"))
-                    break
-        outcomes += [Outcome(goal, "not sent", "after Ctrl-C") for goal in goals[len(outcomes) :]]
-        show(table(rows(outcomes)))
-        show(f"{sum(outcome.reached for outcome in outcomes)} of {len(outcomes)} goals reached")
-        if arguments.junit is not None:
-            write_junit(arguments.junit, outcomes, f"nav2 goals {namespace or '/'}")
-        return 1 if interrupted or not all(outcome.reached for outcome in outcomes) else 0
-    return 1
+            except KeyboardInterrupt:
+                unsent = "after Ctrl-C"
+                outcomes.append(Outcome(goal, "canceled", "by Ctrl-C"))
+                raise
+            finally:
+                outcomes += [Outcome(goal, "not sent", unsent) for goal in goals[len(outcomes) :]]
+                show(table(rows(outcomes)))
+                show(f"{sum(outcome.reached for outcome in outcomes)} of {len(outcomes)} goals reached")
+                if arguments.junit is not None:
+                    write_junit(arguments.junit, outcomes, f"nav2 goals {namespace or '/'}")
+        return 0 if all(outcome.reached for outcome in outcomes) else 1
+    return 1  # Ctrl-C
 
 
 def _read(text: str) -> list[NavigationGoal]:

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 import math
+import os
+import socket
+import tempfile
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +21,7 @@ from graphengine.api.navigation.true_poses import PlanarPose, TruePoses, yaw_of
 from graphengine.control import runs
 from graphengine.devices.rotation import from_rpy
 from graphengine.format.errors import ControlError, UsageError
+from tests.waiting import PATIENCE, eventually
 
 
 class Samples(TruePoses):
@@ -92,7 +99,7 @@ def test_the_run_is_chosen_by_the_namespace_of_the_robot(monkeypatch: pytest.Mon
     namespaces = {"one": "/robot", "two": "/other"}
 
     class Client(Answer):
-        def __init__(self, entry: runs.Entry) -> None:
+        def __init__(self, entry: runs.Entry, patience: float) -> None:
             told = state(1.0, 0.0, 0.0)
             told["robots"][0]["namespace"] = namespaces[entry.name]
             super().__init__(told)
@@ -101,6 +108,8 @@ def test_the_run_is_chosen_by_the_namespace_of_the_robot(monkeypatch: pytest.Mon
             return self
 
         def __exit__(self, *_: object) -> None: ...
+
+        def interrupt(self) -> None: ...
 
         def close(self) -> None: ...
 
@@ -116,3 +125,62 @@ def test_the_run_is_chosen_by_the_namespace_of_the_robot(monkeypatch: pytest.Mon
     namespaces["two"] = "/robot"
     with pytest.raises(UsageError, match="--run 1   two"):
         TruePoses("", "/robot")
+
+
+@pytest.fixture
+def mute_run(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
+    """A run that sends these answers, one for each request, and then no more, as after SIGSTOP."""
+    answers: list[Any] = []
+    with tempfile.TemporaryDirectory(prefix="graphrun-") as folder, contextlib.ExitStack() as stack:
+        monkeypatch.setenv("XDG_RUNTIME_DIR", folder)
+        path = runs.folder(os.environ) / runs.entry_name("mute", 1)
+        listener = stack.enter_context(socket.socket(socket.AF_UNIX))
+        listener.bind(str(path))
+        listener.listen()
+        open_ends = []
+
+        def serve() -> None:
+            with contextlib.suppress(OSError):  # the test has ended
+                while True:
+                    connection, _ = listener.accept()
+                    open_ends.append(connection)
+                    while answers and connection.recv(65536):
+                        connection.sendall(json.dumps({"result": answers.pop(0)}).encode() + b"\n")
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        yield answers
+        listener.shutdown(socket.SHUT_RDWR)
+        for connection in open_ends:
+            connection.close()
+        thread.join(PATIENCE)
+
+
+def test_a_run_that_never_answers_is_refused(mute_run: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("graphengine.api.navigation.true_poses.PATIENCE", 0.1)
+    with pytest.raises(ControlError, match=r"mute \(process 1\) did not answer within 0.1 s"):
+        TruePoses("", "/robot")
+
+
+def test_a_run_that_stops_answering_ends_the_samples(mute_run: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("graphengine.api.navigation.true_poses.PATIENCE", 0.1)
+    mute_run.append(state(1.0, 0.0, 0.0))
+    with contextlib.closing(TruePoses("", "/robot")) as poses:
+        assert eventually(lambda: poses.ended)
+        assert poses.ended == "mute (process 1) did not answer within 0.1 s"
+
+
+def test_samples_are_closed_while_a_request_waits_for_its_answer(mute_run: list[Any]) -> None:
+    mute_run.append(state(1.0, 0.0, 0.0))
+    poses = TruePoses("", "/robot")
+    closing = threading.Thread(target=poses.close, daemon=True)
+    closing.start()
+    closing.join(10.0)  # before the run's patience of 30 s
+    assert not closing.is_alive()
+
+
+def test_an_answer_that_cannot_be_used_ends_the_samples_with_the_reason(mute_run: list[Any]) -> None:
+    mute_run += [state(1.0, 0.0, 0.0), {"time": 1.0}]
+    with contextlib.closing(TruePoses("", "/robot")) as poses:
+        assert eventually(lambda: poses.ended)
+        assert "cannot be used (KeyError: 'robots')" in poses.ended
