@@ -95,7 +95,9 @@ class ParameterNodes:
             if snapshot is not self._followed:
                 self._follow(snapshot)
                 self._followed = snapshot
-            self._announce()
+                self._announce()
+            elif self._events.matched:  # else the first subscriber receives the changes since the last announcement
+                self._announce()
 
     def _follow(self, snapshot: Snapshot) -> None:
         """Open and close nodes to match a snapshot, and replace the parameter tables of the others."""

@@ -44,7 +44,7 @@ class ParameterClient:
         return sorted(self._call("list_parameters", prefixes=list(prefixes)).result.names)
 
     def get(self, names: Sequence[str]) -> Sequence[Any]:
-        """Return a ParameterValue for each name."""
+        """Return a ParameterValue for each name; nodes of rclcpp answer an empty list if one of the names has no value."""
         return list(self._call("get_parameters", names=list(names)).values)
 
     def describe(self, names: Sequence[str]) -> Sequence[Any]:
@@ -52,8 +52,17 @@ class ParameterClient:
         return list(self._call("describe_parameters", names=list(names)).descriptors)
 
     def set(self, parameters: Sequence[Any]) -> Sequence[Any]:
-        """Set Parameter messages; return a SetParametersResult for each."""
-        return list(self._call("set_parameters", parameters=list(parameters)).results)
+        """Set Parameter messages; return a SetParametersResult for each.
+
+        Raises:
+            TransportError: the node answers another number of results, or not in time.
+        """
+        results = list(self._call("set_parameters", parameters=list(parameters)).results)
+        if len(results) != len(parameters):
+            reasons = "; ".join(dict.fromkeys(result.reason for result in results if result.reason))
+            answered = f"{self.node} answers {len(results)} results for {len(parameters)} parameters"
+            raise TransportError(f"{answered}: {reasons}" if reasons else answered)
+        return results
 
     def _call(self, service: str, **fields: Any) -> Any:
         name, kind = f"{self.node}/{service}", SERVICES[service]

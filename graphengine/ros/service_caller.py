@@ -11,6 +11,7 @@ from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.transport import Transport
+from graphengine.ros.transports.calls import MAX_OPEN
 
 
 class ServiceCaller:
@@ -32,6 +33,7 @@ class ServiceCaller:
     def __init__(
         self, transport: Transport, service: str, service_type: str, definitions: Definitions = DEFINITIONS
     ) -> None:
+        self._service = service
         _, self._response = definitions.service_parts(service_type)
         self._definitions = definitions
         self._lock = threading.Lock()
@@ -48,25 +50,36 @@ class ServiceCaller:
     def call(self, request: Any) -> Future[Any]:
         """Send a request and return at once; without a server, the request is lost.
 
+        Of more than `MAX_OPEN` unanswered calls, the oldest fails with a `TransportError`.
+
         Raises:
             MessageError: the message is not a request of the service.
             TransportError: the client is closed.
         """
         future = Future[Any]()
         number = self._client.call(messages.encode(request, self._definitions))
+        dropped: Future[Any] | None = None
         with self._lock:
             early = self._early.pop(number, None)
             if early is None:
                 self._open[number] = future
+                if len(self._open) > MAX_OPEN:
+                    dropped = self._open.pop(next(iter(self._open)))
         if early is not None:
             self._settle(future, early)
+        if dropped is not None and not dropped.done():
+            dropped.set_exception(
+                TransportError(f"{self._service}: no response, and {MAX_OPEN} later calls are waiting")
+            )
         return future
 
     def _receive(self, number: int, data: bytes) -> None:
         with self._lock:
             future = self._open.pop(number, None)
             if future is None:
-                self._early[number] = data
+                self._early[number] = data  # bounded too, as a number may be that of a dropped call
+                if len(self._early) > MAX_OPEN:
+                    del self._early[next(iter(self._early))]
         if future is not None:
             self._settle(future, data)
 

@@ -18,7 +18,7 @@ from graphengine.format.wording import shown
 from graphengine.messages.parameters import ARRAY_OF, ParameterType
 from graphengine.node.port import Port
 from graphengine.node.types import INTEGERS, POINTER, PortType, coerce, equal
-from graphengine.runtime.addresses import GraphVariable, NodePort
+from graphengine.runtime.addresses import SIDES, GraphVariable, NodePort
 from graphengine.runtime.commands import Assign, Command, Rate, Set
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.pacer import SLOWEST
@@ -120,11 +120,16 @@ def _inputs(run: GraphRun, graph: str) -> Iterator[Parameter]:
             if kind is None or (instance.index, port.field) in wired:
                 continue
             name = f"{graph}.{instance.id.replace('/', '.')}.{port.name}"
-            at = NodePort(f"{run.name}/{instance.id}.{port.name}", run.executor, instance.index, port)
+            at = NodePort(f"{run.name}/{instance.id}.{_addressed(port)}", run.executor, instance.index, port)
             limits = _limits(kind, port)
             constraint = "" if limits is not None and not port.tokens else _constraint(kind, port)
             read = partial(getattr, run.executor.nodes[instance.index], port.field)
             yield Parameter(name, kind, read, partial(_set, at), port.doc, port.unit, limits, constraint)
+
+
+def _addressed(port: Port) -> str:
+    """Return the name of an input in an address, with its side if the name itself begins as one: `inputs:state:x`."""
+    return f"inputs:{port.name}" if port.name.partition(":")[0] in SIDES else port.name
 
 
 def _settable(instance: Instance, port: Port) -> PortType | None:

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
 
+from graphengine.cli.param.dump import current, nested
+from graphengine.cli.param.load import flat, read
+from graphengine.cli.param.set_value import report
+from graphengine.format.errors import TransportError
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.parameters import SERVICES, ParameterType, parameter_message, value_message
+from graphengine.ros.parameter_client import ParameterClient
+from graphengine.ros.transports.memory.memory import MemoryTransport
 from tests.cli.harness import Graphrun, Live, live
 from tests.parameter_scene import LIMIT, NODE, NODES, write_scene
 from tests.waiting import eventually
@@ -79,6 +88,65 @@ def test_a_file_without_parameters_is_refused_before_the_network_is_joined(param
     assert (
         "no parameters; write them below NODE: ros__parameters:" in param("load", NODE, str(path), code=2, out="").err
     )
+
+
+@pytest.mark.parametrize("value", ["[1, a]", "[[1], [2]]", "[1, null]"])
+def test_a_list_that_is_not_of_one_type_is_refused_before_the_network_is_joined(
+    param: Graphrun, tmp_path: Path, value: str
+) -> None:
+    path = tmp_path / "mixed.yaml"
+    path.write_text(f"/node: {{ros__parameters: {{a: {{b: {value}}}}}}}\n", encoding="utf-8")
+    assert "a.b is no list of one type" in param("load", NODE, str(path), code=2, out="").err
+
+
+def test_nulls_are_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "nulls.yaml"
+    path.write_text("/node: {ros__parameters: {a: null, b: [1, 2.5]}}\n", encoding="utf-8")
+    assert read(path, wildcard=True) == {"b": [1, 2.5]}
+
+
+def test_a_dump_with_a_name_below_that_of_a_value_can_be_loaded() -> None:
+    values = {"a.b.c": 3, "a": 1, "a.b": 2, "d.e": 4}
+    assert nested(values) == {"a": 1, "a.b": 2, "a.b.c": 3, "d": {"e": 4}}
+    assert dict(flat(nested(values))) == values
+
+
+class Peer(ParameterClient):
+    """A client of a node that answers as rclcpp does: nothing if one of the names has no value."""
+
+    def __init__(self, values: dict[str, int | None], results: Sequence[str] = ()) -> None:
+        super().__init__(MemoryTransport(), "/peer")
+        self.values, self.results = values, results
+
+    def _call(self, service: str, **fields: Any) -> Any:
+        response = DEFINITIONS.initial(f"{SERVICES[service]}_Response")
+        if service == "list_parameters":
+            response.result.names = list(self.values)
+        elif service == "get_parameters" and all(self.values[name] is not None for name in fields["names"]):
+            response.values = [value_message(ParameterType.INTEGER, self.values[name]) for name in fields["names"]]
+        elif service == "set_parameters":
+            response.results = [DEFINITIONS.initial("rcl_interfaces/msg/SetParametersResult") for _ in self.results]
+            for result, reason in zip(response.results, self.results, strict=True):
+                result.reason = reason
+        return response
+
+
+def test_parameters_without_a_value_are_left_out_of_a_dump() -> None:
+    assert current(Peer({"a": 1, "b": None, "c": 3})) == {"a": 1, "c": 3}
+    assert current(Peer({"a": 1, "c": 3})) == {"a": 1, "c": 3}
+    assert current(Peer({})) == {}
+
+
+def test_another_number_of_results_is_an_error_with_what_was_answered() -> None:
+    with pytest.raises(TransportError, match="/peer answers 1 results for 2 parameters: too many"):
+        Peer({}, ["too many"]).set([parameter_message(name, ParameterType.INTEGER, 1) for name in "ab"])
+
+
+def test_the_reason_of_a_peer_has_no_control_characters_on_a_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    result = DEFINITIONS.initial("rcl_interfaces/msg/SetParametersResult")
+    result.reason = "no\x1b[2J"
+    assert report(result, "done", "failed") == 1
+    assert capsys.readouterr().err == "failed: no\N{REPLACEMENT CHARACTER}[2J\n"
 
 
 def test_where_nobody_is_list_says_where_it_looked(param: Graphrun) -> None:

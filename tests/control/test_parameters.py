@@ -64,6 +64,15 @@ class Parameters(Client):
         self.events = events
         self.told = told
         self.transport = transport
+        self.listen()
+
+    def listen(self) -> None:
+        """Subscribe to the changes."""
+
+        def hear(data: bytes) -> None:
+            self.events.append(messages.decode(data, EVENT))
+
+        self.hearing = self.transport.reader(EVENTS, EVENT, PARAMETER_EVENTS, hear)
 
     def to(self, node: str, service: str, **fields: Any) -> Any:
         return self.ask(f"{node.strip('/')}/{service}", SERVICES[service], **fields)
@@ -106,14 +115,14 @@ def offered(folder: Path, **how: Any) -> Iterator[Parameters]:
     scene = build.load(write_scene(folder))
     transport, events = NodeTransport(), list[Any]()
     told: list[str] = []
-    transport.reader(EVENTS, EVENT, PARAMETER_EVENTS, lambda data: events.append(messages.decode(data, EVENT)))
     session = build.start(scene, LiveNetwork(lambda _: transport, 0, print))
     with controlled(session, **{"paused": True, **how}) as run:
+        running = Parameters(run, transport, events, told)
         nodes = ParameterNodes(session, run.desk, transport, told.append)
         try:
             assert eventually(lambda: len(events) == 2)
             events.clear()
-            yield Parameters(run, transport, events, told)
+            yield running
         finally:
             nodes.close()
 
@@ -255,6 +264,16 @@ def test_commands_of_others_are_announced_too(sim: Parameters) -> None:
     assert eventually(lambda: sim.heard(SCENE) == [([], {"real_time_factor": 0.5}, [])])
     sim.run.ask("assign", graph="bot/drive", variable="speed", value=2.0)
     assert eventually(lambda: sim.heard()[1:] == [([], {SPEED: 2.0}, [])])
+
+
+def test_the_first_subscriber_receives_the_changes_since_the_last_announcement(sim: Parameters) -> None:
+    sim.hearing.close()
+    sim.put({LIMIT: 0.5})
+    assert sim.heard() == []
+    sim.listen()
+    sim.put({RADIUS: 0.25})
+    changes = {LIMIT: 0.5, RADIUS: 0.25}
+    assert eventually(lambda: {name: value for _, new, _ in sim.heard() for name, value in new.items()} == changes)
 
 
 def test_the_stamp_of_an_event_is_simulation_time(sim: Parameters) -> None:

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graphengine.format.errors import TransportError
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.ros.service_caller import ServiceCaller
 from graphengine.ros.transports.calls import MAX_OPEN, Calls
+from graphengine.ros.transports.memory.memory import MemoryTransport
 
 
 @given(st.lists(st.integers(-1, 8)))
@@ -21,3 +26,12 @@ def test_the_oldest_call_is_given_up_where_too_many_wait() -> None:
     for _ in range(MAX_OPEN + 2):
         last = calls.begin()
     assert [calls.end(number) for number in (1, 2, 3, last)] == [None, None, True, True]
+
+
+def test_the_oldest_unanswered_call_of_a_caller_fails_where_too_many_wait() -> None:
+    caller = ServiceCaller(MemoryTransport(), "/light", "std_srvs/srv/Trigger")
+    request = DEFINITIONS.initial("std_srvs/srv/Trigger_Request")
+    first, second, *_ = [caller.call(request) for _ in range(MAX_OPEN + 1)]
+    with pytest.raises(TransportError, match="/light: no response"):
+        first.result(0)
+    assert not second.done()

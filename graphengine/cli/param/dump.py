@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.live import Live, add_live_arguments, show
 from graphengine.cli.param.nodes import add_node_argument, client_of
+
+if TYPE_CHECKING:
+    from graphengine.ros.parameter_client import ParameterClient
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,23 +23,36 @@ def execute(arguments: argparse.Namespace) -> int:
     """Print the parameters; return 0."""
     import yaml
 
-    from graphengine.messages.parameters import python_value
-
     with Live(arguments) as live:
         client = client_of(live, arguments.node)
-        names = client.list()
-        values = {name: python_value(value) for name, value in zip(names, client.get(names), strict=True)}
+        values = current(client)
     show(yaml.dump({client.node: {"ros__parameters": nested(values)}}, default_flow_style=False))
     return 0
 
 
+def current(client: ParameterClient) -> dict[str, Any]:
+    """Return the values of all parameters of a node that have one, by name."""
+    from graphengine.messages.parameters import python_value
+
+    names = client.list()
+    answers = [client.get(names)]
+    if len(answers[0]) != len(names):  # as one of them has no value
+        answers = [client.get([name])[:1] for name in names]
+        names = [name for name, answer in zip(names, answers, strict=True) if answer]
+    found = [python_value(value) for answer in answers for value in answer]
+    return {name: value for name, value in zip(names, found, strict=True) if value is not None}
+
+
 def nested(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values with dotted names as nested mappings, one level for each part of a name."""
+    """Return values with dotted names as nested mappings, one level for each part of a name; beside a value `a`, `a.b` stays flat."""
     tree: dict[str, Any] = {}
-    for name, value in values.items():
-        *way, last = name.split(".")
-        place = tree
-        for part in way:
-            place = place.setdefault(part, {})
-        place[last] = value
+    for name in sorted(values):
+        place, rest = tree, name
+        while "." in rest:
+            part, _, below = rest.partition(".")
+            inner = place.setdefault(part, {})
+            if not isinstance(inner, dict):
+                break
+            place, rest = inner, below
+        place[rest] = values[name]
     return tree

@@ -6,6 +6,7 @@ import argparse
 import re
 import sys
 
+from graphengine.cli.common import clean
 from graphengine.cli.live import Live, add_live_arguments, is_hidden, show
 from graphengine.cli.param.nodes import add_node_argument, client_of, nodes_with_parameters
 from graphengine.format.errors import TransportError, UsageError
@@ -44,7 +45,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 names = [name for name in client.list(arguments.param_prefixes) if wanted.match(name)]
                 kinds = client.describe(names) if arguments.param_type else ()
             except TransportError as error:
-                print(f"error: {error}", file=sys.stderr)
+                print(clean(f"error: {error}"), file=sys.stderr)
                 code = 1
                 continue
             types = {each.name: f" (type: {type_name(each.type)})" for each in kinds}

@@ -14,6 +14,8 @@ from graphengine.format.errors import UsageError
 EVERY_NODE = "/**"
 """Key whose parameters apply to every node."""
 KEY = "ros__parameters"
+_BATCH = 500
+"""Maximum number of parameters in one request."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,23 +34,25 @@ def execute(arguments: argparse.Namespace) -> int:
     values = read(arguments.file, wildcard=not arguments.no_use_wildcard)
     with Live(arguments) as live:
         client = client_of(live, arguments.node)
-        results = client.set([given(name, value, str(value)) for name, value in values.items()])
-    codes = [
-        report(result, f"Set parameter {name} successful", f"Set parameter {name} failed")
-        for name, result in zip(values, results, strict=True)
-    ]
-    return max(codes, default=0)
+        code, names = 0, list(values)
+        for first in range(0, len(names), _BATCH):
+            batch = names[first : first + _BATCH]
+            results = client.set([given(name, values[name], str(values[name])) for name in batch])
+            for name, result in zip(batch, results, strict=True):
+                code |= report(result, f"Set parameter {name} successful", f"Set parameter {name} failed")
+    return code
 
 
 def read(path: Path, *, wildcard: bool) -> Mapping[str, Any]:
-    """Return the values in a parameter file by name. As in `ros2 param load`, the node names in the file are ignored.
+    """Return the values in a parameter file by name, without nulls. As in `ros2 param load`, the node names in the file are ignored.
 
     Raises:
         CheckError: the file is not YAML.
-        UsageError: the file has no parameters.
+        UsageError: the file has no parameters, or a list that is no value of a parameter.
     """
     from graphengine.format import document
     from graphengine.format.diagnostics import Findings
+    from graphengine.messages.parameters import ParameterType, fitting_type
 
     findings = Findings()
     found = document.load(path, findings)
@@ -60,9 +64,13 @@ def read(path: Path, *, wildcard: bool) -> Mapping[str, Any]:
     for node in order:
         given = nodes.get(node)
         if isinstance(given, dict) and isinstance(given.get(KEY), dict):
-            values |= dict(flat(given[KEY]))
+            values |= {name: value for name, value in flat(given[KEY]) if value is not None}
     if not values:
         raise UsageError(f"{path}: no parameters; write them below NODE: {KEY}:")
+    for name, value in values.items():
+        if isinstance(value, list) and fitting_type(value) is ParameterType.NOT_SET:
+            legal = "write only booleans, only integers, only numbers or only texts"
+            raise UsageError(f"{path}: {name} is no list of one type; {legal}")
     return values
 
 

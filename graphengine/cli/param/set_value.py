@@ -6,6 +6,7 @@ import argparse
 import sys
 from typing import Any
 
+from graphengine.cli.common import clean
 from graphengine.cli.live import Live, add_live_arguments, show
 from graphengine.cli.param.nodes import add_node_argument, add_parameter_argument, client_of
 
@@ -47,5 +48,5 @@ def report(result: Any, done: str, failed: str) -> int:
     if result.successful:
         show(f"{done}{reason}")
         return 0
-    print(f"{failed}{reason}", file=sys.stderr)
+    print(clean(f"{failed}{reason}"), file=sys.stderr)
     return 1

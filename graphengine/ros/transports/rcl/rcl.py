@@ -187,6 +187,7 @@ class RclTransport(RosNode):
                 create = getattr(self._node_of(end), f"create_{end.kind}")
                 end.entity = create(found, end.name, qos_profile=to_profile(qos), **more)
             except Exception as error:
+                self._drop_unused(end.node)
                 raise TransportError(f"{what}: {error}") from error
             (self._writers if isinstance(end, RclWriter) else self._readers).append(end)
         return end
@@ -196,8 +197,12 @@ class RclTransport(RosNode):
         getattr(self._node_of(end), f"destroy_{end.kind}")(entity)
         if not isinstance(end, RclWriter):
             self._wait_for_executor()
-        if end.node in self._others and all(other.node != end.node for other in self._readers):
-            node = self._others.pop(end.node)
+        self._drop_unused(end.node)
+
+    def _drop_unused(self, name: str) -> None:
+        """Destroy a further node that has no servers."""
+        if name in self._others and all(other.node != name for other in self._readers):
+            node = self._others.pop(name)
             self._executor.remove_node(node)
             self._wait_for_executor()
             node.destroy_node()
