@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import signal
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 from xml.etree import ElementTree
 
 import pytest
 
+from graphengine.api.navigation.goal_list import NavigationGoal
+from graphengine.api.navigation.navigator import Navigator
+from graphengine.format.errors import TransportError
+from graphengine.ros.action_caller import ActionCaller
 from graphengine.ros.cli_subscription import SimulationClock
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
@@ -70,6 +75,11 @@ def running(domain_id: int, *options: str) -> Iterator[Live]:
     with live("run", "dd100_flat", "--transport", "dds", *options, env=env) as run:
         assert run.hear(lambda said: " Hz; " in said)
         yield run
+
+
+def ignore(server: Nav2Peer, goal: bytes) -> None:
+    """Lose the answer to the goal."""
+    server._requests["send_goal"].pop(0)
 
 
 def cells(line: str) -> list[str]:
@@ -186,6 +196,66 @@ def test_a_server_that_is_gone_ends_all(
     assert [cells(line)[1] for line in done.lines[1:3]] == ["server lost", "not sent"]
 
 
+def test_a_result_that_cannot_be_decoded_fails_its_goal_alone(
+    goals: Graphrun, nav2: Nav2, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    follow = Navigator._follow
+
+    def garbled(navigator: Navigator, goal: NavigationGoal, *rest: Any) -> tuple[str, str]:
+        followed = follow(navigator, goal, *rest)
+        if goal.x == 1.0:
+            raise TransportError("the response is cut off")
+        return followed
+
+    monkeypatch.setattr(Navigator, "_follow", garbled)
+    nav2(nav2_peer.reach)
+    done = goals("1 2", "3 4", code=1)
+    assert [cells(line)[1] for line in done.lines[1:3]] == ["failed", "reached"]
+    assert cells(done.lines[1])[-1] == "the response is cut off"
+
+
+def test_a_goal_whose_answer_is_lost_is_sent_once_more(
+    goals: Graphrun, nav2: Nav2, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("graphengine.api.navigation.navigator.ANSWER", 0.5)
+    server = nav2(ignore, nav2_peer.reach)
+    assert cells(goals("1 2", code=0).lines[1])[1] == "reached"
+    assert len(server.messages) == 2
+
+
+def test_a_goal_whose_answer_is_lost_twice_is_canceled_and_the_next_is_sent(
+    goals: Graphrun, nav2: Nav2, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("graphengine.api.navigation.navigator.ANSWER", 0.5)
+    server = nav2(ignore, ignore, nav2_peer.reach)
+    done = goals("1 2", "3 4", code=1)
+    assert [cells(line)[1] for line in done.lines[1:3]] == ["no answer", "reached"]
+    assert server.cancelled == server.goals[:2]
+
+
+def test_a_goal_is_canceled_when_time_stands_still(
+    goals: Graphrun, nav2: Nav2, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("graphengine.api.navigation.navigator.STANDSTILL", 0.5)
+    monkeypatch.setattr("graphengine.cli.nav2.goals._other_clock", lambda truth: lambda: 7.0)
+    server = nav2(nav2_peer.dawdle_until_canceled)
+    done = goals("1 2", "3 4", code=1)
+    assert [cells(line)[1] for line in done.lines[1:3]] == ["time stands still", "not sent"]
+    assert server.cancelled == server.goals
+
+
+def test_a_server_is_waited_for_before_the_first_goal(
+    goals: Graphrun, nav2: Nav2, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("graphengine.api.navigation.navigator.LOST", 0.0)
+    looks = itertools.count()
+    ready = ActionCaller.ready
+    matched = property(lambda caller: next(looks) > 5 and ready.__get__(caller))
+    monkeypatch.setattr(ActionCaller, "ready", matched)
+    nav2(nav2_peer.reach)
+    goals("1 2", code=0)
+
+
 def test_without_nav2_the_error_says_where_it_was_looked_for(goals: Graphrun, domain_id: int) -> None:
     done = goals("1 2", "--wait", "0s", code=1, out="")
     assert done.err.startswith("error: no action navigate_to_pose\nis Nav2 running in this domain?\nseen over dds")
@@ -247,6 +317,9 @@ def test_a_run_that_ends_under_way_ends_the_goals(goals: Graphrun, nav2: Nav2, d
         def end_the_run(server: Nav2Peer, goal: bytes) -> None:
             nav2_peer.dawdle(server, goal)
             run.process.send_signal(signal.SIGINT)
+            if server.wait(lambda: goal in server.cancelled):
+                server.answer_cancel()
+                server.answer_result(5)
 
         nav2(end_the_run)
         done = goals("1 2", "3 4", code=1)

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 from graphengine.api.navigation.true_poses import PlanarPose, TruePoses
 from graphengine.format.errors import TransportError
@@ -39,13 +40,18 @@ def has_listener(transport: Transport, namespace: str) -> bool:
     return bool(transport.graph().subscribers(f"{namespace}/initialpose"))
 
 
+def may_belong(frame: str, namespace: str) -> bool:
+    """Return whether a frame on the common `/tf` can be one of a robot: it has the robot's namespace in front, or none."""
+    return frame.strip("/").rpartition("/")[0] in ("", namespace.strip("/"))
+
+
 def give_initial_pose(
     transport: Transport, namespace: str, truth: TruePoses, clock: Callable[[], float], frame: str = "map"
 ) -> bool:
     """Publish the true pose on `initialpose` until the localization has taken it; return whether it has.
 
     A localization that publishes `amcl_pose` has taken it if a pose there is near the true one; any other one, if it broadcasts
-    map -> odom.
+    map -> odom of this robot.
     """
     heard = _Heard()
     writer = transport.writer(f"{namespace}/initialpose", MESSAGE, QoS())
@@ -58,16 +64,22 @@ def give_initial_pose(
             found = PlanarPose(pose.position.x, pose.position.y, yaw)
             heard.near = found.distance(truth.newest) < NEAR and found.turn(truth.newest) < NEAR
 
-    def take_transforms(data: bytes) -> None:
+    def take_transforms(data: bytes, *, shared: bool) -> None:
         with suppress(TransportError):
             edges = messages.decode(data, "tf2_msgs/msg/TFMessage").transforms
-            heard.broadcasts |= any(edge.header.frame_id == frame for edge in edges)
+            children = [edge.child_frame_id for edge in edges if edge.header.frame_id == frame]
+            heard.broadcasts |= any(not shared or may_belong(child, namespace) for child in children)
 
     own = transport.reader(f"{namespace}/amcl_pose", MESSAGE, QoS(depth=1), take_pose)
-    names = {f"{namespace}/tf", "/tf"}
+    shared = {f"{namespace}/tf": False, "/tf": bool(namespace)}
     readers = [
         own,
-        *(transport.reader(name, "tf2_msgs/msg/TFMessage", QoS(depth=100), take_transforms) for name in names),
+        *(
+            transport.reader(
+                name, "tf2_msgs/msg/TFMessage", QoS(depth=100), partial(take_transforms, shared=shared[name])
+            )
+            for name in shared
+        ),
     ]
     deadline, due = time.monotonic() + PATIENCE, 0.0
     try:

@@ -30,7 +30,7 @@ POLL = 0.1
 RETRY = 1.0
 """Wall time after which a rejected goal is sent again while Nav2 may still be inactive, s."""
 LOST = 5.0
-"""Wall time without an action server after which the navigator gives up, s."""
+"""Wall time without a server after which a goal is given up, s; before the first goal is accepted, at least `activation`."""
 ANSWER = 10.0
 """Maximum wall time to wait until the server accepts, rejects or cancels a goal, s."""
 STANDSTILL = 60.0
@@ -81,8 +81,12 @@ class Track:
         return sum((a.distance(b) for a, b in itertools.pairwise(poses)), 0.0) if poses else None
 
 
-class GivenUpError(Exception):
-    """No further goal can be reached. The arguments are the result and the reason of the current goal."""
+class FailedError(Exception):
+    """A goal cannot be reached: its result and the reason."""
+
+
+class GivenUpError(FailedError):
+    """No further goal can be reached either."""
 
 
 class Navigator:
@@ -95,7 +99,7 @@ class Navigator:
         truth: true poses of the robot; None if they are unknown.
         definitions: message types.
         patience: simulation time for each goal, s.
-        activation: maximum wall time to wait until Nav2 is active, s.
+        activation: wall time in which Nav2 may be discovered and become active, s.
         say: prints a message for the user.
     """
 
@@ -119,8 +123,8 @@ class Navigator:
         self._patience = patience
         self._activation = activation
         self._say = say
-        self._call: GoalCall | None = None
-        """The goal that was sent last."""
+        self._sent: dict[GoalCall, float] = {}
+        """Calls for the present goal that were not rejected, with the wall time at which each was sent."""
         self._accepted = False
         """Whether the server has accepted a goal, so it is active."""
         self._seen = time.monotonic()
@@ -142,49 +146,68 @@ class Navigator:
             return Outcome(goal, "not sent", self.over)
         self._seen, self._moved = time.monotonic(), (self._clock(), time.monotonic())
         arrived: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        track, begun, self._call = Track(), self._clock(), None
+        self._sent.clear()
+        track, begun = Track(), None
         try:
             call = self._send(goal, arrived.put, watch)
-            if call is None:
-                return Outcome(goal, "rejected", "Nav2 did not accept the goal; is it active? see its log")
             begun = self._clock()
             result, reason = self._follow(goal, call, arrived, track, begun, watch)
-        except GivenUpError as given_up:
-            result, reason = given_up.args
-            self.over = f"{result}: {reason}"
+        except FailedError as failed:
+            self._cancel()
+            result, reason = failed.args
+            if isinstance(failed, GivenUpError):
+                self.over = f"{result}: {reason}"
+        except GraphError as error:  # such as an answer that cannot be decoded
+            self._cancel()
+            result, reason = "failed", str(error)
         except KeyboardInterrupt:
             self._cancel()
             raise
-        return self._measured(Outcome(goal, result, reason), track, begun)
+        outcome = Outcome(goal, result, reason)
+        return outcome if begun is None else self._measured(outcome, track, begun)
 
     def _send(
         self, goal: NavigationGoal, feedback: Callable[[Any], object], watch: Callable[[Progress], None]
-    ) -> GoalCall | None:
-        """Send a goal, again if it is rejected, until it is accepted; return None if it is rejected for too long."""
+    ) -> GoalCall:
+        """Send a goal until it is accepted.
+
+        Raises:
+            FailedError: it is rejected for too long, or two answers were lost.
+        """
         deadline, told = time.monotonic() + (RETRY * 3 if self._accepted else self._activation), False
         while True:
             watch(Progress(goal, 0.0))
             while not self.caller.ready:
                 self._look()
                 time.sleep(POLL)
-            call = self._call = self.caller.send(self._message(goal), feedback)
-            asked = time.monotonic()
-            while True:
-                with suppress(NotYet):
-                    if call.accepted.result(POLL):
-                        self._accepted = True
-                        return call
-                    break
-                self._look()
-                if time.monotonic() - asked > ANSWER:
-                    raise GivenUpError("no answer", f"{self._action} did not answer the goal within {ANSWER:g} s")
+            call = self.caller.send(self._message(goal), feedback)
+            self._sent[call] = time.monotonic()
+            if not self._answered(call):
+                if len(self._sent) == 2:
+                    raise FailedError(
+                        "no answer", f"{self._action} did not answer the goal twice, each in {ANSWER:g} s"
+                    )
+                continue  # if only the answer was lost, the new goal replaces the first
+            if call.accepted.result():
+                self._accepted = True
+                return call
+            del self._sent[call]
             if time.monotonic() > deadline:
-                return None
+                raise FailedError("rejected", "Nav2 did not accept the goal; is it active? see its log")
             if not told:
                 told = True
                 self._say(f"{self._action} rejects the goal: waiting until Nav2 is active")
             self._look()
             time.sleep(RETRY)
+
+    def _answered(self, call: GoalCall) -> bool:
+        """Wait until the server accepts or rejects a call, at most `ANSWER` s; return whether it has."""
+        while time.monotonic() - self._sent[call] <= ANSWER:
+            with suppress(NotYet):
+                call.accepted.exception(POLL)
+                return True
+            self._look()
+        return False
 
     def _follow(
         self,
@@ -195,7 +218,11 @@ class Navigator:
         begun: float,
         watch: Callable[[Progress], None],
     ) -> tuple[str, str]:
-        """Wait for the end of an accepted goal; return its result and the reason."""
+        """Wait for the end of an accepted goal; return its result and the reason.
+
+        Raises:
+            FailedError: it takes too long.
+        """
         while not call.result.done():
             with suppress(NotYet):
                 call.result.exception(POLL)
@@ -207,8 +234,7 @@ class Navigator:
                 break
             self._look()
             if now - begun > self._patience:
-                self._cancel()
-                return "timed out", f"not reached within {self._patience:g} s"
+                raise FailedError("timed out", f"not reached within {self._patience:g} s")
         response = call.result.result()
         if response.status == SUCCEEDED:
             return REACHED, ""
@@ -229,21 +255,25 @@ class Navigator:
             raise GivenUpError("run ended", self._truth.ended)
         if self.caller.ready:
             self._seen = wall
-        elif wall - self._seen > LOST:
-            raise GivenUpError("server lost", f"{self._action} has had no server for {LOST:g} s; did Nav2 end?")
+        elif wall - self._seen > (limit := LOST if self._accepted else max(LOST, self._activation)):
+            raise GivenUpError("server lost", f"{self._action} has had no server for {limit:g} s; did Nav2 end?")
         if now != self._moved[0] or (self._truth is not None and self._truth.paused):
             self._moved = now, wall
         elif wall - self._moved[1] > STANDSTILL:
             raise GivenUpError("time stands still", f"no progress on /clock for {STANDSTILL:g} s; did the run end?")
 
     def _cancel(self) -> None:
-        """Cancel the goal that was sent last and wait until it has ended, at most `ANSWER` s for each of the two answers."""
-        call = self._call
-        if call is None:
-            return
-        with suppress(NotYet, GraphError):
-            self.caller.cancel(call.goal).result(ANSWER)
-            call.result.exception(ANSWER)
+        """Cancel the present goal and wait until it has ended, at most `ANSWER` s for each answer."""
+        for call, sent in self._sent.items():
+            accepted = None
+            with suppress(NotYet, GraphError):  # a cancel that overtakes its goal has no effect
+                accepted = call.accepted.result(max(0.0, sent + ANSWER - time.monotonic()))
+            if accepted is False or call.result.done() or not self.caller.ready:
+                continue
+            with suppress(NotYet, GraphError):
+                self.caller.cancel(call.goal).result(ANSWER)
+                if accepted:
+                    call.result.exception(ANSWER)
 
     def _message(self, goal: NavigationGoal) -> Any:
         message = self._definitions.initial(f"{ACTION_TYPE}_Goal")

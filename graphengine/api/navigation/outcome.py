@@ -40,6 +40,11 @@ ERROR_NAMES = {
     712: "backup TF_ERROR",
     713: "backup INVALID_INPUT",
     714: "backup COLLISION_AHEAD",
+    720: "drive on heading UNKNOWN",
+    721: "drive on heading TIMEOUT",
+    722: "drive on heading TF_ERROR",
+    723: "drive on heading COLLISION_AHEAD",
+    724: "drive on heading INVALID_INPUT",
     9000: "navigator UNKNOWN",
     9001: "FAILED_TO_LOAD_BEHAVIOR_TREE",
     9002: "navigator TF_ERROR",
@@ -128,18 +133,23 @@ def write_junit(path: Path, outcomes: Sequence[Outcome], suite: str) -> None:
     failed = sum(not outcome.reached for outcome in outcomes)
     total = f"{sum(outcome.time or 0.0 for outcome in outcomes):.3f}"
     counts = {"tests": str(len(outcomes)), "failures": str(failed), "time": total}
-    element = ElementTree.Element("testsuite", {"name": suite, **counts})
+    element = ElementTree.Element("testsuite", {"name": _legal(suite), **counts})
     for outcome in outcomes:
-        named = {"classname": suite, "name": outcome.goal.label, "time": f"{outcome.time or 0.0:.3f}"}
+        named = {"classname": _legal(suite), "name": _legal(outcome.goal.label), "time": f"{outcome.time or 0.0:.3f}"}
         case = ElementTree.SubElement(element, "testcase", named)
         properties = ElementTree.SubElement(case, "properties")
         for name, value in _measured(outcome).items():
             ElementTree.SubElement(properties, "property", {"name": name, "value": value})
         if not outcome.reached:
             text = f"{outcome.result}: {outcome.reason}" if outcome.reason else outcome.result
-            ElementTree.SubElement(case, "failure", {"message": text})
+            ElementTree.SubElement(case, "failure", {"message": _legal(text)})
     ElementTree.indent(element)
     write_together({path: ElementTree.tostring(element, "utf-8", xml_declaration=True) + b"\n"})
+
+
+def _legal(text: str) -> str:
+    """Return a text without control characters and surrogates, which XML cannot contain."""
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 def _measured(outcome: Outcome) -> dict[str, str]:

@@ -5,6 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from xml.etree import ElementTree
 
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
 from graphengine.api.navigation.goal_list import NavigationGoal
 from graphengine.api.navigation.outcome import HEADER, Outcome, error_name, rows, write_junit
 
@@ -22,10 +26,11 @@ def test_a_table_has_all_figures_with_their_units() -> None:
 
 
 def test_error_codes_have_names() -> None:
-    assert [error_name(code) for code in (0, 105, 206, 4711)] == [
+    assert [error_name(code) for code in (0, 105, 206, 723, 4711)] == [
         "",
         "FAILED_TO_MAKE_PROGRESS (105)",
         "GOAL_OCCUPIED (206)",
+        "drive on heading COLLISION_AHEAD (723)",
         "error (4711)",
     ]
 
@@ -46,3 +51,11 @@ def test_junit_has_a_case_for_each_goal(tmp_path: Path) -> None:
         "localization_error_max_m": "0.05",
     }
     assert [one.get("message") for one in nothing.iter("failure")] == ["not sent: server lost"]
+
+
+@given(st.text(st.characters()))
+def test_junit_with_any_text_of_a_peer_can_be_read(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
+    file = tmp_path_factory.mktemp("junit") / "out.xml"
+    write_junit(file, [Outcome(NavigationGoal(0.0, 0.0, 0.0, text), "aborted", f"{text}\0\ud800.")], text)
+    (failure,) = ElementTree.parse(file).getroot().iter("failure")
+    assert failure.get("message", "").endswith("\N{REPLACEMENT CHARACTER}\N{REPLACEMENT CHARACTER}.")
