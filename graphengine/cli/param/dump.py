@@ -44,7 +44,7 @@ def current(client: ParameterClient) -> dict[str, Any]:
 
 
 def nested(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values with dotted names as nested mappings, one level for each part of a name; beside a value `a`, `a.b` stays flat."""
+    """Return values with dotted names as nested mappings; beside a value `a`, the name `a.b` keeps its dot."""
     tree: dict[str, Any] = {}
     for name in sorted(values):
         place, rest = tree, name

@@ -44,7 +44,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def read(path: Path, *, wildcard: bool) -> Mapping[str, Any]:
-    """Return the values in a parameter file by name, without nulls. As in `ros2 param load`, the node names in the file are ignored.
+    """Return the values in a parameter file by name, without nulls. As in ros2, the node names in the file are ignored.
 
     Raises:
         CheckError: the file is not YAML.
