@@ -287,7 +287,8 @@ def test_ctrl_c_cancels_the_goal_and_prints_the_table(nav2: Nav2, domain_id: int
 
 def test_errors_are_measured_against_the_true_pose_of_the_run(goals: Graphrun, nav2: Nav2, domain_id: int) -> None:
     with running(domain_id):
-        nav2(nav2_peer.reach)
+        server = nav2(nav2_peer.reach)
+        assert eventually(lambda: server.now() > 0.0)
         done = goals("0.3 0.4", code=0)
     row = cells(done.lines[1])
     assert row[:2] == ["0.3 0.4 0", "reached"]

@@ -70,7 +70,7 @@ def _controller(robot: RobotFacts, distribution: Distribution) -> Parameters:
         },
         **handler,
         "controller_plugins": nav2(["FollowPath"]),
-        "FollowPath": _pursuit(robot, distribution) if car else _dwb(robot, distribution),
+        "FollowPath": _pursuit(robot, distribution) if car else _turning(robot, distribution),
     }
 
 
@@ -84,8 +84,28 @@ def _tolerance(distribution: Distribution) -> Parameters:
     return {} if distribution.path_handlers else {"transform_tolerance": Sourced(TOLERANCE, BUSY)}
 
 
+def _turning(robot: RobotFacts, distribution: Distribution) -> Parameters:
+    """Return the parameters of the rotation shim and of DWB, for robots that can turn on the spot."""
+    limits = robot.limits
+    return {
+        "plugin": Sourced(
+            "nav2_rotation_shim_controller::RotationShimController",
+            "it turns on the spot to the heading of a new path; DWB alone turns on an arc, which hits what is beside the robot",
+        ),
+        "primary_controller": Sourced(
+            "dwb_core::DWBLocalPlanner", "it takes all limits below, and needs little of a CPU"
+        ),
+        "angular_dist_threshold": nav2(0.785),
+        "forward_sampling_distance": nav2(0.5),
+        "rotate_to_heading_angular_vel": limits.turn,
+        "max_angular_accel": limits.turn_acceleration,
+        "simulate_ahead_time": nav2(1.0),
+        **_dwb(robot, distribution),
+    }
+
+
 def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
-    """Return the parameters of DWB, for robots that can turn on the spot."""
+    """Return the parameters of DWB."""
     limits = robot.limits
     omni = limits.kinematics.value == "omni"
     sideways = limits.speed if omni else Sourced(0.0, limits.kinematics.source)
@@ -97,7 +117,6 @@ def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
         return {name: Sourced(value, example) for name, value in {"scale": scale, **more}.items()}
 
     return {
-        "plugin": Sourced("dwb_core::DWBLocalPlanner", "it takes all limits below, and needs little of a CPU"),
         "min_vel_x": Sourced(0.0, "lidars seldom see backward; the behavior backup does it"),
         "max_vel_x": limits.speed,
         "min_vel_y": Sourced(-sideways.value, sideways.source),

@@ -11,7 +11,7 @@ from graphengine.api.nav2.sourced import Sourced, nav2
 
 PADDING = 0.02
 """Distance by which the footprint is enlarged, m."""
-CLEARANCE = 0.3
+CLEARANCE = 0.5
 """Distance that the inflation of obstacles reaches beyond the robot's circumscribed circle, m."""
 SIMULATED = 1.7
 """Time that the controller simulates ahead, s."""

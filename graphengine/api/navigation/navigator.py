@@ -298,9 +298,7 @@ class Navigator:
             return measured
         truth.wait_until(end)
         errors = [
-            true.distance(believed)
-            for stamp, believed in track.poses.items()
-            if stamp >= begun and (true := truth.at(stamp)) is not None
+            true.distance(believed) for stamp, believed in track.poses.items() if (true := truth.at(stamp)) is not None
         ]
         true = truth.at(end) or truth.newest
         return replace(

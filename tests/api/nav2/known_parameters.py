@@ -45,15 +45,19 @@ ALL = {
         do_refinement max_its plugin smoother_plugins tolerance use_sim_time
     """,
     "controller_server": """
-        acc_lim_theta acc_lim_x acc_lim_y allow_reversing angular_granularity approach_velocity_scaling_dist
+        acc_lim_theta acc_lim_x acc_lim_y allow_reversing angular_dist_threshold angular_granularity
+        approach_velocity_scaling_dist
         controller_frequency controller_plugins costmap_update_timeout critics decel_lim_theta decel_lim_x decel_lim_y
-        enable_stamped_cmd_vel failure_tolerance forward_point_distance goal_checker_plugins linear_granularity
+        enable_stamped_cmd_vel failure_tolerance forward_point_distance forward_sampling_distance
+        goal_checker_plugins linear_granularity
         lookahead_dist lookahead_time max_allowed_time_to_collision_up_to_carrot max_lookahead_dist max_speed_xy
         max_vel_theta max_vel_x max_vel_y min_approach_linear_velocity min_lookahead_dist min_speed_theta min_speed_xy
         min_theta_velocity_threshold min_vel_x min_vel_y min_x_velocity_threshold min_y_velocity_threshold
-        movement_time_allowance plugin progress_checker_plugins regulated_linear_scaling_min_radius
-        regulated_linear_scaling_min_speed required_movement_angle required_movement_radius scale
-        short_circuit_trajectory_evaluation sim_time slowing_factor stateful trans_stopped_velocity
+        max_angular_accel movement_time_allowance plugin primary_controller
+        progress_checker_plugins regulated_linear_scaling_min_radius
+        regulated_linear_scaling_min_speed required_movement_angle required_movement_radius
+        rotate_to_heading_angular_vel scale
+        short_circuit_trajectory_evaluation sim_time simulate_ahead_time slowing_factor stateful trans_stopped_velocity
         use_collision_detection use_cost_regulated_linear_velocity_scaling use_regulated_linear_velocity_scaling
         use_rotate_to_heading use_sim_time use_velocity_scaled_lookahead_dist vtheta_samples vx_samples vy_samples
         xy_goal_tolerance yaw_goal_tolerance

@@ -68,6 +68,14 @@ def test_limits_are_those_of_the_controller_in_the_graph(dd100: dict[str, Any]) 
     assert dd100["velocity_smoother"]["max_velocity"] == [planner["max_vel_x"], 0.0, planner["max_vel_theta"]]
 
 
+def test_a_robot_that_can_turn_on_the_spot_does_so_before_it_follows_a_new_path(dd100: dict[str, Any]) -> None:
+    planner = dd100["controller_server"]["FollowPath"]
+    assert planner["plugin"] == "nav2_rotation_shim_controller::RotationShimController"
+    assert planner["primary_controller"] == "dwb_core::DWBLocalPlanner"
+    turn = dd100["velocity_smoother"]["max_velocity"][2], dd100["velocity_smoother"]["max_accel"][2]
+    assert (planner["rotate_to_heading_angular_vel"], planner["max_angular_accel"]) == turn
+
+
 def test_a_lower_limit_in_the_graph_lowers_the_speed() -> None:
     scene = ge.load("dd100_flat", set={"DiffController.maxLinearSpeed": 0.4})
     text = nav2_files(loaded_of(scene), calibrated=False).contents[Path("nav2_params.yaml")].decode()
