@@ -174,7 +174,9 @@ class TestLaunch:
             wanted = {"/clock", "/dd100_0000/odom", "/dd100_0000/robot_description", "/dd100_0000/tf_static"}
             assert eventually(lambda: wanted <= peer.graph().types().keys() or process.poll() is not None)
             assert process.poll() is None, process.communicate()[0]
-            (describing,) = peer.graph().publishers("/dd100_0000/robot_description")
+            described = "/dd100_0000/robot_description"
+            assert eventually(lambda: all(publisher.node for publisher in peer.graph().publishers(described)))
+            (describing,) = peer.graph().publishers(described)
             assert describing.node in ("robot_state_publisher", "dd100_flat")
             process.send_signal(signal.SIGINT)
             said = process.communicate(timeout=PATIENCE)[0]
