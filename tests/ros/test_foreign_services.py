@@ -33,8 +33,8 @@ def test_a_client_on_fast_dds_is_not_heard_and_people_are_told(bob: AnyTransport
     asked: list[bytes] = []
     bob.server(NAME, service_type, QoS(), lambda request_id, data: asked.append(data))
     client = fast.client(NAME, service_type, QoS(), lambda number, data: None)
-    assert eventually(lambda: foreign(bob) == ["a client on rmw_fastrtps_cpp cannot be talked to"])
-    assert eventually(lambda: foreign(fast) == ["a server on rmw_cyclonedds_cpp cannot be talked to"])
+    assert eventually(lambda: foreign(bob) == ["a client on rmw_fastrtps_cpp is unreachable"])
+    assert eventually(lambda: foreign(fast) == ["a server on rmw_cyclonedds_cpp is unreachable"])
     assert eventually(lambda: client.ready)  # ROS 2 does not know better
     request = DEFINITIONS.initial(f"{service_type}_Request")
     # Of what comes without a header, this would be taken for one and a request: it has two texts where there were four.
@@ -54,8 +54,8 @@ def test_a_client_on_fast_dds_is_not_heard_and_people_are_told(bob: AnyTransport
 @pytest.mark.parametrize("kind", [pytest.param("dds", marks=needs_rclpy)])
 def test_a_server_on_fast_dds_is_not_ready_and_people_are_told(bob: AnyTransport, fast: RclTransport) -> None:
     client, server = Client(bob), Server(fast)
-    assert eventually(lambda: foreign(bob) == ["a server on rmw_fastrtps_cpp cannot be talked to"])
-    assert eventually(lambda: foreign(fast) == ["a client on rmw_cyclonedds_cpp cannot be talked to"])
+    assert eventually(lambda: foreign(bob) == ["a server on rmw_fastrtps_cpp is unreachable"])
+    assert eventually(lambda: foreign(fast) == ["a client on rmw_cyclonedds_cpp is unreachable"])
     assert not client.end.ready
     client.call("a")
     sibling = Client(fast)
