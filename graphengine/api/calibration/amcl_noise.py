@@ -17,14 +17,14 @@ cause, and slip on floors that are less flat than that of the calibration.
 
 
 def amcl_alphas(result: Calibration) -> tuple[float, float, float, float, float]:
-    """Return alpha1 to alpha5 of nav2_amcl: the measured ones, or `LEAST` where they are smaller or could not be measured.
+    """Return alpha1 to alpha5 of nav2_amcl: the measured values, at least `LEAST`, or `LEAST` where none could be measured.
 
-    DifferentialMotionModel splits a motion into a rotation, a translation d and a rotation; a rotation by a gets the variance
-    alpha1 a^2 + alpha2 d^2, and the translation alpha3 d^2 + alpha4 (a1^2 + a2^2). OmniMotionModel has alpha1 a^2 + alpha2 d^2
-    for the rotation, alpha3 d^2 + alpha4 a^2 along the translation and alpha4 a^2 + alpha5 d^2 across. In both,
+    DifferentialMotionModel splits a motion into a rotation a1, a translation d and a rotation a2. A rotation a has the variance
+    alpha1 a^2 + alpha2 d^2; the translation has alpha3 d^2 + alpha4 (a1^2 + a2^2). OmniMotionModel has alpha1 a^2 + alpha2 d^2
+    for the rotation, alpha3 d^2 + alpha4 a^2 along the translation and alpha4 a^2 + alpha5 d^2 across. In both models,
     alphas are factors of squares and are not squared themselves: 0.01 is an error of 10 %. Each measured alpha is the
-    mean square of error over motion, in steps of 0.25 m or 0.2 rad, at which AMCL updates by default. If the robot has
-    several odometry topics, each alpha is the largest one of them.
+    mean square of the ratio error / motion over steps of 0.25 m or 0.2 rad, at which AMCL updates by default. If the robot
+    has several odometry topics, each alpha is the largest value among the topics.
     """
     measured = [astuple(one.alphas) for one in result.odometry] or [astuple(Alphas())]
     first, second, third, fourth, fifth = (

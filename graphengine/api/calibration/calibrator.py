@@ -53,7 +53,7 @@ Progress = Callable[[float], None]
 
 
 def no_progress(_: float) -> None:
-    """Ignore the progress."""
+    """Do nothing; the default callback for progress."""
 
 
 def calibrate(
@@ -72,18 +72,18 @@ def calibrate(
 
     Args:
         scene: scene with the robot.
-        robot: name of the robot, as in `Scene.calibrate`, which describes the next arguments too.
+        robot: name of the robot; None for the only robot, or for the first one if all have the same robot file.
         command_topic: topic to drive the robot with; None if it has only one.
-        speed: speed to command, m/s.
-        turn_speed: turn rate to command, rad/s.
+        speed: speed to command, m/s; limits of the robot's controllers apply.
+        turn_speed: turn rate to command, rad/s; limits of the robot's controllers apply.
         seed: seed of all random generators.
         modules: Python modules with node types.
-        log: receives severity, prim path and text of what nodes log.
+        log: receives severity, prim path and text of each log message of a node.
         progress: receives the completed share of the work, 0 to 1.
 
     Raises:
         CheckError: the robot or one of its graphs has errors.
-        UsageError: the robot or the topic is not clear, or a speed is not above 0.
+        UsageError: the robot or the topic is unknown or ambiguous, or a speed is not above 0.
     """
     for name, value in (("speed", speed), ("turn_speed", turn_speed)):
         if not 0.0 < value < math.inf:
@@ -123,7 +123,7 @@ def choose_robot(scene: LoadedScene, name: str | None) -> RobotInstance:
 
 
 class _Calibrator:
-    """One calibration: a session, its recorder, and what was measured so far."""
+    """Runs the test drives of one calibration in a session, and collects their measurements."""
 
     def __init__(
         self,
@@ -158,7 +158,7 @@ class _Calibrator:
         self._mark: Checkpoint
 
     def run(self) -> Calibration:
-        """Drive all motions; stop if the robot does not move, or falls."""
+        """Run all test drives and return their results; stop early if the robot does not move or falls."""
         try:
             return self._run()
         except FallenError as error:
@@ -202,7 +202,7 @@ class _Calibrator:
         return replace(self._finished(kinematics), squares=tuple(squares))
 
     def _finished(self, kinematics: Kinematics = "", *, moves: bool = True) -> Calibration:
-        """The result, with the figures of all drives so far."""
+        """Return the result with the measurements of all test drives so far."""
         omni, wheels = kinematics == "mecanum", self._wheels
         notes = self._notes + (wheels.notes() if moves else []) + diagnosis.clamped(self._sim)
         odometry = []
@@ -226,7 +226,7 @@ class _Calibrator:
     # Motions
 
     def _responds(self, twist: Twist, *, by_wheels: bool = True) -> bool:
-        """Whether a command, given for a short time, moves the robot as commanded, or also whether it turns the wheels."""
+        """Return whether a command of 2 s moves the robot as commanded or, with `by_wheels`, at least turns its wheels."""
         self._begin()
         self._drives.drive(twist, 2.0)
         trace = self._drives.trace()
@@ -234,7 +234,7 @@ class _Calibrator:
         return self._follows(twist, mean_velocity(part)) or (by_wheels and self._wheels.roll(part))
 
     def _follows(self, twist: Twist, reached: Twist) -> bool:
-        """Whether a command changes the velocity by `LEAST` of it; a robot may move by itself."""
+        """Return whether a velocity differs from that without a command by at least `LEAST` times the commanded velocity."""
         return abs(share(twist, reached) - share(twist, self._at_rest)) >= LEAST
 
     def _begin(self) -> None:
@@ -242,7 +242,7 @@ class _Calibrator:
         self._drives.begin()
 
     def _measure_arcs(self) -> bool:
-        """Measure arcs to both sides; True if the robot turns in them."""
+        """Drive and measure an arc to the left and one to the right; return whether the robot turned in either."""
         self._arc_rate = min(self._result.turn_speed, self._result.speed / self._arc_radius)
         for name, sign in (("arc_left", 1.0), ("arc_right", -1.0)):
             self._measure(name, "turn", Twist(x=self._result.speed, yaw=sign * self._arc_rate))
@@ -252,7 +252,7 @@ class _Calibrator:
         return turned
 
     def _measure(self, name: str, kind: Kind, twist: Twist) -> Motion:
-        """Drive with a constant command, wait for a steady velocity, and measure."""
+        """Drive with a constant command, wait for a steady velocity, then measure and return the motion."""
         component = {"straight": 0, "sideways": 1, "turn": 2}[kind]
         command = (twist.x, twist.y, twist.yaw)[component]
         self._begin()
@@ -281,7 +281,7 @@ class _Calibrator:
         return motion
 
     def _drive_a_turn(self, twist: Twist, begin: int) -> None:
-        """Drive on until a full turn on the spot, or an arc of `ARC`, is complete; stop early if the robot hardly turns."""
+        """Drive on until a full turn on the spot, or an arc of `ARC` rad, is complete; stop early if the robot hardly turns."""
         self._drives.drive(twist, 2.0)
         rate = abs(mean_velocity(self._drives.trace().part(begin)).yaw)
         needed = (ARC if twist.x else 1.02 * math.tau) / rate - 2.0 if rate > 0.0 else math.inf
@@ -290,7 +290,11 @@ class _Calibrator:
 
 
 def _arc_radius(wheel_base: float | None, steering_limit: float) -> float:
-    """Radius of arcs, m: 2 to 5 wheel bases, at 0.8 of the steering limit, rad; 3 wheel bases if that is not known."""
+    """Return the radius of the test arcs, m.
+
+    The radius is that of 0.8 of the steering limit (rad), kept within 2 to 5 wheel bases. Without a limit, or with one of 1.2 rad
+    or more, it is 3 wheel bases; without a wheel base, 1.5 m.
+    """
     if wheel_base is None:
         return 1.5
     return wheel_base * (min(max(1.0 / math.tan(0.8 * steering_limit), 2.0), 5.0) if steering_limit < 1.2 else 3.0)

@@ -1,4 +1,4 @@
-"""Reasons why a robot does not follow its commands, from what can be seen in its graphs and in the physics."""
+"""Explains why a robot does not follow its commands, from its graphs and from the state of the physics."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def no_command(scene: LoadedScene, alone: LoadedScene) -> str:
 
     Args:
         scene: scene that the user gave.
-        alone: the robot with the graphs of its robot file.
+        alone: scene with only this robot and the graphs of its robot file.
     """
     names = ", ".join(COMMAND_TYPES).replace("/msg/", "/")
     text = f"no command topic: no graph of the robot file subscribes to {names}"
@@ -35,7 +35,7 @@ def no_command(scene: LoadedScene, alone: LoadedScene) -> str:
 
 
 def floor_load(sim: Session, robot: str) -> dict[str, float]:
-    """Return the vertical force on each link of a robot that touches another body, N."""
+    """Return the vertical contact force from other bodies on each link of a robot, N; links without contact are left out."""
     world = sim._runner.session.services.world
     contacts, names = world.contacts(), world.bodies().names
     loads: dict[str, float] = defaultdict(float)
@@ -48,7 +48,7 @@ def floor_load(sim: Session, robot: str) -> dict[str, float]:
 
 
 def rolls_away(velocity: Twist) -> list[str]:
-    """Report a robot that moves without a command."""
+    """Return a note if the robot moves at `velocity` without a command; otherwise an empty list."""
     speed = math.hypot(velocity.x, velocity.y)
     if speed < SLOWEST and abs(velocity.yaw) < SLOWEST:
         return []
@@ -77,6 +77,6 @@ def stands_still(drives: DriveRecorder, wheels: WheelMeter, load: dict[str, floa
 
 
 def clamped(sim: Session) -> list[str]:
-    """Return which commands of the test drives exceeded limits of joints."""
+    """Return notes on the commands of the test drives that exceeded joint limits and were clamped."""
     counts = sim._runner.session.services.world.clamped_commands
     return [f"{count} commands were clamped: {text}" for text, count in counts.items()]

@@ -30,7 +30,7 @@ STILL = Twist()
 
 
 class FallenError(Exception):
-    """A robot fell over, or through the floor, during a test drive; the text says why test drives stop."""
+    """A robot fell over, or through the floor, during a test drive; the message says which."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +41,7 @@ class Trace:
         dt: time between two rows, s.
         base: x (m), y (m) and continuous yaw (rad) of the base link.
         joints: joint positions, rad or m, in the order of the articulation.
-        odometry: by topic, x, y and yaw as published in this tick; NaN in ticks without a message.
+        odometry: by topic, x (m), y (m) and yaw (rad) as published in each tick; NaN in ticks without a message.
         frames: by topic, the true pose of the odometry's child frame.
     """
 
@@ -52,7 +52,7 @@ class Trace:
     frames: Mapping[str, Floats]
 
     def part(self, begin: int, end: int | None = None) -> Trace:
-        """Return the rows from `begin` to `end`."""
+        """Return the rows from `begin` up to `end`, which is excluded; None means all rows from `begin`."""
         odometry = {topic: rows[begin:end] for topic, rows in self.odometry.items()}
         frames = {topic: rows[begin:end] for topic, rows in self.frames.items()}
         return Trace(self.dt, self.base[begin:end], self.joints[begin:end], odometry, frames)
@@ -88,12 +88,12 @@ class DriveRecorder:
         return len(self._rows)
 
     def begin(self) -> None:
-        """Let the robot stand until odometry is published, then start a new trace with the present state as its first row."""
+        """Let the robot stand for `REST` s, then start a new trace with the present state as its first row."""
         self.drive(STILL, REST)
         del self._rows[:-1]
 
     def drive(self, twist: Twist, seconds: float) -> None:
-        """Command a velocity for a time, s; rounded to whole ticks.
+        """Command a velocity for a time (s), rounded to whole ticks, and record the motion.
 
         Raises:
             FallenError: the robot fell over, or through the floor.
@@ -109,11 +109,11 @@ class DriveRecorder:
             self._record()
 
     def drive_until(self, twist: Twist, done: Callable[[Trace], bool], longest: float, block: float = 0.5) -> bool:
-        """Command a velocity in blocks of time until a condition holds; False if it did not in `longest` s.
+        """Command a velocity until a condition holds; return False if it does not hold within `longest` s.
 
         Args:
             twist: velocity to command.
-            done: condition on the motion in the last two blocks.
+            done: condition on the motion of the last `2 * block` seconds.
             longest: time after which to give up, s.
             block: time between two tests of the condition, s.
         """
@@ -125,7 +125,7 @@ class DriveRecorder:
         return False
 
     def trace(self, last: int = 0) -> Trace:
-        """Return the motion since `begin`, or the last rows of it."""
+        """Return the motion since `begin()`, or only its last rows if `last` is not 0."""
         bases, joints, odometry, frames = zip(*self._rows[-last:], strict=True)
         paths = {topic: _path([row.get(topic, _NONE) for row in odometry]) for topic in self._odometry}
         truths = {
@@ -150,7 +150,7 @@ class DriveRecorder:
         self._rows.append((_planar(base), self.articulation.positions(), published, frames))
 
     def _pose(self, topic: str, message: Any) -> tuple[float, float, float]:
-        """The pose in a message; the first message of a topic names its child frame."""
+        """Return x, y (m) and yaw (rad) of an odometry message; the first message of a topic sets the child frame to record."""
         if topic not in self._frames:
             self.child_frames[topic] = message.child_frame_id
             self._frames[topic] = self._frame(message.child_frame_id)
@@ -171,7 +171,7 @@ def _can_be_frame(prim: Prim) -> bool:
 
 
 def _path(rows: Sequence[tuple[float, float, float]]) -> Floats:
-    """Rows of x, y and yaw as an array, with continuous yaw."""
+    """Return rows of x, y and yaw as an array, with yaw unwrapped."""
     path: Floats = np.array(rows, dtype=float)
     known = np.isfinite(path[:, 2])
     path[known, 2] = np.unwrap(path[known, 2])
@@ -185,16 +185,16 @@ def _planar(pose: Pose) -> tuple[float, float, float]:
 
 def _check_upright(base: Pose) -> None:
     if base[0][2] < BELOW:
-        raise FallenError("the robot falls through the floor: none of its links has a collider that rests on it")
+        raise FallenError("the robot falls through the floor: none of its links has a collider that rests on the floor")
     if _tilt(base) > FALLEN:
-        look = "look at its centre of mass, its supports, and the acceleration limits of its controller"
+        look = "check its centre of mass, its supports, and the acceleration limits of its controller"
         raise FallenError(
             f"the robot falls over: its base link tilts by more than {math.degrees(FALLEN):.0f} deg; {look}"
         )
 
 
 def _tilt(pose: Pose) -> float:
-    """Angle between the z axis of a pose and the vertical, rad."""
+    """Return the angle between the z axis of a pose and the vertical, rad."""
     _, (x, y, _, _) = pose
     return 2.0 * math.asin(min(1.0, math.hypot(x, y)))
 

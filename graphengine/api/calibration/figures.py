@@ -26,19 +26,19 @@ class Twist:
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """A test drive with a constant command, measured after the ramp.
+    """A test drive with a constant command, measured once the velocity is steady.
 
     Attributes:
         name: `forward`, `backward`, `turn_left`, `turn_right`, `arc_left`, `arc_right`, `sideways_left` or `sideways_right`.
-        kind: which component of the command counts: `turn` means the turn rate, also for arcs.
+        kind: component of the velocity that is evaluated: `straight` (forward), `sideways`, or `turn` (turn rate, also for arcs).
         commanded: velocity that was commanded.
         reached: mean velocity of the base link.
-        share: reached / commanded, of the component that counts.
+        share: reached / commanded velocity, of the component that `kind` names.
         settle_time: time from the command until the velocity stays within 5 % of the reached one, s.
         lateral_drift: displacement across the commanded direction, m per metre; None for turns.
         heading_drift: change of heading, rad per metre; None for turns.
         position_drift: displacement of the base link by one full turn on the spot, m; None for other motions.
-        slip: share of the wheels' motion that the base does not follow, by the geometry of the robot description.
+        slip: share of the wheels' motion that the base does not follow, with the wheel radii and track of the robot description.
     """
 
     name: str
@@ -53,7 +53,7 @@ class Motion:
     slip: float | None = None
 
     def is_within(self, bound: float) -> bool:
-        """Return whether `share` differs from 1 by at most `bound`; `TURN_MARGIN * bound` for a turn or sideways motion."""
+        """Return whether `share` differs from 1 by at most `bound`, or by `TURN_MARGIN * bound` for a turn or sideways motion."""
         return abs(self.share - 1.0) <= (bound if self.kind == "straight" else TURN_MARGIN * bound)
 
 
@@ -71,13 +71,13 @@ class Square:
     """A square driven by time, without feedback. Paths are those of the point about which the robot turns on the spot.
 
     Attributes:
-        direction: direction in which it is driven.
+        direction: `counterclockwise` or `clockwise`.
         side: commanded length of a side, m.
         position_error: distance between the ends of the true and the commanded path, m.
         heading_error: true minus commanded heading at the end, rad.
         commanded: path of an ideal robot, rows of x (m), y (m), yaw (rad); the paths begin at 0, 0, 0.
         truth: true path.
-        odometry: paths by topic, as the odometry has them.
+        odometry: path that each odometry topic reports.
     """
 
     direction: Literal["clockwise", "counterclockwise"]
@@ -108,12 +108,14 @@ class Alphas:
 
 @dataclass(frozen=True, slots=True)
 class Covariances:
-    """Parameters of a covariance that grows with the motion, as inputs of ComputeWheelOdometry: mean square error per step.
+    """Variances of an odometry that grow with the motion, as ComputeWheelOdometry takes them.
+
+    Each is the mean of error^2 / motion over steps of 0.25 m or 0.2 rad.
 
     Attributes:
-        distance_variance: of the distance, m2 per m.
-        heading_variance_by_distance: of the heading when driving straight, rad2 per m.
-        heading_variance_by_turn: of the heading when turning, rad2 per rad.
+        distance_variance: variance of the distance, m2 per m.
+        heading_variance_by_distance: variance of the heading when driving straight, rad2 per m.
+        heading_variance_by_turn: variance of the heading when turning, rad2 per rad.
     """
 
     distance_variance: float | None = None
@@ -127,7 +129,7 @@ class Odometry:
 
     Attributes:
         topic: name of the topic.
-        frame: its child frame, whose true pose is compared.
+        frame: child frame of the odometry, whose true pose is compared.
         distance_error: m per metre of a straight drive.
         lateral_error: m per metre of a straight drive; the larger of both directions, without sign.
         heading_error: rad per metre of a straight drive; the larger of both directions, without sign.
@@ -154,7 +156,7 @@ class Odometry:
     covariances: Covariances = Covariances()
 
     def is_true(self) -> bool:
-        """Return whether the odometry equals the true motion: its errors are below 5e-5 in their units."""
+        """Return whether the odometry equals the true motion: all measured errors are below 5e-5, each in its unit."""
         errors = [getattr(self, one.name) for one in fields(self) if one.name.endswith("_error")]
         measured = [abs(error) for error in errors if error is not None]
         return bool(measured) and max(measured) < 5e-5
@@ -162,15 +164,15 @@ class Odometry:
 
 @dataclass(frozen=True, slots=True)
 class ImuNoise:
-    """What an IMU measures while the robot stands.
+    """Noise and bias of an IMU while the robot stands.
 
     Attributes:
         topic: name of the topic.
         rate: messages per second.
         gyro_noise: standard deviation of the angular velocity, of the noisiest axis, rad/s.
-        gyro_bias: length of the mean angular velocity, rad/s.
+        gyro_bias: magnitude of the mean angular velocity, rad/s.
         accelerometer_noise: standard deviation of the acceleration, of the noisiest axis, m/s2.
-        gravity: length of the mean acceleration, m/s2.
+        gravity: magnitude of the mean acceleration, m/s2.
     """
 
     topic: str
@@ -183,7 +185,7 @@ class ImuNoise:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """What test drives on a flat floor measured on a robot; returned by `Scene.calibrate`.
+    """Measurements of a robot in test drives on a flat floor; `Scene.calibrate` returns them.
 
     Attributes:
         robot: name of the robot in its scene.
@@ -240,7 +242,7 @@ class Calibration:
 
 
 def _rounded(value: Any) -> Any:
-    """Plain data with numbers rounded to 9 decimals, below which they are noise of the arithmetic."""
+    """Return plain data with floats rounded to 9 decimals; further digits are rounding noise."""
     if isinstance(value, dict):
         return {key: _rounded(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

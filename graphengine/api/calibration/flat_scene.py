@@ -22,7 +22,7 @@ _PLACES = ("position", "orientation", "count", "spacing", "per_row", "places", "
 
 @contextmanager
 def on_flat_floor(scene: LoadedScene, robot: RobotInstance) -> Iterator[LoadedScene]:
-    """Load the robot alone, with the graphs of its robot file, at the origin of a flat floor.
+    """Yield a scene with only this robot, with the graphs of its robot file, at the origin of a flat floor.
 
     Graphs of the scene are left out: they may command the robot.
 

@@ -17,7 +17,7 @@ LARGEST_RATE = 10_000
 
 
 def measure(sim: Session, topics: Sequence[str], drives: DriveRecorder, seconds: float) -> tuple[ImuNoise, ...]:
-    """Let the robot stand for a time (s) and return the noise of its IMUs; one without two messages is left out."""
+    """Let the robot stand for a time (s) and return the noise of each IMU; IMUs with fewer than two messages are left out."""
     subscriptions = [sim.subscribe(topic, keep=round(seconds * LARGEST_RATE)) for topic in topics]
     drives.begin()
     drives.drive(STILL, seconds)

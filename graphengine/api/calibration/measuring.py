@@ -1,4 +1,4 @@
-"""Figures of recorded motions: speeds, drifts, wheel geometry, odometry errors and noise."""
+"""Computes velocities, drifts, paths and the turning centre from recorded motions."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def is_steady(trace: Trace, component: int, command: float) -> bool:
 
 
 def settle_time(trace: Trace, component: int, reached: float) -> float | None:
-    """Return the time after which the velocity stays within `SETTLED` of the reached one, s; None if it does not."""
+    """Return the time after which the relative deviation from `reached` stays within `SETTLED`, s; None if it does not."""
     count = max(1, round(SMOOTHING / trace.dt))
     velocity = np.convolve(increments(trace.base)[:, component], np.full(count, 1.0 / count), "full") / trace.dt
     velocity = velocity[: len(trace.base) - 1]
@@ -59,7 +59,7 @@ def settle_time(trace: Trace, component: int, reached: float) -> float | None:
 
 
 def one_turn(path: Floats) -> Floats | None:
-    """Return the displacement (x, y, in m) by the first full turn of a path; None if it does not turn so far."""
+    """Return the displacement (x, y, in m) over the first full turn of a path; None if the path has no full turn."""
     turned = np.abs(path[:, 2] - path[0, 2])
     if turned[-1] < math.tau:
         return None
@@ -70,7 +70,7 @@ def one_turn(path: Floats) -> Floats | None:
 
 
 def pieces(truth: Floats, odometry: Floats, distance: float, angle: float) -> Iterator[tuple[Floats, Floats]]:
-    """Yield true motion and error of the odometry, each x, y (m) and turn (rad), for steps of a distance or an angle."""
+    """Yield true motion and odometry error, each x, y (m) and turn (rad), of each step of `distance` (m) or `angle` (rad)."""
     begin = 0
     for row in range(1, len(truth)):
         moved = math.dist(truth[row, :2], truth[begin, :2])
@@ -96,7 +96,7 @@ def largest(values: Sequence[float]) -> float | None:
 
 
 def ideal_path(segments: Sequence[tuple[Twist, float]], dt: float) -> Floats:
-    """Return the path (x, y, yaw) of a robot that follows commanded velocities exactly; each segment is a velocity and a time."""
+    """Return the path (x, y, yaw) of a robot that follows each commanded velocity exactly for its time, s."""
     rows = [(0.0, 0.0, 0.0)]
     for twist, seconds in segments:
         count = max(1, round(seconds / dt))
@@ -115,14 +115,14 @@ def ideal_path(segments: Sequence[tuple[Twist, float]], dt: float) -> Floats:
 
 
 def at_offset(path: Floats, offset: tuple[float, float]) -> Floats:
-    """Return the path of a point that is fixed to the moving body at an offset in its frame, m."""
+    """Return the path of a point fixed to the moving body; `offset` is its position (x, y) in the body frame, m."""
     cosine, sine = np.cos(path[:, 2]), np.sin(path[:, 2])
     x, y = offset
     return np.column_stack((path[:, 0] + cosine * x - sine * y, path[:, 1] + sine * x + cosine * y, path[:, 2]))
 
 
 def in_first_frame(path: Floats) -> Floats:
-    """Return a path as seen from its first pose; rows that are not known are left out."""
+    """Return a path in the frame of its first known pose; rows with NaN are left out."""
     known = path[np.isfinite(path).all(axis=1)]
     if not len(known):
         return np.zeros((0, 3))
@@ -134,14 +134,14 @@ def in_first_frame(path: Floats) -> Floats:
 
 
 def share(twist: Twist, reached: Twist) -> float:
-    """Return reached / commanded of the component that counts: the turn rate if one is commanded."""
+    """Return reached / commanded turn rate; without a commanded turn rate, that of the forward or the sideways velocity."""
     if twist.yaw:
         return reached.yaw / twist.yaw
     return reached.x / twist.x if twist.x else reached.y / twist.y
 
 
 def with_drift(motion: Motion, window: Trace) -> Motion:
-    """Return the motion with its drift; None where the robot does not move far enough to measure it."""
+    """Return a copy of the motion with its drifts; they are None if the robot does not move far enough to measure them."""
     if motion.kind == "turn":
         moved = one_turn(window.base) if not motion.commanded.x else None
         return replace(motion, position_drift=math.hypot(*moved) if moved is not None else None)
@@ -153,7 +153,7 @@ def with_drift(motion: Motion, window: Trace) -> Motion:
 
 
 def turning_centre(motions: Sequence[Motion]) -> tuple[float, float] | None:
-    """Return the point of the base link's frame that stands still in turns on the spot, the mean of both directions."""
+    """Return the point (x, y, in m) of the base link's frame about which the robot turns on the spot; None without such turns."""
     turns = [one for one in motions if one.kind == "turn" and not one.commanded.x and abs(one.share) >= LEAST]
     if not turns:
         return None

@@ -61,7 +61,7 @@ class OdometryMeter:
             self._errors["sideways"].append(relative)
 
     def _published(self, trace: Trace) -> tuple[Floats, Floats]:
-        """True and published poses in the ticks with a message."""
+        """Return the true and the published poses of the ticks with an odometry message."""
         odometry = trace.odometry[self.topic]
         known = np.isfinite(odometry).all(axis=1)
         return trace.frames[self.topic][known], odometry[known]
@@ -87,7 +87,7 @@ class OdometryMeter:
             self._errors["end"].append(odometry[-1, 2] - truth[-1, 2])
 
     def figures(self, frame: str, *, omni: bool) -> Odometry:
-        """Return what was measured; `omni` is for a base that goes sideways."""
+        """Return the errors and noise parameters measured so far; `omni` is True for a base that can drive sideways."""
         errors = self._errors
         return Odometry(
             self.topic,

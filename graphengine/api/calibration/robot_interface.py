@@ -1,4 +1,4 @@
-"""What a calibration uses of a robot: its topics, and the inputs and joints that hold its geometry."""
+"""Finds the topics of a robot to calibrate, and the graph inputs that hold its geometry and limits."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ class CommandTopic:
     type: str
 
     def message(self, twist: Twist, time: float, wheel_base: float | None) -> dict[str, Any]:
-        """Return the fields of a command.
+        """Return the fields of a command message.
 
         Args:
-            twist: velocity to command; a message for steered wheels has no velocity to the left.
-            time: stamp, s of simulation.
-            wheel_base: distance between the axles, m, by which a turn rate becomes a steering angle.
+            twist: velocity to command; AckermannDriveStamped has no sideways velocity.
+            time: simulation time for the stamp, s.
+            wheel_base: distance between the axles, m, which converts a turn rate to a steering angle.
         """
         seconds, fraction = divmod(time, 1.0)
         header = {"stamp": {"sec": int(seconds), "nanosec": int(fraction * 1e9)}}
@@ -52,10 +52,10 @@ def find_command(claims: Sequence[EndpointClaim], wanted: str | None) -> Command
 
     Args:
         claims: topics of the robot's graphs.
-        wanted: full name of the topic, or the end of it; None if there is only one.
+        wanted: full name of the topic, or a unique end of it; None for the only command topic.
 
     Raises:
-        UsageError: several topics command the robot and `wanted` is None, or no topic has the wanted name.
+        UsageError: several topics command the robot and `wanted` is None, or `wanted` matches no topic or several.
     """
     found = {
         claim.topic: claim.message_type
@@ -68,7 +68,7 @@ def find_command(claims: Sequence[EndpointClaim], wanted: str | None) -> Command
         ]
         if len(meant) != 1:
             near = did_you_mean(wanted, found) or listing(meant or found, "command topics")
-            raise UsageError(f"--command-topic {wanted}: no single command topic has this name\n  {near}")
+            raise UsageError(f"--command-topic {wanted}: expected the name of one command topic\n  {near}")
         return CommandTopic(meant[0], found[meant[0]])
     if len(found) > 1:
         raise UsageError(
@@ -83,9 +83,9 @@ def published(claims: Sequence[EndpointClaim], message_type: str) -> list[str]:
 
 
 def inputs_named(scene: LoadedScene, *names: str) -> Iterator[tuple[Graph, Instance, Port, Any]]:
-    """Yield the inputs of a scene's graphs that have one of these names, with their values; wired ones are left out.
+    """Yield graph, node instance, port and value of each unwired input with one of these names.
 
-    A value is a number or an array of numbers.
+    Inputs whose value is neither a number nor an array of numbers are left out.
     """
     for graph in scene.planned:
         wired = graph.wired_ports
@@ -110,6 +110,6 @@ def known_wheel_base(scene: LoadedScene) -> float | None:
 
 
 def _numbers(scene: LoadedScene, *names: str) -> Iterator[float]:
-    """Values other than 0 of the inputs with these names, without sign; elements of arrays too."""
+    """Yield the absolute values other than 0 of the inputs with these names; arrays element by element."""
     for *_, value in inputs_named(scene, *names):
         yield from (abs(float(one)) for one in np.atleast_1d(value) if one)

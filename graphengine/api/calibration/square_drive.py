@@ -1,4 +1,4 @@
-"""Squares driven by time, without feedback."""
+"""Drives a robot along a square with timed commands, without feedback."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ def drive_square(
     *,
     steered: bool,
 ) -> Square:
-    """Drive a square and measure it.
+    """Drive a square with timed commands; return its commanded, true and odometry paths and the errors at its end.
 
     Args:
-        drives: drives the robot, which stands.
-        meters: take the motion.
-        command: forward speed of the sides, and turn rate of the corners; a negative one gives a clockwise square.
+        drives: recorder that drives the robot; the robot has to be at rest.
+        meters: receive the recorded motion.
+        command: forward speed of the sides, and turn rate of the corners; a negative turn rate gives a clockwise square.
         centre: point of the base link's frame whose path is measured, m.
         steered: corners are arcs at the speed of the sides, instead of turns on the spot.
     """
@@ -55,7 +55,7 @@ def drive_square(
 
 
 def _segments(command: Twist, dt: float, *, steered: bool) -> list[tuple[Twist, float]]:
-    """The commands of one side and one corner, with their times, which are whole numbers of ticks."""
+    """Return the commands of one side and one corner, each with its duration (s), a whole number of ticks."""
     side = math.ceil(SIDE / command.x / dt) * dt
     corner = math.ceil(math.pi / 2.0 / abs(command.yaw) / dt) * dt
     speed, rate = SIDE / side, math.copysign(math.pi / 2.0 / corner, command.yaw)
@@ -63,11 +63,11 @@ def _segments(command: Twist, dt: float, *, steered: bool) -> list[tuple[Twist, 
 
 
 def _stop(drives: DriveRecorder) -> None:
-    """Command zero until the robot stands."""
+    """Command zero velocity until the robot stands, for at most 3 s."""
     drives.drive_until(STILL, _stands, 3.0, block=0.25)
 
 
 def _stands(trace: Trace) -> bool:
-    """Whether the robot has not moved in the last tenth of a second."""
+    """Return whether the robot stood still in the last tenth of a second."""
     x, y, turn = displacement(trace.base[-max(2, round(0.1 / trace.dt)) :])
     return math.hypot(x, y) < 1e-5 and abs(turn) < 1e-5

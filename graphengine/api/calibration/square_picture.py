@@ -55,7 +55,7 @@ def draw(result: Calibration) -> str:
 
 
 def _extent(square: Square) -> float:
-    """Half of the side of the area around the square's middle that all paths lie in, m; a multiple of a quarter metre."""
+    """Return half the side of the area to draw, m: it contains all paths and is a multiple of 0.25 m."""
     middle = _middle(square)
     paths = [square.commanded, square.truth, *square.odometry.values()]
     farthest = max(float(np.abs(path[:, :2] - middle).max()) for path in paths if len(path))
@@ -68,7 +68,7 @@ def _middle(square: Square) -> Floats:
 
 
 def _panel(square: Square, left: float, top: float, extent: float, colours: dict[str, str]) -> Iterator[str]:
-    """Grid and paths; x points up and y to the left, as a robot sees it that looks up the page."""
+    """Yield the SVG elements of a panel, grid and paths, with x up and y to the left."""
     middle, scale = _middle(square), PANEL / (2.0 * extent)
 
     def place(path: Floats) -> Floats:
@@ -101,7 +101,7 @@ def _panel(square: Square, left: float, top: float, extent: float, colours: dict
 
 
 def _curve(points: Floats, colour: str, dashes: str, width: float) -> str:
-    """A path without the points at which nothing moves."""
+    """Return a path as an SVG element, without points that repeat the previous one."""
     moved = np.r_[True, np.abs(np.diff(points, axis=0)).max(axis=1) > 0.02]
     places = " ".join(f"{x:.1f} {y:.1f}" for x, y in points[moved].tolist())
     style = f' stroke-dasharray="{dashes}"' if dashes else ""

@@ -25,8 +25,8 @@ STEERED = 0.02
 class WheelMeter:
     """Collects the rotations of driven wheels over several motions.
 
-    A wheel whose angle changes by a while the base moves forward by d has the radius d / a. In a turn by w it has the distance
-    y = (d - r a) / w from the turning centre, positive on the left side.
+    A wheel that turns by a (rad) while the base drives straight by d (m) has the rolling radius r = d / a. In a turn of the base
+    by w (rad), the wheel is at y = (d - r a) / w (m) from the turning centre, positive to the left.
     """
 
     def __init__(self, robot: RobotInstance, joints: Sequence[str]) -> None:
@@ -59,13 +59,13 @@ class WheelMeter:
         return {self._names[index]: float(moved[index]) for index in self._driven}
 
     def roll(self, trace: Trace) -> bool:
-        """Return whether any wheel turns; before wheels are known, any driven joint."""
+        """Return whether any wheel turns; until the wheels are known, every driven joint counts as one."""
         rates = self.rates(trace)
         names = [self._names[index] for index in self._wheels or self._driven]
         return any(abs(rates[name]) > SLOWEST for name in names)
 
     def take(self, motion: Motion, window: Trace) -> None:
-        """Add a steady motion."""
+        """Add the joint angles and the true motion of a steady test drive."""
         forward, _, turn = increments(window.base).sum(axis=0).tolist()
         moved = window.joints[-1] - window.joints[0]
         self._moved[motion.name] = (turn if motion.kind == "turn" else forward, moved)
@@ -91,7 +91,7 @@ class WheelMeter:
                 self._radii.setdefault(index, []).append(forward / moved[index])
 
     def _take_arc(self, window: Trace, forward: float, turn: float) -> None:
-        """Add the wheel base that follows from the steering angles: with the angle s of a bicycle, tan(s) d / w."""
+        """Add the wheel base tan(s) d / w (m) of an arc of length d (m) and angle w (rad) with the steering angle s (rad)."""
         angles = window.joints.mean(axis=0) - self._straight_angles
         steering = [i for i in self._driven if abs(angles[i]) > STEERED and self._may_steer(i)]
         if steering:
@@ -104,7 +104,7 @@ class WheelMeter:
         return not is_wheel and self._robot.urdf.joints[name].type != "prismatic"
 
     def _is_steered(self, index: int) -> bool:
-        """Whether a joint between the wheel and the root link turns, and so may steer it; a prismatic one is a suspension."""
+        """Return whether a revolute joint carries the wheel, and so may steer it; prismatic joints are suspensions."""
         joints = self._robot.urdf.joints
         carriers = {joint.child: joint for joint in joints.values()}
         link = joints[self._names[index]].parent
@@ -115,11 +115,11 @@ class WheelMeter:
         return False
 
     def _radius(self, index: int) -> float:
-        """Signed rolling radius: negative for a wheel whose axis points to the right."""
+        """Return the signed rolling radius, m: negative for a wheel whose axis points to the right."""
         return float(np.mean(self._radii[index]))
 
     def _offset(self, index: int) -> float:
-        """Distance from the turning centre to the left, m."""
+        """Return the signed distance of a wheel from the turning centre, m: positive to the left."""
         return float(np.mean(self._offsets[index]))
 
     # Figures
@@ -143,20 +143,21 @@ class WheelMeter:
 
     @property
     def track(self) -> float | None:
-        """Distance of left and right wheels by which they turn the base, m; None without wheels on both sides."""
+        """Effective distance between left and right wheels in turns of the base, m; None without wheels on both sides."""
         offsets = [self._offset(index) for index in self._offsets]
         left, right = [y for y in offsets if y > 0.0], [y for y in offsets if y <= 0.0]
         return float(np.mean(left) - np.mean(right)) if left and right else None
 
     @property
     def wheel_base(self) -> float | None:
-        """Distance of the axles that explains the turns in arcs, m."""
+        """Distance between the axles, m, from the steering angles and turns in arcs; None without arcs."""
         return mean(self._bases)
 
     def slip(self, motion: Motion, *, omni: bool) -> float | None:
-        """Return the share of the wheels' motion in a motion that the base does not follow; None if it is not known.
+        """Return the share of the wheels' motion that the base does not follow in a test drive; None if it is not known.
 
-        The wheels' motion follows from the radii and places in the description; `omni` is for a base that goes sideways.
+        The wheels' motion is computed with the radii and positions in the robot description; `omni` is True for a base that can
+        drive sideways.
         """
         if motion.name not in self._moved or motion.kind == "sideways":
             return None
@@ -177,7 +178,7 @@ class WheelMeter:
         return 1.0 - actual / rolled if rolled else None
 
     def _described_radius(self, index: int) -> float:
-        """Radius by the description, m; not a number if it does not say it."""
+        """Return the wheel radius in the robot description, m; NaN if the description has none."""
         return self._robot.wheel_radii.get(self._names[index], math.nan)
 
     def _described_track(self, *, omni: bool) -> float | None:
@@ -189,7 +190,7 @@ class WheelMeter:
         return distance + max(places) - min(places)
 
     def notes(self) -> list[str]:
-        """Return why figures are missing."""
+        """Return a note for each of radius, slip and track that could not be measured, with the reason."""
         if not self._radii:
             return ["wheel radius: no driven joint turns while the robot drives straight"]
         missing = []
@@ -201,5 +202,5 @@ class WheelMeter:
 
 
 def _place(robot: RobotInstance, joint: str) -> tuple[float, float, float]:
-    """Position of a wheel's link in the root link, m."""
+    """Return the position of a wheel's link in the frame of the root link, m."""
     return robot.urdf.pose_in_root(robot.urdf.joints[joint].child)[0]

@@ -1,4 +1,4 @@
-"""Writes measured figures into the graph and robot files of a robot, as changes of their text."""
+"""Writes measured values into the graph and robot files of a robot by editing their text."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ _COVARIANCES = {
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A value to write.
+    """A measured value to write into a file.
 
     Attributes:
-        path: file.
+        path: file to change.
         location: keys and indices of the value in the file.
         node: node and input that use the value, such as `cmd_vel/DiffController.wheelRadius`.
         input: name of the input.
-        old: value before.
+        old: value before the change.
         new: measured value, rounded to 5 digits.
     """
 
@@ -60,7 +60,7 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """A value in a file: a number, or a parameter of the graph around it."""
+    """Document and location of the value that sets an input: a number, or a graph parameter."""
 
     document: Document
     location: Location
@@ -70,7 +70,7 @@ def write_figures(scene: LoadedScene, calibration: Calibration) -> tuple[list[Ch
     """Write wheel radius, track, wheel base and covariances to the inputs of the robot's graphs that hold them.
 
     Returns:
-        What was changed, and notes on inputs that could not be written.
+        The changes made, and notes on inputs that could not be written.
 
     Raises:
         OSError: a file cannot be read or written; no file has changed.
@@ -98,7 +98,7 @@ def write_figures(scene: LoadedScene, calibration: Calibration) -> tuple[list[Ch
 
 
 def find_changes(scene: LoadedScene, calibration: Calibration) -> tuple[list[Change], list[str]]:
-    """Return the values that differ from the measured ones, and notes on inputs that cannot be written."""
+    """Return a change for each value that differs from the measured one, and notes on inputs that cannot be written."""
     assert scene.world is not None
     file = scene.world.robots[calibration.robot].file
     changes: dict[tuple[Path, Location], Change] = {}
@@ -135,7 +135,7 @@ def find_changes(scene: LoadedScene, calibration: Calibration) -> tuple[list[Cha
 
 
 def _wanted(scene: LoadedScene, result: Calibration) -> Iterator[tuple[Graph, Instance, str, int | None, float, float]]:
-    """Inputs of the robot's graphs with the value in the file and the measured one; an index for elements of an array."""
+    """Yield graph, node, input, array index (or None), old and measured value of each input that holds a measured figure."""
     figures = {
         **dict.fromkeys(("wheelRadius", "frontWheelRadius", "backWheelRadius"), result.wheel_radius),
         **dict.fromkeys(("wheelDistance", "trackWidth"), result.track),
@@ -161,14 +161,14 @@ def _wanted(scene: LoadedScene, result: Calibration) -> Iterator[tuple[Graph, In
 
 
 def _without_factors(track: float, inputs: Mapping[str, Any], result: Calibration) -> float:
-    """The value of `wheelDistance` that gives a track, by the other inputs of its node."""
+    """Return the `wheelDistance` that gives a track together with the other inputs of the node."""
     if result.kinematics == "mecanum":
         track -= abs(float(inputs.get("wheelBase", 0.0)))
     return track / (float(inputs.get("wheelDistanceMultiplier", 1.0)) or 1.0)
 
 
 def _covariances(scene: LoadedScene, result: Calibration, graph: Graph) -> Covariances:
-    """Covariances of the odometry that a graph publishes; without one of its own, of the only odometry."""
+    """Return the covariances of the odometry that a graph publishes, or of the robot's other odometry if it publishes none."""
     topics = {claim.topic for claim in scene.claims if claim.direction == "publish" and claim.graph == graph.name}
     own = [one for one in result.odometry if one.topic in topics] or list(result.odometry)
     known = [one.covariances for one in own if one.covariances.distance_variance is not None]
@@ -176,7 +176,7 @@ def _covariances(scene: LoadedScene, result: Calibration, graph: Graph) -> Covar
 
 
 def _find_place(graph: Graph, instance: Instance, name: str, index: int | None, file: RobotFile) -> _Place | None:
-    """Return the place of the number that sets an input; None if its value is not a number in a file."""
+    """Return where the files set an input to a number; None if they do not."""
     entry = instance.entry
     if name in entry.given or f"inputs:{name}" in entry.given:
         return None
@@ -193,7 +193,7 @@ def _find_place(graph: Graph, instance: Instance, name: str, index: int | None, 
 def _lead_out(
     document: Document, location: Location, index: int | None, graph: Graph, around: list[str], file: RobotFile
 ) -> _Place | None:
-    """The place of a number, led through parameters to the file that gives them: `around` are the subgraphs around it."""
+    """Return where the number at a location is set, following graph parameters through the enclosing subgraphs `around`."""
     value = document.find(*location)
     data = value.data if value is not None else None
     if isinstance(data, list) and index is not None and index < len(data):
@@ -219,7 +219,7 @@ def _lead_out(
 
 
 def _ships(scene: LoadedScene, change: Change) -> bool:
-    """Whether a change is to a file that ships with the package."""
+    """Return whether a change is in a file that ships with the package."""
     base, path = scene.files.base.resolve(), change.path.resolve()
     return any(path.is_relative_to(base / folder) for folder in ("graphs", "scenes"))
 
