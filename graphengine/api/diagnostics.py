@@ -29,10 +29,11 @@ OK, WARN, ERROR = range(3)
 
 
 class Diagnostics:
-    """Publishes one message a second while the topic has subscribers; otherwise it measures nothing.
+    """Publishes one DiagnosticArray a second while the topic has subscribers; without subscribers, nothing is measured.
 
     Args:
-        session: session to watch, whose network is `network`.
+        session: session to watch.
+        network: network of this session.
         name: name of the scene, used as `hardware_id` of the session.
         faults: faults of peers, such as incompatible QoS, in the order in which they were found; the owner appends to it.
         clock: returns wall time, s.
@@ -174,5 +175,5 @@ class Diagnostics:
 
 
 def _is_measured(publisher: Publisher) -> bool:
-    """Whether a topic has readers, and a rate that it should reach."""
+    """Return whether a topic has readers and a nominal rate, and is not latched."""
     return bool(publisher.subscribers and publisher.claim.rate and not publisher.claim.latched)

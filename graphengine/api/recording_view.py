@@ -113,7 +113,7 @@ class Playback:
         return self.player.complete and not self.playing and self.player.position == int(self._goal)
 
     def facts(self) -> Mapping[str, Any]:
-        """Facts that the page shows, as JSON values."""
+        """Return the state of the playback for the page, as JSON values."""
         player = self.player
         state = "playing" if self.playing else "paused"
         return {
@@ -133,7 +133,7 @@ class Playback:
         }
 
     def verdict(self) -> str:
-        """The result of comparing the replay with the recording, in one line."""
+        """Return the result of comparing the replay with the recording, in one line."""
         player = self.player
         if player.difference is not None:
             text = f"{player.difference}; from this tick on, the page shows the replay instead"
@@ -145,7 +145,7 @@ class Playback:
         return f"{text}; the run was cut off, and the recording ends here" if cut_off else text
 
     def marks(self) -> Sequence[Mapping[str, Any]]:
-        """The events found so far."""
+        """Return the events that the replay has found so far, as JSON values."""
         return [asdict(mark) for mark in self.player.marks.all]
 
 

@@ -125,7 +125,7 @@ class Robot:
 
 
 class Robots(dict[str, Robot]):
-    """Robots by name; a wrong name raises UnknownEntityError."""
+    """Robots by name; an unknown name raises UnknownEntityError."""
 
     def __missing__(self, name: str) -> Robot:
         """Raise UnknownEntityError with similar names, or with all names."""

@@ -304,13 +304,13 @@ class Runner:
             self.feed.after_tick()
 
     def show(self, feed: Feed) -> None:
-        """Update a page after ticks from now on, and close it with the session."""
+        """Set the page to update after each tick; it is closed with the session."""
         self.feed = feed
         self._closing.callback(feed.close)
 
     @contextmanager
     def _ticking(self) -> Iterator[None]:
-        """Let ticks run: they cannot be nested, and the first Ctrl-C takes effect at the end of the tick.
+        """Prepare for ticks: reject nested runs, and let the first Ctrl-C end the run after the current tick.
 
         A second Ctrl-C raises KeyboardInterrupt immediately. A SIGINT handler of the program stays in place.
         """

@@ -233,9 +233,9 @@ class Scene:
             robot: name of the robot; None: the first one.
             lidar: path of the lidar's prim; None: the only one of the robot.
             spacing: distance between places, m.
-            scans: scans whose likelihoods are multiplied for the ambiguity.
+            scans: number of scans whose likelihoods are multiplied to find the ambiguity.
             alpha: noise of the motion model, alpha3 of AMCL.
-            progress: called with the completed share.
+            progress: called with the completed share of the work, 0 to 1.
 
         Returns:
             Spread and ambiguity of each place and heading, as `graphengine.physics.occupancy.localizability` defines them.

@@ -105,7 +105,7 @@ def load(
 
 
 def open_scene(path: Path, options: Options, modules: Sequence[str] = (), *, graphs: bool = True) -> Scene:
-    """Read and check the scene in a file; if not `graphs`, the scene's graphs are left out.
+    """Read and check the scene in a file, with its graphs only if `graphs` is set.
 
     Raises:
         CheckError: the scene has errors.
@@ -116,7 +116,7 @@ def open_scene(path: Path, options: Options, modules: Sequence[str] = (), *, gra
 
 
 def _registry(modules: Sequence[str | ModuleType]) -> Registry:
-    """A registry of the installed node types and those of the given modules.
+    """Return a registry of the installed node types and those of the given modules.
 
     Raises:
         UsageError: a module cannot be found.

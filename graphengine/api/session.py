@@ -223,7 +223,7 @@ class Session:
 
     @reading
     def value(self, address: str) -> Any:
-        """The value of a port, in the port's Python type; an array is a read-only view that later ticks may change.
+        """Return the value of a port, in the port's Python type; an array is a read-only view that later ticks may change.
 
         >>> sim.value("dd100/joint_states/ComputeOdom.position")
         (0.0, 0.0, 0.0)
@@ -244,7 +244,7 @@ class Session:
 
     @reading
     def values(self, pattern: str) -> dict[str, Any]:
-        """Values of all matching ports, by address.
+        """Return the values of all matching ports, by address.
 
         >>> sim.values("*/joint_states/ComputeOdom.position")
         {'dd100/joint_states/ComputeOdom.position': (0.0, 0.0, 0.0)}
@@ -274,7 +274,7 @@ class Session:
 
     @reading
     def variables(self, graph: str) -> dict[str, Any]:
-        """Values of a graph's variables by name; `subgraph/name` in subgraphs.
+        """Return the values of a graph's variables by name; the name of a subgraph's variable is `subgraph/name`.
 
         >>> sim.variables("dd100/cmd_vel")
         {}
@@ -299,7 +299,7 @@ class Session:
     @overload
     def subscribe(self, topic: str, type: str | None = None, keep: int = 1000) -> Subscription[Any]: ...
     def subscribe(self, topic: str, type: MessageType = None, keep: int = 1000) -> Subscription[Any]:
-        """Subscribe to a topic. Nodes that publish only to subscribers then compute its messages, scans or pictures.
+        """Subscribe to a topic. Nodes that publish only if a topic has subscribers then compute and publish its messages.
 
         >>> odom = sim.subscribe("/dd100_0000/odom")
         >>> sim.step()
@@ -309,7 +309,7 @@ class Session:
         Args:
             topic: full name of the topic.
             type: name or class (of `graphengine.messages.messages`) of the message type; needed if no graph uses the topic.
-            keep: number of messages to keep; fewer save memory if they are pictures.
+            keep: number of newest messages to keep; a small number saves memory if the messages are images.
 
         Raises:
             UsageError: no graph uses the topic and `type` is missing, or the graphs use another type.

@@ -177,7 +177,7 @@ def call_service(runner: Runner, service: str, request: Any, timeout: float, typ
 
 
 def _encoded(runner: Runner, message: Any, message_type: str) -> bytes:
-    """The encoded bytes of a message, given as a message or as a mapping of its fields.
+    """Return the encoded bytes of a message, given as a message or as a mapping of its fields.
 
     Raises:
         MessageError: the message does not match the type.
@@ -194,7 +194,7 @@ def _encoded(runner: Runner, message: Any, message_type: str) -> bytes:
 def _writer(
     runner: Runner, topic: str, message_type: str, transport: Transport, claims: Sequence[EndpointClaim]
 ) -> Writer:
-    """A topic's writer, shared by all its messages, with a QoS that every reader in the graphs accepts."""
+    """Return a topic's writer, shared by all its messages, with a QoS that every reader in the graphs accepts."""
     key = (topic, message_type, transport)
     if key not in runner.writers:
         read = [settled(claim.qos) for claim in claims if claim.direction == "subscribe"]
@@ -210,13 +210,13 @@ def _writer(
 def _find(
     runner: Runner, name: str, given: MessageType, directions: Sequence[str], *, known: bool = False
 ) -> tuple[str, Transport, list[EndpointClaim], str]:
-    """Full name, transport, claims and type of a topic or service.
+    """Return full name, transport, claims of nodes and type of a topic or service.
 
     Args:
         runner: runner of the session.
         name: absolute name; the first slash may be left out.
         given: type given by the user, or None.
-        directions: directions of the claims to look at; claims of the first direction decide the type, if there are any.
+        directions: directions of the claims to consider, such as `publish`; the first with a claim decides the type.
         known: whether a graph must use the name even if the type is given.
 
     Raises:

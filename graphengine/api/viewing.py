@@ -33,7 +33,7 @@ class TwistPublisher:
         self._driven: dict[str, Publication] = {}
 
     def topics(self) -> Mapping[str, str]:
-        """Velocity topic of each robot, by the robot's name; robots without one are left out."""
+        """Return the velocity topic of each robot, by the robot's name; robots without one are left out."""
         found: dict[str, str] = {}
         stage = self._runner.session.services.stage
         for prim in stage.prims("robot"):
@@ -44,7 +44,7 @@ class TwistPublisher:
         return found
 
     def _twists(self) -> dict[str, str]:
-        """Message type of each topic on which a graph takes velocities."""
+        """Return the message type of each topic on which a graph takes velocities."""
         found: dict[str, str] = {}
         for end in self._runner.network.subscriptions:
             if end.claim.message_type in TWISTS:
@@ -65,12 +65,12 @@ class TwistPublisher:
 
 
 def findings_of(session: SessionCore) -> Sequence[Finding | str]:
-    """Return the findings of changed files with errors, which the session does not run, and of the files that it runs."""
+    """Return the findings of the files that the session runs, and of changed files that it rejected because of errors."""
     return [*session.findings, *scene_of(session).findings.sorted()]
 
 
 def missing_packages() -> list[str]:
-    """Packages of the extra `view` that are not installed."""
+    """Return the packages of the extra `view` that are not installed."""
     return [name for name in ("viser", "graphlay") if importlib.util.find_spec(name) is None]
 
 
@@ -82,7 +82,7 @@ def check_packages() -> None:
 
 
 def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
-    """Start the page of a session, or another one after its process was lost; return the address.
+    """Return the address of the page of a session; start the page if it does not run yet or its process has ended.
 
     Raises:
         UsageError: the extra `view` is not installed, or the address cannot be used.

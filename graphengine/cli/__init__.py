@@ -92,7 +92,7 @@ _CHOICE = re.compile(r"invalid choice: '(.*)' \(choose from (.*)\)")
 
 
 def _hint(words: Iterable[str], legal: Iterable[str]) -> str:
-    """Suggestions for misspelt words, one line per word that has a near one."""
+    """Return suggestions for misspelt words, one line for each word that is similar to a legal one."""
     from graphengine.format.wording import did_you_mean
 
     names = list(legal)
@@ -146,7 +146,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _execute(parsed: argparse.Namespace) -> int:
-    """Execute the verb; return its exit code, or print its exception and return that one's code."""
+    """Execute the verb and return its exit code; for an exception, print the message and return the matching code."""
     from graphengine.cli.common import clean, explain
     from graphengine.format.errors import CheckError, GraphError, UsageError
     from graphengine.format.process_limits import SMALLEST, has_address_space

@@ -33,7 +33,7 @@ BOUND = 0.02
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun calibrate` to its parser."""
     what = "a scene file, or the name of an included one, such as dd100_flat"
     parser.add_argument("file", metavar="SCENE", help=what)
     drive = parser.add_argument_group("test drives")
@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the figures; return 1 if the scene has errors, the robot does not move or falls over, or `--check` fails."""
+    """Print the measurements; return 1 if the scene has errors, the robot does not move or falls over, or `--check` fails."""
     picture: Path | None = arguments.picture
     if picture is not None and (picture.suffix.lower() != ".svg" or picture.is_dir()):
         raise UsageError(f"--picture {picture}: write the name of an SVG file, such as square.svg")
@@ -146,7 +146,7 @@ def _check(result: Calibration, bound: float) -> int:
 
 
 def _report(result: Calibration) -> str:
-    """The figures as tables."""
+    """Return the measurements as tables of text."""
     if not result.moves:
         return "\n".join([f"{result.robot} cannot be calibrated", *(f"  {note}" for note in result.notes)])
     kind = f", {result.kinematics}" if result.kinematics else ""
@@ -258,7 +258,7 @@ def _rounded(value: float, digits: int) -> str:
 
 
 def _scientific(value: float) -> str:
-    """A number with two digits; one below 1e-9, which is rounding error, is 0."""
+    """Return a number with two digits as text; numbers below 1e-9 are rounding errors and become 0."""
     return f"{value:.2g}" if abs(value) >= 1e-9 else "0"
 
 

@@ -23,7 +23,7 @@ ORDER = ("scene", "robot", "graph", "unreadable")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun check` to its parser."""
     add_file_arguments(parser, many=True)
     parser.add_argument("--strict", action="store_true", help="warnings count as errors")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="output format (default text)")
@@ -66,7 +66,7 @@ def _check(given: Sequence[tuple[str, Path]], options: Options, findings: Findin
 
 
 def _in_folder(folder: Path) -> list[tuple[str, Path]]:
-    """Scenes, robots, graphs and unreadable YAML files of a folder, in this order; files used by a scene are checked with it.
+    """Return kind and path of the scenes, robots, graphs and unreadable YAML files below a folder, in this order.
 
     Raises:
         UsageError: the folder has no such file.

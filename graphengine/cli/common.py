@@ -98,7 +98,7 @@ def add_permission_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def environment(arguments: argparse.Namespace) -> dict[str, str]:
-    """Values of the variables given by `--env`; unset ones are empty."""
+    """Return the values of the variables given by `--env`; unset ones are empty."""
     return {name: os.environ.get(name, "") for name in arguments.env}
 
 
@@ -118,12 +118,12 @@ def add_message_path(parser: argparse.ArgumentParser) -> None:
 
 
 def clean(text: str) -> str:
-    """The text without control characters other than line breaks."""
+    """Return the text without control characters other than line breaks."""
     return "".join(c if c.isprintable() or c == "\n" else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 def explain(error: GraphError) -> str:
-    """The message of an error; for an exception in a node, also its Python traceback."""
+    """Return the message of an error; for an exception in a node, also its Python traceback."""
     cause = error.__cause__ if isinstance(error, NodeError) else None
     if cause is None:
         return clean(str(error))
@@ -141,7 +141,7 @@ def counted(number: int, thing: str) -> str:
 
 
 def make_options(arguments: argparse.Namespace) -> Options:
-    """The options given by the arguments of `add_file_arguments`.
+    """Return the loading options that the arguments of `add_file_arguments` give.
 
     Raises:
         UsageError: a `--set` has no value, a folder does not exist, or a module cannot be imported.
@@ -182,13 +182,13 @@ def reading_options(arguments: argparse.Namespace) -> Options:
 
 
 def chosen_distro(arguments: argparse.Namespace) -> Distro:
-    """The distribution given by `--distro`, else the sourced one, else Jazzy."""
+    """Return the ROS 2 distribution given by `--distro`, or else the sourced one, or else Jazzy."""
     given: Distro | None = arguments.distro
     return given or sourced_distro(os.environ)
 
 
 def message_paths(arguments: argparse.Namespace) -> list[Path]:
-    """The paths given by `--msg-path`.
+    """Return the paths given by `--msg-path`.
 
     Raises:
         UsageError: a path does not exist.
@@ -218,7 +218,7 @@ def make_registry(modules: Sequence[str]) -> Any:
 
 
 def _failure(error: BaseException, name: str) -> str:
-    """The reason why a module could not be imported, with the line in the user's code."""
+    """Return the reason why a module could not be imported, with the line in the user's code."""
     if isinstance(error, ModuleNotFoundError) and name.endswith(".py"):
         return f"write the name of the module, {name.removesuffix('.py')}"
     what = str(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}"
@@ -256,7 +256,7 @@ def open_scene(arguments: argparse.Namespace) -> Scene | None:
 
 
 def open_file(path: Path, options: Options, modules: Sequence[str] = (), *, graphs: bool = True) -> Scene | None:
-    """Load the scene in a file, without its graphs if not `graphs`; print its findings, and return None if there are errors."""
+    """Load a scene, with its graphs only if `graphs` is set; print its findings, and return None if there are errors."""
     from graphengine.api.scene_loading import open_scene
 
     try:

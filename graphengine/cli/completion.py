@@ -27,7 +27,7 @@ TOPICS = "graphrun ctl topics 2>/dev/null"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun completion` to its parser."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = INSTALL
     parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help="bash, zsh or fish")

@@ -132,7 +132,7 @@ class Console:
             self._live = None
 
     def summarize(self, session: SessionCore) -> None:
-        """Print the summary: what was done and how fast."""
+        """Print the summary: losses, number of ticks, simulated time, speed and number of messages."""
         self._clear_line()
         wall = time.perf_counter() - self.start
         ticks, simulated = session.ticks, session.ticks * session.clock.delta

@@ -53,7 +53,7 @@ class _Parser(Parser):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun ctl` to its parser."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = EXAMPLES
     common = _Parser(add_help=False)
@@ -152,7 +152,7 @@ def _add_rotation(parser: argparse.ArgumentParser) -> None:
 
 
 def _rotation(given: argparse.Namespace) -> dict[str, Any] | None:
-    """The given orientation in the form of scene files; None without one."""
+    """Return the given orientation as scene files write it; None if none is given."""
     if given.quaternion is not None:
         return {"quaternion_xyzw": given.quaternion}
     turned = given.rpy if given.rpy is not None else (0.0, 0.0, given.yaw) if given.yaw is not None else None
@@ -160,13 +160,13 @@ def _rotation(given: argparse.Namespace) -> dict[str, Any] | None:
 
 
 def _rate(text: str) -> float | str:
-    """A rate as a JSON value: a factor or `max`."""
+    """Return a rate as a JSON value: a factor of real time, or `max`."""
     factor = rate(text)
     return "max" if math.isinf(factor) else factor
 
 
 def _spawn(given: argparse.Namespace) -> dict[str, Any]:
-    """The arguments of `spawn`; a robot file that exists in the client's folder gets its absolute path."""
+    """Return the arguments of `spawn`; a robot file that exists in the client's folder gets its absolute path."""
     use: dict[str, Any] = {
         "use": os.path.abspath(given.use) if os.path.isfile(given.use) else given.use,
         "at": given.prim,
@@ -222,7 +222,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _state(client: Client) -> dict[str, Any] | None:
-    """The state of the session; None if the session has ended."""
+    """Return the state of the session; None if the session has ended."""
     try:
         state: dict[str, Any] = client.ask("state")
     except ControlError:
@@ -248,7 +248,7 @@ def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
 
 
 def _robot(robot: dict[str, Any]) -> tuple[str, str, str, str]:
-    """Table cells of a robot: name, namespace, position and yaw, and whether it was spawned."""
+    """Return the table cells of a robot: name, namespace, position and yaw, and whether it was spawned."""
     (x, y, _), (qx, qy, qz, qw) = robot["position"], robot["orientation"]
     yaw = math.degrees(math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
     place = f"at ({x:z.2f}, {y:z.2f}) m, yaw {yaw:z.0f} deg"

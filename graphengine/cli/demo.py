@@ -21,7 +21,7 @@ WITHOUT_PAGE = "To see it in a browser: pip install 'graphengine[view]'\n"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun demo` to its parser."""
     from graphengine.cli.common import add_transport_argument
 
     simulated = "simulation time to run: 10, 10s, 500ms, 2min (default: until Ctrl-C)"

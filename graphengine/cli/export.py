@@ -11,7 +11,7 @@ from graphengine.format.diagnostics import Findings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun export` to its parser."""
     add_file_arguments(parser)
     parser.add_argument("--to", choices=("isaac-script",), required=True, help="output format")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="file to write (default: standard output)")

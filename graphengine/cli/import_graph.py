@@ -37,7 +37,7 @@ BESIDE = " does not belong to a graph and is left out"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun import` to its parser."""
     parser.add_argument("file", metavar="SCRIPT|STAGE", type=Path, help="a .py file, or a .usda, .usd or .usdc file")
     parser.add_argument(
         "-o",
@@ -124,7 +124,7 @@ def _check_usage(arguments: argparse.Namespace) -> None:
 
 
 def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings) -> ImportedStage:
-    """The graphs of the file, with other facts to report."""
+    """Return the graphs of the script or stage, with details for the report."""
     from graphengine.isaac.recorded_graph import RecordedGraph
     from graphengine.isaac.stage.stage_reader import ImportedStage, read_stage
 
@@ -133,7 +133,7 @@ def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings)
         return read_stage(path, files, registry, findings, trusted=arguments.trust) or ImportedStage()
 
     def graphs_of(path: Path) -> list[RecordedGraph]:
-        """Graphs of a stage that a script opens; empty if the stage cannot be read."""
+        """Return the graphs of a stage that a script opens; empty if the stage cannot be read."""
         told, graphs = Findings(), list[RecordedGraph]()
         try:
             graphs = stage(path, told).graphs
@@ -164,7 +164,7 @@ def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings)
 
 
 def _variable(text: str) -> tuple[str, str]:
-    """Name and value of an environment variable."""
+    """Parse `NAME=VALUE`, or the name of a variable that is set, to name and value."""
     name, equals, value = text.partition("=")
     if not name or "\0" in text or (not equals and name not in os.environ):
         raise argparse.ArgumentTypeError(f"{text!r}: write NAME=VALUE, or the name of a variable that is set")
@@ -172,7 +172,7 @@ def _variable(text: str) -> tuple[str, str]:
 
 
 def _call(text: str) -> str:
-    """Check the syntax of a call, which the script's process evaluates with the script's names."""
+    """Return a Python call without surrounding blanks, after a check of its syntax; it is evaluated inside the script."""
     try:
         called = isinstance(ast.parse(text.strip(), mode="eval").body, ast.Call)
     except (ValueError, SyntaxError, RecursionError, MemoryError):
@@ -189,7 +189,7 @@ def _origin(path: Path, graph: RecordedGraph) -> str:
 
 
 def _report(files: dict[Path, str], graphs: Sequence[RecordedGraph], findings: Findings) -> Iterator[str]:
-    """Lines of a report on the written files."""
+    """Yield the lines of the report on the written files."""
     for path, graph in zip(files, graphs, strict=True):
         parts = counted(len(graph.nodes), "node"), counted(len(graph.wires), "wire")
         yield f"wrote {near(str(path))}: {', '.join(parts)}, at {graph.path}"
@@ -197,7 +197,7 @@ def _report(files: dict[Path, str], graphs: Sequence[RecordedGraph], findings: F
 
 
 def _notes(findings: Findings) -> Iterator[str]:
-    """Lines on changes and omissions in the conversion."""
+    """Yield lines on changes and omissions in the conversion."""
     notes = [finding for finding in findings.sorted() if finding.severity == "note"]
     passed = [note.message.removesuffix(BESIDE) for note in notes if note.message.endswith(BESIDE)]
     notes = [note for note in notes if not note.message.endswith(BESIDE)]

@@ -1,4 +1,4 @@
-"""The report on an import: what the robot is, what was carried over, guessed and lost, each with its place."""
+"""The report on an imported robot: its properties, and what was converted, guessed and left out, each with its line."""
 
 from __future__ import annotations
 
@@ -65,14 +65,14 @@ def _lies_in(finding: Finding, paths: Collection[str]) -> bool:
 
 
 def _remarks(what: str, remarks: Sequence[Remark]) -> list[str]:
-    """Lines for the first remarks, each with its place."""
+    """Return lines for the first `LONGEST` remarks, each with the file and line that it is about."""
     spans = [remark.span for remark in remarks]
     places = [f" ({Path(span.source.path).name}:{span.line})" if span is not None else "" for span in spans]
     return _some(what, [remark.text for remark in remarks], places)
 
 
 def _some(what: str, items: Sequence[str], ends: Sequence[str] = ()) -> list[str]:
-    """Lines for the first items, each cut to a maximum length and followed by its end."""
+    """Return lines for the first `LONGEST` items, each cut to `WIDEST` characters and followed by its text in `ends`."""
     cut = [item if len(item) <= WIDEST else f"{item[: WIDEST - 1]}…" for item in items[:LONGEST]]
     shown = [f"{what}: {item}{end}" for item, end in zip_longest(cut, ends[: len(cut)], fillvalue="")]
     return [*shown, *([f"{what}: … ({len(items) - LONGEST} more)"] if len(items) > LONGEST else [])]

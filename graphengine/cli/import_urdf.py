@@ -40,7 +40,7 @@ TOPIC = "/robot_description"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun import-robot` to its parser."""
     parser.add_argument(
         "file", metavar="URDF|XACRO|SDF|MJCF", nargs="?", help="robot description file; or use --topic or --node"
     )
@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_source_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments that say where the description comes from and how it is read, but for its file."""
+    """Add the arguments for the source of the description and the way it is read, except for the file argument."""
     parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", default=[], help="arguments of a xacro file")
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
@@ -80,7 +80,7 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model", metavar="NAME", default="", help="model in an SDF file to import, if the file has several"
     )
-    parser.add_argument("--macro", metavar="NAME", help="the macro of a xacro file to make a robot of")
+    parser.add_argument("--macro", metavar="NAME", help="macro of the xacro file to expand to a robot")
     left_out = "leave out what a package brings: included files, their macros, meshes"
     add_repeatable(parser, "--without", "PACKAGE", left_out)
     parser.add_argument("--fixed-base", action="store_true", help="fix the root link to the world, as for an arm")
@@ -121,10 +121,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _check_output(arguments: argparse.Namespace) -> None:
-    """Check what `-o` says.
+    """Check the file name given by `-o`.
 
     Raises:
-        UsageError: a robot file cannot have this name, or exists.
+        UsageError: a robot file cannot have this name, or the file exists and `--force` is not given.
     """
     if arguments.output is None:
         raise UsageError("give -o FILE, the robot file to write")
@@ -151,7 +151,7 @@ def check_source(arguments: argparse.Namespace) -> None:
             f"{arguments.arguments[0]}: only a xacro file takes arguments, not a description from the network"
         )
     if remote and (arguments.macro or arguments.without):
-        raise UsageError("--macro and --without are for a file, not for a description from the network")
+        raise UsageError("--macro and --without need a file; they do not apply to a description from the network")
     for text in arguments.arguments:
         if not re.match(r"[^:=]+:=", text):
             raise UsageError(f"{text}: write NAME:=VALUE, as for xacro")
@@ -163,12 +163,12 @@ def check_source(arguments: argparse.Namespace) -> None:
 
 
 def find_origin(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
-    """Read the given description and what was given with it; None after an error.
+    """Read the robot description and the controllers given on the command line; return None after an error.
 
     Args:
         arguments: those of `add_source_arguments`, and `file`.
-        target: the robot file that is to be written.
-        findings: takes what is wrong.
+        target: path of the robot file to write.
+        findings: receives errors and notes.
     """
     read = _from_file if arguments.file else _from_network
     return _with_controllers(read(arguments, target, findings), arguments, findings)
@@ -188,7 +188,7 @@ def _from_network(arguments: argparse.Namespace, target: Path, findings: Finding
 
 
 def _with_controllers(origin: Origin | None, arguments: argparse.Namespace, findings: Findings) -> Origin | None:
-    """Read the file of controllers, if one is given; None after an error."""
+    """Return the origin with the file given by `--controllers`, if any; None after an error."""
     if origin is None or arguments.controllers is None:
         return origin
     from graphengine.format import document
@@ -257,7 +257,7 @@ def _list_arguments(arguments: argparse.Namespace) -> int:
 
 
 def _files(given: Path, arguments: argparse.Namespace) -> Files:
-    """The files that may be read: the description's package or the models around it, and those allowed on the command line."""
+    """Return the files that may be read: the description's package or model folders, and folders allowed by options."""
     from graphengine.physics.sdf.sdf_files import model_folders
 
     package = next((folder for folder in given.absolute().parents if (folder / "package.xml").is_file()), None)
@@ -267,7 +267,7 @@ def _files(given: Path, arguments: argparse.Namespace) -> Files:
 
 
 def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
-    """The description from the network, and its source."""
+    """Return the robot description from a topic or node, and the name of this source."""
     from graphengine.ros import description
     from graphengine.ros.transport import JoinOptions
     from graphengine.ros.transports.select import open_transport

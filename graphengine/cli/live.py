@@ -109,12 +109,12 @@ class Live:
     def graph(
         self, enough: Callable[[NetworkGraph], object] = lambda graph: False, *, names: bool = False
     ) -> NetworkGraph:
-        """The discovered endpoints of peers after the discovery time, or earlier if `enough` holds; `names` adds node names."""
+        """Return the endpoints of peers after the discovery time, or as soon as `enough` holds; `names` adds node names."""
         found = discover(self.transport, self._spin_time, lambda graph: enough(graph.without(self._node)), names=names)
         return found.without(self._node)
 
     def graph_now(self) -> NetworkGraph:
-        """The endpoints of peers discovered so far."""
+        """Return the endpoints of peers discovered so far."""
         return self.transport.graph().without(self._node)
 
     def graph_with(self, topic: str) -> NetworkGraph:
@@ -146,7 +146,7 @@ class Live:
                     print(f"WARNING: {reason}", file=sys.stderr, flush=True)
 
     def type_of(self, topic: str, graph: NetworkGraph) -> str:
-        """The message type of a topic.
+        """Return the message type of a topic.
 
         Raises:
             TransportError: the topic has no writer or reader, or several types.
@@ -175,7 +175,7 @@ class Live:
         return inbox
 
     def clock(self, arguments: argparse.Namespace) -> Clock:
-        """The wall clock, or simulation time with `--use-sim-time`."""
+        """Return the wall clock, or simulation time with `--use-sim-time`."""
         from graphengine.ros.cli_subscription import SimulationClock
 
         if not arguments.use_sim_time:
@@ -190,7 +190,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 
 def absolute(topic: str) -> str:
-    """The full name of a topic given with or without its first slash.
+    """Return the full name of a topic given with or without its first slash.
 
     Raises:
         TopicError: the name is not legal in ROS 2.
@@ -201,14 +201,14 @@ def absolute(topic: str) -> str:
 
 
 def near_topic(topic: str, known: Iterable[str]) -> str:
-    """A suggestion: the same name in another namespace, or a similar one; else the empty string."""
+    """Return a suggestion: the same name in another namespace, or a similar name; the empty string without one."""
     shown = [name for name in known if not is_hidden(name)]
     same = [name for name in shown if name.rpartition("/")[2] == topic.rpartition("/")[2]]
     return f"did you mean {' or '.join(map(repr, same))}?" if same else did_you_mean(topic, shown)
 
 
 def is_hidden(topic: str) -> bool:
-    """Whether ROS 2 tools hide a topic by default."""
+    """Return whether ROS 2 tools hide a topic by default."""
     return any(part.startswith("_") for part in topic.split("/"))
 
 

@@ -25,7 +25,7 @@ ENDINGS = (".png", ".pgm", ".yaml", ".yml")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun map` to its parser."""
     what = "a scene file, or the name of an included one, such as dd100_warehouse"
     parser.add_argument("scene", metavar="SCENE", help=what)
     parser.add_argument("-o", "--output", metavar="NAME", help="write NAME.png and NAME.yaml (default: SCENE_map)")
@@ -147,7 +147,7 @@ def _localizability(scene: Scene, made: OccupancyMap, stem: Path, arguments: arg
 
 
 def _stem(output: str | None, scene: Path) -> Path:
-    """The path of the output files, without suffix."""
+    """Return the path of the output files, without suffix."""
     if output is None:
         return Path(f"{scene.stem}_map")
     ending = next((ending for ending in ENDINGS if output.endswith(ending)), "")
@@ -161,7 +161,7 @@ def _refuse_others(path: Path) -> None:
     """Refuse graph and robot files, because only scenes have maps.
 
     Raises:
-        UsageError: it is one.
+        UsageError: the file is a graph or robot file.
     """
     from graphengine.format import document, spec_reader
 

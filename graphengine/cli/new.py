@@ -17,7 +17,7 @@ from graphengine.format.errors import UsageError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun new` to its parser."""
     parser.add_argument("folder", metavar="DIR", type=Path, help="folder of the project; it must be empty or not exist")
     parser.add_argument(
         "--from",
@@ -36,7 +36,7 @@ def execute(arguments: argparse.Namespace) -> int:
         raise UsageError(f"{arguments.folder}: is not an empty folder; give another one")
     if not (arguments.file or arguments.topic or arguments.node):
         if arguments.arguments:
-            raise UsageError(f"{arguments.arguments[0]}: arguments are those of a description; give one by --from FILE")
+            raise UsageError(f"{arguments.arguments[0]}: only a xacro file takes arguments; give one with --from FILE")
         project.add_dingo()
         project.write()
         print(project.told())
@@ -67,10 +67,10 @@ def _from_description(arguments: argparse.Namespace, project: Project) -> int:
 
 
 def _name(folder: Path) -> str:
-    """The robot's name: that of the folder, with `_` for what a name cannot have.
+    """Return the name of the robot: the folder's name, with `_` in place of illegal characters.
 
     Raises:
-        UsageError: nothing is left.
+        UsageError: the name does not begin with a letter.
     """
     name = re.sub(r"[^A-Za-z0-9_]+", "_", folder.absolute().name).strip("_")
     if not re.match(r"[A-Za-z]", name):

@@ -15,7 +15,7 @@ from graphengine.node.types import brief
 
 
 def write_reference(types: Sequence[type[Node]]) -> str:
-    """The reference for the given types, in alphabetical order."""
+    """Return the Markdown reference of the given types, by family and then by name."""
     ordered = sorted(types, key=lambda cls: (family_of(cls), cls.type_name))
     families = [(family, list(members)) for family, members in groupby(ordered, family_of)]
     parts = ["# Nodes", "", f"{len(ordered)} node types. Units are SI unless a port says otherwise.", ""]
@@ -30,7 +30,7 @@ def write_reference(types: Sequence[type[Node]]) -> str:
 
 
 def family_of(cls: type[Node]) -> str:
-    """The registered name without its last part."""
+    """Return the registered name of a node type without its last part; `nodes` for a name of one part."""
     return cls.type_name.rpartition(".")[0] or "nodes"
 
 
@@ -62,7 +62,7 @@ def _row(cls: type[Node], port: Port) -> tuple[str, ...]:
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterable[str]:
-    """Lines of a Markdown table."""
+    """Yield the lines of a Markdown table."""
     yield f"| {' | '.join(heads)} |"
     yield f"|{'---|' * len(heads)}"
     for row in rows:
@@ -70,7 +70,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterable[str]:
 
 
 def prose(text: str) -> str:
-    """The text with all Markdown syntax except backticks escaped."""
+    """Return the text with all Markdown syntax except backticks escaped."""
     parts = re.split(r"(`[^`\n]+`)", text)
     return "".join(part if number % 2 else _inert(part) for number, part in enumerate(parts))
 
@@ -80,7 +80,7 @@ def _inert(text: str) -> str:
 
 
 def code(text: str) -> str:
-    """The text as Markdown code, with enough backticks around it."""
+    """Return the text as Markdown code, with enough backticks around it."""
     fence = "`" * (1 + max((len(run) for run in re.findall("`+", text)), default=0))
     room = " " if "`" in text else ""
     return f"{fence}{room}{text}{room}{fence}"

@@ -34,7 +34,7 @@ LONG = 4
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun nodes` to its parser."""
     parser.add_argument("name", metavar="NAME", nargs="?", help="describe one type, by its registered or short name")
     add_import_argument(parser)
     message = "also show the ports made from a message or service type, such as geometry_msgs/msg/Twist"
@@ -99,7 +99,7 @@ def _find(name: str, registry: Registry) -> type[Node]:
 
 
 def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Namespace) -> tuple[type[Node], Constants]:
-    """The type with the ports made from a message, and the message's constants.
+    """Return the node type with the ports made from a message, and the message's constants.
 
     Raises:
         UsageError: the message is unknown, or the type makes no ports from messages.
@@ -124,12 +124,12 @@ def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Names
 
 
 def summary(cls: type[Node]) -> str:
-    """First line of the class's docstring."""
+    """Return the first line of the class's docstring."""
     return (inspect.getdoc(cls) or "").partition("\n")[0]
 
 
 def describe(cls: type[Node], constants: Constants = ()) -> str:
-    """The description of a node type with all its ports, and with the constants of its message."""
+    """Return the description of a node type with all its ports, and with the constants of its message."""
     parts = [f"{cls.type_name}  ({cls.kind()})", "", inspect.getdoc(cls) or ""]
     for side in ("inputs", "outputs"):
         ports = [port for port in cls.fields.values() if port.side == side]
@@ -153,23 +153,23 @@ def _row(cls: type[Node], port: Port) -> tuple[str, ...]:
 
 
 def _kinds(port: Port) -> list[str]:
-    """Names of the types that a port takes."""
+    """Return the names of the types that a port takes."""
     return str(port.type).split(" | ")
 
 
 def default_of(port: Port) -> str:
-    """An input's default as text; a long list of equal values is shortened to value and count. Empty without a default."""
+    """Return an input's default as text, empty without one; a long list of equal values is cut to value and count."""
     return "" if port.is_exec or port.side == "outputs" or port.default is None else _shown(port.default)
 
 
 def facts_of(cls: type[Node], port: Port) -> list[str]:
-    """Facts of a port: legal values, purpose, whether it is required, and whether it is an extension of Isaac Sim's type."""
+    """Return texts on a port: legal values, purpose, `required`, and `extension` if Isaac Sim's type does not have it."""
     facts = [port.constraint, port.doc, _required(cls, port), "extension" if port.extension else ""]
     return [fact for fact in facts if fact]
 
 
 def _required(cls: type[Node], port: Port) -> str:
-    """Whether the port needs a value, or one of several ports does; else an empty string."""
+    """Return `required`, or `required unless …` for one of several ports; empty if the port needs no value."""
     if not isinstance(port.required, str):
         return "required" if port.required else ""
     others = [other.name for other in cls.fields.values() if other.required == port.required and other is not port]

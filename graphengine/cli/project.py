@@ -106,9 +106,9 @@ class Project:
     """The files of a project, by path; nothing is written before `write`.
 
     Args:
-        folder: where they go.
-        name: of the robot and the scene.
-        world: a key of `WORLDS`; None: the one that suits the robot.
+        folder: folder of the project.
+        name: name of the robot and the scene.
+        world: a key of `WORLDS`; None: `table` for an arm, `flat` for other robots.
     """
 
     def __init__(self, folder: Path, name: str, world: str | None) -> None:
@@ -141,7 +141,7 @@ class Project:
         write_together(self._contents)
 
     def told(self) -> str:
-        """What was written and what to do next."""
+        """Return a text with the folder, the number of files and the next command for the user."""
         folder = near(str(self.folder))
         return clean(
             f"{folder}: a project of {len(self._contents)} files\nnext: cd {folder} && graphrun run {self.name}.yaml"
@@ -165,7 +165,7 @@ class Project:
     def _add_rest(
         self, source: str, skills: Sequence[Skill], world: WorldPlaces, place: Vector3, more: str = ""
     ) -> None:
-        """Add the scene, with the robot at a place (m), its test, and what does not depend on the robot."""
+        """Add the scene with the robot at `place` (m), the test, the README and the requirements."""
         x, y, z = place
         settle = ACTIVE if any(skill.active for skill in skills) else SETTLE
         scene = SCENE.format(name=self.name, key=scalar(self.name), world=world.file, settle=settle, x=x, y=y, z=z)

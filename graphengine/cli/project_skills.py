@@ -1,4 +1,4 @@
-"""Skills that the graphs of a new project's robot give it: commands for the README, and tests."""
+"""Skills of the robot in a new project, with commands for the README and tests."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_the_files_have_no_mistakes() -> None:
 
 
 def skills_of(imported: Imported) -> list[Skill]:
-    """Return what an imported robot can do, by its graphs."""
+    """Return the skills that an imported robot has through its graphs."""
     graphs, arms = imported.draft.sections["graphs"], _arms(imported)
     found = [DRIVE] if _BASE in graphs else []
     found += [_reach(imported, name, parameters) for name, parameters in arms.items()]
@@ -106,7 +106,7 @@ def commanded(imported: Imported) -> list[UrdfJoint]:
 
 
 def is_arm(imported: Imported) -> bool:
-    """Return whether a robot is bolted down and moves by trajectories."""
+    """Return whether a robot has a fixed base and a graph that follows trajectories."""
     return not imported.free and bool(_arms(imported))
 
 
@@ -135,7 +135,7 @@ def test_file(name: str, skills: Sequence[Skill]) -> str:
 
 
 def _arms(imported: Imported) -> dict[str, Mapping[str, Any]]:
-    """Parameters of the graphs of arms, by name."""
+    """Return the parameters of each graph for an arm, by the name of the graph."""
     graphs = imported.draft.sections["graphs"]
     return {name: each.value["parameters"] for name, each in graphs.items() if each.value["use"].endswith(_TRAJECTORY)}
 

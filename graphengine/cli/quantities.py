@@ -69,7 +69,7 @@ def angle(text: str) -> float:
 
 
 def vector(*sizes: int, item: Callable[[str], float] = number) -> Callable[[str], tuple[float, ...]]:
-    """A parser for vectors such as `1,2,0`.
+    """Return a parser for vectors such as `1,2,0`.
 
     Args:
         sizes: legal numbers of components.

@@ -18,7 +18,7 @@ LONGEST = 80
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun replay` to its parser."""
     from graphengine.cli.common import add_allow_argument, add_import_argument, add_permission_arguments, add_repeatable
 
     parser.add_argument("recording", metavar="FILE", type=Path, help="a recording of `graphrun run --record FILE`")
@@ -80,7 +80,7 @@ def _counted(run: Replay) -> str:
 
 
 def _published_by(node: str, session: SessionCore) -> list[str]:
-    """Lines on the publishing node: type, place in its file, and port values in the replay."""
+    """Return lines on the publishing node: type, file and line, and values of wired inputs in the replay."""
     for run in session.graphs:
         graph = run.executor.graph
         for instance in graph.instances:

@@ -12,7 +12,7 @@ from graphengine.format.wording import unknown
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun robots` to its parser."""
     add_file_arguments(parser)
     output = parser.add_mutually_exclusive_group()
     output.add_argument("--urdf", metavar="ROBOT", help="print the URDF of a robot, for robot_state_publisher")

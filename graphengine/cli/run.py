@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun run` to its parser."""
     from graphengine.cli.common import add_file_arguments, add_page_arguments, add_transport_argument
 
     add_file_arguments(parser)
@@ -147,7 +147,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _channel(arguments: argparse.Namespace, desk: Desk, console: Console) -> AbstractContextManager[object]:
-    """The control channel for `graphrun ctl`; the run continues without one if it cannot be opened."""
+    """Return the control channel for `graphrun ctl`; a run whose channel cannot be opened continues without one."""
     from graphengine.control.channel import Channel
     from graphengine.format.errors import ControlError
 
@@ -162,7 +162,7 @@ def _channel(arguments: argparse.Namespace, desk: Desk, console: Console) -> Abs
 
 @contextmanager
 def _keys(session: SessionCore, console: Console) -> Iterator[Callable[[SessionCore], bool]]:
-    """The function to call after each tick, which also reads the terminal's keys if a graph uses the keyboard."""
+    """Yield the function to call after each tick; it reads the terminal's keys if a graph uses the keyboard."""
     terminal = sys.stdin is not None and sys.stdin.isatty()
     if not session.services.keys.asked or not terminal:
         if session.services.keys.asked:
@@ -185,7 +185,7 @@ def _keys(session: SessionCore, console: Console) -> Iterator[Callable[[SessionC
 def _profiled(
     arguments: argparse.Namespace, session: SessionCore, on_tick: Callable[[SessionCore], bool], console: Console
 ) -> Iterator[Callable[[SessionCore], bool]]:
-    """The function to call after each tick; with `--profile`, it measures nodes, and the result is printed at the end."""
+    """Yield the function to call after each tick; with `--profile`, it measures nodes, and a table is printed at the end."""
     if not arguments.profile:
         yield on_tick
         return

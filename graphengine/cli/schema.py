@@ -7,7 +7,7 @@ import json
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun schema` to its parser."""
     parser.add_argument("kind", choices=("graph", "scene", "robot"), help="kind of file")
 
 

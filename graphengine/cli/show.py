@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun show` to its parser."""
     add_file_arguments(parser)
     form = parser.add_mutually_exclusive_group()
     form.add_argument(
@@ -81,19 +81,19 @@ def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
 
 
 def _at(graph: Graph) -> str:
-    """Name, prim path and rate of a graph on one line."""
+    """Return name, prim path and rate of a graph on one line."""
     pushed = ", all nodes" if graph.flat.spec.evaluator == "push" else ""
     return printable(f"{graph.name}  at {graph.prim_path}, every {graph.runs.replace('_', ' ')}{pushed}")
 
 
 def _value(value: Any) -> str:
-    """A value as YAML on one line."""
+    """Return a value as YAML on one line."""
     plain = value.tolist() if hasattr(value, "tolist") else value
     return printable(json.dumps(plain, ensure_ascii=False))
 
 
 def outline(graph: Graph) -> str:
-    """The nodes of a graph with types and set values, then its wires."""
+    """Return the nodes of a graph with types and set values, then its wires."""
     lines = [_at(graph)]
     gates = {instance.part_of: instance.make_node() for instance in graph.instances if instance.part_of}
     for instance in (instance for instance in graph.instances if not instance.part_of):
@@ -109,7 +109,7 @@ def outline(graph: Graph) -> str:
 
 
 def schedule(graph: Graph) -> str:
-    """The schedule of a graph: regions in opening order, nodes in execution order."""
+    """Return the schedule of a graph: regions in opening order, nodes in execution order."""
     lines = [_at(graph)]
     constants = [graph.instances[refresh.node].id for refresh in graph.plan.constants]
     if constants:
@@ -137,7 +137,7 @@ def _calls(graph: Graph, region: Region) -> Iterator[str]:
 
 
 def _when(graph: Graph, region: Region, call: Call) -> str:
-    """The execution wires on which a node in a region depends, as text."""
+    """Return the execution wires that can start a node in a region, as text; empty if the node always runs there."""
     if not call.guard:
         return ""
     wires = [wire for wire in graph.exec_wires if wire.target == call.node and _fires(graph, region, wire)]
@@ -145,7 +145,7 @@ def _when(graph: Graph, region: Region, call: Call) -> str:
 
 
 def _fires(graph: Graph, region: Region, wire: Wire) -> bool:
-    """Whether a wire can start its target in this region: false for wires from a pusher and wires to a later pass."""
+    """Return whether a wire can start its target in this region: not from a node that runs its targets itself, nor later."""
     kind = graph.instances[wire.source].cls.kind()
     if kind == "latent":
         return region.index == 0
@@ -159,7 +159,7 @@ def _line(graph: Graph, index: int, kind: str, when: str) -> str:
 
 
 def mermaid(graph: Graph) -> str:
-    """A graph's part of a Mermaid flowchart: thick arrows are execution wires, thin ones value wires."""
+    """Return the subgraph of a Mermaid flowchart for a graph: thick arrows are execution wires, thin ones data wires."""
     lines = [f'  subgraph {_safe(graph.name)}["{graph.name}"]']
     for instance in graph.instances:
         short = instance.cls.type_name.rpartition(".")[2]

@@ -29,7 +29,7 @@ MILLIMETRES = 1000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun snapshot` to its parser."""
     from graphengine.cli.quantities import duration
 
     add_file_arguments(parser)
@@ -119,7 +119,7 @@ def _millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
 
 
 def _colours(numbers: NDArray[np.int32]) -> NDArray[np.uint8]:
-    """A colour for each number; successive numbers have distant hues, and the background is black."""
+    """Return the RGB colour of each prim number; successive numbers have distant hues, and 0, the background, is black."""
     import numpy as np
 
     return np.array([_colour(number) for number in range(int(numbers.max()) + 1)], np.uint8)[numbers]
@@ -134,7 +134,7 @@ def _colour(number: int) -> tuple[int, int, int]:
 
 
 def _table(numbers: NDArray[np.int32], labels: Mapping[int, str]) -> str:
-    """A table of colour, pixel count and path of each prim in the picture."""
+    """Return a table of colour, pixel count and path of each prim in the picture."""
     import numpy as np
 
     found, counts = np.unique(numbers, return_counts=True)

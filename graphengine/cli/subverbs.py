@@ -1,4 +1,4 @@
-"""Verbs that consist of verbs, such as `graphrun topic echo`."""
+"""Verbs with subverbs, such as `graphrun topic` with `echo` and `list`."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from graphengine.cli import add_verb
 
 
 class Subverb(Protocol):
-    """A module with one of the verbs."""
+    """Module of a subverb, such as `graphengine.cli.topic.echo`."""
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Add the arguments of the verb."""
+        """Add the command-line arguments of the subverb to its parser."""
 
     def execute(self, arguments: argparse.Namespace) -> int:
-        """Execute the verb and return its exit code."""
+        """Execute the subverb and return its exit code."""
 
 
 def add_subverbs(parser: argparse.ArgumentParser, subverbs: Mapping[str, tuple[Subverb, str]]) -> None:
-    """Add verbs to the parser of a verb; each has a module and a summary."""
+    """Add subverbs to the parser of a verb; `subverbs` has the module and the summary of each, by name."""
     verbs = parser.add_subparsers(dest="subverb", metavar="VERB", required=True)
     for name, (module, summary) in subverbs.items():
         sub = add_verb(verbs, name, summary)
@@ -29,5 +29,5 @@ def add_subverbs(parser: argparse.ArgumentParser, subverbs: Mapping[str, tuple[S
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Execute the given verb and return its exit code."""
+    """Execute the subverb that the user gave and return its exit code."""
     return int(arguments.execute_subverb(arguments))

@@ -33,7 +33,7 @@ STOPPING = 10
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun teleop` to its parser."""
     topic = f"velocity topic to publish (default: the only one with subscribers, else {TOPIC})"
     parser.add_argument("topic", metavar="TOPIC", nargs="?", help=topic)
     parser.add_argument("--speed", metavar="M/S", type=positive, default=0.5, help="forward speed (default 0.5)")
@@ -70,7 +70,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def only_topic(graph: NetworkGraph) -> str:
-    """The only topic with subscribers for velocities, or the default topic.
+    """Return the only topic with subscribers for velocities; without such a topic, the default topic.
 
     Raises:
         UsageError: several topics have such subscribers.
@@ -82,7 +82,7 @@ def only_topic(graph: NetworkGraph) -> str:
 
 
 def type_of(topic: str, graph: NetworkGraph) -> str:
-    """The message type of a topic's subscribers; Twist without subscribers, or if they use both types."""
+    """Return the message type of a topic's subscribers; Twist without subscribers, or if they use both types."""
     types = {end.message_type for end in _readers(graph) if end.topic == topic}
     return STAMPED if types == {STAMPED} else TWIST
 
@@ -118,7 +118,7 @@ class Stick:
                 self._held[axis] = direction, now + self.hold
 
     def command(self, now: float) -> tuple[float, float]:
-        """Forward speed (m/s) and turn rate (rad/s) of the keys held at this time."""
+        """Return the forward speed (m/s) and turn rate (rad/s) of the keys held at this time."""
         held = {axis: direction for axis, (direction, until) in self._held.items() if now < until}
         return held.get(0, 0.0) * self.speed, held.get(1, 0.0) * self.turn
 

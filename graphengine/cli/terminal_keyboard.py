@@ -50,7 +50,7 @@ class TerminalKeyboard:
             termios.tcsetattr(self._file, termios.TCSAFLUSH, self._before)
 
     def pressed(self, timeout: float) -> list[str]:
-        """Keys pressed since the last call, after waiting up to `timeout` s for one; arrows by name, others as characters."""
+        """Return the keys pressed since the last call, waiting up to `timeout` s for one: characters, and names for arrows."""
         ready, _, _ = select.select([self._file], [], [], timeout)
         if not ready:
             return []

@@ -31,7 +31,7 @@ TYPE = "tf2_msgs/msg/TFMessage"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun tf tree` to its parser."""
     verbs = parser.add_subparsers(dest="tf_verb", metavar="VERB", required=True)
     tree = add_verb(verbs, "tree", "print the frame tree with the broadcaster, rate and problems of each frame")
     namespace = "namespace of tf and tf_static, such as dd100_0000 (default: none, or the only one in use)"
@@ -97,20 +97,20 @@ def _listen(live: Live, topics: list[str], tree: FrameTree) -> None:
 
 
 def _namespaces(graph: NetworkGraph) -> list[str]:
-    """All namespaces with transforms."""
+    """Return all namespaces in which transforms are published, sorted."""
     topics = {end.topic for end in graph.endpoints if (end.direction, end.message_type) == ("publish", TYPE)}
     return sorted({topic.rpartition("/")[0] for topic in topics if topic.endswith(("/tf", "/tf_static"))})
 
 
 def _namespace(given: str) -> str:
-    """The full name of a namespace; empty for none."""
+    """Return the full name of a namespace; empty for none."""
     namespace = full_namespace(given)
     check_namespace(namespace or "/", given)
     return namespace
 
 
 def _only_namespace(graph: NetworkGraph) -> str:
-    """The only namespace with transforms; empty for the root namespace.
+    """Return the only namespace with transforms; empty for the root namespace, which takes precedence.
 
     Raises:
         TransportError: several namespaces have transforms.
@@ -122,19 +122,19 @@ def _only_namespace(graph: NetworkGraph) -> str:
 
 
 def _elsewhere(graph: NetworkGraph) -> str:
-    """A hint: namespaces and peers that have transforms."""
+    """Return a hint for the user that lists the namespaces with publishers of transforms."""
     return listing((namespace or "/" for namespace in _namespaces(graph)), "namespaces in which there are publishers")
 
 
 def _names(graph: NetworkGraph, topics: list[str]) -> dict[bytes, str]:
-    """Node names by the GID of a writer, and by topic for its writers."""
+    """Return the node name of each writer by GID, and the node names of all writers of each topic by topic name."""
     names = {end.gid: end.full_node or "unknown" for end in graph.endpoints}
     writers = {topic: sorted({names[end.gid] for end in graph.publishers(topic)}) for topic in topics}
     return names | {topic.encode(): " or ".join(nodes) or "unknown" for topic, nodes in writers.items()}
 
 
 def _volatile(graph: NetworkGraph, topic: str) -> list[str]:
-    """Writers of static transforms with volatile durability, which late subscribers miss."""
+    """Return a warning for each node that writes static transforms with volatile durability, which tf2 does not receive."""
     late = [end.full_node for end in graph.publishers(topic) if end.qos.durability == "volatile"]
     return [f"{node} writes {topic} with durability volatile: tf2 does not hear it" for node in late]
 

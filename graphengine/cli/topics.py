@@ -16,7 +16,7 @@ FRAMES = 2
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun topics` to its parser."""
     add_file_arguments(parser)
     form = "foxglove-layout: a Foxglove layout that shows the scene's topics; import it from a file in Foxglove"
     parser.add_argument("--format", choices=("text", "json", "foxglove-layout"), default="text", help=form)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun view` to its parser."""
     from graphengine.cli.common import (
         add_allow_argument,
         add_import_argument,

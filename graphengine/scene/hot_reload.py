@@ -167,7 +167,7 @@ class _Successor:
 
     Attributes:
         graphs: new graphs in execution order.
-        move_in: called after the exchange of the graphs.
+        move_in: called after the graphs were replaced; makes the roster use the new scene.
     """
 
     graphs: Sequence[Graph]

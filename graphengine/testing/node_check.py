@@ -103,7 +103,7 @@ def _has_no_type_yet(port: Port) -> bool:
 
 
 def _two_plays(node: Any, context: RecordingContext) -> list[list[object]]:
-    """Outputs and messages of a node in three ticks, and in three more after a stop, in a comparable form."""
+    """Return the outputs and messages of a node in three ticks, and in three more after a stop, in a comparable form."""
     if hasattr(node, "__dict__"):
         raise TypeError("instances have a __dict__, which hides misspelt attributes; a base class lacks __slots__")
     record, again = plays = [list[object](), list[object]()]

@@ -63,7 +63,7 @@ def session_fixture(
 
 
 def _loader(source: str | PathLike[str], arguments: dict[str, Any]) -> tuple[Callable[[], Scene], dict[str, Any]]:
-    """A function that loads the scene once, and the keyword arguments that `Scene.session` takes."""
+    """Return a function that loads the scene once, and those of the keyword arguments that `Scene.session` takes."""
     from graphengine.api.scene_loading import load
 
     names = inspect.signature(load).parameters

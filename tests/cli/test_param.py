@@ -96,7 +96,7 @@ def test_a_list_that_is_not_of_one_type_is_refused_before_the_network_is_joined(
 ) -> None:
     path = tmp_path / "mixed.yaml"
     path.write_text(f"/node: {{ros__parameters: {{a: {{b: {value}}}}}}}\n", encoding="utf-8")
-    assert "a.b is no list of one type" in param("load", NODE, str(path), code=2, out="").err
+    assert "a.b is not a list of values of one type" in param("load", NODE, str(path), code=2, out="").err
 
 
 def test_nulls_are_left_out(tmp_path: Path) -> None:

@@ -75,7 +75,7 @@ def _controller(robot: RobotFacts, distribution: Distribution) -> Parameters:
 
 
 def _sideways_threshold(robot: RobotFacts) -> Sourced[float]:
-    """Return the sideways velocity below which the odometry's counts as zero, m/s."""
+    """Return the threshold below which Nav2 takes the odometry's sideways velocity as zero, m/s."""
     omni = robot.limits.kinematics.value == "omni"
     return Sourced(0.001, robot.limits.kinematics.source) if omni else nav2(0.5)
 
@@ -155,7 +155,7 @@ def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
 
 
 def _pursuit(robot: RobotFacts, distribution: Distribution) -> Parameters:
-    """Return the parameters of regulated pure pursuit, for cars: it never turns on the spot."""
+    """Return the parameters of regulated pure pursuit for robots with car-like steering, without turns on the spot."""
     limits = robot.limits
     radius = limits.turning_radius
     speeds: Parameters = {"desired_linear_vel": limits.speed}

@@ -83,7 +83,7 @@ def fleet_launch(robots: Sequence[RobotFacts], scene: str, *, slam: bool) -> str
 
 
 def _plain(name: str) -> str:
-    """Return the name of a scene file for the docstring of a launch file: it must not end the docstring."""
+    """Return the name of a scene file without characters that could end the docstring of a launch file."""
     return "".join(character if character.isalnum() or character in "_-. " else "_" for character in name)
 
 

@@ -38,7 +38,7 @@ class MotionLimits:
     """Motion limits of a robot.
 
     Attributes:
-        kinematics: kind of the base.
+        kinematics: `differential`, `omni` or `ackermann`.
         speed: highest speed, m/s.
         turn: highest turn rate, rad/s.
         acceleration: highest acceleration, m/s2.
@@ -173,7 +173,7 @@ def _rim_speeds(robot: RobotInstance) -> Iterator[Sourced[float]]:
 def _turning_radius(
     base: Sourced[float], steering: Sourced[float] | None, track: Sourced[float] | None
 ) -> Sourced[float]:
-    """Return the smallest radius on which the middle of the unsteered axle can drive, by the inner wheel's limit, plus 10 %."""
+    """Return the smallest turning radius of the middle of the unsteered axle, m: that of the steering limit, plus 10 %."""
     if steering is None or not 0.05 < steering.value < 1.3:
         return Sourced(2.0 * base.value, f"twice the wheel base, {base.source}; the steering limit is unknown")
     inner = base.value / math.tan(steering.value)
@@ -182,7 +182,7 @@ def _turning_radius(
 
 
 def _acceleration_by_force(scene: LoadedScene, robot: RobotInstance) -> list[Sourced[float]]:
-    """Return the acceleration that the wheel drives can reach, in a list; the list is empty if their forces have no limit."""
+    """Return a list with the acceleration that the wheel drives can reach, m/s2; empty if their forces have no limit."""
     assert scene.world is not None
     wheels = {name: radius for name, radius in robot.wheel_radii.items() if name in robot.drives}
     force = sum(robot.drives[name].max_force / radius for name, radius in wheels.items())

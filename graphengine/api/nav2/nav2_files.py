@@ -70,7 +70,7 @@ def nav2_files(
         progress: receives the name of a robot that is being calibrated, and the completed share, 0 to 1.
 
     Raises:
-        CheckError: the robot has errors on the floor of its calibration.
+        CheckError: a robot has errors on the flat floor of its calibration.
         UsageError: there is no robot, or Nav2 cannot drive one; the message says what to add.
     """
     chosen = _chosen(scene, robots)

@@ -143,7 +143,7 @@ def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
 
 
 def _claims_of(scene: LoadedScene, robot: RobotInstance) -> list[EndpointClaim]:
-    """Return the topics of a robot's nodes, or of all nodes if it is the only robot. Topics in fewer namespaces come first."""
+    """Return the topics of a robot's nodes, or of all nodes if it is the only robot. Topics with fewer name parts come first."""
     assert scene.world is not None
     alone = len(scene.world.robots) == 1
     own = [claim for claim in scene.claims if alone or at_or_below(claim.node, robot.prim_path)]
@@ -196,7 +196,7 @@ def _base_frame(
 
 
 def _connected(frame: str, edges: Sequence[tuple[str, str]]) -> set[str]:
-    """Return all frames that are connected to a frame by some transforms, with the frame itself."""
+    """Return all frames that transforms connect to a frame, including the frame itself; `edges` are (parent, child)."""
     reached, size = {frame}, 0
     while len(reached) > size:
         size = len(reached)

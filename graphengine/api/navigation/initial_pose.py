@@ -41,17 +41,17 @@ def has_listener(transport: Transport, namespace: str) -> bool:
 
 
 def may_belong(frame: str, namespace: str) -> bool:
-    """Return whether a frame on the common `/tf` can be one of a robot: it has the robot's namespace in front, or none."""
+    """Return whether a frame on the shared `/tf` can belong to a robot: its prefix is the robot's namespace, or it has none."""
     return frame.strip("/").rpartition("/")[0] in ("", namespace.strip("/"))
 
 
 def give_initial_pose(
     transport: Transport, namespace: str, truth: TruePoses, clock: Callable[[], float], frame: str = "map"
 ) -> bool:
-    """Publish the true pose on `initialpose` until the localization has taken it; return whether it has.
+    """Publish the true pose on `initialpose` until the localization accepts it; return whether it did.
 
-    A localization that publishes `amcl_pose` has taken it if a pose there is near the true one; any other one, if it broadcasts
-    map -> odom of this robot.
+    A localization that publishes `amcl_pose` has accepted the pose when `amcl_pose` is near the true pose. Any other localization
+    has accepted it when it broadcasts map -> odom of this robot.
     """
     heard = _Heard()
     writer = transport.writer(f"{namespace}/initialpose", MESSAGE, QoS())

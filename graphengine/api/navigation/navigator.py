@@ -82,24 +82,24 @@ class Track:
 
 
 class FailedError(Exception):
-    """A goal cannot be reached: its result and the reason."""
+    """A goal cannot be reached; the arguments are the result, such as `timed out`, and the reason."""
 
 
 class GivenUpError(FailedError):
-    """No further goal can be reached either."""
+    """Neither the present goal nor any further goal can be reached, such as after the end of the run."""
 
 
 class Navigator:
-    """Navigates one robot with Nav2.
+    """Sends goals of one robot to Nav2 and measures the outcomes.
 
     Args:
-        transport: open transport, which closes the endpoints.
+        transport: open transport; its owner closes it together with the endpoints of the navigator.
         action: full name of the action.
         clock: returns the simulation time, s.
         truth: true poses of the robot; None if they are unknown.
         definitions: message types.
-        patience: simulation time for each goal, s.
-        activation: wall time in which Nav2 may be discovered and become active, s.
+        patience: longest simulation time for each goal, s.
+        activation: longest wall time until Nav2 is discovered and active, s.
         say: prints a message for the user.
     """
 
@@ -133,7 +133,7 @@ class Navigator:
         """Reason why no further goal can be reached; empty while goals can be reached."""
 
     def go(self, goal: NavigationGoal, watch: Callable[[Progress], None] = lambda progress: None) -> Outcome:
-        """Send a goal and wait for its end.
+        """Send a goal, wait for its end and return the outcome.
 
         Args:
             goal: pose in the map.
@@ -169,10 +169,10 @@ class Navigator:
     def _send(
         self, goal: NavigationGoal, feedback: Callable[[Any], object], watch: Callable[[Progress], None]
     ) -> GoalCall:
-        """Send a goal until it is accepted.
+        """Send a goal, again after each rejection, until it is accepted.
 
         Raises:
-            FailedError: it is rejected for too long, or two answers were lost.
+            FailedError: the goal is rejected for too long, or two goals got no answer.
         """
         deadline, told = time.monotonic() + (RETRY * 3 if self._accepted else self._activation), False
         while True:
@@ -185,7 +185,7 @@ class Navigator:
             if not self._answered(call):
                 if len(self._sent) == 2:
                     raise FailedError(
-                        "no answer", f"{self._action} did not answer the goal twice, each in {ANSWER:g} s"
+                        "no answer", f"{self._action} did not answer two requests within {ANSWER:g} s each"
                     )
                 continue  # if only the answer was lost, the new goal replaces the first
             if call.accepted.result():
@@ -201,7 +201,7 @@ class Navigator:
             time.sleep(RETRY)
 
     def _answered(self, call: GoalCall) -> bool:
-        """Wait until the server accepts or rejects a call, at most `ANSWER` s; return whether it has."""
+        """Wait until the server accepts or rejects a call, at most `ANSWER` s; return whether it did."""
         while time.monotonic() - self._sent[call] <= ANSWER:
             with suppress(NotYet):
                 call.accepted.exception(POLL)
@@ -221,7 +221,7 @@ class Navigator:
         """Wait for the end of an accepted goal; return its result and the reason.
 
         Raises:
-            FailedError: it takes too long.
+            FailedError: the goal is not reached in time.
         """
         while not call.result.done():
             with suppress(NotYet):
@@ -284,7 +284,7 @@ class Navigator:
         return message
 
     def _measured(self, outcome: Outcome, track: Track, begun: float) -> Outcome:
-        """Return an outcome with the figures from the feedback and from the true poses."""
+        """Return a copy of an outcome with the measurements from the feedback and from the true poses."""
         goal, end = PlanarPose(outcome.goal.x, outcome.goal.y, outcome.goal.yaw), self._clock()
         measured = replace(
             outcome,

@@ -11,7 +11,7 @@ from graphengine.format.wording import listing
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun action info` to its parser."""
     parser.add_argument("action", metavar="ACTION", help="action, such as /fibonacci")
     parser.add_argument("-t", "--show-types", action="store_true", help="print the type of each client and server too")
     parser.add_argument("-c", "--count", action="store_true", help="print only the number of clients and servers")

@@ -10,7 +10,7 @@ from graphengine.ros.network_graph import NetworkGraph
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun action list` to its parser."""
     parser.add_argument("-t", "--show-types", action="store_true", help="print the type of each action too")
     parser.add_argument("-c", "--count-actions", action="store_true", help="print only the number of actions")
     add_live_arguments(parser)

@@ -17,7 +17,7 @@ CANCEL_PATIENCE = 5.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun action send_goal` to its parser."""
     parser.add_argument("action", metavar="ACTION", help="action, such as /fibonacci")
     parser.add_argument("type", metavar="TYPE", help="action type, such as example_interfaces/action/Fibonacci")
     source = parser.add_mutually_exclusive_group()
@@ -72,7 +72,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _nothing(message: Any) -> None:
-    """Ignore feedback."""
+    """Do nothing; the callback for feedback without `--feedback`."""
 
 
 def _cancel(caller: ActionCaller, call: GoalCall) -> None:

@@ -16,5 +16,5 @@ VERBS = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun nav2` to its parser."""
     add_subverbs(parser, VERBS)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun nav2 files` to its parser."""
     add_file_arguments(parser)
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True, help="folder to write the files to")
     add_repeatable(parser, "--robot", "NAME", "robot that Nav2 drives (default: all)", dest="robots")

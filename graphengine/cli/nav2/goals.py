@@ -31,7 +31,7 @@ SAME_TIME = 5.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun nav2 goals` to its parser."""
     what = "a pose in the map, 'X Y [YAW]' in m and rad (or 90deg), or a YAML file: goals: [{x: 1, y: 2, yaw: 0, name: door}]"
     parser.add_argument("goals", metavar="GOAL|FILE", nargs="+", help=what)
     namespace = "namespace of the robot (default: that of the only Nav2 on the network)"
@@ -100,7 +100,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _read(text: str) -> list[NavigationGoal]:
-    """Return the goals of a file, or the one goal that the text spells.
+    """Return the goals of a file, or a single goal parsed from the text.
 
     Raises:
         UsageError: the text is neither a file nor a goal.
@@ -116,7 +116,7 @@ def _read(text: str) -> list[NavigationGoal]:
     words = text.replace(",", " ").split()
     try:
         if len(words) not in (2, 3):
-            raise argparse.ArgumentTypeError("two or three numbers make a goal")
+            raise argparse.ArgumentTypeError(f"expected two or three numbers, got {len(words)}")
         x, y, *yaw = words
         return [NavigationGoal(number(x), number(y), angle(yaw[0]) if yaw else 0.0)]
     except argparse.ArgumentTypeError as error:

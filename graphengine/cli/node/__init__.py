@@ -16,6 +16,6 @@ VERBS = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun node` to its parser."""
     parser.epilog = "`graphrun nodes` lists the node types of graphs."
     add_subverbs(parser, VERBS)

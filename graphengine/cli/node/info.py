@@ -18,7 +18,7 @@ Named = tuple[str, str]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun node info` to its parser."""
     parser.add_argument("node", metavar="NODE", help="node, such as /graphengine")
     parser.add_argument("--include-hidden", action="store_true", help="include names with a part that begins with _")
     add_live_arguments(parser)

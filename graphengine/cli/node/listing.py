@@ -10,7 +10,7 @@ from graphengine.ros.network_graph import NetworkGraph
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun node list` to its parser."""
     parser.add_argument("-a", "--all", action="store_true", help="include nodes whose name begins with _")
     parser.add_argument("-c", "--count-nodes", action="store_true", help="print only the number of nodes")
     add_live_arguments(parser)

@@ -20,7 +20,7 @@ VERBS = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun param` to its parser."""
     parser.epilog = (
         "A run offers the inputs of its nodes and the variables of its graphs as parameters. Embedded DDS reaches nodes on"
         " Cyclone DDS only; --transport rclpy reaches those of the sourced RMW."

@@ -10,7 +10,7 @@ from graphengine.cli.param.nodes import add_node_argument, client_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun param describe` to its parser."""
     add_node_argument(parser)
     parser.add_argument("parameters", metavar="PARAMETER", nargs="+", help="names of parameters")
     add_live_arguments(parser)

@@ -23,7 +23,7 @@ _LABELS = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun param get` to its parser."""
     add_node_argument(parser)
     add_parameter_argument(parser)
     parser.add_argument("--hide-type", action="store_true", help="print only the value")

@@ -13,7 +13,7 @@ from graphengine.format.errors import TransportError, UsageError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun param list` to its parser."""
     add_node_argument(parser, optional=True)
     parser.add_argument("--filter", metavar="REGEX", help="list only names that match from their beginning")
     parser.add_argument("--include-hidden-nodes", action="store_true", help="include nodes whose name begins with _")

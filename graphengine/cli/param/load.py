@@ -19,7 +19,7 @@ _BATCH = 500
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun param load` to its parser."""
     add_node_argument(parser)
     parser.add_argument("file", metavar="FILE", type=Path, help="file as `graphrun param dump` prints it")
     wildcard = f"leave out the parameters below {EVERY_NODE}"
@@ -70,7 +70,7 @@ def read(path: Path, *, wildcard: bool) -> Mapping[str, Any]:
     for name, value in values.items():
         if isinstance(value, list) and fitting_type(value) is ParameterType.NOT_SET:
             legal = "write only booleans, only integers, only numbers or only texts"
-            raise UsageError(f"{path}: {name} is no list of one type; {legal}")
+            raise UsageError(f"{path}: {name} is not a list of values of one type; {legal}")
     return values
 
 

@@ -12,7 +12,7 @@ from graphengine.cli.param.nodes import add_node_argument, add_parameter_argumen
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun param set` to its parser."""
     add_node_argument(parser)
     add_parameter_argument(parser)
     parser.add_argument("value", metavar="VALUE", help="value as YAML, such as 0.5 or '[1.0, 0.0, 0.0]'")

@@ -17,7 +17,7 @@ VERBS = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun service` to its parser."""
     parser.epilog = (
         "Embedded DDS reaches servers on Cyclone DDS only; --transport rclpy reaches those of the sourced RMW."
     )

@@ -10,7 +10,7 @@ from graphengine.cli.live import Live, absolute, add_live_arguments, near_topic,
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun service call` to its parser."""
     parser.add_argument("service", metavar="SERVICE", help="service, such as /light")
     parser.add_argument("type", metavar="TYPE", help="service type, such as std_srvs/srv/SetBool")
     source = parser.add_mutually_exclusive_group()

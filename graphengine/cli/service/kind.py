@@ -11,7 +11,7 @@ from graphengine.format.wording import listing
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun service type` to its parser."""
     parser.add_argument("service", metavar="SERVICE", help="service, such as /get_map")
     add_live_arguments(parser)
 

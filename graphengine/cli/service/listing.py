@@ -10,7 +10,7 @@ from graphengine.ros.network_graph import NetworkGraph
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun service list` to its parser."""
     parser.add_argument("-t", "--show-types", action="store_true", help="print the type of each service too")
     parser.add_argument("-c", "--count-services", action="store_true", help="print only the number of services")
     hidden = "include services with a name part that begins with _, such as those of actions"

@@ -20,6 +20,6 @@ VERBS = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun topic` to its parser."""
     parser.epilog = "`graphrun topics SCENE` lists the topics of a scene without running it."
     add_subverbs(parser, VERBS)

@@ -14,7 +14,7 @@ from graphengine.ros.rates import SECOND, Summary
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun topic delay` to its parser."""
     parser.add_argument("topic", metavar="TOPIC", help="topic whose messages have a header")
     add_window_argument(parser)
     add_live_arguments(parser, clock=True)

@@ -24,7 +24,7 @@ TRUNCATED = 128
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun topic echo` to its parser."""
     parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
     parser.add_argument("type", metavar="TYPE", nargs="?", help="message type (default: that of the publishers)")
     parser.add_argument("--once", action="store_true", help="end after the first message")
@@ -88,7 +88,7 @@ def _warn_of_other_definitions(publishers: list[Endpoint], message_type: str, kn
 
 
 def _arriving(inbox: MessageQueue, timeout: float | None) -> Iterator[bytes]:
-    """Yield messages until the timeout."""
+    """Yield the encoded messages as they arrive; end at the timeout (s), if there is one."""
     end = None if timeout is None else time.monotonic() + timeout
     while (arrival := inbox.take(None if end is None else max(0.0, end - time.monotonic()))) is not None:
         yield arrival.data
@@ -97,7 +97,7 @@ def _arriving(inbox: MessageQueue, timeout: float | None) -> Iterator[bytes]:
 def _text(
     data: bytes, message_type: str, definitions: Definitions, wanted: Filter, arguments: argparse.Namespace
 ) -> str | None:
-    """The text of a message; None if the filter rejects it or it cannot be decoded."""
+    """Return the text of a message; None if the filter rejects it or it cannot be decoded."""
     from graphengine.messages import messages
     from graphengine.messages.message_text import Style, TypedValue, to_csv, to_plain_text, to_yaml
 

@@ -25,7 +25,7 @@ class _MessageGuard(Guard):
 
 
 def make_filter(text: str | None) -> Filter:
-    """A function that returns whether a message passes the filter; without an expression, all do.
+    """Return a function that returns whether a message passes the filter; without an expression, all do.
 
     Raises:
         UsageError: the text is not a legal expression. The returned function raises it if the evaluation fails.

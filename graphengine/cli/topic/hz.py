@@ -15,7 +15,7 @@ WINDOW = 10_000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun topic hz` to its parser."""
     parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
     add_window_argument(parser)
     parser.add_argument("--filter", metavar="EXPR", help="count only messages m for which a Python expression is true")

@@ -10,7 +10,7 @@ from graphengine.ros.network_graph import Endpoint
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun topic info` to its parser."""
     parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
     what = "print node, type, type hash, GID and quality of service of each writer and reader"
     parser.add_argument("-v", "--verbose", action="store_true", help=what)

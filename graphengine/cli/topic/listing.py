@@ -11,7 +11,7 @@ from graphengine.ros.network_graph import NetworkGraph
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun topic list` to its parser."""
     parser.add_argument("-t", "--show-types", action="store_true", help="print the type of each topic too")
     parser.add_argument("-c", "--count-topics", action="store_true", help="print only the number of topics")
     parser.add_argument(
@@ -40,7 +40,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _counts(graph: NetworkGraph, topics: list[str], direction: Literal["publish", "subscribe"]) -> str:
-    """Lines with the number of writers, or readers, of each topic."""
+    """Return lines with the number of writers, or readers, of each topic."""
     lines = ["Published topics:" if direction == "publish" else "Subscribed topics:"]
     who = "publisher" if direction == "publish" else "subscriber"
     for topic in topics:

@@ -20,7 +20,7 @@ HOW_TO_LEAVE = """the topic has no readers yet; press Ctrl-C to end the wait
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the verb."""
+    """Add the command-line arguments of `graphrun topic pub` to its parser."""
     parser.add_argument("topic", metavar="TOPIC", help="topic, such as /cmd_vel")
     parser.add_argument("type", metavar="TYPE", help="message type, such as geometry_msgs/msg/Twist")
     source = parser.add_mutually_exclusive_group()
@@ -112,7 +112,7 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
 
 
 def _mismatches(graph: NetworkGraph, offer: Endpoint) -> str:
-    """Reasons why readers of the topic do not match, one line each, or a suggestion of another topic."""
+    """Return reasons why readers of the topic do not match, one line each, or a suggestion of another topic."""
     lines = []
     for end in graph.subscribers(offer.topic):
         if end.message_type != offer.message_type:

@@ -49,7 +49,7 @@ def add_quality_arguments(parser: argparse.ArgumentParser, default: str) -> None
 
 
 def quality(arguments: argparse.Namespace) -> QoS:
-    """The quality of service given on the command line."""
+    """Return the quality of service given on the command line."""
     changes: dict[str, Any] = {
         policy: kinds.get(getattr(arguments, f"qos_{policy}")) for policy, kinds in _KINDS.items()
     }
@@ -83,5 +83,5 @@ def _warn_of_mismatches(publishers: Sequence[Endpoint], asked: QoS) -> None:
 
 
 def shouted(kind: str) -> str:
-    """A policy as ros2cli prints it: `bestEffort` is `BEST_EFFORT`."""
+    """Return a policy as ros2cli prints it: `bestEffort` is `BEST_EFFORT`."""
     return "UNKNOWN" if kind == "systemDefault" else re.sub(r"(?=[A-Z])", "_", kind).upper()
