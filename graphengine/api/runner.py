@@ -304,7 +304,7 @@ class Runner:
             self.feed.after_tick()
 
     def show(self, feed: Feed) -> None:
-        """Set the page to update after each tick; it is closed with the session."""
+        """Set the web page to update after each tick; the page is closed with the session."""
         self.feed = feed
         self._closing.callback(feed.close)
 

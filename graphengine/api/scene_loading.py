@@ -1,4 +1,4 @@
-"""Loading: from files to a checked scene."""
+"""Loads files into a checked scene."""
 
 from __future__ import annotations
 

@@ -497,7 +497,7 @@ class Session:
 
     @acting
     def press(self, *keys: str) -> None:
-        """Hold keys down, given by OmniGraph's names, from the next tick until `release`.
+        """Press keys, given by their names in OmniGraph, and hold them from the next tick until `release`.
 
         >>> sim.press("W", "LeftShift")
 
@@ -521,7 +521,7 @@ class Session:
     def picture(
         self, view: str = "perspective", path: str | PathLike[str] | None = None, size: tuple[int, int] | None = None
     ) -> NDArray[np.uint8]:
-        """Draw the world as it is now.
+        """Return an image of the world in its current state.
 
         >>> sim.picture("top", size=(320, 180)).shape  # doctest: +SKIP
         (180, 320, 3)

@@ -1,7 +1,7 @@
 """Passes the keys that are pressed in the terminal of a run to its graphs.
 
 A terminal sends a character when a key is pressed and repeats it while the key is held, but sends nothing when it is released.
-So a key counts as released when it is silent for longer than a terminal's delay before the first repetition.
+So a key counts as released when its character has not arrived for longer than a terminal's delay before the first repetition.
 """
 
 from __future__ import annotations

@@ -188,7 +188,7 @@ def _from_network(arguments: argparse.Namespace, target: Path, findings: Finding
 
 
 def _with_controllers(origin: Origin | None, arguments: argparse.Namespace, findings: Findings) -> Origin | None:
-    """Return the origin with the file given by `--controllers`, if any; None after an error."""
+    """Add the content of the file given by `--controllers`, if any, to the description; return None after an error."""
     if origin is None or arguments.controllers is None:
         return origin
     from graphengine.format import document

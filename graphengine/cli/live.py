@@ -175,7 +175,7 @@ class Live:
         return inbox
 
     def clock(self, arguments: argparse.Namespace) -> Clock:
-        """Return the wall clock, or simulation time with `--use-sim-time`."""
+        """Return a function for the wall time, or with `--use-sim-time` for the simulation time, in ns."""
         from graphengine.ros.cli_subscription import SimulationClock
 
         if not arguments.use_sim_time:

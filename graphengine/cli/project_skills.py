@@ -25,10 +25,10 @@ class Skill:
     """A skill of a robot, such as driving or following trajectories.
 
     Attributes:
-        commands: commands that try it, each with its purpose.
+        commands: commands that demonstrate the skill, each with its purpose.
         example: a longer command, which moves a joint or an arm; empty without one.
         active: whether the robot falls over unless its graphs run.
-        test: Python code of its test, which may use the scene `SCENE`, the name `ROBOT` and what `_TEST_FILE` imports.
+        test: Python code of a test of the skill; it may use the scene `SCENE`, the name `ROBOT` and the imports of `_TEST_FILE`.
     """
 
     commands: tuple[tuple[str, str], ...]

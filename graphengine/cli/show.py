@@ -145,7 +145,10 @@ def _when(graph: Graph, region: Region, call: Call) -> str:
 
 
 def _fires(graph: Graph, region: Region, wire: Wire) -> bool:
-    """Return whether a wire can start its target in this region: not from a node that runs its targets itself, nor later."""
+    """Return whether a wire can start its target in this region.
+
+    Wires from pusher nodes, which run their targets themselves, and wires that fire in a later pass cannot.
+    """
     kind = graph.instances[wire.source].cls.kind()
     if kind == "latent":
         return region.index == 0

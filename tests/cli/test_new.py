@@ -110,7 +110,7 @@ def test_a_description_with_errors_leaves_no_folder(graphrun: Graphrun, workspac
 
 
 def test_arguments_need_a_description(graphrun: Graphrun, workspace: Path) -> None:
-    assert "give one by --from FILE" in graphrun("new", "first", "prefix:=a_", code=2).err
+    assert "give one with --from FILE" in graphrun("new", "first", "prefix:=a_", code=2).err
 
 
 @pytest.mark.parametrize("name", ["null", "true"])

@@ -48,7 +48,7 @@ def floor_load(sim: Session, robot: str) -> dict[str, float]:
 
 
 def rolls_away(velocity: Twist) -> list[str]:
-    """Return a note if the robot moves at `velocity` without a command; otherwise an empty list."""
+    """Return a list with a note if the robot moves at `velocity` without a command; otherwise an empty list."""
     speed = math.hypot(velocity.x, velocity.y)
     if speed < SLOWEST and abs(velocity.yaw) < SLOWEST:
         return []

@@ -104,7 +104,7 @@ class WheelMeter:
         return not is_wheel and self._robot.urdf.joints[name].type != "prismatic"
 
     def _is_steered(self, index: int) -> bool:
-        """Return whether a revolute joint carries the wheel, and so may steer it; prismatic joints are suspensions."""
+        """Return whether another revolute joint carries the wheel, and so may steer it; prismatic joints are suspensions."""
         joints = self._robot.urdf.joints
         carriers = {joint.child: joint for joint in joints.values()}
         link = joints[self._names[index]].parent

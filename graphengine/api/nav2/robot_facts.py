@@ -1,4 +1,4 @@
-"""Facts about a robot that Nav2's configuration needs, from the checked scene: topics, frames, outline, lidars, limits."""
+"""Properties of a robot that Nav2's configuration needs, from the checked scene: topics, frames, outline, lidars, limits."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _LIDAR_WORDS = ("scan", "laser", "lidar")
 
 @dataclass(frozen=True, slots=True)
 class RobotFacts:
-    """Facts about a robot for the configuration of Nav2.
+    """Properties of a robot for the configuration of Nav2.
 
     Attributes:
         name: name in the scene.
@@ -82,7 +82,7 @@ class RobotFacts:
 
 
 def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
-    """Return the facts about a robot.
+    """Return the properties of a robot that Nav2's configuration needs.
 
     Raises:
         UsageError: Nav2 cannot drive the robot; the message lists everything that is missing and how to add it.

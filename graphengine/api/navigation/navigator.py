@@ -93,7 +93,7 @@ class Navigator:
     """Sends goals of one robot to Nav2 and measures the outcomes.
 
     Args:
-        transport: open transport; its owner closes it together with the endpoints of the navigator.
+        transport: open transport; closing it also closes the endpoints of the navigator.
         action: full name of the action.
         clock: returns the simulation time, s.
         truth: true poses of the robot; None if they are unknown.

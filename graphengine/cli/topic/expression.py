@@ -16,7 +16,7 @@ _ARRAY = frozenset(
 
 
 class _MessageGuard(Guard):
-    """A guard that lets expressions read message fields and bounded attributes of arrays."""
+    """A guard that lets expressions read message fields, and the attributes and methods of arrays in `_ARRAY`."""
 
     def attributes(self, value: Any) -> Collection[str]:
         if hasattr(value, "__msgtype__"):
