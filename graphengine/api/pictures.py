@@ -69,7 +69,7 @@ def find_camera(world: Simulation, name: str) -> Prim | None:
 def look(
     world: Simulation, name: str, size: tuple[int, int] | None = None, *, segmentation: bool = False
 ) -> Picture | Image:
-    """Return the picture of a camera, as graphs receive it, or of a view.
+    """Return a picture of the world, from a camera prim (as graphs receive it) or from a view.
 
     Args:
         world: world to draw, in its current state.

@@ -30,7 +30,7 @@ IDLE = 0.02
 
 
 class Playback:
-    """Plays a recording at a given speed, and replays it in the background.
+    """Playback of a recording at a speed that viewers set; ticks are replayed in the background.
 
     Args:
         player: player of the recording.
@@ -81,7 +81,7 @@ class Playback:
             raise UsageError(f"unknown playback command; {listing(['play', 'pause', 'seek', 'step', 'speed'])}")
 
     def seek(self, tick: int) -> None:
-        """Show a tick; if it has not been replayed yet, show it as soon as it has been."""
+        """Select the tick to show; a tick that is not replayed yet is shown once the replay reaches it."""
         self._goal = float(min(max(tick, 0), self.player.length))
 
     def show(self) -> None:
@@ -97,7 +97,9 @@ class Playback:
             self._away, self._return = False, self._clock() - now
 
     def build(self, interrupted: Callable[[], bool] = lambda: False) -> None:
-        """Continue the replay for a while, longer if the return to the shown tick is slow; skip this if playback would stutter.
+        """Replay further ticks in the background, unless playback would stutter.
+
+        The call takes longer if the return to the shown tick is slow, so that fewer returns are needed.
 
         Args:
             interrupted: called after each tick; True ends the call.

@@ -105,7 +105,7 @@ def _turning(robot: RobotFacts, distribution: Distribution) -> Parameters:
 
 
 def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
-    """Return the parameters of DWB."""
+    """Return the parameters of Nav2's controller DWB: velocity limits, sampled velocities and critics."""
     limits = robot.limits
     omni = limits.kinematics.value == "omni"
     sideways = limits.speed if omni else Sourced(0.0, limits.kinematics.source)

@@ -73,7 +73,7 @@ def robot_launch(robot: RobotFacts, scene: str, *, slam: bool, in_fleet: bool) -
 
 
 def fleet_launch(robots: Sequence[RobotFacts], scene: str, *, slam: bool) -> str:
-    """Return the launch file that starts Nav2 for several robots; the files of each are in the folder with its name."""
+    """Return the launch file that starts Nav2 for several robots; each robot has its files in a folder of its name."""
     defaults = {"use_sim_time": '"true"', "rviz": '"false"'}
     if not slam:
         defaults |= {"map": 'str(HERE / "map.yaml")', "localization": '"amcl"'}

@@ -73,7 +73,7 @@ class RobotFacts:
 
     @property
     def radii(self) -> tuple[float, float]:
-        """Radii of the circles within and around the footprint, m."""
+        """Radii of the inscribed and of the circumscribed circle of the footprint, m."""
         return radii(self.footprint)
 
     def topic(self, name: str) -> str:

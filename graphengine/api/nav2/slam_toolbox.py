@@ -10,7 +10,7 @@ _OWN = "slam_toolbox's own mapper_params_online_async.yaml"
 
 
 def slam_toolbox(robot: RobotFacts) -> Parameters:
-    """Return the parameters of slam_toolbox for a robot, with its first scan."""
+    """Return the parameters of slam_toolbox for a robot; slam_toolbox uses the robot's first LaserScan topic."""
     scan = robot.scans[0]
     own = {
         "solver_plugin": "solver_plugins::CeresSolver",

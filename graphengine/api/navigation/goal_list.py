@@ -40,7 +40,7 @@ class GoalSpec(Spec):
 
 
 class GoalListSpec(Spec):
-    """A file with goals."""
+    """Format of the YAML file that lists goals."""
 
     format: Format = 1
     goals: Annotated[tuple[GoalSpec, ...], Field(strict=False, min_length=1, max_length=10_000)]
