@@ -61,12 +61,12 @@ class Console:
         self._meter = StatusMeter(session)
 
     def tell(self, text: str) -> None:
-        """Print and flush; output errors are ignored."""
+        """Print a text and flush the stream; output errors are ignored."""
         with contextlib.suppress(OSError):
             print(text, file=sys.stderr, flush=True)
 
     def inform(self, text: str) -> None:
-        """Print and flush, unless the console is quiet."""
+        """Print a text and flush the stream, unless the console is quiet."""
         if not self.quiet:
             self.tell(text)
 

@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the tree; return 0, or 1 without transforms or, with `--strict`, with warnings."""
+    """Print the tree; return 0, or 1 if there are no transforms or, with `--strict`, if there are warnings."""
     _check_output(arguments.output)
     tree = FrameTree()
     with Live(arguments) as live:
