@@ -1,4 +1,4 @@
-"""A transport whose topics Foxglove also sees: its clients count as additional readers and writers; services are unchanged."""
+"""Wraps a transport so that Foxglove clients also read and write its topics; services are unchanged."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class FoxgloveTransport:
     """A transport that also shows its topics to Foxglove, and delivers messages that Foxglove clients publish.
 
     Args:
-        inner: transport for everything else; closed together with this one.
-        server: server, which may serve several transports; its opener closes it.
+        inner: transport that carries the messages; closed together with this one.
+        server: Foxglove server, which several transports may share; the caller closes it.
     """
 
     def __init__(self, inner: Transport, server: FoxgloveServer) -> None:
@@ -60,7 +60,7 @@ class FoxgloveTransport:
         self._ends.discard(end)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Return the graph; publishers of clients on topics that are read appear as writers of a node `/foxglove`."""
+        """Return the graph with Foxglove clients that publish on topics of the run as writers of a node `/foxglove`."""
         found, published = self._inner.graph(asked), self._server.endpoints()
         return found.with_endpoints(published) if published else found
 
