@@ -63,7 +63,7 @@ class Client:
             self._connection.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
-        """Close the connection."""
+        """Close the connection; the run continues."""
         self._connection.close()
 
     def __enter__(self) -> Client:

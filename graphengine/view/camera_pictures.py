@@ -50,7 +50,7 @@ class CameraPictures:
         self.error = ""
 
     def find(self, cameras: Sequence[Prim]) -> None:
-        """Collect pictures of these cameras from now on."""
+        """Select the cameras of which `take` collects pictures."""
         self._cameras = cameras
         self._job = None
         self._shown.clear()

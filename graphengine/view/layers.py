@@ -48,7 +48,7 @@ class Layers:
         self._session = session
         self._read_only = read_only
         self._world: object = None
-        """The world that the lidars are of."""
+        """World to which the lidars in `_lidars` belong."""
         self._lidars: dict[str, Lidar] = {}
         self._pictures = CameraPictures(session)
         self._make_floor = make_floor
@@ -79,7 +79,7 @@ class Layers:
         )
 
     def _find_sensors(self) -> tuple[Sequence[Prim], Sequence[Prim]]:
-        """The lidars and cameras of the world, which are read from now on."""
+        """Return the lidars and cameras of the current world, and read these in later frames."""
         services = self._session.services
         self._world, lidars = services.world, list(services.stage.prims("lidar"))
         self._lidars = {prim.path: services.world.device(Lidar, prim) for prim in lidars}

@@ -16,7 +16,7 @@ from typing import Any
 from graphengine.format.errors import UsageError
 
 ALLOWED = 20.0
-"""Seconds in which the page has to come up."""
+"""Maximum wait for the page to start, s."""
 FAREWELL = 1.0
 """Maximum wall time that `close` waits until all data are sent, s."""
 
@@ -24,7 +24,7 @@ FAREWELL = 1.0
 class Page:
     """The process of a page, with one thread that writes to it and one that reads from it.
 
-    Objects are queued after a tick; of frames only the newest one waits.
+    The queue keeps all objects in order, but only the newest frame.
 
     Args:
         host: address of the page.

@@ -37,7 +37,7 @@ class Scene3D:
     Args:
         server: viser server.
         shown: called when a viewer shows or hides a layer.
-        command: sends a command to the run, for the viewer with a viser number.
+        command: sends a command to the run, on behalf of the viewer with a client id in viser.
     """
 
     def __init__(
