@@ -29,7 +29,7 @@ class ClientEndpoints:
 
 
 class ActionEvent(NamedTuple):
-    """An event of a goal, from a message of the action server."""
+    """A message of the action server about a goal: acceptance, rejection, feedback, status or result."""
 
     kind: Literal["accepted", "rejected", "feedback", "status", "result"]
     goal: bytes

@@ -197,19 +197,19 @@ class Network:
         """Remove a sink that `tap` added."""
 
     def publisher(self, claim: EndpointClaim) -> Publisher:
-        """Create a publisher."""
+        """Create the publisher that a node claims."""
         return Publisher(claim)
 
     def subscription(self, claim: EndpointClaim) -> Subscription:
-        """Create a subscription."""
+        """Create the subscription that a node claims."""
         return Subscription(claim)
 
     def server(self, claim: EndpointClaim, handle: int) -> ServiceServer:
-        """Create a service server; `handle` is the number with which nodes refer to it."""
+        """Create the service server that a node claims; `handle` is the number with which nodes refer to it."""
         return ServiceServer(claim, handle)
 
     def client(self, claim: EndpointClaim) -> ServiceClient:
-        """Create a service client."""
+        """Create the service client that a node claims."""
         return ServiceClient(claim)
 
     def handing_over(self) -> AbstractContextManager[object]:

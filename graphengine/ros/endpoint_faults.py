@@ -123,7 +123,7 @@ class Finder:
         return now - self._nameless.get(peer.gid, -PATIENCE) >= PATIENCE or not self._transport.node
 
     def _is_large(self, end: End) -> bool:
-        """Return whether messages may exceed the receive buffer, whose size is known on Linux only."""
+        """Return whether messages of an endpoint may exceed a peer's receive buffer; its size is known only on Linux."""
         return 0 < self._buffer * ROOM < end.largest
 
 

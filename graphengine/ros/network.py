@@ -103,7 +103,7 @@ class LiveNetwork(Network):
         return end
 
     def publisher(self, claim: EndpointClaim) -> LivePublisher:
-        """Create a publisher."""
+        """Create the publisher that a node claims, or hand over an open one."""
 
         def make() -> LivePublisher:
             writer = self.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
@@ -114,17 +114,17 @@ class LiveNetwork(Network):
         return end
 
     def subscription(self, claim: EndpointClaim) -> LiveSubscription:
-        """Create a subscription."""
+        """Create the subscription that a node claims, or hand over an open one."""
         end = self._end(LiveSubscription, claim, self.subscriptions, lambda: LiveSubscription(self, claim))
         self._watches[self._domain(claim.ros_context)].hurry()
         return end
 
     def server(self, claim: EndpointClaim, handle: int) -> LiveServer:
-        """Create a service server."""
+        """Create the service server that a node claims, or hand over an open one; `handle` as in `Network.server`."""
         return self._end(LiveServer, claim, self._servers, lambda: LiveServer(self, claim, handle))
 
     def client(self, claim: EndpointClaim) -> LiveClient:
-        """Create a service client."""
+        """Create the service client that a node claims, or hand over an open one."""
         return self._end(LiveClient, claim, self._clients, lambda: LiveClient(self, claim))
 
     @property

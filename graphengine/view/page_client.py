@@ -127,7 +127,7 @@ class Page:
         self.lost = not self._closed
 
     def close(self, last: object = None) -> None:
-        """Send the pending objects and a last one, and end the process; safe to call twice."""
+        """Send the pending objects and then `last`, and end the process; safe to call twice."""
         with self._news:
             self._waiting += [one for one in (self._frame, last) if one is not None and not self._closed]
             self._frame = None

@@ -35,13 +35,13 @@ class FoxgloveTransport:
         self._ends: set[ServedEnd] = set()
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
-        """Open a writer on a topic; it counts as matched while a client subscribes."""
+        """Open a writer on a topic; it also counts as matched while a Foxglove client subscribes."""
         writer = _Writer(self._inner.writer(topic, message_type, qos), self, ServedEnd(topic, message_type, qos))
         self._enter(writer.end)
         return writer
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> Reader:
-        """Open a reader on a topic; it also delivers messages of clients, in threads of the server."""
+        """Open a reader on a topic; it also delivers messages of Foxglove clients, in threads of the Foxglove server."""
         end = ServedReader(topic, message_type, qos, deliver)
         self._enter(end)
         try:
@@ -118,15 +118,15 @@ class FoxgloveTransport:
     def server(
         self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = ""
     ) -> TransportServer:
-        """Open a server of a service."""
+        """Open a server of a service on the inner transport; Foxglove clients cannot call it."""
         return self._inner.server(service, service_type, qos, deliver, node)
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> TransportClient:
-        """Open a client of a service."""
+        """Open a client of a service on the inner transport."""
         return self._inner.client(service, service_type, qos, deliver)
 
     def log(self, severity: str, text: str) -> None:
-        """Publish a message on /rosout."""
+        """Publish a message on /rosout of the inner transport."""
         self._inner.log(severity, text)
 
     def save(self) -> Any:
@@ -139,7 +139,7 @@ class FoxgloveTransport:
 
 
 class _Writer:
-    """A writer whose messages clients also see."""
+    """A writer whose messages Foxglove clients also receive."""
 
     def __init__(self, inner: Writer, transport: FoxgloveTransport, end: ServedEnd) -> None:
         self._inner = inner
@@ -148,7 +148,7 @@ class _Writer:
 
     @property
     def matched(self) -> int:
-        """Number of readers; all subscribed clients count as one."""
+        """Number of readers; all subscribed Foxglove clients together count as one."""
         return self._inner.matched + self.end.wanted
 
     @property
@@ -157,7 +157,7 @@ class _Writer:
         return self._inner.dropped
 
     def write(self, data: bytes) -> None:
-        """Send one message."""
+        """Send a message to the network and to subscribed Foxglove clients."""
         self._inner.write(data)
         self.end.show(data)
 
@@ -168,7 +168,7 @@ class _Writer:
 
 
 class _Reader:
-    """A reader that also receives messages of clients."""
+    """A reader that also receives messages of Foxglove clients."""
 
     def __init__(self, inner: Reader, transport: FoxgloveTransport, end: ServedReader) -> None:
         self._inner = inner

@@ -53,7 +53,7 @@ class _DdsTopic:
 
 
 class DdsTransport(RosNode):
-    """A ROS 2 node on a DDS network."""
+    """A transport that joins a DDS domain as a ROS 2 node, without an installed ROS 2."""
 
     def _join(self) -> str:
         domain = self._domain

@@ -56,7 +56,7 @@ class DdsEnd(RosEnd):
 
 
 class DdsWriter(DdsEnd):
-    """A DDS writer on a topic."""
+    """A DDS writer on a topic, which counts its readers and the messages dropped for slow readers."""
 
     statuses = (DDSStatus.PublicationMatched,)
 

@@ -175,7 +175,7 @@ class _DdsService(DdsEnd):
 
 
 class DdsServer(_DdsService):
-    """A service server over DDS."""
+    """A service server over DDS, which clients on rmw_cyclonedds_cpp can call."""
 
     peer = "client"
 
@@ -224,7 +224,7 @@ class DdsServer(_DdsService):
 
 
 class DdsClient(_DdsService):
-    """A service client over DDS."""
+    """A service client over DDS, which can call servers on rmw_cyclonedds_cpp."""
 
     peer = "server"
 

@@ -86,6 +86,6 @@ class MemoryClient(_MemoryService):
         return number
 
     def receive(self, number: int, response: bytes) -> None:
-        """Deliver the first response to a call."""
+        """Deliver the first response to a call; later responses are ignored."""
         if self.calls.end(number):
             self.deliver(number, response)

@@ -30,7 +30,7 @@ _PATIENCE = 0.1
 
 
 class RclTransport(RosNode):
-    """An rclpy node in its own rclpy context."""
+    """A transport that is an rclpy node with an rclpy context of its own."""
 
     source = b""
     """GID of a message's writer; always empty, because rclpy does not report it."""

@@ -90,7 +90,7 @@ class RclReader(RclEnd):
         self._deliver = deliver
 
     def receive(self, data: bytes) -> None:
-        """Deliver a message."""
+        """Deliver a message; drop and count it while a publisher has a different definition of the type."""
         if self._fits(self):
             self.hand_over(self._deliver, data)
         else:

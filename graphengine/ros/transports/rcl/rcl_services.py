@@ -61,7 +61,7 @@ class _RclService(RclEnd):
 
 
 class RclServer(_RclService):
-    """An rclpy service server."""
+    """A service server of rclpy that can send a response at any time after the request."""
 
     kind = "service"
     peer = "client"
@@ -108,7 +108,7 @@ class RclServer(_RclService):
 
 
 class RclClient(_RclService):
-    """An rclpy service client."""
+    """A service client of rclpy that sends encoded requests and delivers encoded responses."""
 
     kind = "client"
     peer = "server"
