@@ -104,7 +104,7 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         return identity
 
     def cancel(self, goal: bytes) -> None:
-        """Request that the server cancel a goal; repeat the call if the server had not accepted the goal yet."""
+        """Ask the server to cancel a goal; a request before the server has accepted the goal has no effect."""
         request = self._definitions.initial(f"{CANCEL_GOAL}_Request")
         request.goal_info.goal_id.uuid[:] = list(goal)
         self.endpoints.cancel_goal.call(request)

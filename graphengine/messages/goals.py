@@ -95,7 +95,7 @@ class Goals(Stateful, Generic[G]):
         return iter(tuple(self._goals.values()))
 
     def save(self) -> Any:
-        """Return a copy of the state of the table and of its goals."""
+        """Return a copy of the state of all goals, for `restore`."""
         return super().save(), [goal.save() for goal in self]
 
     def restore(self, saved: Any) -> None:

@@ -250,7 +250,7 @@ def written(description: Description) -> str:
 
 
 def named(message_type: str) -> Description:
-    """Return the type of a field that contains a message."""
+    """Return the field type for messages of a type, given by its ROS name."""
     return (Nodetype.NAME, message_type)
 
 

@@ -1,7 +1,8 @@
 """Encodes messages of constant size by patching numbers into the bytes of an earlier message.
 
-Most messages of a topic differ only in numbers: frame ids, the number of transforms and the size of images stay the same. Then
-packing the numbers into the old bytes replaces the encoder. Large arrays lie between pieces of these bytes and are copied once.
+Most messages of a topic differ only in numbers: frame ids, the number of transforms and the size of images stay the same. For
+such messages it is enough to pack the numbers into the earlier bytes, without the encoder. Large arrays are copied only once,
+because the bytes before and after an array are kept as separate pieces.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ class Domain:
         """Return the domain that ROS 2 programs with the given environment variables use.
 
         Unlike ROS 2, which falls back to defaults, this raises an error for an unknown discovery range or a malformed
-        ROS_LOCALHOST_ONLY: such a typing error would hide the robot from other programs.
+        ROS_LOCALHOST_ONLY: such a typo would hide the robot from other programs.
 
         Raises:
             TransportError: a variable has an illegal value.

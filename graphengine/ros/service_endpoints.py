@@ -39,7 +39,7 @@ _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 
 
 class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
-    """Common parts of server and client; its claim has the topic of the service's introspection events."""
+    """Base class of server and client; `claim` has the topic and type of the service's introspection events."""
 
     _end: Any
     """Server or client of the transport, which carries the messages."""

@@ -112,7 +112,7 @@ def _dry_setup_graph(graph: Graph, services: Services, findings: Findings, *, pr
 
 
 def _faulty(graph: Graph, findings: Findings) -> set[int]:
-    """Return the indices of nodes with a reported error; their setup errors may only be its consequence."""
+    """Return the indices of nodes with a reported error, of which setup errors may be mere consequences."""
     told = {str(finding.span) for finding in findings.errors}
     refused = {wire.target.node for wire in _refused(graph)}
     faulty = set()

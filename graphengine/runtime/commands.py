@@ -69,7 +69,7 @@ class Command(Spec):
 
 
 class _Change(Command):
-    """A change of the world or of nodes, which adds itself to the recording."""
+    """Base class of the commands that change the world or nodes; executed ones are recorded."""
 
     recorded = True
     admitted = True

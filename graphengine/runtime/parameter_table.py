@@ -133,7 +133,7 @@ def _addressed(port: Port) -> str:
 
 
 def _settable(instance: Instance, port: Port) -> PortType | None:
-    """Return the type of a port that can be a parameter if it is not wired; None for other ports."""
+    """Return the type of a port if it can be a parameter while unwired; None for other ports."""
     if port.side != "inputs" or port.setup:
         return None
     kind = known_type(instance, port)

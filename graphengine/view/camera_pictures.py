@@ -117,6 +117,6 @@ class CameraPictures:
 
 
 def _small(pixels: Pixels) -> Pixels:
-    """Return every nth pixel, so that a picture is at most `WIDTH` wide."""
+    """Downsample a picture to at most `WIDTH` pixels in width, by taking every nth pixel."""
     step = -(-pixels.shape[1] // WIDTH)
     return np.ascontiguousarray(pixels[::step, ::step])

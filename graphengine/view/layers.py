@@ -1,4 +1,4 @@
-"""Reads from a session what the layers of the 3D part show in addition to bodies."""
+"""Reads the data of the 3D part's layers from a session: frames, lidars, cameras, contacts and the occupancy map."""
 
 from __future__ import annotations
 

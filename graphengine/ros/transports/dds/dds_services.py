@@ -42,7 +42,7 @@ def identity(participant: bytes, number: int) -> str:
 
 
 def with_header(data: bytes, client: int, number: int) -> bytes:
-    """Return a CDR message with a call's header, padded to a multiple of 4 bytes; other bytes are returned unchanged."""
+    """Return a CDR message with a call's header, padded to a multiple of 4 bytes; return other data unchanged."""
     order = _HEADER.get(data[1]) if len(data) > _ENCAPSULATION else None
     if order is None:
         return data

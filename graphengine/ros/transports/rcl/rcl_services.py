@@ -78,7 +78,7 @@ class RclServer(_RclService):
         self._begun.set()
 
     def returned(self, request: Any, response: Any) -> Any:
-        """Return the request as rclpy's response; the replaced `send_response` receives it."""
+        """Callback of the rclpy service: return the request, which rclpy passes to the replaced `send_response`."""
         self._begun.wait()
         return request
 
