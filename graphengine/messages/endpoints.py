@@ -85,7 +85,7 @@ class Sink(Protocol):
 
 
 class Publisher(TopicEndpoint):
-    """A publisher of a node."""
+    """A publisher of a node; without a network, it discards messages."""
 
     latest: Any = None
     """The newest message, if the claim lists transforms; None before the first message and for all other publishers."""

@@ -99,7 +99,7 @@ class Template:
         self._offset += size
 
     def _sequence(self, value: Any, kind: str, place: str) -> None:
-        """Add a sequence of constant strings, or of numbers."""
+        """Add a sequence: strings are constants of the template, numbers are patched."""
         self._align(4)
         self._offset += 4
         if kind == "string":
@@ -111,7 +111,7 @@ class Template:
             self._array(value, kind, place)
 
     def _array(self, value: Any, kind: str, place: str) -> None:
-        """Add numbers with constant type and count."""
+        """Add an array of numbers; its type and length are constants of the template."""
         if not isinstance(value, np.ndarray) or kind not in _CODES:
             raise _NoTemplateError(place)
         self._constants += [(f"{place}.shape", value.shape), (f"{place}.dtype", value.dtype)]
@@ -160,7 +160,7 @@ class Template:
         return f"if {' or '.join(different)}: return None" if different else ""
 
     def _runs(self) -> list[tuple[int, str, list[str]]]:
-        """Group adjacent numbers, which are packed together."""
+        """Return runs of adjacent numbers, which one call packs: offset, format and expressions."""
         runs: list[tuple[int, str, list[str]]] = []
         end = -1
         for offset, code, place in self._numbers:

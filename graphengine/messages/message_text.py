@@ -208,5 +208,5 @@ def _summary(part: TypedValue) -> str:
 
 
 def _octet(value: int) -> bytes:
-    """Return a byte from the signed number that rosbags uses."""
+    """Convert a byte from the signed number in rosbags to a `bytes` object."""
     return bytes([value & 0xFF])

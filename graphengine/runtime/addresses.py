@@ -23,7 +23,7 @@ SIDES: tuple[Side, ...] = ("outputs", "inputs", "state")
 
 @dataclass(frozen=True, slots=True)
 class NodePort:
-    """A port of a node in a running graph."""
+    """A port of a node in a running graph, for reading and setting its value."""
 
     address: str
     """Address from the robot or graph on, with the side if the search pattern had one."""

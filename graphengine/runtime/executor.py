@@ -181,14 +181,14 @@ class Executor:
         return index in self._failed
 
     def _all_copies(self) -> Iterable[Copy]:
-        """Return all value copies of the plan, each once."""
+        """Return all copies of values along wires in the plan, each once."""
         calls = [call for region in self.plan.regions for call in region.calls]
         copies = [copy for call in calls for copy in call.copies]
         copies += [copy for call in calls for refresh in call.refreshes for copy in refresh.copies]
         return dict.fromkeys([*self._constant_copies(), *copies])
 
     def _constant_copies(self) -> Iterable[Copy]:
-        """Yield the copies of values that are constant while the graph runs."""
+        """Yield the copies along wires whose values are constant while the graph runs."""
         yield from self.plan.constant_copies
         for refresh in self.plan.constants:
             yield from refresh.copies
@@ -421,7 +421,7 @@ class Executor:
 
 
 def _by_target(copies: Iterable[Copy]) -> defaultdict[int, list[Copy]]:
-    """Group copies by the index of their target node."""
+    """Group copies of values along wires by the index of their target node."""
     incoming: defaultdict[int, list[Copy]] = defaultdict(list)
     for copy in copies:
         incoming[copy.target].append(copy)

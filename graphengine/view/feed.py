@@ -48,7 +48,7 @@ class Feed:
         listen: subscribes to a topic that a viewer selected; None: topics are not measured.
         findings: returns the findings of the scene's files; strings are rendered findings.
         definitions: message types.
-        read_only: whether viewers may only look.
+        read_only: whether viewers can watch but not send commands.
         playback: the recording that the session replays; None for a run.
         problems: problems of nodes so far; None to count from now on.
     """

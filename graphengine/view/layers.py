@@ -41,7 +41,7 @@ class Layers:
     Args:
         session: session to show; a reload may replace its world.
         make_floor: makes the occupancy map of the session's scene.
-        read_only: whether viewers may only look.
+        read_only: whether viewers can watch but not send commands.
     """
 
     def __init__(self, session: SessionCore, make_floor: Callable[[], FloorMap], *, read_only: bool = False) -> None:

@@ -197,7 +197,7 @@ class PageServer:
         return _original(handle, sock=self._socket, **options)
 
     def _answer(self, request: Request) -> Response | None:
-        """Return the page's own response to a request; None leaves it to viser."""
+        """Return the page's own response to a request; None leaves the request to viser."""
         verdict = self._guard.check(request.path, request.headers)
         if isinstance(verdict, Refusal):
             return _response(verdict.status, "text/plain", f"{verdict.reason}\n".encode())

@@ -60,7 +60,7 @@ class Viewers:
     Args:
         desk: queue for their commands.
         driver: publishes their drive commands.
-        read_only: whether viewers may only look.
+        read_only: whether viewers can watch but not send commands.
         playback: controls of the shown recording; None for a run.
 
     Attributes:
