@@ -31,7 +31,8 @@ class Watch:
 
     Args:
         transport: transport that discovers the peers.
-        ends: returns the session's endpoints; called in the thread that runs ticks, while the search iterates in its own.
+        ends: returns the session's endpoints; called in the thread that runs ticks. The search iterates over the result in
+            its own thread.
         tell: receives each fault, with the remedy on a second line.
         clock: returns the time, s.
         buffer: size of a peer's receive buffer in the kernel, bytes; None: the default size on this machine.

@@ -131,7 +131,9 @@ class Viewers:
         elif self._playback is not None:
             self._play(page, self._playback, asked)
         elif self._read_only:
-            page.tell(Answer(viewer, {"id": asked.get("id"), "error": "this page is read-only: it cannot send commands"}))
+            page.tell(
+                Answer(viewer, {"id": asked.get("id"), "error": "this page is read-only: it cannot send commands"})
+            )
         elif what == "drive":
             self._drive(page, asked, now)
         elif what == "command":
