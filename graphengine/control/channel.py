@@ -24,7 +24,7 @@ from graphengine.runtime.command_queue import Desk
 
 MAX_CLIENTS = 32
 ENDING = 1.0
-"""Seconds that clients get to hear the last answers."""
+"""Maximum wait for clients to receive their last responses when the channel closes, s."""
 
 
 class Channel:
@@ -43,7 +43,7 @@ class Channel:
         self._desk = desk
         self._clients: dict[threading.Thread, socket.socket] = {}
         self._idle: dict[threading.Thread, None] = {}
-        """Those of them that wait for no answer, the one that has waited for the longest first."""
+        """Clients without a request in progress, longest idle first."""
         self._lock = threading.Lock()
         self._closed = threading.Event()
         runs.running(environment)  # which clears away what killed ones have left

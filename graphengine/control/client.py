@@ -63,7 +63,7 @@ class Client:
             self._connection.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
-        """Close the connection."""
+        """Close the connection; the run continues."""
         self._connection.close()
 
     def __enter__(self) -> Client:
@@ -74,7 +74,7 @@ class Client:
 
 
 def find(meant: str = "", environment: Mapping[str, str] = os.environ) -> Entry:
-    """Return the run with a name or process id; without one, the only run.
+    """Return the run whose name or process id is `meant`; if `meant` is empty, the only run.
 
     Raises:
         ControlError: no run matches.

@@ -8,9 +8,9 @@ import time
 from typing import Any
 
 MAX_REQUEST, MAX_ANSWER = 100_000, 10_000_000
-"""Bytes of a line."""
+"""Maximum length of a request line and of a response line, bytes."""
 PATIENCE = 10.0
-"""Seconds that a line which has begun may take to come, and to be taken."""
+"""Timeout for receiving the rest of a line after its first byte, and for sending a line, s."""
 
 
 class BadLineError(Exception):

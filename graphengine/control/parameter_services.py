@@ -100,7 +100,7 @@ class ParameterServices:
         response.result.prefixes = sorted({name.rpartition(".")[0] for name in names if "." in name})
 
     def _is_too_long(self, names: Sequence[str]) -> bool:
-        """Return whether a read request has more names than one for the whole table can have."""
+        """Return whether a read request has more names than the table, and more than `MAX_REQUEST`."""
         return len(names) > max(MAX_REQUEST, len(self.table))
 
     def _set(self, request: Any, response: Any) -> Future[Any] | None:
@@ -235,7 +235,7 @@ def _refused(why: str) -> Any:
 
 
 def _finish(response: Any, error: BaseException | None) -> None:
-    """Write the error, if there is one, into the results that failed without a reason."""
+    """Copy the text of an error, if there is one, into each failed result that has no reason yet."""
     if error is None:
         return
     results = response.results if hasattr(response, "results") else [response.result]

@@ -45,7 +45,7 @@ class ParameterNodes:
         self._complain = complain
         self._nodes: dict[str, ParameterServices] = {}
         self._announced: dict[str, dict[str, Any]] = {}
-        """Values by node and parameter, as last announced."""
+        """Last announced values, by node and parameter."""
         self._followed: Snapshot | None = None
         self._events = transport.writer(EVENTS, EVENT, PARAMETER_EVENTS)
         self._snapshot = self._look()
@@ -76,7 +76,7 @@ class ParameterNodes:
         self._wake.set()
 
     def _look(self) -> Snapshot:
-        """Return the graphs of the session and the node names of its robots."""
+        """Return a snapshot of the session: its graphs, and the full node name of each robot."""
         stage, own = self._session.services.stage, self._transport.node
         above = split_name(own)[0].strip("/")
         nodes: dict[str, str] = {}
@@ -100,7 +100,7 @@ class ParameterNodes:
                 self._announce()
 
     def _follow(self, snapshot: Snapshot) -> None:
-        """Open and close nodes to match a snapshot, and replace the parameter tables of the others."""
+        """Open and close nodes to match a snapshot; nodes that stay open get new parameter tables."""
         graphs, robots = snapshot
         own = {**session_parameters(self._session), **graph_parameters(graphs)}
         tables = {self._transport.node: own}
@@ -140,7 +140,7 @@ class ParameterNodes:
             del self._announced[node]
 
     def _warn(self, text: str) -> None:
-        """Give a warning once, unless services fail because they are being closed."""
+        """Give each warning once; ignore warnings after `close` has begun, which ends services that are in use."""
         if text not in self._warned and not self._closed:
             self._warned.add(text)
             self._complain(text)
@@ -155,7 +155,7 @@ class ParameterNodes:
 def node_name(namespace: str, robot: str, taken: set[str]) -> str:
     """Return the full name of a robot's node: its name in its namespace, with a number if the name is taken.
 
-    Characters that names of nodes cannot have become `_`.
+    Characters that are not legal in node names become `_`.
     """
     plain = re.sub(r"\A(?![A-Za-z_])", "robot_", re.sub(r"[^A-Za-z0-9_]", "_", robot))
     name = full_name(f"/{namespace.strip('/')}", plain)

@@ -20,11 +20,11 @@ from graphengine.format.errors import ControlError
 
 _ENTRY = re.compile(r"([A-Za-z0-9_]+)\.([0-9]+)")
 MAX_NAME = 40
-"""Characters of a run's name: the path of a socket has at most 107."""
+"""Maximum length of a run's name, because the path of a socket has at most 107 characters."""
 RUNTIME = "/run/user"
-"""Where systemd keeps what XDG_RUNTIME_DIR names; `su`, cron and some shells leave the variable out, and meant is the same."""
+"""Parent of systemd's runtime folders, for processes without XDG_RUNTIME_DIR, such as those of `su` and cron."""
 PATIENCE = 5.0
-"""Seconds in which a run that is there lets others connect."""
+"""Timeout for connecting to a run, s."""
 
 
 @dataclass(frozen=True, slots=True, order=True)

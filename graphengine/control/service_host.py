@@ -15,14 +15,14 @@ from graphengine.messages.endpoints import QoS
 from graphengine.ros.transport import Transport, TransportServer
 
 SERVICES = QoS()
-"""The default profile, as rcl has it."""
+"""QoS of services: rcl's default profile."""
 
 Handle = Callable[[Any, Any], "Future[Any] | None"]
-"""Takes a request and the answer that it may fill in, in a thread of the transport; the answer leaves when the future ends."""
+"""Handles a request and fills in the response, in a thread of the transport; a returned future delays the response."""
 
 
 def _nothing(*_: object) -> None:
-    """Do nothing."""
+    """Ignore all arguments; the default for `finish` and `then`."""
 
 
 class Offers:
@@ -39,7 +39,7 @@ class Offers:
         self._node = node
         self._complain = complain
         self._lock = threading.Lock()
-        """Held where a thread of the transport needs to know whether a service is open."""
+        """Lock for `_servers` while a service is opened, because the transport may already deliver requests."""
         self._servers: dict[str, TransportServer] = {}
         self._malformed: set[str] = set()
 
@@ -56,15 +56,15 @@ class Offers:
         Args:
             service: absolute name.
             service_type: as in `std_srvs/srv/Trigger`.
-            handle: handles a request; may return a future, after which the response is sent.
-            finish: writes the outcome into the response: its arguments are the response and the exception, or None.
+            handle: takes request and response, and fills in the response, which is sent when the returned future is done.
+            finish: takes the response and the exception of the future or None, and writes the outcome into the response.
             then: called with request and response after the response was sent.
 
         Raises:
             MessageTypeError: the transport does not know the type.
         """
         early: list[tuple[bytes, bytes]] = []
-        """Requests that came while the transport was opening the service."""
+        """Requests that arrived while the transport was opening the service."""
 
         def deliver(request_id: bytes, data: bytes) -> None:
             with self._lock:

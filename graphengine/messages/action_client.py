@@ -1,4 +1,4 @@
-"""Action clients of nodes, on top of service clients and subscriptions: a tick sees messages that arrived before it."""
+"""Action clients of nodes, built from service clients and subscriptions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ClientEndpoints:
 
 
 class ActionEvent(NamedTuple):
-    """A message of the server about a goal."""
+    """A message of the action server about a goal: acceptance, rejection, feedback, status or result."""
 
     kind: Literal["accepted", "rejected", "feedback", "status", "result"]
     goal: bytes
@@ -73,7 +73,7 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         self._origin = hashlib.blake2b(b"\0".join((identity, node.encode(), action.encode())))
         self._repeats = not identity
         self._count = 0
-        """Goals that were sent since the start of the session; peers may know each of them."""
+        """Number of goals sent since the start of the session; the UUIDs of goals are derived from it."""
         self._sent: dict[int, bytes] = {}
         """UUIDs of goals that the server has not accepted or rejected yet, by the number of the service call."""
         self._asked: dict[int, bytes] = {}
@@ -82,7 +82,7 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         """Status of each accepted goal without a result."""
 
     def restore(self, saved: Any) -> None:
-        """Return to a saved state, but use new UUIDs, because peers outside of the session know those used since."""
+        """Return to a saved state. With peers outside the session, later goals still get UUIDs that were never used."""
         count = self._count
         super().restore(saved)
         self._count = self._count if self._repeats else count
@@ -104,7 +104,7 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         return identity
 
     def cancel(self, goal: bytes) -> None:
-        """Request that the server cancel a goal; repeat the call if the server had not accepted the goal yet."""
+        """Ask the server to cancel a goal; a request before the server has accepted the goal has no effect."""
         request = self._definitions.initial(f"{CANCEL_GOAL}_Request")
         request.goal_info.goal_id.uuid[:] = list(goal)
         self.endpoints.cancel_goal.call(request)

@@ -1,4 +1,4 @@
-"""Action servers of nodes, on top of service servers and publishers: a tick sees messages that arrived before it."""
+"""Action servers of nodes, built from service servers and publishers."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ class ActionEndpoint(Stateful, Generic[E]):
         self.action_type = action_type
         self.endpoints = endpoints
         self.holders = 1
-        """Nodes that hold it: two while a changed graph replaces the running one."""
+        """Number of nodes that hold the endpoint: two while a changed graph replaces the running one."""
 
     def has(self, endpoints: E) -> bool:
-        """Return whether `endpoints` are the same objects as those of this action."""
+        """Return whether this action uses exactly these service and topic objects."""
         names = type(endpoints).__slots__  # type: ignore[attr-defined]
         return all(getattr(self.endpoints, name, None) is getattr(endpoints, name) for name in names)
 

@@ -49,26 +49,26 @@ from graphengine.messages.message_validation import find_fault
 SHARE = Path(__file__).parent / "share"
 SHARE_BY_DISTRO = Path(__file__).parent / "share_by_distro"
 MAX_NESTING = 32
-"""Messages within messages."""
+"""Maximum depth of messages nested in messages."""
 MAX_VALUES = 1_000_000
-"""Values that a message has at least: its fields and what stands in its arrays of fixed length."""
+"""Maximum number of values in a message whose variable arrays are empty; a fixed array counts with all its elements."""
 
 _INITIAL: dict[str, dict[str, Any]] = {
     "geometry_msgs/msg/Quaternion": {"w": 1.0},
     "sensor_msgs/msg/NavSatStatus": {"status": -2},
 }
-"""Default values of the distributions' own types, where they are not zero; rosbags does not keep them."""
+"""Nonzero default values of the distributions' types, which rosbags does not store."""
 PLACEHOLDER = ("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))
-"""The field that ROS 2 gives to a message without any, and its type."""
+"""Name and type of the field that ROS 2 adds to a message without fields."""
 _CHAR, _UINT8 = (Nodetype.BASE, ("char", 0)), (Nodetype.BASE, ("uint8", 0))
 _CODED = (Nodetype.NAME, wide_strings.NAME)
-"""A wide string as a store of rosbags takes it."""
+"""Type of a wide string in a rosbags store."""
 TIDMAP["wstring"] = 18  # of type_description_interfaces/msg/FieldType, which rosbags leaves out
 _lock = threading.RLock()
 
 
 class _Store(Typestore):
-    """A store of types that also uses the codecs of another store."""
+    """A rosbags store that also finds the types of another store and encodes with its codecs."""
 
     def __init__(self, below: Typestore) -> None:
         super().__init__()
@@ -76,7 +76,7 @@ class _Store(Typestore):
         self.types = ChainMap({}, below.types)  # type: ignore[assignment]
 
     def get_msgdef(self, typename: str) -> Msgdef[object]:
-        """Return the codec of a type."""
+        """Return rosbags' codec of a type, also for wide strings and for types of the other store."""
         if typename == wide_strings.NAME:
             return wide_strings.CODEC
         return super().get_msgdef(typename) if typename in self.fielddefs else self._below.get_msgdef(typename)
@@ -87,15 +87,15 @@ class Definitions:
 
     Args:
         folders: folders with definition files.
-        below: types that are known without the folders; None: only those of the distribution.
-        distro: distribution of ROS 2, if nothing is below.
+        below: known types, which the folders extend; None: the types of `distro` in rosbags.
+        distro: distribution of ROS 2; ignored if `below` is given.
     """
 
     def __init__(self, folders: Folders, below: Definitions | None = None, distro: Distro = JAZZY) -> None:
         self.distro: Distro = below.distro if below else distro
         """Distribution of ROS 2 that defines the types."""
         self.files: dict[str, Path] = {}
-        """Files of the users' folders that were read, by what they define, as in `std_srvs/srv/Trigger`."""
+        """Files that were read from users' folders, by type name, as in `std_srvs/srv/Trigger`."""
         self._folders = folders
         self._below = below
         self._sizes: dict[str, int] = {}
@@ -125,7 +125,7 @@ class Definitions:
         return Definitions, (self._folders, self._below, self.distro)
 
     def for_distro(self, distro: Distro) -> Definitions:
-        """Return the types of a distribution together with those of the same folders."""
+        """Return the types of another distribution, extended by the same folders."""
         if distro == self.distro:
             return self
         if self._below is None or self is shipped(self.distro):
@@ -213,7 +213,7 @@ class Definitions:
         return self._hashes[message_type]
 
     def agrees(self, message_type: str, type_hash: str) -> bool:
-        """Return whether a peer's type hash equals the one here; true if the peer has no hash of this version."""
+        """Return whether a peer's type hash equals ours; true if the peer announces no hash of version RIHS01."""
         return not type_hash.startswith("RIHS01_") or type_hash == self.type_hash(message_type)
 
     def is_wide(self, message_type: str) -> bool:
@@ -232,14 +232,14 @@ class Definitions:
         return "".join([str(self.definition(whole)), *sections])
 
     def closure(self, message_type: str) -> list[str]:
-        """Return a type, followed by all its nested types."""
+        """Return the names of a type and of all its nested types; the given type comes first."""
         names = [message_type]
         for name in names:  # which grows
             names += dict.fromkeys(part for part in _parts(self.definition(name).fields) if part not in names)
         return names
 
     def _load(self, message_type: str, within: tuple[str, ...]) -> Definition:
-        """Load a type and its nested types; `within` are the types that contain it."""
+        """Load a type and its nested types; `within` lists the types in which it is nested, outermost first."""
         if message_type in self._known:
             return self._known[message_type]
         name, file = TypeName.parse(message_type), self._file(message_type)
@@ -264,7 +264,7 @@ class Definitions:
         return found[message_type]
 
     def _add(self, found: dict[str, Definition], file: Path | None) -> None:
-        """Register the types of a file, whose nested types are known already."""
+        """Register the types of a file; their nested types must be known already."""
         self._known |= found
         try:
             for name, definition in found.items():
@@ -277,7 +277,7 @@ class Definitions:
             raise
 
     def _check(self, name: str, definition: Definition, file: Path | None) -> None:
-        """Refuse a type with too many values, or with an invalid default value."""
+        """Raise MessageTypeError if a type has too many values or an invalid default value."""
         if self._size(name) > MAX_VALUES:
             raise MessageTypeError(f"{file}: a {name} has more than {MAX_VALUES} values", name.rpartition("/")[2])
         kinds = dict(definition.fields)
@@ -318,7 +318,7 @@ class Definitions:
                 return np.zeros(length, dtype)
             values = [signed_byte(value) for value in given] if number == "byte" else given
             if dtype.kind in "iu" and any(not np.iinfo(dtype).min <= value <= np.iinfo(dtype).max for value in values):
-                raise OverflowError(f"not all are of type {number}")  # numpy 1 only warns
+                raise OverflowError(f"a value is outside the range of {number}")  # numpy 1 only warns
             return np.array(values, dtype)
         return [self._initial(element, None) for _ in range(length)] if given is None else list(given)
 
@@ -345,7 +345,7 @@ class Definitions:
         return MessageTypeError(what, message_type.partition("/")[0], did_you_mean(message_type, namesakes), remedy)
 
     def _another(self, message_type: str, known: Definition, other: Definition, file: Path | None) -> MessageTypeError:
-        """Return the error for a type that a folder defines differently from the distribution."""
+        """Return the error for a type whose definition in a folder differs from that of the distribution."""
         pairs = itertools.zip_longest(known.fields, other.fields)
         ours, theirs = next((pair for pair in pairs if pair[0] != pair[1]), (None, None))
         field = (theirs or ours or ("", ()))[0]
@@ -357,12 +357,12 @@ class Definitions:
 
 
 def _replaced(fields: Sequence[Field], old: Description, new: Description) -> list[Field]:
-    """Return fields in which one type is replaced by another, also in arrays."""
+    """Return fields with the type `old` replaced by `new`, also as element of arrays."""
     return [(name, replace_element(kind, lambda element: new if element == old else element)) for name, kind in fields]
 
 
 def another_definition(name: str, peer: str, message_type: str, own: str, effect: str = "") -> tuple[str, str]:
-    """Return the warning about a peer that has another definition of a topic's or service's type, and the remedy."""
+    """Return the warning about a peer with a different definition of a message or service type, and the remedy."""
     package = message_type.partition("/")[0]
     return (
         f"{name}: {peer} has another definition of {message_type} than {own}: {effect or 'no messages are exchanged'}",
@@ -371,23 +371,23 @@ def another_definition(name: str, peer: str, message_type: str, own: str, effect
 
 
 def dtype_of(number: str) -> np.dtype[Any]:
-    """Return the dtype of arrays of a number type; rosbags has signed bytes."""
+    """Return the dtype of arrays of a number type; rosbags represents `byte` as a signed number."""
     return np.dtype({"byte": "int8", "char": "uint8"}.get(number, number))
 
 
 def _parts(fields: Sequence[Field]) -> list[str]:
-    """Return the message types of the fields."""
+    """Return the names of the message types among the types of fields and array elements."""
     elements = [element_of(kind) for _, kind in fields]
     return [detail for kind, detail in elements if kind == Nodetype.NAME]
 
 
 @cache
 def shipped(distro: Distro) -> Definitions:
-    """Return the types of a distribution that are known without folders of a user. The result never changes."""
+    """Return the types of a distribution from rosbags and `share/`, without folders of a user. The result never changes."""
     since = DISTROS[: DISTROS.index(distro) + 1]
     replaced = [SHARE_BY_DISTRO / name for name in reversed(since)]
     return Definitions(Folders(), distro=distro).extended(installed=[*filter(Path.is_dir, replaced), SHARE])
 
 
 DEFINITIONS = shipped(JAZZY)
-"""The shipped types of Jazzy, the default."""
+"""Types of Jazzy from rosbags and `share/`; the default."""

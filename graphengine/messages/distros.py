@@ -23,8 +23,8 @@ def sourced_distro(environ: Mapping[str, str]) -> Distro:
 def base_types(distro: Distro) -> Any:
     """Return the types of a distribution: their fields as `FIELDDEFS`, and their classes as attributes.
 
-    A type whose definition is that of Jazzy has Jazzy's class, since nodes create messages by those classes. The import takes
-    50 ms, and most graphs are checked without it.
+    A type with the same definition as in Jazzy gets Jazzy's class, because nodes create messages with Jazzy's classes. The import
+    takes 50 ms, so it happens at the first call; most graphs are checked without it.
     """
     jazzy, chosen = (importlib.import_module(f"rosbags.typesys.stores.ros2_{name}") for name in (JAZZY, distro))
     if chosen is jazzy:

@@ -1,4 +1,4 @@
-"""The network as nodes see it: topics and services with their quality of service.
+"""Interface between nodes and the network: topics and services with their quality of service.
 
 The classes here work without a network, as checks need them; the classes for a live network are subclasses.
 """
@@ -45,7 +45,7 @@ class EndpointClaim:
     qos: QoS
     ros_context: int = 0
     rate: float | None = None
-    """Messages a second; None when an event decides."""
+    """Publishing rate, Hz; None if events trigger the messages."""
     latched: bool = False
     frame_id: str = ""
     """Published name of the frame in the message headers."""
@@ -54,7 +54,7 @@ class EndpointClaim:
     transforms: tuple[tuple[str, str], ...] = ()
     """Published names of parent and child of each transform."""
     alternatives: tuple[str, ...] = ()
-    """Other message types that a subscription takes, should these be what others publish."""
+    """Other message types that a subscription accepts if peers publish one of them instead."""
 
     @property
     def is_service(self) -> bool:
@@ -85,7 +85,7 @@ class Sink(Protocol):
 
 
 class Publisher(TopicEndpoint):
-    """A publisher of a node."""
+    """A publisher of a node; without a network, it discards messages."""
 
     latest: Any = None
     """The newest message, if the claim lists transforms; None before the first message and for all other publishers."""
@@ -108,14 +108,14 @@ class Subscription(TopicEndpoint):
     """A subscription of a node; the messages of a tick are fixed when the tick begins."""
 
     skipped = 0
-    """How many messages were passed over by `newest` since play."""
+    """Number of messages that `newest` skipped since play."""
 
     def newest(self) -> Any | None:
-        """Return the newest message of this tick, once; None if there is none. Older messages count as skipped."""
+        """Return the newest message of this tick; None if there is none or it was read before. Older ones count as skipped."""
         return None
 
     def take(self) -> Sequence[Any]:
-        """Return all messages of this tick, oldest first, once."""
+        """Return the unread messages of this tick, oldest first."""
         return ()
 
 
@@ -139,9 +139,9 @@ class ServiceServer(ServiceEndpoint):
     def __init__(self, claim: EndpointClaim, handle: int) -> None:
         super().__init__(claim)
         self.handle = handle
-        """Number by which `Context.server` finds it; never 0."""
+        """Handle of the server for `Context.server`; never 0."""
         self.current: bytes | None = None
-        """Identity of the request that the graph is about to answer; None where there is none."""
+        """Identity of the request that the graph is handling; None if there is none."""
 
     def take(self) -> Sequence[tuple[bytes, Any]]:
         """Return id and message of the waiting requests, oldest first, and remove them."""
@@ -180,7 +180,7 @@ class Network:
     """Distinguishes the session on its network; empty if all peers are in the session."""
 
     sent = 0
-    """Messages sent since the start."""
+    """Number of messages sent since the start."""
 
     @property
     def subscribers(self) -> int:
@@ -191,29 +191,29 @@ class Network:
     """Open publishers."""
 
     def tap(self, sink: Sink) -> None:
-        """Pass messages to a sink that are sent or received anyway; publishers do not count it as a reader."""
+        """Copy all messages that nodes send or receive to a sink; publishers do not count it as a reader."""
 
     def untap(self, sink: Sink) -> None:
-        """Undo `tap`."""
+        """Remove a sink that `tap` added."""
 
     def publisher(self, claim: EndpointClaim) -> Publisher:
-        """Create a publisher."""
+        """Create the publisher that a node claims."""
         return Publisher(claim)
 
     def subscription(self, claim: EndpointClaim) -> Subscription:
-        """Create a subscription."""
+        """Create the subscription that a node claims."""
         return Subscription(claim)
 
     def server(self, claim: EndpointClaim, handle: int) -> ServiceServer:
-        """Create a service server; nodes find it by the number `handle`."""
+        """Create the service server that a node claims; `handle` is the number with which nodes refer to it."""
         return ServiceServer(claim, handle)
 
     def client(self, claim: EndpointClaim) -> ServiceClient:
-        """Create a service client."""
+        """Create the service client that a node claims."""
         return ServiceClient(claim)
 
     def handing_over(self) -> AbstractContextManager[object]:
-        """Return a context in which a node that claims an endpoint gets the open one with an equal claim, if there is one."""
+        """Return a context in which a claim gets an endpoint that is already open for an equal claim, else a new one."""
         return nullcontext()
 
     def freeze(self) -> None:

@@ -14,7 +14,7 @@ from graphengine.format.ros_packages import manifest_name, walk
 from graphengine.messages.interfaces import KINDS, TypeName
 
 MAX_DEPTH = 6
-"""Folders below a given one in which packages are looked for."""
+"""Maximum depth below a given folder at which packages are searched."""
 
 _IGNORED = frozenset(("COLCON_IGNORE", "AMENT_IGNORE"))
 

@@ -95,11 +95,11 @@ class Goals(Stateful, Generic[G]):
         return iter(tuple(self._goals.values()))
 
     def save(self) -> Any:
-        """Return a copy of the state of the table and of its goals."""
+        """Return a copy of the state of all goals, for `restore`."""
         return super().save(), [goal.save() for goal in self]
 
     def restore(self, saved: Any) -> None:
-        """Return to a saved state; the goals of that time are the same objects."""
+        """Return to a saved state; existing `TrackedGoal` objects are reused, not replaced by copies."""
         table, states = saved
         super().restore(table)
         for goal, state in zip(self, states, strict=True):
@@ -123,7 +123,7 @@ class Goals(Stateful, Generic[G]):
         return self._sent(accepted=True, stamp=stamp)
 
     def reject(self, goal: G) -> Any:
-        """Return the response of the service send_goal for a goal that is not accepted."""
+        """Remove a goal that is not accepted; return the response of the service send_goal."""
         if self._goals.get(goal.identity) is goal:
             del self._goals[goal.identity]
         return self._sent(accepted=False)
@@ -161,7 +161,7 @@ class Goals(Stateful, Generic[G]):
         return self._definitions.initial(f"{self.action_type}_GetResult_Response")
 
     def cancel(self, request: Any) -> Any:
-        """Mark goals as to be cancelled: the requested one and those accepted up to a time, or all. Return the response."""
+        """Set the status of all goals that a CancelGoal request selects to CANCELING; return the response."""
         response = self._definitions.initial(f"{CANCEL_GOAL}_Response")
         identity, stamp = bytes(request.goal_info.goal_id.uuid), _order(request.goal_info.stamp)
         one, every = any(identity) and not any(stamp), not any(identity) and not any(stamp)
@@ -176,7 +176,7 @@ class Goals(Stateful, Generic[G]):
         return response
 
     def expire(self, now: float) -> bool:
-        """Discard goals that ended too long ago, and the oldest ended ones beyond the maximum; return whether any were."""
+        """Discard goals that ended more than `RESULT_TIMEOUT` s ago, or exceed `MAX_ENDED`; return whether it discarded any."""
         ended = [goal for goal in self if goal.ended]
         for goal in ended:
             goal.ended_at = now if goal.ended_at is None else goal.ended_at
@@ -187,19 +187,19 @@ class Goals(Stateful, Generic[G]):
         return bool(old)
 
     def restart(self) -> None:
-        """Restart the time for which results are kept, because the clock restarts at 0."""
+        """Keep all results for another `RESULT_TIMEOUT`, because the clock restarts at 0."""
         for goal in self:
             goal.ended_at = None
 
     def feedback(self, goal: G, feedback: Any) -> Any:
-        """Return the message of the topic feedback for a goal."""
+        """Return the feedback message of a goal, with its UUID."""
         message = self._definitions.initial(f"{self.action_type}_FeedbackMessage")
         message.goal_id.uuid[:] = list(goal.identity)
         message.feedback = feedback
         return message
 
     def status_array(self) -> Any:
-        """Return the message of the topic status: all accepted goals that have not been discarded."""
+        """Return a GoalStatusArray with all accepted goals that have not been discarded."""
         message = self._definitions.initial(STATUS_ARRAY)
         for goal in self:
             if goal.status != UNKNOWN:

@@ -1,7 +1,7 @@
 """Parses definition files of messages, services and actions.
 
-A service has a request and a response, separated by `---`; an action has a goal, a result and feedback. The messages that ROS 2
-derives from them are added here.
+A service has a request and a response, separated by `---`; an action has a goal, a result and feedback. This module
+also adds the messages that ROS 2 derives from them.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from graphengine.format.regular_files import open_regular
 from graphengine.format.wording import did_you_mean
 
 KINDS = {"msg": 1, "srv": 2, "action": 3}
-"""How many parts a file of each kind has."""
+"""Number of parts in a definition file, by its suffix."""
 MAX_BYTES = 256 * 1024
-"""Of a file; the largest of ROS 2 Jazzy has 6 kB."""
+"""Maximum size of a definition file, bytes; the largest one in ROS 2 Jazzy has 6 kB."""
 
 SCALARS = {
     "bool": "?",
@@ -43,7 +43,7 @@ SCALARS = {
     "float32": "<f",
     "float64": "<d",
 }
-"""How `struct` packs each number of a message."""
+"""Format characters of `struct` for the number types of messages."""
 
 
 def signed_byte(value: int) -> int:
@@ -60,12 +60,12 @@ def signed_byte(value: int) -> int:
 _SNAKE = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*\Z")
 _CAMEL = re.compile(r"[A-Z][A-Za-z0-9]*\Z")
 TEXTS = ("string", "wstring")
-"""Fields that hold text; a wide string travels as UTF-16."""
+"""String types; wide strings are encoded as UTF-16."""
 
 Description = tuple[Any, Any]
-"""Type of a field, as rosbags writes it: a kind of node and what it is made of."""
+"""Type of a field in rosbags: a `Nodetype`, and a type name or the element type and length of an array."""
 Field = tuple[str, Description]
-"""Name and type."""
+"""Name and type of a field."""
 
 WIDE: Description = (Nodetype.BASE, ("wstring", 0))
 
@@ -82,9 +82,9 @@ class Definition(NamedTuple):
     constants: list[tuple[str, str, Any]]
     fields: list[Field]
     initial: Mapping[str, Any] = MappingProxyType({})
-    """Values that fields have before anybody writes to them, where these are not zero."""
+    """Nonzero default values by field name."""
     is_message: bool = True
-    """False for a service or an action, of which ROS 2 has hashes only."""
+    """False for a service or an action, whose definitions are needed only for type hashes."""
 
     def __str__(self) -> str:
         constants = [f"{kind} {name}={value}\n" for name, kind, value in self.constants]
@@ -106,7 +106,7 @@ class TypeName(NamedTuple):
 
     @staticmethod
     def parse(message_type: str) -> TypeName | None:
-        """Split a type name; None if ROS 2 does not allow it. So no name can lead out of a folder."""
+        """Split a type name; None if it is not legal in ROS 2, such as a name with `..`, which could leave a folder."""
         package, _, rest = message_type.partition("/")
         kind, _, last = rest.partition("/")
         name, underscore, part = last.partition("_")
@@ -115,7 +115,7 @@ class TypeName(NamedTuple):
 
 
 def read(path: Path, name: TypeName) -> dict[str, Definition]:
-    """Return all messages that a file defines, by ROS name, and its services and actions, which are needed for their hashes.
+    """Return the messages that a file defines, by ROS name, and its service or action, whose type hash needs a definition.
 
     Raises:
         MessageTypeError: the file cannot be read, or is not a definition.
@@ -171,7 +171,7 @@ def _unescaped(value: Any) -> Any:
 
 
 def _first_fault(text: str) -> tuple[int, str]:
-    """Return number (from 1) and text of the first malformed line; 0 if each line alone is well-formed."""
+    """Return the number (from 1) and text of the first malformed line; 0 and no text if every line is well-formed."""
     for number, line in enumerate(text.split("\n"), 1):
         try:
             MSGParser(f"MSG: a/msg/This\n{line}").specification()
@@ -208,18 +208,18 @@ def _sound(path: Path, definition: Definition) -> Definition:
             raise MessageTypeError(f"{path}: {member!r} is a {written(description)}, which is not supported", path.stem)
         if kind == Nodetype.NAME and TypeName.parse(detail) is None:
             hint = did_you_mean(written_type, SCALARS)
-            raise MessageTypeError(f"{path}: {member!r} has no type {written_type!r}", path.stem, hint)
+            raise MessageTypeError(f"{path}: {member!r} has the unknown type {written_type!r}", path.stem, hint)
     return definition
 
 
 def _with_wide(element: Description) -> Description:
-    """Return the type for wide strings; rosbags reads them as a message type, except in IDL."""
+    """Return the wide string type for the message type as which rosbags parses `wstring`; keep any other type."""
     kind, detail = element
     return WIDE if kind == Nodetype.NAME and detail.endswith("/msg/wstring") else element
 
 
 def replace_element(description: Description, replace: Callable[[Description], Description]) -> Description:
-    """Apply a function to a type, or to the element type of an array."""
+    """Return a type with a function applied to it, for an array to its element type."""
     kind, detail = description
     if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
         return kind, (replace_element(detail[0], replace), detail[1])
@@ -250,7 +250,7 @@ def written(description: Description) -> str:
 
 
 def named(message_type: str) -> Description:
-    """Return the type of a field that contains a message."""
+    """Return the field type for messages of a type, given by its ROS name."""
     return (Nodetype.NAME, message_type)
 
 

@@ -21,11 +21,11 @@ HEADER = "std_msgs/msg/Header"
 TIME = "builtin_interfaces/msg/Time"
 
 _YES, _NO = ("yes", "Yes", "YES", "on", "On", "ON"), ("no", "No", "NO", "off", "Off", "OFF")
-"""Texts that ros2cli, which reads YAML 1.1, takes for a boolean."""
+"""Texts that mean true or false in YAML 1.1, which ros2cli reads."""
 
 
 class _InvalidValueError(Exception):
-    """A value that does not fit; its finding was added already."""
+    """A value that does not fit its field; the error is already among the findings."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class Draft:
 
     message: Any
     stamps: list[Any]
-    """Parts of it that hold that time."""
+    """Time messages within `message` that are set to the time of sending."""
 
     def stamp(self, nanoseconds: int) -> Any:
         """Set the time stamps, in nanoseconds since 1970 or since the simulation began; return the message."""
@@ -79,7 +79,7 @@ class _MessageReader(Maker):
         self._findings = findings
 
     def message(self, given: Value, message_type: str, place: str) -> Any:
-        """Return the message for a mapping, or for a word such as `now`."""
+        """Return the message for a YAML mapping, or for the word `auto` (Header) or `now` (Time)."""
         if isinstance(given.data, str) and given.data == self.shorthands.get(message_type):
             message = self.definitions.initial(message_type)
             self.stamps.append(message.stamp if message_type == HEADER else message)
@@ -87,7 +87,7 @@ class _MessageReader(Maker):
         return super().message(given, message_type, place)
 
     def data(self, given: Value) -> Any:
-        """Return the value that YAML has."""
+        """Return the plain data of a YAML value, without its position."""
         return given.data
 
     def place_of(self, name: str, place: str) -> str:
@@ -110,13 +110,13 @@ class _MessageReader(Maker):
     def refused(
         self, code: str, what: str, given: Value, place: str = "", key: Any = None, hint: str = ""
     ) -> Exception:
-        """Add a finding with the position of the value."""
+        """Add a finding at the position of the value; return the exception to raise."""
         self._findings.add(code, what, given.span if key is None else given.keys[key], hint)
         return _InvalidValueError()
 
 
 def _as_written(given: Value) -> str:
-    """Return a plain scalar as it is written, for values that YAML does not read as a string."""
+    """Return a scalar as it is written in the text, where YAML reads it as a number or boolean."""
     span = given.span
     return span.source.lines[span.line - 1][span.column - 1 : span.column - 1 + span.length]
 

@@ -125,7 +125,7 @@ def _shaded(brightness: Values, width: int) -> list[str]:
 
 
 def _middles(count: int, parts: int) -> NDArray[np.intp]:
-    """Return the indices in the middle of equal parts of a range."""
+    """Divide `count` indices into equal parts; return the middle index of each part."""
     return ((np.arange(parts) + 0.5) * count / parts).astype(np.intp)
 
 

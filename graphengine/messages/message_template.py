@@ -1,7 +1,8 @@
 """Encodes messages of constant size by patching numbers into the bytes of an earlier message.
 
-Most messages of a topic differ only in numbers: frame ids, the number of transforms and the size of images stay the same. Then
-packing the numbers into the old bytes replaces the encoder. Large arrays lie between pieces of these bytes and are copied once.
+Most messages of a topic differ only in numbers: frame ids, the number of transforms and the size of images stay the same. For
+such messages it is enough to pack the numbers into the earlier bytes, without the encoder. Large arrays are copied only once,
+because the bytes before and after an array are kept as separate pieces.
 """
 
 from __future__ import annotations
@@ -21,10 +22,10 @@ from graphengine.messages.interfaces import SCALARS
 _CODES = {kind: code.removeprefix("<") for kind, code in SCALARS.items()}
 
 MAX_PATCHED = 1024
-"""Bytes of an array up to which patching it, and so copying it twice, costs less than joining pieces around it."""
+"""Maximum size of an array that is patched, bytes; larger ones are joined with the pieces around them, which copies less."""
 
 _HEADER = 4
-"""Bytes of CDR encapsulation in front of the body, from which alignment counts."""
+"""Size of the CDR encapsulation header, bytes; alignment counts from its end."""
 
 
 class _NoTemplateError(Exception):
@@ -43,13 +44,13 @@ class Template:
         self._definitions = definitions
         self._offset = _HEADER
         self._numbers: list[tuple[int, str, str]] = []
-        """Offset, struct code and expression of each number."""
+        """Offset, `struct` format character and Python expression of each number."""
         self._constants: list[tuple[str, Any]] = []
         self._arrays: list[tuple[int, int, str]] = []
-        """Begin, end and expression of each array."""
+        """Begin and end offset and Python expression of each large array."""
         self._walk(message, messages.message_type(message), "m")
         self.encode = self._compile(messages.encode(message, definitions))
-        """The bytes of a message; None for one that differs in more than numbers. Raises what wrong types in fields raise."""
+        """Returns the bytes of a message, None if it differs in more than numbers; raises an error for a wrong field type."""
 
     @staticmethod
     def of(message: Any, definitions: Definitions = DEFINITIONS) -> Template | None:
@@ -98,7 +99,7 @@ class Template:
         self._offset += size
 
     def _sequence(self, value: Any, kind: str, place: str) -> None:
-        """Add a sequence of constant strings, or of numbers."""
+        """Add a sequence: strings are constants of the template, numbers are patched."""
         self._align(4)
         self._offset += 4
         if kind == "string":
@@ -110,7 +111,7 @@ class Template:
             self._array(value, kind, place)
 
     def _array(self, value: Any, kind: str, place: str) -> None:
-        """Add numbers with constant type and count."""
+        """Add an array of numbers; its type and length are constants of the template."""
         if not isinstance(value, np.ndarray) or kind not in _CODES:
             raise _NoTemplateError(place)
         self._constants += [(f"{place}.shape", value.shape), (f"{place}.dtype", value.dtype)]
@@ -153,13 +154,13 @@ class Template:
         return encode
 
     def _comparison(self) -> str:
-        """Return the line that leaves the function if a constant differs; dtypes are compared by identity."""
+        """Return the generated line that returns None if a constant differs; dtypes are compared by identity."""
         operators = ["is not" if isinstance(value, np.dtype) else "!=" for _, value in self._constants]
         different = [f"{place} {operators[i]} c{i}" for i, (place, _) in enumerate(self._constants)]
         return f"if {' or '.join(different)}: return None" if different else ""
 
     def _runs(self) -> list[tuple[int, str, list[str]]]:
-        """Group adjacent numbers, which are packed together."""
+        """Return runs of adjacent numbers, which one call packs: offset, format and expressions."""
         runs: list[tuple[int, str, list[str]]] = []
         end = -1
         for offset, code, place in self._numbers:
@@ -176,7 +177,7 @@ class Encoder:
     """Encodes the messages of one topic: with a template if they are similar, else with the general encoder."""
 
     PATIENCE = 8
-    """How many templates are made before the topic's messages count as too different."""
+    """Maximum number of templates; after that, messages of the topic always go to the general encoder."""
 
     def __init__(self, definitions: Definitions = DEFINITIONS) -> None:
         self._definitions = definitions

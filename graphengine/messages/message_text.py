@@ -17,7 +17,7 @@ from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.interfaces import SCALARS, TEXTS, Description, element_of, named
 
 _IDL_NAMES = {"bool": "boolean", "byte": "octet", "char": "uint8", "float32": "float", "float64": "double"}
-"""Names of types where ROS's own tools show those of IDL."""
+"""IDL names of types, which ros2cli prints for array elements."""
 _WIDTH = 2**31 - 1
 _CUT = "..."
 
@@ -208,5 +208,5 @@ def _summary(part: TypedValue) -> str:
 
 
 def _octet(value: int) -> bytes:
-    """Return a byte from the signed number that rosbags uses."""
+    """Convert a byte from the signed number in rosbags to a `bytes` object."""
     return bytes([value & 0xFF])

@@ -14,7 +14,7 @@ from graphengine.messages.interfaces import SCALARS, TEXTS, Description
 _DTYPES: dict[str, tuple[str, ...]] = {"byte": ("uint8", "int8"), "char": ("uint8",)}
 
 Fields = Callable[[str], Sequence[tuple[str, Description]]]
-"""Attributes of a message type's class, and their types."""
+"""Returns the attribute names and types of a message type's fields."""
 
 
 def find_fault(value: Any, description: Description, place: str, fields: Fields) -> str:

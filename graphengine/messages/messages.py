@@ -49,9 +49,9 @@ if TYPE_CHECKING:
     TFMessage = ros2_jazzy.tf2_msgs__msg__TFMessage
 
 _EARLIEST, _LATEST = -(2.0**31), 2.0**31
-"""Seconds that a stamp can hold, the last one not included: it counts them in 32 bits."""
+"""Range of the seconds in a stamp, a signed 32-bit number; the upper end is excluded."""
 _ENCAPSULATIONS = (b"\0\0", b"\0\1")
-"""What CDR messages begin with, by their byte order: the larger end first, or the smaller."""
+"""First two bytes of a CDR message in big endian and in little endian."""
 
 
 class MessageError(TransportError):

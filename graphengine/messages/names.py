@@ -8,9 +8,9 @@ from collections.abc import Iterable
 from graphengine.format.errors import TopicError
 
 MAX_TOPIC = 247
-"""DDS allows 255 characters, of which ROS 2 keeps 8 for its prefixes."""
+"""Maximum length of a topic name: DDS allows 255 characters, of which ROS 2 reserves 8 for its prefixes."""
 MAX_NAMESPACE = MAX_TOPIC - 2
-"""A slash and one character of a topic must fit behind it."""
+"""Maximum length of a namespace, which leaves room for a slash and one character of a topic."""
 MAX_NODE = 255
 ACTION_PART = "/_action/"
 """Separates the name of an action from the last part of its services' and topics' names."""

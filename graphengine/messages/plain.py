@@ -15,7 +15,7 @@ from graphengine.messages.message_validation import find_fault
 from graphengine.messages.messages import MessageError
 
 _PYTHON_TYPES: Mapping[str, type] = {**dict.fromkeys(TEXTS, str), "bool": bool, "float32": float, "float64": float}
-"""Python types of scalars; those of the others are whole numbers."""
+"""Python types of scalars; types that are not listed have whole numbers."""
 
 
 def from_plain(data: Any, message_type: str, definitions: Definitions = DEFINITIONS, place: str = "") -> Any:
@@ -35,14 +35,14 @@ def from_plain(data: Any, message_type: str, definitions: Definitions = DEFINITI
 
 
 class Maker:
-    """Makes messages from plain data. Subclasses read another form of data, or are less strict about scalars.
+    """Makes messages from plain data. Subclasses read data in other representations or convert scalars differently.
 
     Args:
         definitions: message types.
     """
 
     shorthands: ClassVar[Mapping[str, str]] = {}
-    """Words that stand for whole messages, by their types."""
+    """Words that can replace a whole message, by message type."""
 
     def __init__(self, definitions: Definitions) -> None:
         self.definitions = definitions
@@ -65,7 +65,7 @@ class Maker:
         return made
 
     def make(self, given: Any, kind: Description, place: str) -> Any:
-        """Make the value of a field."""
+        """Make the value of a field: a scalar, an array or a message; `place` is its name in errors."""
         if kind[0] == Nodetype.NAME:
             return self.message(given, kind[1], place)
         made = (self._scalar if kind[0] == Nodetype.BASE else self._array)(given, kind, place)

@@ -14,11 +14,11 @@ from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import QoS
 
 LATCHED = QoS(depth=1, durability="transientLocal")
-"""What `staticPublisher` means: whoever comes late gets the last message."""
+"""Profile for the input `staticPublisher`: late joiners get the last message."""
 ROSOUT = QoS(depth=1000, durability="transientLocal", lifespan=10.0)
-"""The log topic of every node."""
+"""Profile of the log topic `/rosout`."""
 PARAMETER_EVENTS = QoS(depth=1000)
-"""The topic on which every node tells that its parameters changed."""
+"""Profile of the topic `/parameter_events`."""
 
 PRESETS: Mapping[str, QoS] = {
     "Default for publishers/subscribers": QoS(),
@@ -26,15 +26,15 @@ PRESETS: Mapping[str, QoS] = {
     "Sensor Data": QoS(depth=5, reliability="bestEffort"),
     "System Default": QoS("systemDefault", 0, "systemDefault", "systemDefault"),
 }
-"""The profiles that `ROS2QoSProfile` offers by name; its `Custom` is whatever its other inputs say."""
+"""Profiles that `ROS2QoSProfile` offers by name; its name `Custom` selects the values of its other inputs."""
 
 _SYSTEM_DEFAULT = QoS(liveliness="automatic")
-"""What `rmw_cyclonedds_cpp` takes system defaults for."""
+"""Actual values of system defaults, as in `rmw_cyclonedds_cpp`."""
 _MAX_DEPTH = 2**31 - 1
 _KEYS = {"lease_duration": "leaseDuration"}
 _FIELDS: dict[str, str] = {_KEYS.get(field.name, field.name): field.name for field in fields(QoS)}
 _CHOICES = {name: legal for name, kind in get_type_hints(QoS).items() if (legal := get_args(kind))}
-"""What fields that are no number can be."""
+"""Legal values of the policies that are not numbers."""
 
 
 def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> QoS:

@@ -14,9 +14,9 @@ import numpy as np
 from rosbags.interfaces import Msgdef, Nodetype
 
 NAME = "graphengine/msg/WideString"
-"""Type of wide strings in a store of rosbags, which has no codec for them."""
+"""Name of the type that stands for wide strings in rosbags stores, which have no codec for them."""
 UNIT = 4
-"""Bytes that a unit takes."""
+"""Encoded size of a UTF-16 unit, bytes."""
 
 
 def _units(text: str) -> bytes:
@@ -47,9 +47,9 @@ def _read(order: str, data: memoryview, position: int, cls: Any, store: Any) -> 
 
 
 _ROS1: Any = _size
-"""In place of what encodes ROS 1, which has no wide strings."""
+"""Placeholder for the ROS 1 functions of the codec; ROS 1 has no wide strings."""
 
 _CODECS: list[Any] = [partial(function, order) for function in (_write, _read) for order in "<>"]
 _FIELDS: list[Any] = [("text", (Nodetype.BASE, ("string", 0)))]
-"""By which rosbags aligns the fields before and behind it."""
+"""Fields of the type, from which rosbags derives the alignment of neighbouring fields."""
 CODEC: Msgdef[Any] = Msgdef(NAME, _FIELDS, str, 0, _size, *[*_CODECS, 0, *[_ROS1] * 7])

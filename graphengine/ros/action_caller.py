@@ -44,7 +44,7 @@ class ActionCaller:
             print(call.result.result(timeout=60.0).result)
 
     Args:
-        transport: open transport, which closes the client's endpoints.
+        transport: open transport; closing it also closes this client.
         action: full name of the action.
         action_type: ROS 2 name of the type.
         definitions: message types.
@@ -60,7 +60,7 @@ class ActionCaller:
         self.action_type = action_type
         self._definitions = definitions
         self._calls: dict[bytes, GoalCall] = {}
-        """Calls without a result, by UUID."""
+        """Calls that have no result yet, by UUID of the goal."""
         named = parts(action, action_type)
         self._feedback_type = named["feedback"].message_type
         self._reader = transport.reader(*named["feedback"], FEEDBACK_READER_QOS, self._hear)

@@ -17,7 +17,7 @@ CLOCK = "/clock"
 CLOCK_QOS = QoS(depth=1, reliability="bestEffort")
 
 Clock = Callable[[], int]
-"""Nanoseconds: of the wall clock since 1970, or of a simulation since it began."""
+"""Returns a time in ns: wall clock time since 1970, or simulation time."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ _TEXT = 4
 """rcl_interfaces/msg/ParameterType PARAMETER_STRING."""
 _POLL = 0.01
 _WAITING = 100
-"""Messages that wait until the first one is taken."""
+"""Capacity of the message queue; only its oldest message is used."""
 
 
 def from_topic(transport: Transport, topic: str, timeout: float) -> str:

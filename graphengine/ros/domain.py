@@ -1,4 +1,4 @@
-"""The ROS 2 domain and discovery range of a transport, from which its reachable peers follow."""
+"""The ROS 2 domain and discovery range of a transport, which determine the peers that it can reach."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graphengine.format.wording import did_you_mean, listing
 DiscoveryRange = Literal["SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT"]
 
 MAX_DOMAIN_ID = 232
-"""The ports of a domain start at 7400 + 250 times its id, and ports end at 65535."""
+"""Largest domain id: the UDP ports of a domain start at 7400 + 250 * id, and port numbers end at 65535."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class Domain:
         """Return the domain that ROS 2 programs with the given environment variables use.
 
         Unlike ROS 2, which falls back to defaults, this raises an error for an unknown discovery range or a malformed
-        ROS_LOCALHOST_ONLY: such typing errors would make the robot invisible.
+        ROS_LOCALHOST_ONLY: such a typo would hide the robot from other programs.
 
         Raises:
             TransportError: a variable has an illegal value.

@@ -1,4 +1,4 @@
-"""Finds faults between the endpoints of a session and their peers; equal endpoints of a topic are compared only once.
+"""Finds endpoints of a session that do not match their peers; equal endpoints of a topic are compared only once.
 
 DDS does not report endpoints that are incompatible, nor messages that exceed the receive buffer of a peer's kernel.
 """
@@ -19,22 +19,23 @@ from graphengine.ros.transports.vendors import CYCLONE, FAST_DDS
 
 CLOCK = "rosgraph_msgs/msg/Clock"
 MOST = 20
-"""Faults of one topic that are reported; one line mentions that there are more."""
+"""Maximum number of reported faults per topic; one more line says that there are others."""
 ROOM = 0.85
-"""Part of a receive buffer that a message may fill, as the kernel counts its own book-keeping of each packet too.
+"""Fraction of a receive buffer that a message may fill; the kernel also stores its own data for each packet there.
 
-Measured from Cyclone DDS to Fast DDS on one machine with a buffer of 212992 bytes, 60 messages at 30 Hz: all arrive up to
-190 kB; of 210 kB 22 where both ends are reliable, of 300 kB 20 and 6 where they are not, of 922 kB 14 to 18 and 2.
+Measured from Cyclone DDS to Fast DDS on one machine with a buffer of 212992 bytes, 60 messages at 30 Hz for each size.
+Up to 190 kB, all messages arrive. With reliable endpoints, 22 arrive at 210 kB, 20 at 300 kB, and 14 to 18 at 922 kB; with
+best-effort endpoints, 6 arrive at 300 kB and 2 at 922 kB.
 """
 AMPLE = 4194304
-"""Bytes of a receive buffer with which all of them arrive."""
+"""Size of a receive buffer with which all messages of that measurement arrive, bytes."""
 
 _OTHER: Mapping[str, Direction] = {"publish": "subscribe", "subscribe": "publish"}
 
 Fault: TypeAlias = tuple[str, str]
 """A fault and its remedy."""
 _Form: TypeAlias = tuple[str, QoS, str]
-"""Message type, QoS and type hash of a peer, on which its fit depends."""
+"""Message type, QoS and type hash of a peer; they determine whether it matches."""
 
 
 class End(Protocol):
@@ -42,14 +43,14 @@ class End(Protocol):
 
     claim: EndpointClaim
     largest: int
-    """Bytes of the largest message that was sent."""
+    """Size of the largest sent message, bytes."""
 
 
 class Finder:
     """Finds faults between a session's endpoints and their peers. Used by one thread at a time.
 
     Args:
-        transport: transport whose graph is searched.
+        transport: transport that discovers the peers.
         definitions: message types of the session.
         buffer: size of a peer's receive buffer in the kernel, bytes; 0 if unknown.
     """
@@ -59,16 +60,16 @@ class Finder:
         self._definitions = definitions
         self._buffer = buffer
         self._reported: defaultdict[str, set[str]] = defaultdict(set)
-        """Faults that earlier looks returned, by topic."""
+        """Faults that `look` has already returned, by topic."""
         self._nameless: dict[bytes, float] = {}
-        """Peers whose node is not known, and since when they are."""
+        """Time (s) since which each peer without a known node has been discovered, by GID."""
         self._mistyped: set[str] = set()
         """Topics on which a peer publishes another definition of their type."""
         self.published: Mapping[str, Set[str]] = {}
-        """Types that were published on each topic of a subscription with alternatives, at the last look."""
+        """Published types for each topic that a subscription reads with alternative types, as of the last `look`."""
 
     def look(self, ends: Iterable[End], now: float) -> list[str]:
-        """Return the texts of new faults, in order of the session's endpoints, then of the graph.
+        """Return the texts of faults that were not returned before, in order of the session's endpoints.
 
         Args:
             ends: publishers and subscriptions of the session.
@@ -89,7 +90,7 @@ class Finder:
         return [*found, *self._new("", self._dropped(), math.inf)]
 
     def _new(self, topic: str, faults: Iterable[Fault], most: float) -> Iterator[str]:
-        """Yield the texts of faults that were not reported yet, at most `most` for each topic."""
+        """Yield the texts of faults that were not reported yet; at most `most` are reported for each topic."""
         reported = self._reported[topic]
         for what, remedy in faults if len(reported) <= most else ():
             if what in reported:
@@ -109,7 +110,7 @@ class Finder:
             yield from comparison.rivals(end.claim.topic)
 
     def _dropped(self) -> Iterator[Fault]:
-        """Yield faults of services, and topics with dropped messages for which no other fault is known."""
+        """Yield faults of services, and topics that drop malformed messages for no reason that is already reported."""
         foreign = self._transport.foreign_services
         yield from ((warning, "") for warning in foreign.values())
         if rivals := self._transport.rival_services:
@@ -118,11 +119,11 @@ class Finder:
             yield f"{topic}: a peer sends messages that do not fit the topic's type; they are dropped", ""
 
     def _is_known(self, peer: Endpoint, now: float) -> bool:
-        """Return whether the node of a peer is known, or can no longer be expected to become known."""
+        """Return whether a peer can be reported: its node is known, or has not been announced within `PATIENCE` s."""
         return now - self._nameless.get(peer.gid, -PATIENCE) >= PATIENCE or not self._transport.node
 
     def _is_large(self, end: End) -> bool:
-        """Return whether messages may exceed the receive buffer, whose size is known on Linux only."""
+        """Return whether messages of an endpoint may exceed a peer's receive buffer; its size is known only on Linux."""
         return 0 < self._buffer * ROOM < end.largest
 
 
@@ -147,16 +148,16 @@ class _Comparison:
         self._definitions = definitions
         self._alike: dict[tuple[str, Direction], dict[tuple[str, _Form], Endpoint]] = {}
         self._unfit: dict[Any, list[Endpoint]] = {}
-        """Peers that do not fit, by what that depends on."""
+        """Peers that do not match, by topic, direction, types and QoS of the session's claim."""
         self._own: defaultdict[tuple[str, str, str], list[EndpointClaim]] = defaultdict(list)
-        """Claims of the session by topic, direction and type."""
+        """The session's endpoint claims, by topic, direction and message type."""
         for end in ends:
             self._own[end.claim.topic, end.claim.direction, end.claim.message_type].append(end.claim)
         self.mistyped: set[str] = set()
         """Topics on which a peer publishes another definition of their type."""
 
     def misfits(self, claim: EndpointClaim) -> Iterator[Fault]:
-        """Yield the reasons why peers do not match a claim of the session."""
+        """Yield one fault, with its remedy, for each peer that does not match an endpoint of the session."""
         key = (claim.topic, claim.direction, claim.message_type, claim.alternatives, claim.qos)
         if key not in self._unfit:
             alike = self._distinct(claim.topic, _OTHER[claim.direction])
@@ -167,7 +168,7 @@ class _Comparison:
             yield _misfit(claim, peer, self._name(peer))
 
     def losses(self, end: End, buffer: int) -> Iterator[Fault]:
-        """Yield readers on Fast DDS that lose large messages sent by Cyclone DDS."""
+        """Yield a fault for each Fast DDS reader that loses large messages of this endpoint, sent by Cyclone DDS."""
         publishers = self._graph.publishers(end.claim.topic)
         own = {peer.gid[: len(CYCLONE)] for peer in publishers if peer.full_node == self._node}
         if own == {CYCLONE}:
@@ -176,7 +177,7 @@ class _Comparison:
                     yield _loss(end, self._name(peer), buffer)
 
     def rivals(self, topic: str) -> Iterator[Fault]:
-        """Yield other publishers of /clock; additional publishers with this node's name belong to another process."""
+        """Yield a fault for each other publisher of /clock, including one in another process with this node's name."""
         publishers = self._graph.publishers(topic)
         others = [peer.full_node for peer in publishers if peer.full_node != self._node]
         if len(publishers) - len(others) > len(self._own[topic, "publish", CLOCK]):
@@ -194,7 +195,7 @@ class _Comparison:
         return self._alike[topic, direction]
 
     def _fits(self, claim: EndpointClaim, form: _Form, types: Collection[str]) -> bool:
-        """Return whether a claim and a peer match; `types` are the types of all peers on the topic."""
+        """Return whether an endpoint of the session and a peer match; `types` are those of all peers on the topic."""
         kind, qos, type_hash = form
         if kind != claim.message_type:
             # A subscription takes one of its alternatives where its own type is not published.
@@ -205,7 +206,7 @@ class _Comparison:
         return not mismatch(*_offer(claim, claim.qos, qos))
 
     def _name(self, peer: Endpoint) -> str:
-        """Return the prim path of a node in this session, else the name of a ROS node."""
+        """Return the name of a peer's node in reports: the prim path in this session, else the ROS name."""
         if peer.full_node == self._node:
             for claim in self._own[peer.topic, peer.direction, peer.message_type]:
                 if not short_of(claim.qos, peer.qos) and not short_of(peer.qos, claim.qos):
@@ -214,12 +215,12 @@ class _Comparison:
 
 
 def _offer(claim: EndpointClaim, ours: Any, theirs: Any) -> tuple[Any, Any]:
-    """Return the writer's value, then the reader's."""
+    """Order a session's value and a peer's value: return the writer's, then the reader's."""
     return (ours, theirs) if claim.direction == "publish" else (theirs, ours)
 
 
 def _misfit(claim: EndpointClaim, peer: Endpoint, name: str) -> Fault:
-    """Return why a claim and a peer do not match, and the remedy."""
+    """Return why an endpoint of the session and a peer do not match, and the remedy."""
     writer, reader = _offer(claim, claim.node, name)
     sent, read = _offer(claim, claim.message_type, peer.message_type)
     if sent != read:
@@ -244,7 +245,7 @@ def _loss(end: End, reader: str, buffer: int) -> Fault:
 
 
 def _rival_servers(services: Sequence[str]) -> Fault:
-    """Return one fault for all services that another program offers too, because two equal runs share dozens of them."""
+    """Return a single fault for all services that another program also offers; two equal runs share dozens."""
     shown = f"{', '.join(services[:3])}{' and others' if len(services) > 3 else ''}"
     ways = "stop one of them, or give it another ROS_DOMAIN_ID or other names, as with --simulation-interfaces /one"
     return "another program offers services that this run offers too: either may answer a call", f"{shown}: {ways}"

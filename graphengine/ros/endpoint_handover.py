@@ -12,7 +12,7 @@ class HeldEndpoint:
     """An endpoint that stays open until every node that holds it has closed it."""
 
     opened_as: EndpointClaim
-    """Claim for which the endpoint was opened."""
+    """Claim that opened the endpoint; its type stays the same when a subscription switches to an alternative type."""
     holders = 1
 
     def release(self) -> bool:
@@ -25,17 +25,17 @@ E = TypeVar("E", bound=HeldEndpoint)
 
 
 class Handover:
-    """The endpoints that are open when an exchange of nodes begins.
+    """The open endpoints that the nodes of changed graphs can take over.
 
     Args:
-        ends: open endpoints; each is handed over at most once.
+        ends: open endpoints; each can be taken once.
     """
 
     def __init__(self, ends: Iterable[HeldEndpoint]) -> None:
         self._ends = list(ends)
 
     def take(self, kind: type[E], claim: EndpointClaim) -> E | None:
-        """Return the open endpoint of an equal claim and add a holder, or return None."""
+        """Return an open endpoint whose claim equals this one, and add a holder to it; None if there is none."""
         wanted = _essence(claim)
         for end in self._ends:
             if isinstance(end, kind) and _essence(end.opened_as) == wanted:
@@ -46,6 +46,6 @@ class Handover:
 
 
 def _essence(claim: EndpointClaim) -> object:
-    """Return the part of a claim on which its endpoint depends."""
+    """Return the fields of a claim that must be equal for a handover: node, topic, types, direction, QoS, context."""
     kinds = claim.direction, claim.message_type, claim.alternatives
     return kinds, claim.node, claim.topic, claim.qos, claim.ros_context

@@ -1,4 +1,4 @@
-"""Endpoints of a session: at the beginning of a tick they receive what has arrived, at its end they send what was published."""
+"""Endpoints of a session: they receive messages at the beginning of a tick and send messages at its end."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from graphengine.ros.transport import Transport
 E = TypeVar("E", bound=HeldEndpoint)
 
 LOOK_EVERY = 30
-"""Ticks after which subscriptions with alternatives look again what others publish."""
+"""Number of ticks between two checks of the published types, for subscriptions with alternative types."""
 
 
 class LiveNetwork(Network):
@@ -28,7 +28,7 @@ class LiveNetwork(Network):
     Args:
         open_domain: joins a domain.
         domain_id: domain of the session, for endpoints with the context handle 0.
-        complain: receives each warning once, such as about malformed messages or incompatible peers.
+        complain: receives warnings about malformed messages and incompatible peers, each once.
         definitions: message types.
     """
 
@@ -44,13 +44,13 @@ class LiveNetwork(Network):
         """Sinks that receive every message, such as a recorder."""
         self.taps: list[Sink] = []
         self.outbox: list[tuple[Callable[[bytes], None], bytes]] = []
-        """What was said in this tick, behind what sends it. All leaves at once: a reader that sleeps is woken once a tick."""
+        """Messages of this tick, each with the function that sends it. Sent together, they wake a reader once per tick."""
         self.sent = 0
         self.undecoded: Counter[str] = Counter()
         self.past_drops: Counter[str] = Counter()
-        """Messages given up by publishers that are closed."""
+        """Number of messages that closed publishers dropped, by topic."""
         self.past_overwritten: Counter[str] = Counter()
-        """Messages overwritten in subscriptions that are closed."""
+        """Number of messages that were overwritten in closed subscriptions, by topic."""
         self._open_domain = open_domain
         self._domain_id = domain_id
         self.complain = complain
@@ -65,7 +65,7 @@ class LiveNetwork(Network):
         self.identity = self.transport(0).identity
 
     def tap(self, sink: Sink) -> None:
-        """Add a sink for messages that are sent or received anyway; publishers do not count it as a reader."""
+        """Copy all messages that nodes send or receive to a sink; publishers do not count it as a reader."""
         self.taps.append(sink)
 
     def untap(self, sink: Sink) -> None:
@@ -86,7 +86,7 @@ class LiveNetwork(Network):
 
     @contextmanager
     def handing_over(self) -> Iterator[None]:
-        """Return a context in which a node that claims an endpoint gets the open one with an equal claim, if there is one."""
+        """Return a context in which a claim gets an endpoint that is already open for an equal claim, else a new one."""
         self._handover = Handover([*self.publishers, *self.subscriptions, *self._servers, *self._clients])
         try:
             yield
@@ -94,7 +94,7 @@ class LiveNetwork(Network):
             self._handover = None
 
     def _end(self, kind: type[E], claim: EndpointClaim, ends: list[E], make: Callable[[], E]) -> E:
-        """Return the open endpoint of an equal claim that is handed over, or a new one."""
+        """Return the endpoint of a claim: within `handing_over` the open one of an equal claim, else a new one."""
         end = self._handover.take(kind, claim) if self._handover is not None else None
         if end is None:
             end = make()
@@ -103,7 +103,7 @@ class LiveNetwork(Network):
         return end
 
     def publisher(self, claim: EndpointClaim) -> LivePublisher:
-        """Create a publisher."""
+        """Create the publisher that a node claims, or hand over an open one."""
 
         def make() -> LivePublisher:
             writer = self.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
@@ -114,17 +114,17 @@ class LiveNetwork(Network):
         return end
 
     def subscription(self, claim: EndpointClaim) -> LiveSubscription:
-        """Create a subscription."""
+        """Create the subscription that a node claims, or hand over an open one."""
         end = self._end(LiveSubscription, claim, self.subscriptions, lambda: LiveSubscription(self, claim))
         self._watches[self._domain(claim.ros_context)].hurry()
         return end
 
     def server(self, claim: EndpointClaim, handle: int) -> LiveServer:
-        """Create a service server."""
+        """Create the service server that a node claims, or hand over an open one; `handle` as in `Network.server`."""
         return self._end(LiveServer, claim, self._servers, lambda: LiveServer(self, claim, handle))
 
     def client(self, claim: EndpointClaim) -> LiveClient:
-        """Create a service client."""
+        """Create the service client that a node claims, or hand over an open one."""
         return self._end(LiveClient, claim, self._clients, lambda: LiveClient(self, claim))
 
     @property
@@ -138,7 +138,7 @@ class LiveNetwork(Network):
         self._clients = [client for client in self._clients if client is not end]
 
     def freeze(self) -> None:
-        """Begin a tick: endpoints pass on what has arrived."""
+        """Begin a tick: nodes and sinks get the messages that have arrived."""
         if self._ticks % LOOK_EVERY == 0:
             self._follow()
         self._ticks += 1
@@ -150,12 +150,12 @@ class LiveNetwork(Network):
         self.look()
 
     def look(self) -> None:
-        """Report incompatible peers; call this also while no ticks run."""
+        """Report incompatible peers that the search has found; call this also while no ticks run."""
         for watch in self._watches.values():
             watch.look()
 
     def _ends(self, domain: int) -> Iterator[LivePublisher | LiveSubscription]:
-        """Return an iterator over the current endpoints in a domain, which another thread may use later."""
+        """Return an iterator over the current endpoints in a domain; another thread may iterate over it later."""
         ends: list[LivePublisher | LiveSubscription] = [*self.publishers, *self.subscriptions]
         return (end for end in ends if self._is_in(domain, end))
 
@@ -248,5 +248,5 @@ class LiveNetwork(Network):
 
 
 def _key(end: LiveSubscription | LiveServer | LiveClient) -> object:
-    """Return what identifies an endpoint when its node opens it again."""
+    """Return the class, node and topic that identify an endpoint in a saved state."""
     return type(end), end.claim.node, end.claim.topic

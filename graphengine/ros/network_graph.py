@@ -13,9 +13,9 @@ from graphengine.messages.qos import mismatch
 Direction = Literal["publish", "subscribe"]
 
 MAX_NAME = 500
-"""Characters of a name that a peer says; those of ROS 2 have at most 256."""
+"""Maximum length of a name from a peer; longer ones are cut. Names in ROS 2 have at most 256 characters."""
 PATIENCE = 5.0
-"""Seconds more that a peer has, once it turned up, to tell what it writes and reads."""
+"""Additional time for a discovered peer to announce its endpoints, s."""
 
 
 def full_name(namespace: str, node: str) -> str:
@@ -132,7 +132,7 @@ class NetworkGraph:
         return NetworkGraph([*self.endpoints, *endpoints], self.complete, self.named, self.services, self.nodes)
 
     def types(self) -> dict[str, list[str]]:
-        """Return the types of each topic, which should be one."""
+        """Return the message types of each topic, sorted; more than one is an error of the system."""
         found: dict[str, set[str]] = {}
         for end in self.endpoints:
             found.setdefault(end.topic, set()).add(end.message_type)

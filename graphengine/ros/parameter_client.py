@@ -24,7 +24,7 @@ class ParameterClient:
         client.get(["cmd_vel.DiffController.maxLinearSpeed"])
 
     Args:
-        transport: open transport, which closes the client's endpoints.
+        transport: open transport; closing it also closes this client.
         node: full name of the node.
         definitions: message types.
     """
@@ -55,7 +55,7 @@ class ParameterClient:
         """Set Parameter messages; return a SetParametersResult for each.
 
         Raises:
-            TransportError: the node answers another number of results, or not in time.
+            TransportError: the number of results differs from that of the parameters, or the node does not answer in time.
         """
         results = list(self._call("set_parameters", parameters=list(parameters)).results)
         if len(results) != len(parameters):

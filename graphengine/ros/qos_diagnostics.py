@@ -16,22 +16,23 @@ from graphengine.ros.endpoint_faults import End, Finder, published_types
 from graphengine.ros.transport import Transport
 
 PERIOD, LONGEST_PERIOD = 0.5, 5.0
-"""Seconds between two looks, which are the rarer the longer they take."""
+"""Shortest and longest time between two searches, s; longer searches run less often."""
 SHARE = 0.005
-"""Part of the time that looking may take, as long as that is not too rare."""
+"""Fraction of the wall time that searches may take, unless `LONGEST_PERIOD` requires more."""
 REPORTED_A_TICK = 5
-"""Faults; those that are left wait for the next tick."""
+"""Maximum number of faults reported per tick; the others wait for the next tick."""
 
 RECEIVE_BUFFER = Path("/proc/sys/net/core/rmem_default")
-"""Bytes that Linux keeps for a socket which does not ask for more, as those of Fast DDS do not."""
+"""File with the default receive buffer size of sockets in Linux, bytes; Fast DDS does not request a larger one."""
 
 
 class Watch:
     """Compares the session's endpoints on a transport with their peers. Used by one thread.
 
     Args:
-        transport: transport whose graph is searched.
-        ends: returns the session's endpoints; called in the thread that runs ticks, iterated by the search.
+        transport: transport that discovers the peers.
+        ends: returns the session's endpoints; called in the thread that runs ticks. The search iterates over the result in
+            its own thread.
         tell: receives each fault, with the remedy on a second line.
         clock: returns the time, s.
         buffer: size of a peer's receive buffer in the kernel, bytes; None: the default size on this machine.
@@ -54,7 +55,7 @@ class Watch:
         self._clock = clock
         self._worker = ThreadPoolExecutor(1, "watch")
         self._look: Future[tuple[list[str], float]] | None = None
-        """The look that is under way: faults, and when the next look is due."""
+        """The search in progress; its result has the faults, and the time when the next search is due."""
         self._due = 0.0
         self._found: deque[str] = deque()
 

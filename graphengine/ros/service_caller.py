@@ -21,7 +21,7 @@ class ServiceCaller:
         response = caller.call(request).result(timeout=5.0)
 
     Args:
-        transport: open transport, which closes the client.
+        transport: open transport; closing it also closes this client.
         service: full name of the service.
         service_type: ROS 2 name of the type.
         definitions: message types.

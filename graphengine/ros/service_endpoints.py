@@ -1,8 +1,8 @@
-"""Service servers and clients of a session: a tick sees what arrived before it, and sends requests and responses at its end.
+"""Service servers and clients of a session: nodes see messages that arrived before the tick, and send theirs at its end.
 
 Sinks receive calls as ROS 2 service introspection events: messages of type `…_Event` on `<service>/_service_event`, which
-rosbag2 records too. Their stamps are zero. For a server, the transport sets a call's `client_gid` and `sequence_number`; for a
-client, they are made from the node's prim path and the number of the call, so that equal runs give equal bytes.
+rosbag2 records too. Their stamps are zero. For a server, the transport sets a call's `client_gid` and `sequence_number`. For a
+client, they are derived from the node's prim path and the number of the call, so that equal runs give equal bytes.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ if TYPE_CHECKING:
     from graphengine.ros.network import LiveNetwork
 
 EVENTS = "/_service_event"
-"""What follows a service's name in the topic of its events."""
+"""Suffix that turns a service's name into the topic of its introspection events."""
 MAX_OPEN = 1000
-"""Requests that wait for a server's graph, or calls that wait for an answer; more where the queue is longer."""
+"""Maximum number of unanswered requests or calls per endpoint, unless the depth of its QoS profile is larger."""
 PATIENCE = 300
-"""Ticks for which calls wait for a server before that is told."""
+"""Number of ticks that calls wait for a server before a warning is given."""
 GID, IDENTITY = 16, 24
-"""Bytes of `client_gid`, and of the whole identity of a call."""
+"""Size of `client_gid`, and of a call's identity (`client_gid` and `sequence_number`), bytes."""
 
 # Of service_msgs/msg/ServiceEventInfo.
 _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 
 
 class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
-    """Common parts of server and client; its claim has the topic of the service's introspection events."""
+    """Base class of server and client; `claim` has the topic and type of the service's introspection events."""
 
     _end: Any
-    """The server or client of the transport."""
+    """Server or client of the transport, which carries the messages."""
 
     def _begin(self, network: LiveNetwork, claim: EndpointClaim, hears: str, says: str) -> None:
         self.claim = replace(claim, topic=f"{claim.topic}{EVENTS}", message_type=f"{claim.message_type}_Event")
@@ -103,7 +103,7 @@ class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
                 sink.write(self.claim, event)
 
     def _recorded(self, event: bytes, part: Literal["request", "response"]) -> tuple[bytes, bytes] | None:
-        """Return the identity and bytes of the message in a recorded event; None if it contains another part."""
+        """Return the identity of a call and its encoded request or response; None if the event does not contain `part`."""
         try:
             found = messages.decode(event, self.claim.message_type, self._network.definitions)
             heard = messages.encode(getattr(found, part)[0], self._network.definitions)
@@ -125,7 +125,7 @@ class LiveServer(_Endpoint, ServiceServer):
         self._arrived: deque[tuple[bytes, bytes]] = deque()
         self._visible: deque[tuple[bytes, Any]] = deque()
         self._open: dict[bytes, None] = {}
-        """Requests that were taken and not answered."""
+        """Identities of requests that nodes have read and not answered yet."""
         transport = network.transport(claim.ros_context)
         self._end = transport.server(claim.topic, claim.message_type, claim.qos, self._receive)
 
@@ -200,9 +200,9 @@ class LiveClient(_Endpoint, ServiceClient):
         self._gid = hashlib.blake2b(claim.node.encode(), digest_size=GID).digest()
         self._patience = 0
         self._open: dict[int, None] = {}
-        """Calls that were made and not answered."""
+        """Numbers of calls that have no response yet."""
         self._numbers: dict[int, int] = {}
-        """Calls that were sent, by the transport's numbers."""
+        """Number of each sent call, by the number that the transport gave it."""
         self._arrived: deque[tuple[int, bytes]] = deque()
         self._from_recording: deque[tuple[int, bytes]] = deque()
         self._visible: deque[tuple[int, Any]] = deque()
@@ -275,7 +275,7 @@ class LiveClient(_Endpoint, ServiceClient):
                 del self._numbers[next(iter(self._numbers))]
 
     def end_tick(self) -> None:
-        """Send waiting calls if a server exists by now; warn if none has come for a long time."""
+        """Send the waiting calls if a server exists; warn if there has been none for `PATIENCE` ticks."""
         self._send_waiting()
         self._patience = self._patience + 1 if self._waiting else 0
         if self._patience == PATIENCE:
@@ -294,5 +294,5 @@ class LiveClient(_Endpoint, ServiceClient):
 
 
 def _identity(request_id: bytes) -> bytes:
-    """Return a transport's request identity in the size that events have."""
+    """Return a transport's request identity in the size of an event's: unchanged if it fits, else its hash."""
     return request_id if len(request_id) == IDENTITY else hashlib.blake2b(request_id, digest_size=IDENTITY).digest()

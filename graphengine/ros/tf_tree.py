@@ -1,4 +1,4 @@
-"""The tree of TF frames: the broadcasters and rate of each transform, and what is wrong with the tree."""
+"""The tree of TF frames: the broadcasters and rate of each transform, and the faults of the tree."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from graphengine.format.wording import printable
 from graphengine.ros.rates import SECOND
 
 MAX_EDGES = 5000
-"""Frames within others that are taken in; drawing a chain of so many takes 100 MB."""
+"""Maximum number of transforms in a tree; drawing a chain of this length takes 100 MB."""
 TOLERANCE = 0.01
-"""How far the square of a quaternion's length may be from 1, as in tf2's buffer_core.cpp."""
+"""Maximum difference between a quaternion's squared norm and 1, as in tf2's buffer_core.cpp."""
 
 
 @dataclass(slots=True)
@@ -60,8 +60,8 @@ class Row:
     Args:
         frame: name of the frame.
         edge: transform to the parent; None for a root.
-        last: for each level below the root, whether it has no further rows.
-        again: whether the frames below this one are shown at another place.
+        last: for each frame from below the root to this one, whether it is the last child of its parent.
+        again: whether the children are omitted because an earlier row of the same frame has them.
     """
 
     frame: str
@@ -81,11 +81,11 @@ class FrameTree:
     def __init__(self) -> None:
         self._edges: dict[tuple[str, str], Edge] = {}
         self._refused: dict[tuple[str, str, str], set[bytes]] = {}
-        """Who sent which edge that tf2 does not take, and why it does not."""
+        """GIDs of the writers of each transform that tf2 ignores, by child, parent and reason."""
         self._full = False
 
     def add(self, message: Any, static: bool, source: bytes) -> None:
-        """Add the transforms of a `tf2_msgs/msg/TFMessage` from a writer, given by its GID; at most `MAX_EDGES` are kept."""
+        """Add the transforms of a TFMessage; `source` is the GID of its writer. At most `MAX_EDGES` are kept."""
         for transform in message.transforms:
             # tf2 takes names with and without a slash in front for the same frame.
             frames = transform.header.frame_id, transform.child_frame_id
@@ -108,7 +108,7 @@ class FrameTree:
         return [self._edges[key] for key in sorted(self._edges)]
 
     def roots(self) -> list[str]:
-        """Return frames without a parent, and the first frame by name of each loop that is not below one."""
+        """Return all frames without a parent; from a loop that no such frame leads to, return the first frame by name."""
         return [row.frame for row in self.rows() if row.edge is None]
 
     def rows(self) -> list[Row]:
@@ -125,7 +125,7 @@ class FrameTree:
         return rows
 
     def faults(self, names: Mapping[bytes, str]) -> list[str]:
-        """Return what is wrong with the tree, one sentence each.
+        """Return the faults of the tree, one sentence each: several roots, parents or broadcasters, loops, ignored transforms.
 
         Args:
             names: node names by GID.
@@ -172,7 +172,7 @@ class FrameTree:
 
 
 def _refusal(parent: str, child: str, transform: Any) -> str:
-    """Return why tf2 ignores a transform; empty if it does not."""
+    """Return the reason why tf2 ignores a transform; empty if tf2 accepts it."""
     place, turn = transform.translation, transform.rotation
     quaternion = turn.x, turn.y, turn.z, turn.w
     if not parent or not child:
@@ -201,7 +201,7 @@ def _descend(root: str, children: Mapping[str, Iterable[Edge]], shown: set[str])
 
 
 def broadcasters(edge: Edge, names: Mapping[bytes, str]) -> str:
-    """Return the known broadcasters of a transform."""
+    """Return the node names of a transform's broadcasters, separated by commas."""
     return _named(edge.sources, names)
 
 

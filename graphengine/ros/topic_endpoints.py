@@ -1,4 +1,4 @@
-"""Publishers and subscriptions of a session: messages are encoded once, and a tick sees what arrived before it."""
+"""Publishers and subscriptions of a session: messages are encoded once; nodes see those that arrived before the tick."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from graphengine.ros.network import LiveNetwork
 
 MAX_KEPT = 10_000
-"""Messages that a keepAll subscription holds between two ticks."""
+"""Maximum number of messages that a subscription with the history keepAll holds between two ticks."""
 
 
 class LivePublisher(HeldEndpoint, Publisher, Shared):
@@ -83,10 +83,10 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         super().__init__(claim)
         self.largest = 0
         self.heard = 0
-        """Messages that arrived; only the thread that delivers them counts."""
+        """Number of received messages; only the thread that delivers them changes it."""
         self.malformed = 0
         self._frozen = 0
-        """Messages of these that a tick has kept."""
+        """Number of received messages that nodes could read, or that were discarded when the type changed."""
         self._network = network
         depth = max(claim.qos.depth, 1) if claim.qos.history == "keepLast" else MAX_KEPT
         self._arrived: deque[bytes] = deque(maxlen=depth)
@@ -99,7 +99,7 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         return transport.reader(claim.topic, claim.message_type, claim.qos, self.deliver)
 
     def close(self) -> None:
-        """Close the subscription."""
+        """Release the subscription; it is closed when no other node holds it."""
         if not self.release():
             return
         self._reader.close()

@@ -1,6 +1,6 @@
 """The interface of a transport: it sends and delivers encoded messages on topics and services with full names.
 
-A package provides a transport by a `TransportKind`, which it names in an entry point of the group `graphengine.transports`.
+A package adds a transport with an entry point of the group `graphengine.transports` that refers to a `TransportKind`.
 """
 
 from __future__ import annotations
@@ -72,11 +72,11 @@ class TransportKind:
 _POLL = 0.01
 
 Deliver = Callable[[bytes], None]
-"""Takes a CDR message."""
+"""Callback for a received CDR message."""
 DeliverRequest = Callable[[bytes, bytes], None]
-"""Takes a request's identity, which `answer` takes, and its CDR message."""
+"""Callback for a request: its identity, to be passed to `TransportServer.answer`, and its CDR message."""
 DeliverResponse = Callable[[int, bytes], None]
-"""Takes the number of a call, and the CDR message that answers it."""
+"""Callback for a response: the number of the call, and the CDR message."""
 
 
 class Writer(Protocol):
@@ -205,7 +205,7 @@ class Transport(Protocol):
         """Return all known endpoints, including this transport's; discovery begins with the first call.
 
         Args:
-            asked: topics and directions of interest, None for all; the result may have others too.
+            asked: topics and directions to look up, None for all; the result may contain others.
 
         Raises:
             TransportError: the transport is closed.
@@ -215,7 +215,7 @@ class Transport(Protocol):
         """Publish a message on /rosout, if there is a node; severities are info, warning and error."""
 
     def save(self) -> Any:
-        """Return a copy of the transport's state for messages within this process."""
+        """Return a copy of the messages and calls that the transport keeps within this process."""
 
     def restore(self, saved: Any) -> None:
         """Restore the state that `save` returned; messages that were already sent cannot be recalled."""
@@ -231,13 +231,13 @@ def discover(
     *,
     names: bool = False,
 ) -> NetworkGraph:
-    """Return the graph when `enough` holds, or after the discovery time.
+    """Return the graph as soon as `enough` accepts it, at the latest after the discovery time.
 
     Args:
         transport: open transport.
-        seconds: time for the discovery of peers; None: the transport's own. Discovered peers get `PATIENCE` more to announce
-            their endpoints.
-        enough: ends the wait when it returns true.
+        seconds: time for the discovery of peers, s; None: `Transport.spin_time`. Discovered peers get `PATIENCE` s more to
+            announce their endpoints.
+        enough: called with the graph; the wait ends when it returns true.
         names: whether to wait for the names of nodes too.
     """
     begun = time.monotonic()

@@ -18,15 +18,15 @@ from graphengine.runtime.executor import Executor
 from graphengine.runtime.graph_run import GraphRun
 
 SIDES: tuple[Side, ...] = ("outputs", "inputs", "state")
-"""Sides on which a name without one is looked for, in this order."""
+"""Sides to search for a port name that is given without a side, in this order."""
 
 
 @dataclass(frozen=True, slots=True)
 class NodePort:
-    """A port of a node in a running graph."""
+    """A port of a node in a running graph, for reading and setting its value."""
 
     address: str
-    """From the robot or graph on; with the side where the pattern gives one."""
+    """Address from the robot or graph on, with the side if the search pattern had one."""
     executor: Executor
     index: int
     port: Port
@@ -155,7 +155,7 @@ def find_port_at(runs: Iterable[GraphRun], address: str) -> NodePort:
 
 
 def _nodes(runs: Iterable[GraphRun]) -> Iterator[tuple[str, Executor, int]]:
-    """Yield path, executor and index of each node that is written in a file."""
+    """Yield path, executor and index of each node in a graph file, without the nodes that the compiler adds."""
     for run in runs:
         for instance in run.executor.graph.instances:
             if not instance.part_of:
@@ -163,7 +163,7 @@ def _nodes(runs: Iterable[GraphRun]) -> Iterator[tuple[str, Executor, int]]:
 
 
 def _ports(path: str, executor: Executor, index: int, pattern: str, sides: Sequence[Side]) -> Iterator[NodePort]:
-    """Yield the ports of a node whose name matches; of ports with the same name, only that on the first of `sides`."""
+    """Yield the ports of a node that match a pattern; if several sides have the same name, the first in `sides` counts."""
     cls: type[Node] = type(executor.nodes[index])
     side, colon, name = pattern.partition(":")
     given = bool(colon) and side in SIDES

@@ -39,7 +39,7 @@ def check_graphs(
         world: world whose prims the nodes may use.
         findings: receives errors, warnings and notes.
         prims_known: whether the prims of the scene are known; see `dry_setup`.
-        beside: graphs that were checked before and run before these.
+        beside: graphs that run before these and were already checked.
         claimed: topics and services that the nodes of `beside` claim.
         permissions: permissions of graphs; None grants nothing.
     """
@@ -112,7 +112,7 @@ def _dry_setup_graph(graph: Graph, services: Services, findings: Findings, *, pr
 
 
 def _faulty(graph: Graph, findings: Findings) -> set[int]:
-    """Return the nodes that lack a value because of a reported error; their further errors may only follow from it."""
+    """Return the indices of nodes with a reported error, of which setup errors may be mere consequences."""
     told = {str(finding.span) for finding in findings.errors}
     refused = {wire.target.node for wire in _refused(graph)}
     faulty = set()
@@ -123,7 +123,7 @@ def _faulty(graph: Graph, findings: Findings) -> set[int]:
 
 
 def _places(entry: NodeEntry) -> Iterator[str]:
-    """Yield the places of a node and of its inputs, as text."""
+    """Yield the file positions of a node and of its inputs, as text."""
     yield str(entry.key_span())
     for name in entry.spec.inputs:
         yield str(entry.span("inputs", name))
@@ -131,14 +131,14 @@ def _places(entry: NodeEntry) -> Iterator[str]:
 
 
 def _follows(instance: Instance, error: GraphError) -> bool:
-    """Return whether the error of a faulty node follows from a reported error; missing values are empty."""
+    """Return whether a setup error is a consequence of a reported one: it concerns an empty or a refused input."""
     if not isinstance(error, ContextError) or error.value == "":
         return True
     return instance.asking(error.value)[0] in instance.refused
 
 
 def _refused(graph: Graph) -> list[WireEntry]:
-    """Return the wires of the file that the graph does not have because of errors."""
+    """Return the wires in the file that were left out of the graph because of errors."""
     made = {id(wire.entry) for wire in (*graph.data_wires, *graph.exec_wires)}
     return [entry for entry in graph.flat.wires if id(entry) not in made]
 
@@ -206,7 +206,7 @@ def lint_claims(context: LintContext) -> None:
 
 
 def _check_places(context: LintContext) -> None:
-    """Report graphs of a robot whose prim is not below the robot: they address another robot or none, and miss its namespaces."""
+    """Report a robot's graphs whose prim path is not below the robot, because its prims and namespaces do not apply there."""
     told: set[str] = set()  # a fleet has one mistake, not one a robot
     prims = {robot.entity_name: robot.path for robot in context.stage.prims("robot")}
     for graph in context.graphs:
@@ -254,14 +254,14 @@ def _check_servers(context: LintContext) -> None:
 
 
 def _what(claim: EndpointClaim) -> tuple[str, str, str]:
-    """Return kind, name and type of the topic, service or action that a claim belongs to."""
+    """Return the word `topic`, `service` or `action` for a claim, and its name and type."""
     if action := action_of(claim.topic):
         return "action", action, claim.message_type.rpartition("_")[0]
     return "service" if claim.is_service else "topic", claim.topic, claim.message_type
 
 
 def _is_told_elsewhere(claim: EndpointClaim) -> bool:
-    """Return whether a claim belongs to an action and is not the one for which the action's faults are reported."""
+    """Return whether to skip a claim: an action has several, and faults are reported once, for `send_goal`."""
     return bool(action_of(claim.topic)) and not claim.topic.endswith("/send_goal")
 
 

@@ -23,7 +23,7 @@ SHARE = 0.01
 
 
 Action = Callable[[SessionCore], Any]
-"""Something to do with a session: a command's `apply`, or a query; returns the result."""
+"""Function that the session's thread calls with the session, such as a command's `apply`; returns the result."""
 
 
 class Desk:
@@ -68,7 +68,7 @@ class Desk:
         return answer
 
     def serve(self, session: SessionCore) -> None:
-        """Execute the waiting commands; commands that arrive meanwhile, or exceed the time `SHARE`, wait for the next tick."""
+        """Execute the waiting commands for up to `SHARE` s of CPU time; the others and new ones wait for the next tick."""
         self._end_steps(session)
         waiting = len(self._taken) + self._arrived.qsize()
         end = self._clock() + SHARE

@@ -54,9 +54,9 @@ class Command(Spec):
     """A command that a session executes between two ticks; its fields are the arguments, named as in JSON."""
 
     recorded: ClassVar[bool] = False
-    """Whether it changes the simulation's course: recordings hold it, and replays, which take no other, repeat it."""
+    """Whether the command affects the simulation; only such commands are recorded and accepted by replays."""
     admitted: ClassVar[bool] = False
-    """Whether a session refuses it within a tick and after it failed."""
+    """Whether the session refuses the command within a tick and after the session failed."""
 
     def apply(self, session: SessionCore) -> Any:
         """Execute the command between two ticks; return a result that can be written as JSON."""
@@ -69,7 +69,7 @@ class Command(Spec):
 
 
 class _Change(Command):
-    """A change of the world or of nodes, which adds itself to the recording."""
+    """Base class of the commands that change the world or nodes; executed ones are recorded."""
 
     recorded = True
     admitted = True
@@ -216,9 +216,9 @@ class Push(_Change):
     impulse: Vector | None = None
     """Impulse in the world, N s."""
     duration: Positive | None = None
-    """Simulation time for which it acts, s; required for a force, one tick by default for an impulse."""
+    """Duration of the force or impulse in simulation time, s; required for a force, by default one tick for an impulse."""
     at: Vector | None = None
-    """Point in the world at which it acts, m; by default the centre of mass."""
+    """Point of application in the world, m; by default the centre of mass."""
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Push:

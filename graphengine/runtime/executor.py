@@ -17,17 +17,17 @@ from graphengine.node.context.context import Context
 from graphengine.node.node_class import Ending, Node
 
 ContextFactory = Callable[[int], Context]
-"""The context of a node, by its index in the graph; each call gives a new one and closes the old one's handles."""
+"""Returns a new context for the node with an index in the graph; closes the handles of the node's old context."""
 
 Observed = Callable[[bool], None]
-"""Lets passes be observed from here on, or no longer."""
+"""Switches the observation of passes on or off."""
 
 
 class Predecessors(Protocol):
     """State of replaced nodes, which the new nodes of a changed graph take over."""
 
     def before_setup(self, index: int) -> bool:
-        """Restore the state that a node needs for its setup; return False if the node is not to be set up."""
+        """Restore the state that a node needs for its setup; return False to skip the setup."""
 
     def after_setup(self, index: int) -> None:
         """Restore the state that the setup of a node changed."""
@@ -62,7 +62,7 @@ class Executor:
         self._wired = {(wire.target, wire.target_field) for wire in graph.data_wires}
         self._failed: set[int] = set()
         self._active: dict[int, None] = {}
-        """Latent nodes; one that starts again keeps its place."""
+        """Active latent nodes in order of execution; a node that restarts keeps its position."""
         self._outputs_of_setup: dict[int, dict[str, Any]] = {}
         caught = (Exception,) if fault else (BadValueError,) if dropped else ()
         self._functions = codegen.bind(
@@ -78,7 +78,7 @@ class Executor:
         return self.nodes[self.graph.by_id(node_id).index]
 
     def save(self) -> Any:
-        """Return a copy of the state of all nodes, and of which nodes are active, stale or failed in setup."""
+        """Return a copy of the state of all nodes, including which ones are active, stale or failed in setup."""
         flags = {name: self._functions[name] for name in self._flags}
         outputs = {index: dict(values) for index, values in self._outputs_of_setup.items()}
         nodes = [self._call(index, node.save) for index, node in enumerate(self.nodes)]
@@ -109,7 +109,7 @@ class Executor:
         self._failed.update(failed)
 
     def _set_pins(self) -> None:
-        """Set the initial values of execution inputs: 0 if the generated code sets them for each compute, else a constant 1.
+        """Set the initial values of execution inputs: 0 if the generated code changes them, else a constant 1.
 
         In a push graph, all execution inputs except control pins are 1.
         """
@@ -181,14 +181,14 @@ class Executor:
         return index in self._failed
 
     def _all_copies(self) -> Iterable[Copy]:
-        """Return all value copies of the plan, each once."""
+        """Return all copies of values along wires in the plan, each once."""
         calls = [call for region in self.plan.regions for call in region.calls]
         copies = [copy for call in calls for copy in call.copies]
         copies += [copy for call in calls for refresh in call.refreshes for copy in refresh.copies]
         return dict.fromkeys([*self._constant_copies(), *copies])
 
     def _constant_copies(self) -> Iterable[Copy]:
-        """Yield the copies of values that are constant while the graph runs."""
+        """Yield the copies along wires whose values are constant while the graph runs."""
         yield from self.plan.constant_copies
         for refresh in self.plan.constants:
             yield from refresh.copies
@@ -200,7 +200,7 @@ class Executor:
             setattr(self.nodes[copy.target], copy.target_field, value)
 
     def _setup_node(self, index: int) -> None:
-        """Set up a node for the first time or again; outputs that setup writes are its initial outputs after each stop."""
+        """Set up a node, also repeatedly; the outputs that its setup writes become its outputs after each stop."""
         node = self.nodes[index]
         fields = [p.field for p in type(node).fields.values() if p.side == "outputs" and not p.is_exec]
         before = {field: getattr(node, field) for field in fields}
@@ -213,7 +213,7 @@ class Executor:
         """Set up a node after a wire changed an input that it reads in setup; the node does not compute until setup succeeds.
 
         Raises:
-            BadValueError: the session does not have what the input names.
+            BadValueError: the input has an illegal value, or the name of something that the session does not have.
         """
         self._failed.add(index)
         node = self.nodes[index]
@@ -270,10 +270,10 @@ class Executor:
             raise self.explain(index, error) from error
 
     def observe(self, wrap: Callable[[int, Callable[[], Any]], Callable[[], Any]]) -> Observed:
-        """Make a second pass in which wrapped functions compute the nodes; return the switch between both passes.
+        """Compile a second version of the pass, which calls a wrapper of each node's `compute`; return the switch to it.
 
         Args:
-            wrap: returns the wrapped function for a node's index and its `compute`.
+            wrap: takes a node's index and its `compute`, and returns the wrapper.
         """
         plain, functions = self._pass, self._functions
         computes = {index: wrap(index, functions[f"c{index}"]) for index in self.plan.order}
@@ -374,14 +374,14 @@ class Executor:
         self._run(self._functions["constants"])
 
     def _culprit(self, error: Exception) -> int | None:
-        """Return the index of the node whose generated code raised an exception; None if there is no such node."""
+        """Return the index of the node at which generated code raised an exception; None if it is unknown."""
         source = codegen.source_of(self.plan)
         frames = traceback.walk_tb(error.__traceback__)
         lines = [line for frame, line in frames if frame.f_code.co_filename == source.name]
         return source.node_at(lines[-1]) if lines else None
 
     def _end_branch(self, index: int, error: Exception) -> None:
-        """Report an exception of a node that ends only the node's branch."""
+        """Handle an exception that ends a node's branch: drop a bad value, or report the exception."""
         if not self._drop(index, error):
             self._report(index, error)
 
@@ -421,7 +421,7 @@ class Executor:
 
 
 def _by_target(copies: Iterable[Copy]) -> defaultdict[int, list[Copy]]:
-    """Group copies by the index of their target node."""
+    """Group copies of values along wires by the index of their target node."""
     incoming: defaultdict[int, list[Copy]] = defaultdict(list)
     for copy in copies:
         incoming[copy.target].append(copy)

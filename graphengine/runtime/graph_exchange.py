@@ -55,7 +55,7 @@ class Succession:
         named = {instance.id: instance for instance in before.instances}
         constant = {refresh.node for refresh in new.executor.plan.constants}
         self._heirs: dict[int, int] = {}
-        """Nodes that keep their state: index in the old graph by index in the new one."""
+        """Nodes that keep their state: maps the index in the new graph to that in the old one."""
         self._saved: dict[int, Any] = {}
         for instance in after.instances:
             other = named.get(instance.id)
@@ -92,11 +92,11 @@ class Succession:
 
     @property
     def name(self) -> str:
-        """Name of the graph."""
+        """Name of the changed graph, `robot/graph` if it belongs to a robot."""
         return self._new.name
 
     def set_up(self) -> None:
-        """Set the new run up.
+        """Set up the nodes of the new run, and copy the variables, mailboxes and state that they keep.
 
         Raises:
             GraphError: a node could not be set up.
@@ -116,14 +116,14 @@ class Succession:
                     box.restore(old_box.save())
 
     def before_setup(self, index: int) -> bool:
-        """Restore a node; return False if its setup failed before and its inputs are the same."""
+        """Restore a node; return False to skip the setup, because it failed before with the same inputs."""
         if index not in self._heirs:
             return True
         self._restore(index)
         return not self._new.executor.has_failed(index) or index in self._set_up_otherwise
 
     def after_setup(self, index: int) -> None:
-        """Restore a node again, unless its setup read changed inputs or files."""
+        """Restore a node's state, which its setup may have changed; skipped if setup read changed inputs or files."""
         if index not in self._heirs or index in self._set_up_otherwise:
             return
         context, other = self._new.contexts.of(index), self._old.contexts.of(self._heirs[index])
@@ -131,7 +131,7 @@ class Succession:
             self._restore(index)
 
     def _restore(self, index: int) -> None:
-        """Restore a node, except for inputs whose wires or value in the file changed; of a constant, restore only the inputs."""
+        """Restore a node except for inputs with a changed wire or file value; for a constant, restore inputs only."""
         before = self._heirs[index]
         node, other = self._new.executor.nodes[index], self._old.executor.nodes[before]
         inputs = [port for port in type(node).fields.values() if port.side == "inputs"]
@@ -157,7 +157,7 @@ class Succession:
 
 
 def _wires(graph: Graph) -> dict[tuple[int, str], list[object]]:
-    """Return the sources of the wires into each input, by node and field."""
+    """Return the sources of the wires to each input, by index of the node and field name."""
     found: dict[tuple[int, str], list[object]] = {}
     for wire in (*graph.data_wires, *graph.exec_wires):
         source = graph.instances[wire.source].id, wire.source_field, wire.converter

@@ -56,14 +56,14 @@ class GraphContexts:
         return self._contexts.get(index)
 
     def bound(self, below: str) -> str | None:
-        """Return the path of a node that uses a given prim or one below it; None if no node does."""
+        """Return the prim path of a node that uses the prim `below` or a descendant of it; None if there is none."""
         for context in self._contexts.values():
             if any(at_or_below(prim.path, below) for prim in context.asked.values()):
                 return context.prim_path
         return None
 
     def asked(self) -> Iterator[tuple[int, str, Prim]]:
-        """Yield the prims that nodes use: index of the node, the path it gave, and the prim."""
+        """Yield each prim that a node uses: index of the node, path as the node gave it, and prim."""
         for index, context in self._contexts.items():
             yield from ((index, path, prim) for path, prim in context.asked.items())
 
@@ -89,7 +89,7 @@ class GraphContexts:
 
 @dataclass(frozen=True, slots=True)
 class SavedGraph:
-    """The part of a checkpoint for one graph; `contexts` holds the contexts with which its nodes were set up."""
+    """The saved state of one graph; `contexts` has the context of each node, by which a later setup is noticed."""
 
     executor: Any
     variables: Mapping[str, Any]
@@ -99,7 +99,7 @@ class SavedGraph:
 
 @dataclass(slots=True, eq=False)
 class GraphRun:
-    """A graph in a session."""
+    """A graph that a session executes: its executor, variables and node contexts."""
 
     executor: Executor
     variables: dict[str, Variable]
@@ -122,7 +122,7 @@ class GraphRun:
         return self.executor.graph.runs == "physics_step"
 
     def describe_as(self, graph: Graph) -> None:
-        """Take file positions from a newer version of the same graph."""
+        """Use the file positions of a newer version of the same graph."""
         self.executor.graph = self.contexts.graph = graph
 
     def save(self) -> SavedGraph:
@@ -148,7 +148,7 @@ class GraphRun:
 
 
 def make_clock(world: World, *, on_step: bool = False) -> Clock:
-    """Return a clock that counts the ticks of a world, or its physics steps."""
+    """Return a clock that advances by a world's tick period, or with `on_step` by its physics step."""
     numerator, denominator = world.tick_period
     return Clock((numerator, denominator * (world.substeps if on_step else 1)))
 
@@ -156,7 +156,7 @@ def make_clock(world: World, *, on_step: bool = False) -> Clock:
 def make_graph_run(
     graph: Graph, services: Services, clock: Clock, fault: Callable[[NodeError], None] | None = None
 ) -> GraphRun:
-    """Create a run of a graph, not set up yet; `fault` receives exceptions of nodes, else the first one ends the run."""
+    """Create a run of a graph without setting it up; `fault` receives exceptions of nodes, which otherwise end the run."""
     dropped = services.dropped
 
     def drop(index: int, error: BadValueError) -> None:

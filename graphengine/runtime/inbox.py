@@ -13,7 +13,7 @@ class ExternalInputs:
     """Reads the wall clock of this machine and records nothing. The recorder and the replay are subclasses."""
 
     exact = False
-    """Whether a tick waits for its pictures at any pace, so that another run gets the same."""
+    """Whether ticks wait for camera images at any pace, so that a replay gets the same images."""
 
     @property
     def recorded_bytes(self) -> int | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 SLOWEST = 0.01
-"""Least factor of real time."""
+"""Smallest real-time factor."""
 
 
 class Pacer:

@@ -128,12 +128,12 @@ def _inputs(run: GraphRun, graph: str) -> Iterator[Parameter]:
 
 
 def _addressed(port: Port) -> str:
-    """Return the name of an input in an address, with its side if the name itself begins as one: `inputs:state:x`."""
+    """Return the name of an input for an address; `inputs:` precedes a name that starts like a side, as in `state:x`."""
     return f"inputs:{port.name}" if port.name.partition(":")[0] in SIDES else port.name
 
 
 def _settable(instance: Instance, port: Port) -> PortType | None:
-    """Return the type of a port that can be a parameter if it is not wired; None for other ports."""
+    """Return the type of a port if it can be a parameter while unwired; None for other ports."""
     if port.side != "inputs" or port.setup:
         return None
     kind = known_type(instance, port)
@@ -169,7 +169,7 @@ def _assign(at: GraphVariable, value: Any) -> Command:
 
 
 def _limits(kind: PortType, port: Port | None = None) -> tuple[float, float] | None:
-    """Return the smallest and largest legal number of a scalar; None if it lacks one, and for other types."""
+    """Return the smallest and largest legal number; None if one of them does not exist or the type is no scalar number."""
     if kind.array or kind.count > 1:
         return None
     low, high = (port.ge, port.le) if port is not None else (None, None)

@@ -19,8 +19,8 @@ class NodeProfile:
         path: `robot/graph/node`.
         type: registered name.
         runs: number of computes.
-        fired: number of computes that fired an execution output; for nodes that push, number of fired outputs.
-        seconds: wall time of the computes, s; for nodes that push, without the nodes downstream of their outputs.
+        fired: number of computes that fired an execution output; for nodes of kind `pusher`, number of fired outputs.
+        seconds: wall time of the computes, s; for nodes of kind `pusher`, without the nodes that their outputs run.
     """
 
     path: str

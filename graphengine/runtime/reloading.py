@@ -60,7 +60,7 @@ class Reloaded:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Return at most `MOST_NAMES` names, separated by commas, and the number of the others."""
+    """Return up to `MOST_NAMES` names, separated by commas, and the number of names left out."""
     more = len(names) - MOST_NAMES
     return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 

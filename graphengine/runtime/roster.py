@@ -10,7 +10,7 @@ from graphengine.format.spec import RobotUse
 
 
 class Roster:
-    """The robots of a session without a scene, so none; the subclass for scenes adds and removes robots."""
+    """Adds and removes robots. This base class is for a session without a scene, which has no robots."""
 
     @property
     def spawned(self) -> Sequence[str]:
@@ -41,7 +41,7 @@ class Roster:
         raise UnknownEntityError("a session without a scene has no robots")
 
     def save(self) -> Any:
-        """Return which robots the session has."""
+        """Return the set of robots of the session, for `restore`."""
 
     def restore(self, saved: Any) -> None:
         """Add and remove robots, so that the session has the same robots as when `save` was called.

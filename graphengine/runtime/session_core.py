@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 SessionState = Literal["stopped", "playing", "paused", "failed"]
 
 IDLE = 0.25
-"""Seconds between two looks at whether a run that is paused is to end, where no desk wakes it."""
+"""Time between two checks whether a paused run should end, s; used without a command queue, which would wake the run."""
 
 
 MAX_HELD = 1000
-"""Checkpoints that a session keeps for commands."""
+"""Maximum number of checkpoints that a session keeps for the command `restore`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class SavedSession:
     name: str
     of: SessionCore
     version: int
-    """Number of the version of the files that the session ran, and the version itself."""
+    """Version of the files that the session ran: its number and its content."""
     files: Any
     robots: Any
     state: Any
@@ -48,7 +48,7 @@ class SavedSession:
 class SessionCore:
     """Decides when ticks run. `commands` lists the other operations on a session between two ticks.
 
-    Not thread-safe: only `interrupt` may be called from another thread; use the desk for everything else. Within a tick, a
+    Not thread-safe: only `interrupt` may be called from another thread; all else goes through `desk`, the queue. Within a tick, a
     session refuses to step, to stop, and all changes.
 
     Args:
@@ -67,9 +67,9 @@ class SessionCore:
         """Number of the version of the files that the session runs."""
         self.state: SessionState = "stopped"
         self.inbox = ExternalInputs()
-        """Reads the wall clock and takes commands; to be exchanged before the first tick."""
+        """Reads the wall clock and receives commands; a recorder or replay replaces it before the first tick."""
         self.desk: Desk | None = None
-        """Where others ask for what can be done; with one, a run goes on while it is paused or stopped."""
+        """Queue for commands from other threads; with a queue, `run` continues while the session is paused or stopped."""
         self.findings: tuple[str, ...] = ()
         """Errors of changed files, which the session does not run: texts that begin with `path:line:column: `. Empty when the
         session runs the current files. The page and the terminal show them."""
@@ -78,7 +78,7 @@ class SessionCore:
         self.listeners: list[Callable[[], None]] = []
         """Called in the session's thread after each change that a command or a method makes between two ticks."""
         self.late_ticks = 0
-        """Number of ticks at a given pace that ended after the next one was due."""
+        """Number of ticks that ended after the next tick was due; only runs with a pace count them."""
         self._until = 0
         self.last = math.inf
         """Number of the tick after which `run` ends."""
@@ -88,7 +88,7 @@ class SessionCore:
         self._failure = ""
         self._checkpoints = 0
         self.held: dict[str, SavedSession] = {}
-        """Checkpoints that commands asked for, by name."""
+        """Checkpoints that the command `checkpoint` made, by name."""
 
     @property
     def graphs(self) -> Sequence[GraphRun]:
@@ -429,28 +429,28 @@ class SessionCore:
         self._set(self.state)
 
     def _begin_anew(self, *scopes: ResetScope, seed: int | None = None) -> None:
-        """Reset parts of the session; run the end-of-play actions of graphs before the time is reset."""
+        """Reset parts of the session; before the time is reset, run the nodes that fire at the end of playing."""
         if "time" in scopes:
             self.end_play()
             self._failure = ""
         self._ticker.begin_anew(*scopes, seed=seed)
 
     def _announce_jump(self, before: int, *, restored: bool = False) -> None:
-        """Publish the time if it is no longer that of the tick `before`; `restored`: a checkpoint was restored."""
+        """Let nodes announce the time if the tick number differs from `before`; `restored`: a checkpoint was restored."""
         if self.clock.frame != before:
             self._ticker.announce_time(restored=restored)
 
     def end_play(self, closing: Sequence[GraphRun] = ()) -> None:
-        """Run the actions of graphs for the end of playing, if the session played, and the closing actions of `closing`."""
+        """Run the nodes that fire at the end of playing if any tick ran; in graphs of `closing`, also those for closing."""
         if self.clock.frame:
             self._ticker.tell("at_stop", self.graphs)
         if closing:
             self._ticker.tell("at_close", closing)
 
     def end(self) -> None:
-        """Run the actions of graphs for the end of playing and for closing, once; no tick may run afterwards.
+        """Run the nodes that fire at the end of playing and at closing, once; no tick may run afterwards.
 
-        After an error no actions run, because an unfinished tick may have left inconsistent values.
+        After an error these nodes do not run, because an unfinished tick may have left inconsistent values.
         """
         if self._ended or self._failure:
             return

@@ -56,13 +56,13 @@ class Ticker:
     def __init__(self, services: Services, fault: Callable[[NodeError], None] | None = None) -> None:
         self.services = services
         self.clock = make_clock(services.world)
-        """Of the ticks."""
+        """Clock that counts ticks."""
         self.step_clock = make_clock(services.world, on_step=True)
-        """Of the physics steps inside of a tick."""
+        """Clock that counts physics steps."""
         self.count = 0
-        """Ticks that ran; those before a stop count too."""
+        """Number of ticks that have run, including those before a stop."""
         self.running = False
-        """Whether nodes are being run."""
+        """Whether nodes are being executed."""
         self._clamped: set[str] = set()
         self._fault = fault
         self._set_graphs(())
@@ -162,7 +162,7 @@ class Ticker:
 
     def _set_graphs(self, runs: Sequence[GraphRun]) -> None:
         self.graphs = runs
-        """In the order they run: the scene's, then each robot's."""
+        """Graphs in execution order: the scene's, then each robot's."""
         self._on_tick = [run.executor for run in runs if not run.on_physics_step]
         self._variables = [variable for run in runs for variable in run.variables.values()]
         self._on_step = [run.executor for run in runs if run.on_physics_step]
@@ -245,11 +245,11 @@ class Ticker:
         return self.clock, self.step_clock, services.world, services.network, services
 
     def tell(self, ending: Ending, graphs: Sequence[GraphRun]) -> None:
-        """Run the actions of graphs for an ending, and send their messages; an error in one graph does not affect the others."""
+        """Run the nodes that fire when play stops or graphs close; send their messages. Errors stay within their graph."""
         self._between_ticks(lambda executor: executor.run_ending(ending), graphs)
 
     def announce_time(self, *, restored: bool) -> None:
-        """Run the nodes that announce a jump of the time; `restored` as for `Executor.announce_time`."""
+        """Let nodes announce the time after it jumped; `restored` as for `Executor.announce_time`."""
         self._between_ticks(lambda executor: executor.announce_time(restored=restored), self.graphs)
 
     def _between_ticks(self, act: Callable[[Executor], None], graphs: Sequence[GraphRun]) -> None:
@@ -267,7 +267,7 @@ class Ticker:
             self.running = False
 
     def begin_anew(self, *scopes: ResetScope, seed: int | None = None) -> None:
-        """Return the world to its initial state; the scope `time` also resets clocks and graphs; `seed` replaces the seed."""
+        """Reset by scope: `state` resets bodies and joints, `time` resets commands, clocks and graphs; `seed` is a new seed."""
         services, world = self.services, self.services.world
         if seed is not None:
             services.seed = world.seed = seed

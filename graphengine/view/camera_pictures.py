@@ -50,7 +50,7 @@ class CameraPictures:
         self.error = ""
 
     def find(self, cameras: Sequence[Prim]) -> None:
-        """Collect pictures of these cameras from now on."""
+        """Select the cameras of which `take` collects pictures."""
         self._cameras = cameras
         self._job = None
         self._shown.clear()
@@ -117,6 +117,6 @@ class CameraPictures:
 
 
 def _small(pixels: Pixels) -> Pixels:
-    """Return every nth pixel, so that a picture is at most `WIDTH` wide."""
+    """Downsample a picture to at most `WIDTH` pixels in width, by taking every nth pixel."""
     step = -(-pixels.shape[1] // WIDTH)
     return np.ascontiguousarray(pixels[::step, ::step])

@@ -48,7 +48,7 @@ class Feed:
         listen: subscribes to a topic that a viewer selected; None: topics are not measured.
         findings: returns the findings of the scene's files; strings are rendered findings.
         definitions: message types.
-        read_only: whether viewers may only look.
+        read_only: whether viewers can watch but not send commands.
         playback: the recording that the session replays; None for a run.
         problems: problems of nodes so far; None to count from now on.
     """
@@ -127,7 +127,7 @@ class Feed:
             self._tell(time.monotonic())
 
     def _tell(self, now: float) -> None:
-        """Send a frame, and the content of panes if it is due."""
+        """Send a frame; also send new content of panes if an update of the panes is due."""
         self._next = now + PERIOD
         poses = self._session.services.world.poses()
         self._tell_scene(len(poses))
@@ -163,7 +163,7 @@ class Feed:
             self._topics.end()
 
     def forget_costs(self) -> None:
-        """Do not count the ticks since the last frame in the costs of nodes."""
+        """Leave the executions since the last frame out of the computing times of nodes."""
         self._costs.forget()
 
     def _tell_loss(self) -> None:

@@ -79,7 +79,7 @@ class SceneLayers:
         lidars: all lidars.
         cameras: one camera of each rig.
         entities: robots and objects that can be moved.
-        read_only: whether viewers may only look.
+        read_only: whether viewers can watch but not send commands.
     """
 
     frames: Sequence[Mount] = ()

@@ -1,4 +1,4 @@
-"""Reads from a session what the layers of the 3D part show in addition to bodies."""
+"""Reads the data of the 3D part's layers from a session: frames, lidars, cameras, contacts and the occupancy map."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ class Layers:
     Args:
         session: session to show; a reload may replace its world.
         make_floor: makes the occupancy map of the session's scene.
-        read_only: whether viewers may only look.
+        read_only: whether viewers can watch but not send commands.
     """
 
     def __init__(self, session: SessionCore, make_floor: Callable[[], FloorMap], *, read_only: bool = False) -> None:
         self._session = session
         self._read_only = read_only
         self._world: object = None
-        """The world that the lidars are of."""
+        """World to which the lidars in `_lidars` belong."""
         self._lidars: dict[str, Lidar] = {}
         self._pictures = CameraPictures(session)
         self._make_floor = make_floor
@@ -79,7 +79,7 @@ class Layers:
         )
 
     def _find_sensors(self) -> tuple[Sequence[Prim], Sequence[Prim]]:
-        """The lidars and cameras of the world, which are read from now on."""
+        """Return the lidars and cameras of the current world, and read these in later frames."""
         services = self._session.services
         self._world, lidars = services.world, list(services.stage.prims("lidar"))
         self._lidars = {prim.path: services.world.device(Lidar, prim) for prim in lidars}

@@ -17,7 +17,7 @@ _RENDERED = re.compile(
 
 
 def finding_rows(findings: Sequence[Finding | str]) -> list[Mapping[str, Any]]:
-    """Return severity, code, message, place and help of each finding, errors first; a string is a rendered finding."""
+    """Return severity, code, message, position and help of each finding, errors first; a finding may be rendered text."""
     rows = [_row(finding) if isinstance(finding, Finding) else _row_of_text(finding) for finding in findings[:MOST]]
     return sorted(rows, key=lambda row: ("error", "warning", "note").index(row["severity"]))
 

@@ -20,7 +20,7 @@ from graphengine.runtime.profile import Profile
 from graphengine.view.wire import GraphDetails
 
 MOST_ELEMENTS, LONGEST_TEXT = 8, 200
-"""Of an array and of a text that are written out."""
+"""Maximum number of elements of an array, and of characters of a text, that are shown in full."""
 
 
 class NodeCosts:
@@ -33,11 +33,11 @@ class NodeCosts:
         self._counted: dict[str, tuple[int, int, float]] = {}
 
     def end(self) -> None:
-        """Stop timing nodes."""
+        """Stop timing nodes; the next `since_last` starts again."""
         self._profile.end()
 
     def forget(self) -> None:
-        """Do not count executions since the last call."""
+        """Leave the executions up to now out of the next result of `since_last`."""
         self._counted |= {node.path: (node.runs, node.fired, node.seconds) for node in self._profile.nodes()}
 
     def since_last(self, ticks: int, runs: Sequence[GraphRun]) -> Mapping[str, Mapping[str, tuple[int, int, float]]]:
@@ -120,7 +120,7 @@ def _nodes_of(graph: Graph, folder: str) -> dict[str, dict[str, Any]]:
 
 
 def place_of(span: Span, folder: str = "") -> dict[str, str]:
-    """Return a place as shown, and as `path:line` for editors: with the absolute path, or the path below `folder`."""
+    """Return a file position in short form for display, and as `path:line` for editors; `folder` is cut off from the path."""
     path = span.source.path.removeprefix(folder)
     absolute = os.path.abspath(path) if path == span.source.path else path
     return {"place": near(str(span).removeprefix(folder)), "copy": f"{absolute}:{span.line}"}

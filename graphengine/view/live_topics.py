@@ -28,10 +28,10 @@ class Newest(Protocol):
 
     @property
     def latest_data(self) -> bytes | None:
-        """The newest message as serialized CDR data."""
+        """The newest message as serialized CDR data; None before the first message."""
 
     def close(self) -> None:
-        """Unsubscribe."""
+        """Unsubscribe from the topic."""
 
 
 Listen = Callable[[str], Newest]

@@ -52,7 +52,7 @@ class NodeProblems:
         return self.dropped.ticks if self.dropped is not None else {}
 
     def keep(self, graphs: Sequence[str]) -> None:
-        """Forget the nodes of all graphs except those with these prim paths: the others were removed."""
+        """Remove the problems of nodes whose graph is not among these prim paths, because the graph was removed."""
         self._graphs = tuple(f"{graph}/" for graph in graphs)
         for node in [node for node in self._texts if not node.startswith(self._graphs)]:
             del self._texts[node]

@@ -16,7 +16,7 @@ from typing import Any
 from graphengine.format.errors import UsageError
 
 ALLOWED = 20.0
-"""Seconds in which the page has to come up."""
+"""Maximum wait for the page to start, s."""
 FAREWELL = 1.0
 """Maximum wall time that `close` waits until all data are sent, s."""
 
@@ -24,7 +24,7 @@ FAREWELL = 1.0
 class Page:
     """The process of a page, with one thread that writes to it and one that reads from it.
 
-    Objects are queued after a tick; of frames only the newest one waits.
+    The queue keeps all objects in order, but only the newest frame.
 
     Args:
         host: address of the page.
@@ -127,7 +127,7 @@ class Page:
         self.lost = not self._closed
 
     def close(self, last: object = None) -> None:
-        """Send the pending objects and a last one, and end the process; safe to call twice."""
+        """Send the pending objects and then `last`, and end the process; safe to call twice."""
         with self._news:
             self._waiting += [one for one in (self._frame, last) if one is not None and not self._closed]
             self._frame = None

@@ -29,7 +29,7 @@ from graphengine.view.scene.scene3d import Scene3D
 from graphengine.view.wire import Answer, Ended, GraphDetails, LiveScene, LiveState, PaneContent, TopicMessage
 
 WHAT = ("command", "look", "select", "topics", "drive", "playback", "gone")
-"""What viewers may ask."""
+"""Requests of viewers that are passed to the run."""
 CAMERA = np.array([-2.5, -2.5, 1.8])
 """First position of a viewer's camera, seen from the first robot, m."""
 OF_SCENE = -1
@@ -58,7 +58,7 @@ class PageProcess:
         self._tell({"viewer": OF_SCENE, "ask": "show", "viewers": len(self.server.viewers), "layers": layers})
 
     def _command(self, client: int, name: str, arguments: Mapping[str, Any]) -> None:
-        """Send a command of a viewer of the 3D part; `client` is viser's number."""
+        """Send a command from the 3D part; `client` is the viewer's client id in viser."""
         self._tell({"viewer": OF_SCENE, "ask": "command", "id": client, "command": name, "arguments": arguments})
 
     def _ask(self, viewer: Viewer, message: Mapping[str, Any]) -> None:
@@ -117,7 +117,7 @@ class PageProcess:
         self._show("stage", shown)
 
     def _place_camera(self, focus: NDArray[np.float64]) -> None:
-        """Let new viewers look at a point; by the address too, as messages would turn the camera after the first picture only."""
+        """Point the cameras of new viewers at a position; the URL has it too, because viser applies it before its messages."""
         camera = self.server.viser.initial_camera
         camera.position, camera.look_at = focus + CAMERA, focus
         position, look_at = (",".join(f"{part:.3f}" for part in one) for one in (focus + CAMERA, focus))
@@ -169,7 +169,7 @@ def _plain(value: Any) -> Any:
 
 
 def main() -> None:
-    """Serve the page."""
+    """Serve the page until the run ends; the arguments are the socket's file descriptor, the host and the port."""
     # A viewer may disconnect while the camera is set.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection")
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the run, whose end ends this process

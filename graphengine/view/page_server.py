@@ -1,8 +1,8 @@
 """Serves everything of the page on one port: its files, viser's 3D part, and the live values.
 
 viser opens its port itself: on all interfaces, for everyone, with messages of up to 50 MB, and each client can request a public
-tunnel. So its server uses `serve` of this module instead of websockets': it binds to one address, lets the guard check each
-request, and limits messages and viewers. Nothing else of viser is changed, and it opens no other port.
+tunnel. So this module replaces the function of websockets with which viser opens its port: the replacement binds to one address,
+lets the guard check each request, and limits messages and viewers. Nothing else of viser is changed, and it opens no other port.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ MAX_VIEWERS = 8
 FAREWELL = 1.0
 """Maximum wall time for sending the last message to viewers, s."""
 MAX_MESSAGE = 1_000_000
-"""Bytes of a message from a browser."""
+"""Maximum size of a message from a browser, bytes."""
 MAX_UNREAD = 8_000_000
-"""Size of the answers that a viewer has not read from which on it is disconnected, characters."""
+"""Size of unread answers above which a viewer is disconnected, characters."""
 EVERY_ADDRESS = ("0.0.0.0", "::")
 SCENE, FEED = "/3d", "/feed"
 """Paths of viser's page and socket, and of the feed's socket."""
@@ -115,7 +115,7 @@ class PageServer:
         self.start = ""
         """Query for viser's page, which tells a new viewer's camera its first pose."""
         self._sockets: Counter[bool] = Counter()
-        """Number of sockets of the feed, and of viser."""
+        """Number of open WebSocket connections: of the feed (True) and of viser (False)."""
         self._socket = _listen(host, port)
         self.port = self._socket.getsockname()[1]
         hosts = [f"[{name}]:{self.port}" if ":" in name else f"{name}:{self.port}" for name in _names(host)]
@@ -174,7 +174,7 @@ class PageServer:
     # In the server's thread
 
     def _serve(self, handler: Handler, host: str, port: int, **options: Any) -> Any:
-        """Stand in for `websockets.asyncio.server.serve`."""
+        """Replace `websockets.asyncio.server.serve` for viser: check requests, limit viewers, and serve the feed too."""
         show = options.pop("process_request")
         self._loop = asyncio.get_running_loop()
 
@@ -197,7 +197,7 @@ class PageServer:
         return _original(handle, sock=self._socket, **options)
 
     def _answer(self, request: Request) -> Response | None:
-        """Return the page's own response to a request; None leaves it to viser."""
+        """Return the page's own response to a request; None leaves the request to viser."""
         verdict = self._guard.check(request.path, request.headers)
         if isinstance(verdict, Refusal):
             return _response(verdict.status, "text/plain", f"{verdict.reason}\n".encode())
@@ -269,7 +269,7 @@ def _response(status: int, kind: str, body: bytes, **headers: str) -> Response:
 
 
 def _names(host: str) -> list[str]:
-    """Return the names under which a page on an address can be reached; the first one is shown to the user."""
+    """Return the host names by which the page can be reached; the first one is shown to the user."""
     if host in EVERY_ADDRESS:
         return [socket.gethostname(), "localhost"]
     return [host, "localhost"] if ipaddress.ip_address(host).is_loopback else [host]
@@ -292,7 +292,7 @@ _original = websocket_server.serve
 
 @contextlib.contextmanager
 def _served_by(serve: Callable[..., Any]) -> Iterator[None]:
-    """Make viser open its port with another function, which it looks up by this name."""
+    """Return a context in which viser opens its port with `serve` instead of the function of websockets."""
     build = _client_autobuild.ensure_client_is_built
     websocket_server.serve = serve  # type: ignore[assignment, misc]
     _client_autobuild.ensure_client_is_built = lambda: None  # which would download Node.js if dates of files look wrong

@@ -14,11 +14,11 @@ from graphengine.view.page_client import Page
 from graphengine.view.wire import Answer
 
 MAX_ASKED = 1000
-"""Messages of viewers that wait for the end of a tick; older ones are lost."""
+"""Maximum number of waiting requests of viewers; beyond it, the oldest are discarded."""
 LONGEST_NAME = 1000
 """Maximum length of a name in a viewer's request, characters."""
 DEAD_MAN = 0.5
-"""Seconds of wall time after which a robot stops that no viewer drives any more."""
+"""Wall time without drive commands after which a robot stops, s."""
 
 
 class Driver(Protocol):
@@ -48,10 +48,10 @@ class RecordingControls(Protocol):
         """
 
     def facts(self) -> Mapping[str, Any]:
-        """Return facts for the page as JSON values: `recording`, and values that replace facts of the session."""
+        """Return status values for the page as JSON: `recording`, and values that replace those of `RunStatus`."""
 
     def marks(self) -> Sequence[Mapping[str, Any]]:
-        """Return the events found so far; the list only grows."""
+        """Return the events of the recording that were found so far; the list only grows."""
 
 
 class Viewers:
@@ -60,7 +60,7 @@ class Viewers:
     Args:
         desk: queue for their commands.
         driver: publishes their drive commands.
-        read_only: whether viewers may only look.
+        read_only: whether viewers can watch but not send commands.
         playback: controls of the shown recording; None for a run.
 
     Attributes:
@@ -86,7 +86,7 @@ class Viewers:
         self._read_only = read_only
         self._playback = playback
         self._driven: dict[str, float] = {}
-        """When a viewer last drove on a topic, s of wall time."""
+        """Wall time of the last drive command by topic, s."""
         self._asked: deque[Mapping[str, Any]] = deque(maxlen=MAX_ASKED)
 
     def ask(self, asked: Mapping[str, Any]) -> None:
@@ -99,7 +99,7 @@ class Viewers:
         return bool(self._asked)
 
     def obey(self, page: Page, now: float) -> None:
-        """Execute the requests since the last call, and stop robots that are no longer driven."""
+        """Execute the waiting requests, and stop robots without a drive command for `DEAD_MAN` s."""
         while self._asked:
             self._obey(page, self._asked.popleft(), now)
         for topic, driven in list(self._driven.items()):
@@ -131,7 +131,9 @@ class Viewers:
         elif self._playback is not None:
             self._play(page, self._playback, asked)
         elif self._read_only:
-            page.tell(Answer(viewer, {"id": asked.get("id"), "error": "this page is for looking only"}))
+            page.tell(
+                Answer(viewer, {"id": asked.get("id"), "error": "this page is read-only: it cannot send commands"})
+            )
         elif what == "drive":
             self._drive(page, asked, now)
         elif what == "command":

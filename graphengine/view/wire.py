@@ -63,10 +63,10 @@ class LiveState:
 
     Attributes:
         facts: fields of a `RunStatus` as JSON values.
-        poses: poses of all bodies, shape (bodies, 7).
+        poses: position (m) and quaternion (x, y, z, w) of each body, shape (bodies, 7).
         layers: data of the shown layers of the 3D part.
-        values: text of each port and variable of the selected graphs, by `graph`, then `Node.side:port` or `variable:name`.
-        nodes: executions, firings and microseconds per execution since the last frame, by graph and node, likewise.
+        values: short value of each port and variable of the selected graphs, by graph, then `Node.side:port` or `variable:name`.
+        nodes: executions, firings and microseconds per execution since the last frame, by selected graph, then node.
         robots: pose and velocity of the selected robots, by name.
     """
 

@@ -375,7 +375,7 @@ def test_a_part_that_nobody_knows_is_told_with_the_whole(tmp_path: Path) -> None
     ("text", "fault"),
     [
         ("int32 a\nint32 1b\nfloat64", ":2: 'int32 1b' is not a definition of a field or constant"),
-        ("float a", "'a' has no type 'float'\ndid you mean 'float32' or 'float64'?"),
+        ("float a", "'a' has the unknown type 'float'\ndid you mean 'float32' or 'float64'?"),
         ("int32 a b", "a cannot be 'b'"),
         ("int32", ":1: 'int32' is not a definition"),
         ("int32 Upper", "the field name 'Upper' is not legal"),

@@ -209,7 +209,7 @@ def test_files_of_the_working_directory_are_no_modules_of_the_page(
 
 def test_a_page_for_looking_takes_no_commands(sim: ge.Session) -> None:
     answer = viewed(sim, lambda viewer: viewer.command("pause"), read_only=True)
-    assert answer["error"] == "this page is for looking only"
+    assert answer["error"] == "this page is read-only: it cannot send commands"
 
 
 def test_what_viewers_did_is_recorded_and_replayed(tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ TYPE = "simulation_interfaces/action/SimulateSteps"
 
 
 class _Goal(TrackedGoal):
-    """A number of steps to run."""
+    """A goal with the number of steps to run and the number already run."""
 
     def __init__(self, identity: bytes, steps: int) -> None:
         super().__init__(identity)
@@ -48,7 +48,7 @@ class SimulateSteps:
     def __init__(self, desk: Desk, transport: Transport, offers: Offers, name: str) -> None:
         self._desk = desk
         self._lock = threading.RLock()
-        """Held while goals are read or changed, because several threads access them."""
+        """Lock for the goals, which several threads access."""
         self._goals: Goals[_Goal] = Goals(TYPE)
         self._closed = False
         parts = goals.parts(name, TYPE)

@@ -20,26 +20,26 @@ from graphengine.runtime.session_core import SessionCore
 WORLD = "world"
 INVALID_POSE_OF_STATE = 101
 FARTHEST = 1e6
-"""From the origin, m."""
+"""Maximum absolute value of a coordinate of a position, m."""
 _TOLERANCE = 0.01
-"""How far from 1 the length of a quaternion may be, as tf2 has it."""
+"""Maximum difference between a quaternion's norm and 1, as in tf2."""
 _CATEGORIES: Mapping[EntityKind, int] = {"object": 0, "robot": 1, "static": 5}
 _KNOWN_CATEGORIES = (0, 1, 2, 4, 5)
 
 
 def get_entities(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer GetEntities."""
+    """Answer GetEntities with the names of the entities that match the filters."""
     response.entities = [entity.name for entity in _matching(session, request.filters)]
 
 
 def get_entities_states(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer GetEntitiesStates."""
+    """Answer GetEntitiesStates with names and states of the entities that match the filters."""
     get_entities(session, request, response)
     response.states = [_state(session, name) for name in response.entities]
 
 
 def get_entity_state(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer GetEntityState."""
+    """Answer GetEntityState with pose, velocity and acceleration of an entity in the world frame."""
     response.state = _state(session, request.entity)
 
 
@@ -62,7 +62,7 @@ def set_entity_state(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def delete_entity(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer DeleteEntity."""
+    """Answer DeleteEntity: remove a robot; entities of the world file cannot be deleted."""
     entity = _entity(session, request.entity)
     if session.services.stage.find(entity.prim_path).kind != "robot":
         why = "is part of the world file: only robots of the scene can be deleted"
@@ -71,7 +71,7 @@ def delete_entity(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def get_entity_info(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer GetEntityInfo."""
+    """Answer GetEntityInfo with the info that a client has set, else with the category only."""
     response.info = _info(session, _entity(session, request.entity))
 
 
@@ -93,7 +93,7 @@ def get_entity_bounds(session: SessionCore, request: Any, response: Any) -> None
 
 
 def pose_in_world(session: SessionCore, stamped: Any, invalid: int) -> Pose:
-    """Return a PoseStamped in the world frame; its own frame is `world` or the name of an entity.
+    """Transform a PoseStamped to the world frame; its frame is `world`, empty, or the name of an entity.
 
     Raises:
         RefusedError: the frame or the pose is invalid; the error has the code `invalid`.
@@ -156,7 +156,7 @@ def _entity(session: SessionCore, name: str) -> Entity:
 
 
 def _info(session: SessionCore, entity: Entity) -> Any:
-    """Return the EntityInfo that a client has set, else one with the category."""
+    """Return the EntityInfo that a client has set, else one with the category only."""
     given = session.services.stage.find(entity.prim_path).facts.get("entity_info")
     if given is not None:
         return given

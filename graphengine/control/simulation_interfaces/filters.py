@@ -13,9 +13,9 @@ from graphengine.devices.entity import Box
 
 MAX_PATTERN = 1000
 MAX_UNROLLED = 100_000
-"""Characters of an expression whose counted repetitions are written out, as they are before it is used."""
+"""Maximum length of a regular expression after its counted repetitions are expanded, as the library does, characters."""
 PATIENCE = 0.1
-"""Seconds that all names together may take: an expression can be made to take for ever."""
+"""Maximum time for matching all names, s; malicious expressions could take forever."""
 EMPTY, BOX, CONVEX_HULL, SPHERE = range(4)
 _ALL = 1
 """`TagsFilter.FILTER_MODE_ALL`."""
@@ -45,7 +45,7 @@ def name_filter(pattern: str, names: Sequence[str]) -> list[str]:
 
 
 def _repetitions(pattern: str) -> int:
-    """Return the maximum number of times that counted repetitions expand a part of a pattern, as if all were nested."""
+    """Return an upper bound of the factor by which counted repetitions such as `{3}` expand a pattern."""
     counts = (re.findall(r"[0-9]+", braces) for braces in re.findall(r"\{[^{}]*\}", pattern))
     return math.prod(max(*map(int, found), 1) for found in counts if found)
 

@@ -16,17 +16,17 @@ from graphengine.format.spec_reader import kind_of
 from graphengine.scene.loaded_scene import LoadedScene
 
 FORMATS = ("urdf", "xacro", "mjcf", "graphengine")
-"""As SimulatorFeatures lists them; the last are robot files."""
+"""Resource formats in SimulatorFeatures; `graphengine` stands for robot files."""
 UNSUPPORTED_FORMAT, NO_RESOURCE = 103, 104
 _SUFFIXES = (".urdf", ".xacro", ".xml", ".yaml", ".yml")
 _NAMED = re.compile(r"<(?:robot\b[^>]*?\bname|mujoco\b[^>]*?\bmodel)\s*=\s*[\"']([^\"']*)[\"']")
 _LISTED = tuple(suffix for suffix in _SUFFIXES if suffix != ".xml")
-"""An MJCF file may well be a world."""
+"""Suffixes of the files that `spawnables` lists, without MJCF files, which may contain worlds."""
 MAX_LISTED = 1000
 
 
 def use_of(scene: LoadedScene, uri: str, text: str) -> str:
-    """Return the `use` of a robot in a scene file for a resource; if both are given, the URI counts.
+    """Return the value for `use` in a scene file that refers to a resource; `text` is used only without `uri`.
 
     Raises:
         RefusedError: neither is given, the format is not supported, or no readable file has this name.
@@ -64,9 +64,9 @@ def name_of(use: str) -> str:
 
 
 def spawnables(scene: LoadedScene, sources: Sequence[str]) -> tuple[list[tuple[str, str]], list[str]]:
-    """Return URIs and descriptions of what can be spawned, and the given sources that are not readable folders.
+    """Return URI and description of each spawnable resource, and the given sources that are not readable folders.
 
-    Lists robot files and descriptions in the folder of the scene, in its subfolder `robots`, in `sources`, and the included ones.
+    Lists robot files and robot descriptions in the folder of the scene, its subfolder `robots`, `sources`, and the built-in ones.
     """
     files, beside = _places(scene)
     folders = {Path(): beside, Path("robots"): beside / "robots"}
@@ -86,7 +86,7 @@ def spawnables(scene: LoadedScene, sources: Sequence[str]) -> tuple[list[tuple[s
 
 
 def _places(scene: LoadedScene) -> tuple[Files, Path]:
-    """Return the readable files, and the folder to which names are relative."""
+    """Return the access to files that the scene may read, and the folder of the scene for relative names."""
     assert scene.world is not None
     scenery = scene.world.scenery
     return scenery.library.files, scenery.scene.folder

@@ -24,12 +24,12 @@ from graphengine.scene.loaded_scene import LoadedScene
 PACKAGE = "simulation_interfaces"
 
 _LEFT_OUT = ("get_available_worlds", "load_world", "unload_world", "get_named_poses", "get_named_pose_bounds")
-"""Services that say so, which is better than to let callers wait: a session has one world, and a scene names no poses."""
+"""Unsupported services, offered so that calls fail instead of waiting: a session has one world and no named poses."""
 _SPAWNING = 0
-"""Code of SimulatorFeatures."""
+"""SimulatorFeatures code for spawning entities."""
 
 Answer = Callable[[SessionCore, Any, Any], None]
-"""Fills in an answer, in the session's thread; what it raises becomes the answer's result."""
+"""Fills in a response in the session's thread; an exception becomes the result code of the response."""
 
 
 class SimulationInterfaces:
@@ -55,7 +55,7 @@ class SimulationInterfaces:
         self._above = namespace.rstrip("/")
         self._offers = Offers(transport, complain)
         self._features: list[int] = []
-        """Codes of SimulatorFeatures that what is offered here stands for."""
+        """SimulatorFeatures codes that the offered services provide."""
         missing: list[str] = []
         for name, (answer, features) in self._services(scene).items():
             try:
@@ -100,7 +100,7 @@ class SimulationInterfaces:
         return {**services, **of_scenes, **dict.fromkeys(left_out, (_refuse, ()))}
 
     def _get_features(self, session: SessionCore, request: Any, response: Any) -> None:
-        """Answer GetSimulatorFeatures."""
+        """Answer GetSimulatorFeatures with the features, the formats of resources and the version."""
         response.features.features = np.array(sorted(self._features), np.uint16)
         response.features.spawn_formats = list(FORMATS) if _SPAWNING in self._features else []
         response.features.custom_info = f"graphengine {__version__}; a step is a tick of {session.clock.delta:g} s"
@@ -120,12 +120,12 @@ class SimulationInterfaces:
 
 
 def _refuse(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer a request for an unsupported feature."""
+    """Refuse any request with the result code for unsupported features."""
     raise RefusedError(UNSUPPORTED, "not supported by this simulator, or by a session without a scene")
 
 
 def _finish(response: Any, error: BaseException | None) -> None:
-    """Write the outcome of a request into its response."""
+    """Write the result code and the error text of a request into its response."""
     result = getattr(response, "result", None)
     if result is None:  # get_simulator_features cannot fail
         return

@@ -32,7 +32,7 @@ class Spawning:
         self._scene = scene
 
     def spawn_entity(self, session: SessionCore, request: Any, response: Any) -> None:
-        """Answer SpawnEntity."""
+        """Answer SpawnEntity: add a robot; return its name, and a warning if it overlaps other entities."""
         name, warning = self._spawn(session, request, request.uri, request.resource_string)
         response.entity_name, response.result.error_message = name, warning
 
@@ -58,7 +58,7 @@ class Spawning:
             raise RefusedError(_SOME_FAILED, f"{failed} of {len(request.spawn_requests)} entities could not be spawned")
 
     def get_spawnables(self, session: SessionCore, request: Any, response: Any) -> None:
-        """Answer GetSpawnables."""
+        """Answer GetSpawnables with the resources that can be spawned, and a message about unreadable sources."""
         found, unknown = spawnables(self._scene, request.sources)
         for uri, description in found:
             spawnable = DEFINITIONS.initial("simulation_interfaces/msg/Spawnable")
@@ -69,7 +69,7 @@ class Spawning:
             response.result.error_message = f"not folders that may be read: {names}"
 
     def get_current_world(self, session: SessionCore, request: Any, response: Any) -> None:
-        """Answer GetCurrentWorld."""
+        """Answer GetCurrentWorld with name, description and world file of the scene."""
         assert self._scene.world is not None
         spec = self._scene.world.scenery.scene.spec
         response.world.name = spec.scene
@@ -96,7 +96,7 @@ class Spawning:
 
 
 def _free_name(session: SessionCore, wanted: str, *, allow_renaming: bool) -> str:
-    """Return an unused name: the wanted one if possible."""
+    """Return the wanted name if it is unused; otherwise append a number if renaming is allowed, or raise RefusedError."""
     if not wanted and not allow_renaming:
         raise RefusedError(_NAME_INVALID, "give a name, because the resource has none, or allow renaming")
     name = wanted or "entity"
@@ -113,7 +113,7 @@ def _free_name(session: SessionCore, wanted: str, *, allow_renaming: bool) -> st
 
 
 def _namespace(wanted: str) -> str | None:
-    """Return the namespace of a robot; None for that of its file."""
+    """Check the namespace for a robot; return None for an empty one, so that the robot file's namespace is used."""
     if "{" in wanted:
         raise RefusedError(_NAMESPACE_INVALID, f"{wanted[:200]!r} is not a ROS 2 namespace")
     return wanted or None

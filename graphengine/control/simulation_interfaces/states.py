@@ -11,14 +11,14 @@ from graphengine.runtime.session_core import SessionCore
 
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
 _STATES = {"stopped": STOPPED, "playing": PLAYING, "paused": PAUSED, "failed": PAUSED}
-"""The service has no state for a session that failed; such a one refuses to play."""
+"""States of the service; it has none for a failed session, which is reported as paused."""
 _COMMANDS: dict[int, type[Command]] = {STOPPED: Stop, PLAYING: Play, PAUSED: Pause, QUITTING: Stop}
 _ALREADY, _TRANSITION_FAILED, _INCORRECT_TRANSITION = 101, 102, 103
 _SCOPES: dict[int, Scope] = {1: "time", 2: "state", 4: "spawned"}
 
 
 def get_state(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer GetSimulationState."""
+    """Answer GetSimulationState; a failed session is reported as paused."""
     response.state.state = _STATES[session.state]
 
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
 
 Address = tuple[str, int]
-"""Host and port to listen at; port 0 takes any free port."""
+"""Host and port to listen on; port 0 selects a free port."""
 
 
 def open_server(address: Address, name: str, definitions: Definitions) -> FoxgloveServer:

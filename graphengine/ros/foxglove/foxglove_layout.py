@@ -8,9 +8,9 @@ from typing import Any
 from graphengine.messages.endpoints import EndpointClaim
 
 MOST = 4
-"""Panels of one kind; a layout with more is hard to read."""
+"""Maximum number of panels of the same type, to keep the layout readable."""
 SPEED, TURN, RATE = 0.5, 0.5, 10.0
-"""Of the buttons to drive: m/s, rad/s and messages a second."""
+"""Forward speed (m/s), turn rate (rad/s) and publishing rate (Hz) of the drive buttons."""
 
 _IN_SPACE = frozenset(
     f"{package}/msg/{name}"
@@ -22,11 +22,11 @@ _IN_SPACE = frozenset(
     }.items()
     for name in names
 )
-"""Message types that the 3D panel draws, beside transforms, which it always takes."""
+"""Message types that the 3D panel draws in addition to transforms."""
 _PICTURES = frozenset({"sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image"})
 _CALIBRATION, _ODOMETRY, _TWIST = "sensor_msgs/msg/CameraInfo", "nav_msgs/msg/Odometry", "geometry_msgs/msg/Twist"
 _DESCRIPTION = "/robot_description"
-"""End of the names of topics with a URDF."""
+"""Suffix of the names of topics that carry a URDF."""
 
 
 def foxglove_layout(claims: Iterable[EndpointClaim]) -> dict[str, Any]:

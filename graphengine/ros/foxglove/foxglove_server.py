@@ -26,13 +26,13 @@ from graphengine.ros.transport import Deliver
 
 ENCODING = "cdr"
 BACKLOG = 256
-"""Messages that wait for a client; a client that reads more slowly misses the oldest."""
+"""Maximum number of messages queued for a client; a slow client misses the oldest ones."""
 CLOSING = 1.0
-"""Seconds to wait for clients at the end; the SDK alone would wait for ever for a client that does not read."""
+"""Maximum wait for clients at `close`, s; the SDK itself would wait forever for a client that does not read."""
 MAX_KEPT = 1000
-"""Latched messages that are kept of an endpoint with the history keepAll."""
+"""Maximum number of latched messages kept for an endpoint with the history keepAll."""
 MAX_PUBLISHED = 1000
-"""Topics that all clients together may advertise."""
+"""Maximum number of topics that all clients together may advertise."""
 
 
 class ServedEnd:
@@ -50,7 +50,7 @@ class ServedEnd:
         depth = self.qos.depth if self.qos.history == "keepLast" else MAX_KEPT
         self.kept: deque[bytes] = deque(maxlen=depth if self.qos.durability == "transientLocal" else 0)
         self.served: ServedTopic | None = None
-        """The topic of the server; None before the end enters it, and after it has left."""
+        """Topic of the server; None before `enter` adds this endpoint to it, and after `leave`."""
 
     @property
     def wanted(self) -> bool:
@@ -76,7 +76,7 @@ class ServedReader(ServedEnd):
     def __init__(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> None:
         super().__init__(topic, message_type, qos)
         self.malformed = 0
-        """Messages of clients that were dropped because they are none of the type."""
+        """Number of messages from clients that were dropped because they cannot be decoded."""
         self._deliver = deliver
         self._delivering = threading.RLock()
 
@@ -143,9 +143,9 @@ class FoxgloveServer(ServerListener):
         self._closed = False
         self._lock = threading.RLock()
         self._topics: dict[tuple[str, str], ServedTopic] = {}
-        """By topic and type."""
+        """Served topics by name and type."""
         self._published: dict[tuple[int, int], Endpoint] = {}
-        """What clients publish, by the numbers of the client and of its channel."""
+        """Publishers of clients, by the ids of the client and of its channel."""
         self._context = Context()
         host, port = address
         try:

@@ -1,4 +1,4 @@
-"""A transport whose topics Foxglove also sees: its clients count as additional readers and writers; services are unchanged."""
+"""Wraps a transport so that Foxglove clients also read and write its topics; services are unchanged."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class FoxgloveTransport:
     """A transport that also shows its topics to Foxglove, and delivers messages that Foxglove clients publish.
 
     Args:
-        inner: transport for everything else; closed together with this one.
-        server: server, which may serve several transports; its opener closes it.
+        inner: transport that carries the messages; closed together with this one.
+        server: Foxglove server, which several transports may share; the caller closes it.
     """
 
     def __init__(self, inner: Transport, server: FoxgloveServer) -> None:
@@ -35,13 +35,13 @@ class FoxgloveTransport:
         self._ends: set[ServedEnd] = set()
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
-        """Open a writer on a topic; it counts as matched while a client subscribes."""
+        """Open a writer on a topic; it also counts as matched while a Foxglove client subscribes."""
         writer = _Writer(self._inner.writer(topic, message_type, qos), self, ServedEnd(topic, message_type, qos))
         self._enter(writer.end)
         return writer
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> Reader:
-        """Open a reader on a topic; it also delivers messages of clients, in threads of the server."""
+        """Open a reader on a topic; it also delivers messages of Foxglove clients, in threads of the Foxglove server."""
         end = ServedReader(topic, message_type, qos, deliver)
         self._enter(end)
         try:
@@ -60,7 +60,7 @@ class FoxgloveTransport:
         self._ends.discard(end)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Return the graph; publishers of clients on topics that are read appear as writers of a node `/foxglove`."""
+        """Return the graph with Foxglove clients that publish on topics of the run as writers of a node `/foxglove`."""
         found, published = self._inner.graph(asked), self._server.endpoints()
         return found.with_endpoints(published) if published else found
 
@@ -118,15 +118,15 @@ class FoxgloveTransport:
     def server(
         self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = ""
     ) -> TransportServer:
-        """Open a server of a service."""
+        """Open a server of a service on the inner transport; Foxglove clients cannot call it."""
         return self._inner.server(service, service_type, qos, deliver, node)
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> TransportClient:
-        """Open a client of a service."""
+        """Open a client of a service on the inner transport."""
         return self._inner.client(service, service_type, qos, deliver)
 
     def log(self, severity: str, text: str) -> None:
-        """Publish a message on /rosout."""
+        """Publish a message on /rosout of the inner transport."""
         self._inner.log(severity, text)
 
     def save(self) -> Any:
@@ -139,7 +139,7 @@ class FoxgloveTransport:
 
 
 class _Writer:
-    """A writer whose messages clients also see."""
+    """A writer whose messages Foxglove clients also receive."""
 
     def __init__(self, inner: Writer, transport: FoxgloveTransport, end: ServedEnd) -> None:
         self._inner = inner
@@ -148,7 +148,7 @@ class _Writer:
 
     @property
     def matched(self) -> int:
-        """Number of readers; all subscribed clients count as one."""
+        """Number of readers; all subscribed Foxglove clients together count as one."""
         return self._inner.matched + self.end.wanted
 
     @property
@@ -157,7 +157,7 @@ class _Writer:
         return self._inner.dropped
 
     def write(self, data: bytes) -> None:
-        """Send one message."""
+        """Send a message to the network and to subscribed Foxglove clients."""
         self._inner.write(data)
         self.end.show(data)
 
@@ -168,7 +168,7 @@ class _Writer:
 
 
 class _Reader:
-    """A reader that also receives messages of clients."""
+    """A reader that also receives messages of Foxglove clients."""
 
     def __init__(self, inner: Reader, transport: FoxgloveTransport, end: ServedReader) -> None:
         self._inner = inner

@@ -9,7 +9,7 @@ from typing import Any
 from graphengine.format.stateful import Stateful
 
 MAX_OPEN = 10_000
-"""Calls that wait; beyond, the oldest is given up, as answers of a server that went never come."""
+"""Maximum number of unanswered calls; beyond it, the oldest is discarded, because its server may have left."""
 
 
 class Calls(Stateful):

@@ -11,7 +11,7 @@ from graphengine.format.errors import TransportError
 _log = logging.getLogger(__name__)
 
 Remove = Callable[[Any], None]
-"""Takes an end out of its node."""
+"""Callback that removes a closed endpoint from its node."""
 
 
 class RosEnd:
@@ -23,16 +23,16 @@ class RosEnd:
     """
 
     peer = ""
-    """What the peers of a service's end are: `client` or `server`; empty for a writer or reader."""
+    """Role of the peers of a service endpoint: `client` or `server`; empty for a writer or reader."""
 
     def __init__(self, name: str, remove: Remove) -> None:
         self.name = name
         self.node = ""
         """Full name of the node that has the endpoint; empty for the transport's own node."""
         self.malformed = 0
-        """Messages that were dropped because they are none of its type."""
+        """Number of received messages that were dropped because they do not fit the type."""
         self.dropped = 0
-        """Messages given up because a peer did not keep up."""
+        """Number of sent messages that were dropped because a peer was too slow."""
         self._remove = remove
         self._failed = False
 
@@ -48,7 +48,7 @@ class RosEnd:
         return ""
 
     def hand_over(self, take: Callable[..., None], *message: Any) -> None:
-        """Call `take` with a message; the thread continues after an exception, of which the first is logged."""
+        """Call `take` with a message. Only the first exception is logged; none ends the thread."""
         try:
             take(*message)
         except Exception:

@@ -1,4 +1,4 @@
-"""Base of the transports that are a ROS 2 node: its name, log, lock, endpoints and message counts."""
+"""Base class of transports that join the network as a ROS 2 node: name, log, lock, endpoints and message counts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from graphengine.ros.network_graph import full_name, split_name
 from graphengine.ros.transport import JoinOptions, Writer
 
 ROSOUT = ("/rosout", "rcl_interfaces/msg/Log", qos.ROSOUT)
-"""Topic, type and QoS of the log of ROS 2, which `ros2 topic echo /rosout` and rqt_console show."""
+"""Topic, type and QoS of ROS 2's log, which rqt_console shows."""
 
 _LEVELS = {"info": messages.Log.INFO, "warning": messages.Log.WARN, "error": messages.Log.ERROR}
 
@@ -49,7 +49,7 @@ class RosNode(Stateful):
         self._readers: list[Any] = []
         """Readers, and the servers and clients of services."""
         self._mistyped = Counter[str]()
-        """Number of messages of another definition that closed readers dropped, by topic."""
+        """Number of messages with a different type definition that closed readers dropped, by topic."""
         self.description = f"{self._join()}, {self._domain}" + (f"; {options.because}" if options.because else "")
         atexit.register(self.close)
 

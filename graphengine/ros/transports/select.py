@@ -1,4 +1,4 @@
-"""Finds transports by name: those in the folders beside this file, and those of installed packages by entry points."""
+"""Finds transports by name: built-in ones in the folders beside this file, and those of packages by entry points."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def _chosen() -> tuple[TransportKind, str]:
 
 
 def _missing(kind: TransportKind) -> str | None:
-    """Return why a transport cannot be used, including errors of its own check; None if it can."""
+    """Return why a transport cannot be used, also if its own check fails; None if it can be used."""
     try:
         return kind.missing()
     except Exception as error:  # a package may fail in any way

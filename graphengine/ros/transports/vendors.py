@@ -7,13 +7,13 @@ from collections.abc import Iterable
 from graphengine.messages.names import action_of
 
 CYCLONE = b"\x01\x10"
-"""What GIDs of Eclipse Cyclone DDS begin with."""
+"""First two bytes of GIDs of Eclipse Cyclone DDS: the RTPS vendor id."""
 FAST_DDS = b"\x01\x0f"
-"""The same of eProsima's."""
+"""First two bytes of GIDs of eProsima Fast DDS: the RTPS vendor id."""
 CYCLONE_RMW = "rmw_cyclonedds_cpp"
 
 _RMWS = {b"\x01\x01": "rmw_connextdds", FAST_DDS: "rmw_fastrtps_cpp", CYCLONE: CYCLONE_RMW}
-"""By vendor, in the two bytes that the RTPS specification gives each (omg.org/spec/DDSI-RTPS)."""
+"""RMW implementations by RTPS vendor id (omg.org/spec/DDSI-RTPS)."""
 
 
 def warning(service: str, peer: str, gids: Iterable[bytes], own: str) -> str:

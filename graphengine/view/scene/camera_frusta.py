@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import viser
 
 ABOUT_X = np.array([[0.0, 1.0, 0.0, 0.0]], np.float32)
-"""Half a turn about x: from a camera that looks along -z with y up to a camera that looks along z with y down."""
+"""Quaternion for half a turn about x, because viser's cameras look along z with y down, and ours along -z with y up."""
 SIZE = 0.15
 """Size of a frustum; viser gives all fields of view the same volume."""
 

@@ -62,7 +62,7 @@ class FrameAxes(Layer):
 
 
 def _names(frames: Sequence[Mount]) -> Mapping[int, Sequence[str]]:
-    """Return the names of the frames at each position on a body, by the index of the first frame there."""
+    """Group the names of frames at the same position on a body, by the index of the first frame of the group."""
     places: dict[tuple[int, ...], int] = {}
     found: dict[int, list[str]] = {}
     for row, frame in enumerate(frames):

@@ -61,7 +61,7 @@ class LidarHits(Layer):
 
 
 def _mixed(steps: tuple[tuple[int, int, int], ...], where: Floats) -> NDArray[np.uint8]:
-    """Return interpolated colours: the first step at 0, the last at 1 and beyond."""
+    """Interpolate between colours, equally spaced from 0 to 1; values outside this range get the first or last one."""
     columns = np.array(steps, float).T
     parts = [np.interp(where, np.linspace(0.0, 1.0, len(steps)), column) for column in columns]
     return np.stack(parts, axis=1).astype(np.uint8)

@@ -37,7 +37,7 @@ class Scene3D:
     Args:
         server: viser server.
         shown: called when a viewer shows or hides a layer.
-        command: sends a command to the run, for the viewer with a viser number.
+        command: sends a command to the run, on behalf of the viewer with a client id in viser.
     """
 
     def __init__(
@@ -135,7 +135,7 @@ class Scene3D:
             viewer.update(state.facts["time"], poses)
 
     def select(self, name: str) -> None:
-        """Select an entity that was selected in the tree; only if there is one viewer, as the request does not identify it."""
+        """Select an entity that a viewer selected in the page's tree; ignored unless there is exactly one viewer."""
         viewers = list(self._viewers.values())
         known = any(entity.mount.name == name for entity in self._scene.entities)
         if len(viewers) == 1 and known and viewers[0].selected != name:

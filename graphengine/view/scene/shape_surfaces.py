@@ -36,7 +36,7 @@ def scale(shape: VisibleShape) -> Scale:
 
 
 def surface(shape: VisibleShape, bodies: Bodies) -> Surface:
-    """Return the surface of a shape: of unit size, or for a capsule or mesh in its own size."""
+    """Return the surface of a shape: of unit size to be scaled, but of actual size for a capsule or mesh."""
     if shape.kind == "mesh":
         vertices, faces = bodies.surfaces[shape.mesh]
         if len(faces) <= MANY_TRIANGLES:
@@ -62,7 +62,7 @@ def is_textured(shape: VisibleShape, bodies: Bodies) -> bool:
 
 
 def textured_surface(shape: VisibleShape, bodies: Bodies) -> bytes:
-    """Return the textured surface of a shape in its own size, as a binary glTF file."""
+    """Return the textured surface of a shape in its actual size, as a binary glTF file."""
     vertices, faces = surface(shape, bodies)
     corners = (vertices * np.array(scale(shape), np.float32))[faces.ravel()]
     if shape.mesh in bodies.coordinates:
@@ -92,7 +92,7 @@ def textured_surface(shape: VisibleShape, bodies: Bodies) -> bytes:
 
 
 def _image(pixels: NDArray[np.uint8]) -> Image.Image:
-    """Return a texture as an encoded image of at most `LARGEST_TEXTURE`."""
+    """Return a texture as an encoded image, at most `LARGEST_TEXTURE` pixels wide and high."""
     image = Image.fromarray(pixels[..., 0] if pixels.shape[2] == 1 else pixels)
     if image.mode == "L":
         image = image.convert("RGB")

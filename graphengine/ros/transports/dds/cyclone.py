@@ -29,15 +29,15 @@ from graphengine.ros.domain import Domain
 from graphengine.ros.transports.dds.cyclone_log import LOG
 
 MAX_BLOCKING_MS = 100
-"""How long a write to a reader that does not keep up may last."""
+"""Maximum time that a write blocks for a slow reader, ms."""
 
 DESCRIPTORS, ADDRESS_SPACE = 24, 400_000_000
-"""Files and bytes that a participant may need: measured are 10 sockets and pipes, and 390 MB for stacks and heaps of threads."""
+"""File descriptors and bytes that a participant may need; measured: 10 descriptors, and 390 MB for its threads."""
 
 TIMEOUT: int = DDSException.DDS_RETCODE_TIMEOUT
 
 READING_POLICIES = threading.Lock()
-"""Held while policies of a peer are read: the package keeps them meanwhile in variables that all threads share."""
+"""Lock for reading a peer's policies, which the package stores in variables that all threads share."""
 
 _ANY_STATE = 0x7F
 _TYPE_HASH = re.compile(rb"typehash=(RIHS[0-9A-Fa-f_]+);")
@@ -49,7 +49,7 @@ _DATAGRAM = 14720
 _FRAGMENT = 14600
 """Size of a fragment, bytes: one fills a datagram. With Cyclone's default, 1344, repairs take ten times as many datagrams."""
 _MAX_PARTICIPANTS = 32
-"""How many ROS 2 processes a host may have without multicast; rmw_cyclonedds_cpp has the same number."""
+"""Maximum number of ROS 2 processes on a host without multicast, as in rmw_cyclonedds_cpp."""
 
 
 def write(entity: Any, data: bytes) -> int:
@@ -108,7 +108,7 @@ def _peers(handles: Iterable[int], ask: Callable[[int], Any]) -> dict[int, Peer]
 
 
 def unsigned(handle: int) -> int:
-    """Return a handle as the unsigned number that messages have; other functions of the package return it signed."""
+    """Return a handle as an unsigned number, as in received messages; other functions of the package return it signed."""
     return handle & 0xFFFF_FFFF_FFFF_FFFF
 
 
@@ -230,7 +230,7 @@ def join(domain: Domain, user_data: str) -> Any:
 
 
 def _require_resources(domain: Domain) -> None:
-    """Check for resources whose lack Cyclone does not handle: it would end the process."""
+    """Raise TransportError if file descriptors or memory are too scarce; Cyclone would end the process."""
     if not has_descriptors(DESCRIPTORS):
         remedy = "raise the limit of `ulimit -n`"
         raise TransportError(f"cannot join {domain}: it needs {DESCRIPTORS} more open files\n{remedy}")
@@ -265,8 +265,8 @@ def _open(domain: Domain) -> Any:
 def configurations(domain: Domain) -> list[str]:
     """Return Cyclone DDS configurations for a domain, in the order to try them.
 
-    ROS 2's loopback traffic has loopback addresses, which Cyclone ignores unless `lo` is one of its interfaces. If `lo` is the
-    only active interface, it cannot be given in addition to the one that Cyclone finds.
+    Cyclone ignores loopback addresses, which ROS 2 uses within a host, unless `lo` is one of its interfaces. If `lo` is the only
+    active interface, Cyclone chooses it automatically, and an additional entry for it is an error.
     """
     if domain.cyclone_uri:
         return [f"{_fragment(domain, '')},{domain.cyclone_uri}"]
@@ -303,7 +303,7 @@ def _fragment(domain: Domain, interfaces: str) -> str:
 
 
 def _address(peer: str) -> str:
-    """Return the address of a host, because Cyclone aborts the process if a name cannot be resolved."""
+    """Return the IP address of a host; Cyclone would abort the process if it could not resolve the name."""
     try:
         return socket.gethostbyname(peer)
     except OSError as error:

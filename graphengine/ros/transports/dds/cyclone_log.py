@@ -1,7 +1,7 @@
 """Captures the log of Cyclone DDS, which prints a line for each malformed message that it drops.
 
-Cyclone writes to a file in memory, which is read from time to time. A log callback could deadlock: it would wait for the
-interpreter's lock while Cyclone holds locks that a write needs.
+Cyclone writes to a file in memory, which is read from time to time. A log callback could deadlock: it would wait for Python's
+GIL while Cyclone holds locks that a write needs.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from graphengine.messages import names
 _log = logging.getLogger(__name__)
 
 _MAX_SIZE = 1 << 20
-"""Bytes after which what was read is thrown away."""
+"""Size of the log file above which the part that was already read is discarded, bytes."""
 _LINE = re.compile(r"[0-9.]+ \[(?P<domain>[0-9]+)\] +\S+ *(?P<text>.*)")
 _MALFORMED = re.compile(r"deserialization (?P<topic>r[tqr]/\S+)/\S+ failed")
 _VARYING = re.compile(r"<.*|\b[0-9a-f]+\b|[0-9a-f]*[0-9][0-9a-f]*")
-"""What differs between lines of one kind: numbers, and all from the content of a packet on."""
+"""The parts in which similar log lines differ: numbers, and the content of a packet up to the end of the line."""
 MAX_KINDS = 20
-"""Kinds of lines that are logged; later ones are only counted."""
+"""Maximum number of different lines that are logged; further ones are only counted."""
 PERIOD = 60.0
-"""Seconds between two lines that say how many were not logged."""
+"""Time between two reports of the number of lines that were not logged, s."""
 
 
 class CycloneLog:
@@ -77,7 +77,7 @@ class CycloneLog:
         return _text(lines[-1]) if lines else ""
 
     def malformed(self, domain_id: int) -> Mapping[str, int]:
-        """Return the number of dropped messages by topic or service; other lines are logged, once for each kind."""
+        """Return the number of dropped messages by topic or service; other lines are logged, similar ones only once."""
         with self._lock:
             for line in self._lines():
                 self._note(line)

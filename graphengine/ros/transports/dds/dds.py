@@ -1,8 +1,8 @@
 """A transport over DDS without ROS: other ROS 2 programs see this process as an ordinary node.
 
-Its Python code runs in the callers' threads and in one own thread, which waits for messages and for changes of peers. Listeners
-are not used: Cyclone DDS calls them in its threads, where they would wait for the interpreter's lock while holding locks that a
-write needs, and a write holds the interpreter's lock.
+Its Python code runs in the callers' threads and in a thread of the transport, which waits for messages and for changes of peers.
+DDS listeners could deadlock: Cyclone DDS would call them in its threads while it holds locks that a write needs; they would wait
+for Python's GIL, which a writing thread holds.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from graphengine.ros.transports.ros_node import ROSOUT, RosNode
 _FOREVER = duration(infinite=True)
 
 _BACKLOG = 1000
-"""Messages that Cyclone DDS keeps of a topic while this process is too busy to take them."""
+"""Minimum depth of a reader's queue, so that messages are not lost while this process is busy."""
 
 _End = TypeVar("_End", bound=DdsEnd)
 
@@ -53,13 +53,13 @@ class _DdsTopic:
 
 
 class DdsTransport(RosNode):
-    """A ROS 2 node on a DDS network."""
+    """A transport that joins a DDS domain as a ROS 2 node, without an installed ROS 2."""
 
     def _join(self) -> str:
         domain = self._domain
         self.spin_time = 0.0 if domain.discovery_range == "OFF" else 0.5
         self._hearing = threading.Lock()
-        """Held while the graph is searched, which may take long; it is taken before the other lock."""
+        """Lock for reading the discovery data, which may take long; acquired before the lock of the node."""
         self._topics: dict[str, _DdsTopic] = {}
         self._service_numbers = itertools.count(1)
         self._delivering: DdsEnd | None = None
@@ -163,7 +163,7 @@ class DdsTransport(RosNode):
         return self._discovery.servers if self._discovery is not None else {}
 
     def _endpoint(self, make: Callable[..., Any], topic: str, message_type: str, qos: QoS, identity: str = "") -> Any:
-        """Create a writer or reader of a DDS topic; `identity` is set for services."""
+        """Create a DDS writer or reader; `identity` is the user data that identifies a service's pair, empty for a topic."""
         shown = names.ros_name(topic)
         self._admit(shown)
         known = self._topics.get(topic)
@@ -195,7 +195,7 @@ class DdsTransport(RosNode):
         return Pair(reader, writer, service_type, *agrees)
 
     def _open(self, end: _End) -> _End:
-        """Register an endpoint with the thread, and announce it to peers."""
+        """Let the transport's thread wait for an endpoint, and announce it to peers."""
         (self._writers if isinstance(end, DdsWriter) else self._readers).append(end)
         for entity, status in zip(end.entities, end.statuses, strict=True):
             entity.set_status_mask(status)
@@ -211,7 +211,7 @@ class DdsTransport(RosNode):
         self._announce(*self._nodes())
 
     def _discard(self, entity: Any) -> None:
-        """Delete an entity, and its topic with the last entity."""
+        """Delete a reader or writer, and its DDS topic if no other one uses it."""
         topic = entity.topic.name
         cyclone.delete(entity)
         self._topics[topic].endpoints -= 1
@@ -219,7 +219,7 @@ class DdsTransport(RosNode):
             cyclone.delete(self._topics.pop(topic).entity)
 
     def _nodes(self) -> Sequence[discovery.DiscoveredNode]:
-        """Return the transport's own node, then the other nodes, which exist while they have servers."""
+        """Return the nodes to announce: the transport's own, then the other nodes that offer services."""
         nodes: dict[str, tuple[list[bytes], list[bytes]]] = {self.node: ([], [])}
         for end in (*self._writers, *self._readers):
             readers, writers = nodes.setdefault(end.node or self.node, ([], []))
@@ -249,7 +249,7 @@ class DdsTransport(RosNode):
 
 
 def _lossless(qos: QoS) -> QoS:
-    """Return the profile for writers that wait for readers; latched topics keep their depth, which late joiners get."""
+    """Return the profile for writers that wait for readers; a latched topic keeps its depth for late joiners."""
     qos = settled(qos)
     return replace(qos, history="keepAll") if (qos.reliability, qos.durability) == ("reliable", "volatile") else qos
 

@@ -24,11 +24,11 @@ class DdsEnd(RosEnd):
     Args:
         name: name of the topic or service.
         remove: called when the endpoint is closed.
-        entities: writer, reader, or the reader and writer of a service.
+        entities: one writer, one reader, or the reader and writer of a service.
     """
 
     statuses: ClassVar[tuple[int, ...]]
-    """What wakes the transport's thread, for each entity."""
+    """DDS statuses that wake the transport's thread, one mask for each entity."""
 
     def __init__(self, name: str, remove: Remove, *entities: Any) -> None:
         super().__init__(name, remove)
@@ -56,7 +56,7 @@ class DdsEnd(RosEnd):
 
 
 class DdsWriter(DdsEnd):
-    """A DDS writer on a topic."""
+    """A DDS writer on a topic, which counts its readers and the messages dropped for slow readers."""
 
     statuses = (DDSStatus.PublicationMatched,)
 
@@ -96,7 +96,7 @@ class DdsReader(DdsEnd):
         name: name of the topic.
         remove: called when the reader is closed.
         entity: Cyclone DDS reader.
-        agrees: returns whether a writer's type hash equals that of the type here.
+        agrees: returns whether a writer's type hash equals the reader's.
         deliver: called with each message.
     """
 
@@ -105,7 +105,7 @@ class DdsReader(DdsEnd):
     def __init__(self, name: str, remove: Remove, entity: Any, agrees: Callable[[str], bool], deliver: Deliver) -> None:
         super().__init__(name, remove, entity)
         self.source = b""
-        """GID of the writer of the message that is being delivered; empty when it is gone already."""
+        """GID of the writer of the message that is being delivered; empty if the writer is gone."""
         self.entity = entity
         self._agrees = agrees
         self._deliver = deliver

@@ -1,8 +1,8 @@
 """Services over DDS as in rmw_cyclonedds_cpp: one topic for requests, one for responses, and a header in both.
 
-The header identifies the call, because each client of a service reads all responses. A client's writer of requests and its reader
-of responses have the same identity in their user data, so that a server can find the reader for a response: a request may be
-discovered before that reader.
+The header identifies the call, because each client of a service reads all responses. A client's request writer and response
+reader have the same identity in their user data. A request may arrive before the server has discovered the client's reader; the
+server recognizes the reader by the identity and then sends the response.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from graphengine.ros.transports.dds.dds_endpoints import DdsEnd
 from graphengine.ros.transports.ends import Remove
 
 _ENCAPSULATION = 4
-"""Bytes before every CDR message, of which the second tells the byte order."""
+"""Size of the header of a CDR message, bytes; the second byte gives the byte order."""
 _HEADER = {0: struct.Struct(">Qq"), 1: struct.Struct("<Qq")}
-"""By byte order: handle of the client's writer, as the client's process has it, and number of the call."""
+"""Format of a call's header by byte order: handle of the writer in the client's process, and number of the call."""
 _REQUEST_ID = struct.Struct("<QqQ")
-"""A request's header, and the handle of the client's writer as this process has it."""
+"""Format of a request's identity: its header, then the handle of the client's writer in this process."""
 _MAX_HELD = 1000
-"""Answers that wait for their readers."""
+"""Maximum number of responses that wait for the client's reader to be matched."""
 _IDENTITY = re.compile(rb"(?:clientid|serviceid)=([^;]*)")
 
 
@@ -42,7 +42,7 @@ def identity(participant: bytes, number: int) -> str:
 
 
 def with_header(data: bytes, client: int, number: int) -> bytes:
-    """Return a CDR message with a call's header, padded to a multiple of 4 bytes; other bytes are returned unchanged."""
+    """Return a CDR message with a call's header, padded to a multiple of 4 bytes; return other data unchanged."""
     order = _HEADER.get(data[1]) if len(data) > _ENCAPSULATION else None
     if order is None:
         return data
@@ -90,7 +90,7 @@ class _DdsService(DdsEnd):
         self._writers: dict[int, cyclone.Peer] = {}
         self._readers: dict[int, cyclone.Peer] = {}
         self._vendors: set[bytes] = set()
-        """How GIDs of peers on other implementations of DDS began."""
+        """First two bytes of the GIDs of peers on other DDS implementations, which identify the vendor."""
         self._mistyped = False
         """Whether a peer had another definition of the service's type."""
 
@@ -159,16 +159,23 @@ class _DdsService(DdsEnd):
             raise self.closed()
 
     def _receive(self, handle: int, client: int, number: int, data: bytes) -> None:
-        """Process a received message."""
+        """Deliver a request or a response.
+
+        Args:
+            handle: handle of the message's writer in this process.
+            client: handle of the client's writer in the client's process.
+            number: number of the call.
+            data: CDR message without the header.
+        """
         raise NotImplementedError
 
     def _follow(self) -> None:
-        """React to a change of the matched peers."""
+        """Called when the matched peers may have changed: a server sends held responses, a client updates `ready`."""
         raise NotImplementedError
 
 
 class DdsServer(_DdsService):
-    """A service server over DDS."""
+    """A service server over DDS, which clients on rmw_cyclonedds_cpp can call."""
 
     peer = "client"
 
@@ -176,7 +183,7 @@ class DdsServer(_DdsService):
         super().__init__(name, remove, pair)
         self._deliver = deliver
         self._held: deque[tuple[int, bytes]] = deque(maxlen=_MAX_HELD)
-        """Answers that wait for the reader that they are for, each with the handle of the client's writer."""
+        """Responses that wait for the client's reader to be matched, each with the handle of the client's writer."""
 
     def answer(self, request_id: bytes, response: bytes) -> None:
         """Send a response; if the client's reader is not matched yet, send it when it is.
@@ -198,7 +205,7 @@ class DdsServer(_DdsService):
                 self._held.append((handle, data))
 
     def _hears(self, handle: int) -> bool:
-        """Return whether the reader of the client with a given writer is matched."""
+        """Return whether a client can receive responses; `handle` identifies its request writer."""
         if handle not in self._writers:
             return False
         client = _identity(self._writers[handle])
@@ -217,7 +224,7 @@ class DdsServer(_DdsService):
 
 
 class DdsClient(_DdsService):
-    """A service client over DDS."""
+    """A service client over DDS, which can call servers on rmw_cyclonedds_cpp."""
 
     peer = "server"
 
@@ -257,6 +264,6 @@ def _talks(peer: cyclone.Peer, agrees: Callable[[str], bool]) -> bool:
 
 
 def _identity(peer: cyclone.Peer) -> bytes:
-    """Return the identity that a peer's reader and writer share; empty for early versions of ROS 2, which do not announce it."""
+    """Return the identity that a peer's reader and writer share; empty if an early version of ROS 2 does not announce it."""
     found = _IDENTITY.search(peer.user_data)
     return found[1] if found else b""

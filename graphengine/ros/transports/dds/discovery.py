@@ -1,4 +1,4 @@
-"""Discovery of peers: DDS announces endpoints, and ROS 2 processes announce to which node each endpoint belongs."""
+"""Discovery of peers: DDS announces the endpoints, and each ROS 2 process announces the nodes that own them."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from graphengine.ros.transports import vendors
 from graphengine.ros.transports.dds import cyclone
 
 TOPIC = "ros_discovery_info"
-"""Where every ROS 2 process tells which nodes it has, and which endpoints these have."""
+"""DDS topic on which each ROS 2 process announces its nodes and their endpoints."""
 TYPE = "rmw_dds_common/msg/ParticipantEntitiesInfo"
 TELLING = LATCHED
 HEARING = replace(LATCHED, history="keepAll")
-"""Of one reader for all processes: with a depth of 1, one would overwrite what another told."""
+"""QoS of the reader of all processes' announcements; with a depth of 1, they would overwrite each other."""
 
 _BATCH = 50
-"""Endpoints that are read at once: meanwhile no other thread reads policies, as services do."""
+"""Number of endpoints read while holding `READING_POLICIES`, for which threads of services also wait."""
 _ENCLAVE = b"enclave="
 _PREFIX = 12
-"""Bytes of a GID that all endpoints of a participant share."""
+"""Length of the participant's prefix in a GID, bytes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,18 +79,18 @@ class Discovery:
         self._subscriptions = BuiltinDataReader(participant, BuiltinTopicDcpsSubscription)
         self._told = nodes
         self._silent: set[bytes] = set()
-        """ROS 2 participants, by the prefix of their GIDs, that have not told of nodes."""
+        """GID prefixes of ROS 2 participants that have not announced their nodes yet."""
         self._nodes: dict[bytes, list[DiscoveredNode]] = {}
-        """Nodes by the prefix of their participant's GIDs."""
+        """Announced nodes, by the GID prefix of their participant."""
         self._endpoints: dict[bytes, Endpoint | None] = {}
-        """None for one that is no ROS 2 topic, such as a service's."""
+        """Endpoints by GID; None if the DDS topic is not a ROS 2 topic, such as that of a service."""
         self._services: dict[bytes, tuple[str, str, Direction]] = {}
-        """Names and types, by endpoints that send requests (`publish`) or take them (`subscribe`)."""
+        """Name and type of a service, by the GID of an endpoint that sends (`publish`) or receives (`subscribe`) its requests."""
         self._graph: NetworkGraph | None = None
-        """What was known at the last look; None once more was heard."""
+        """The graph as of the last call; None when newer discovery data was read."""
 
     def graph(self) -> NetworkGraph:
-        """Return all endpoints known by now."""
+        """Read the new discovery data, and return all known endpoints and nodes."""
         self._hear_nodes()  # first: a participant that is gone takes with it what it told before
         self._hear_participants()
         self._hear_endpoints(self._publications, "publish")

@@ -22,7 +22,7 @@ from graphengine.ros.transports.memory.memory_services import MemoryClient, Memo
 
 @dataclass(eq=False)
 class _MemoryEnd:
-    """A writer or reader of a `MemoryTransport`; its QoS has no system defaults."""
+    """A writer or reader of a `MemoryTransport`; actual values replace system defaults in its QoS."""
 
     direction: ClassVar[Direction]
 
@@ -45,10 +45,10 @@ class MemoryWriter(_MemoryEnd):
     dropped = 0
 
     kept: deque[tuple[int, bytes]] = field(init=False)
-    """Numbered messages for those who come late."""
+    """Latched messages for late joiners, each with its number."""
     is_open: bool = True
     readers: list[MemoryReader] = field(default_factory=list)
-    """Those that match, in the order in which they were opened."""
+    """Matching readers, in the order in which they were opened."""
 
     def __post_init__(self) -> None:
         latched, unlimited = self.qos.durability == "transientLocal", self.qos.history == "keepAll"
@@ -113,12 +113,12 @@ class MemoryTransport:
         self.wants_all = wants_all
         self._keeps = keeps
         self.source = b""
-        """GID of the writer of the message that is being delivered; empty for one that was injected."""
+        """GID of the writer of the message that is being delivered; empty for an injected message."""
         self._closed = False
         self._numbers = itertools.count()
         self._topics: defaultdict[str, _MemoryTopic] = defaultdict(_MemoryTopic)
         self._services: list[MemoryServer | MemoryClient] = []
-        """All servers and clients that are open."""
+        """All open servers and clients."""
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> MemoryWriter:
         """Open a writer on a topic.
@@ -212,7 +212,7 @@ class MemoryTransport:
         return kept, [client.calls.save() for client in self._clients]
 
     def restore(self, saved: Any) -> None:
-        """Restore the state that `save` returned; messages for reading back stay."""
+        """Restore the state that `save` returned; the messages that `raw` and `messages` return stay."""
         topics, calls = saved
         for name, topic in self._topics.items():
             for writer, kept in zip(topic.writers, topics.get(name, ()), strict=False):

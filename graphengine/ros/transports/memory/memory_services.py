@@ -12,15 +12,15 @@ from graphengine.messages.qos import mismatch
 from graphengine.ros.transports.calls import Calls
 
 GID = 16
-"""Bytes by which a client is known; the number of its call follows in a request's identity."""
+"""Size of a client's GID, bytes; in a request's identity, the number of the call follows it."""
 
 
 @dataclass(eq=False)
 class _MemoryService:
-    """A server or client; its QoS has no system defaults."""
+    """A server or client; actual values replace system defaults in its QoS."""
 
     services: list[Any]
-    """All servers and clients that are open."""
+    """All open servers and clients."""
     service: str
     service_type: str
     qos: QoS
@@ -37,7 +37,7 @@ class _MemoryService:
             self.services.remove(self)
 
     def _peers(self, kind: type[Any]) -> list[Any]:
-        """Return the matching peers of a kind; none after `close`."""
+        """Return the matching servers or clients, selected by class; none after `close`."""
         open_ends = self.services if self in self.services else ()
         return [end for end in open_ends if isinstance(end, kind) and self.matches(end)]
 
@@ -86,6 +86,6 @@ class MemoryClient(_MemoryService):
         return number
 
     def receive(self, number: int, response: bytes) -> None:
-        """Deliver the first response to a call."""
+        """Deliver the first response to a call; later responses are ignored."""
         if self.calls.end(number):
             self.deliver(number, response)

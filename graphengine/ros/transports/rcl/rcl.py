@@ -1,4 +1,4 @@
-"""A transport over an installed ROS 2: rclpy carries the encoded messages, on whatever RMW the user runs."""
+"""A transport over an installed ROS 2: rclpy carries the encoded messages, on the RMW of the user's environment."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ _End = TypeVar("_End", bound=RclEnd)
 _log = logging.getLogger(__name__)
 _environment_lock = threading.Lock()
 _PATIENCE = 0.1
-"""Seconds that closing a reader may take."""
+"""Maximum time that closing a reader takes, s."""
 
 
 class RclTransport(RosNode):
-    """An rclpy node in its own rclpy context."""
+    """A transport that is an rclpy node with an rclpy context of its own."""
 
     source = b""
-    """GID of a message's writer, which rclpy does not tell."""
+    """GID of a message's writer; always empty, because rclpy does not report it."""
     spin_time = 2.0
-    """Fast DDS and Cyclone DDS find each other's endpoints after a second."""
+    """Typical time for discovery, s; between Fast DDS and Cyclone DDS it takes one second."""
 
     def _join(self) -> str:
         import rclpy
@@ -137,7 +137,7 @@ class RclTransport(RosNode):
         return NetworkGraph(found, named=all(end.node for end in found), services=services, nodes=nodes)
 
     def _nodes(self) -> Iterator[NetworkNode]:
-        """Yield all known nodes with their services. Nodes with the same name all get the services of one of them."""
+        """Yield all known nodes with their services. For nodes with equal names, rclpy returns the services of only one."""
         from rclpy.node import NodeNameNonExistentError
 
         for name, namespace in self._node.get_node_names_and_namespaces():
@@ -159,7 +159,7 @@ class RclTransport(RosNode):
         return {service: self._node.count_services(service) for service in services}
 
     def _fits(self, message_type: str, reader: RclReader) -> bool:
-        """Return whether all publishers of a reader's topic that announce a type hash have the definition here."""
+        """Return whether no publisher of a reader's topic announces a different definition of the message type."""
         number = self._node.count_publishers(reader.name)
         if number != reader.publishers:
             found = self._node.get_publishers_info_by_topic(reader.name)
@@ -169,7 +169,7 @@ class RclTransport(RosNode):
         return reader.agrees
 
     def _open(self, end: _End, kind: str, qos: QoS, **more: Any) -> _End:
-        """Create an rclpy endpoint; rosidl_runtime_py finds the class of its type."""
+        """Create the rclpy object of an endpoint; `kind` is the ROS 2 name of its type."""
         from rosidl_runtime_py import utilities
 
         find = utilities.get_service if end.peer else utilities.get_message
@@ -200,7 +200,7 @@ class RclTransport(RosNode):
         self._drop_unused(end.node)
 
     def _drop_unused(self, name: str) -> None:
-        """Destroy a further node that has no servers."""
+        """Destroy an additional node if it no longer has servers."""
         if name in self._others and all(other.node != name for other in self._readers):
             node = self._others.pop(name)
             self._executor.remove_node(node)
@@ -223,7 +223,7 @@ class RclTransport(RosNode):
         return self._others[end.node]
 
     def _wait_for_executor(self) -> None:
-        """Wait until the executor has released destroyed endpoints; until then, their name cannot have another type."""
+        """Wait until the executor releases destroyed endpoints; only then can their topic be opened with another type."""
         gone = threading.Event()
         self._executor.create_task(gone.set)
         gone.wait(_PATIENCE)
@@ -250,7 +250,7 @@ def _pairs(services: Iterable[tuple[str, list[str]]]) -> list[tuple[str, str]]:
 
 @contextlib.contextmanager
 def discovery(domain: Domain) -> Iterator[None]:
-    """Return a context with the environment variables from which a new rclpy context reads its discovery range."""
+    """Return a context that sets the environment variables for the discovery range; a new rclpy context reads them."""
     wanted = {
         "ROS_AUTOMATIC_DISCOVERY_RANGE": domain.discovery_range,
         "ROS_STATIC_PEERS": ";".join(domain.static_peers),

@@ -13,7 +13,7 @@ class RclEnd(RosEnd):
     """An endpoint with its rclpy object."""
 
     kind: str
-    """What rclpy calls it, as in `create_publisher`."""
+    """The endpoint's name in rclpy's methods, such as `publisher` in `create_publisher`."""
 
     def __init__(self, name: str, remove: Remove) -> None:
         super().__init__(name, remove)
@@ -69,13 +69,13 @@ class RclWriter(RclEnd):
 class RclReader(RclEnd):
     """An rclpy subscription.
 
-    rclpy does not report the publisher of a message, so all messages of a topic are dropped while one publisher has another
-    definition.
+    rclpy does not report the publisher of a message, so all messages of a topic are dropped while one publisher has a different
+    definition of the type.
 
     Args:
         name: name of the topic.
         remove: called when the reader is closed.
-        fits: returns whether the topic's publishers have the definition here.
+        fits: returns whether the topic's publishers have the same definition as this reader.
         deliver: called with each message.
     """
 
@@ -90,7 +90,7 @@ class RclReader(RclEnd):
         self._deliver = deliver
 
     def receive(self, data: bytes) -> None:
-        """Deliver a message."""
+        """Deliver a message; drop and count it while a publisher has a different definition of the type."""
         if self._fits(self):
             self.hand_over(self._deliver, data)
         else:

@@ -10,7 +10,7 @@ from graphengine.messages.qos import settled
 from graphengine.ros.network_graph import Endpoint
 
 _UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
-"""What rclpy calls the node of an endpoint before the node's process told of it."""
+"""rclpy's name for the node of an endpoint until the node's process has announced it."""
 
 
 def to_profile(qos: QoS) -> Any:
@@ -71,9 +71,9 @@ _NAMES: Mapping[str, str] = {
     "automatic": "AUTOMATIC",
     "manualByTopic": "MANUAL_BY_TOPIC",
 }
-"""What rclpy calls the kinds of a profile."""
+"""rclpy's names for the values of QoS policies."""
 _WORDS: Mapping[str, Any] = {name: word for word, name in _NAMES.items()}
-"""The reverse; kinds that are not there, such as UNKNOWN, are `systemDefault`."""
+"""Values of QoS policies by rclpy's names; other names, such as UNKNOWN, mean `systemDefault`."""
 
 
 def _seconds(time: Any) -> float:
@@ -88,7 +88,7 @@ _PARTS_OF_ACTIONS = {
     "GetResult": "GetResultService",
     "FeedbackMessage": "FeedbackMessage",
 }
-"""Where the class of an action keeps the services and the message that it consists of."""
+"""Attributes of an action class in rclpy that hold its services and its feedback message."""
 
 
 def part_of_action(message_type: str) -> Any | None:

@@ -1,7 +1,7 @@
 """Services over rclpy whose requests can be answered at any time, and whose messages are already encoded.
 
-rclpy sends the return value of a service's callback when it returns. Here the callback returns the request itself, and a replaced
-`send_response`, which gets the header of the request from rclpy, delivers it instead of sending it.
+In rclpy, a service's callback returns the response, which rclpy passes to `send_response` with the header of the request. Here
+the callback returns the request itself. A replacement for `send_response` delivers it, and keeps the header for the response.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class _RclService(RclEnd):
 
 
 class RclServer(_RclService):
-    """An rclpy service server."""
+    """A service server of rclpy that can send a response at any time after the request."""
 
     kind = "service"
     peer = "client"
@@ -70,7 +70,7 @@ class RclServer(_RclService):
         super().__init__(name, remove, deliver, node)
         self._begun = threading.Event()
         self._calls = Calls()
-        """Headers of requests that wait for their answers."""
+        """Headers of unanswered requests."""
 
     def begin(self) -> None:
         """Start to deliver requests, after rclpy has created the service."""
@@ -78,7 +78,7 @@ class RclServer(_RclService):
         self._begun.set()
 
     def returned(self, request: Any, response: Any) -> Any:
-        """Return the request as rclpy's response; the replaced `send_response` receives it."""
+        """Callback of the rclpy service: return the request, which rclpy passes to the replaced `send_response`."""
         self._begun.wait()
         return request
 
@@ -108,7 +108,7 @@ class RclServer(_RclService):
 
 
 class RclClient(_RclService):
-    """An rclpy service client."""
+    """A service client of rclpy that sends encoded requests and delivers encoded responses."""
 
     kind = "client"
     peer = "server"
@@ -116,7 +116,7 @@ class RclClient(_RclService):
     def __init__(self, name: str, remove: Remove, deliver: DeliverResponse, node: Any) -> None:
         super().__init__(name, remove, deliver, node)
         self._calls = Calls(self._give_up)
-        """Futures that rclpy keeps until they are answered."""
+        """Futures of unanswered calls, which rclpy also keeps."""
 
     @property
     def ready(self) -> bool:
