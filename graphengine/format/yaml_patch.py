@@ -82,7 +82,7 @@ def _with_value(data: Any, location: Location, value: Any) -> Any:
         return [_with_value(one, tuple(rest), value) if i == key else one for i, one in enumerate(data)]
     if isinstance(data, dict) and isinstance(key, str):
         return data | {key: _with_value(data.get(key, {}), tuple(rest), value)}
-    raise PatchError(f"{_name(location)} cannot be set: the value around {key!r} is not a mapping, or is a shorter list")
+    raise PatchError(f"{_name(location)} cannot be set: {key!r} needs a mapping or a longer list around it")
 
 
 def _with_new_key(text: str, found: document.Document, location: Location, value: Any) -> tuple[list[str], int]:
