@@ -29,14 +29,14 @@ _programs: weakref.WeakKeyDictionary[Plan, GeneratedSource] = weakref.WeakKeyDic
 
 @dataclass(eq=False)
 class GeneratedSource:
-    """Generated source, and for each line the node that the line runs."""
+    """Generated source code that records, for each line, which node the line runs."""
 
     name: str
     lines: list[str] = field(default_factory=list)
     nodes: list[int | None] = field(default_factory=list)
 
     def add(self, lines: Iterable[str], node: int | None = None, indent: int = 0) -> None:
-        """Append lines that run a node."""
+        """Append lines of source code, and record the node that they run, if any."""
         for line in lines:
             self.lines.append("    " * indent + line)
             self.nodes.append(node)

@@ -18,10 +18,10 @@ class Places(Protocol):
     """A YAML file, or a section of one, that has the source position of each value and key."""
 
     def span(self, *location: str | int) -> Span:
-        """Return the place of a value."""
+        """Return the position of the value at a location such as `("nodes", "Drive")`."""
 
     def key_span(self, *location: str | int) -> Span:
-        """Return the place of a key."""
+        """Return the position of the last key of a location."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +43,11 @@ class Use:
     within: str = ""
 
     def value_span(self, name: str, *rest: str | int) -> Span:
-        """Return the place of a parameter's value, or of a part of it."""
+        """Return the position of a parameter's value in the using file, or of the element at `rest` within the value."""
         return self.file.span(*self.location, name, *rest)
 
     def key_span(self, name: str) -> Span:
-        """Return the place of a parameter's name."""
+        """Return the position of a parameter's name in the using file."""
         return self.file.key_span(*self.location, name)
 
 

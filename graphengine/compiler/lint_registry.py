@@ -38,7 +38,7 @@ class LintContext:
         self.findings.add(code, message, self.span(claim), remedy, related=[(span, "the other one")] if span else [])
 
     def span(self, claim: EndpointClaim) -> Span | None:
-        """Return the place of the node that made the claim, or None."""
+        """Return the position in its file of the node that made the claim; None if no graph has this node."""
         instance = self.instance(claim.node)
         return instance.span if instance else None
 

@@ -93,7 +93,7 @@ class DependencyGraph(WiredGraph):
         return tuple(copies)
 
     def report_previous(self, wire: Wire, source: int, why: str, remedy: str) -> None:
-        """Report a wire that carries the value its source had in the previous pass."""
+        """Warn that a wire carries the value of the previous pass; `source` is the node that computes the value."""
         message = f"{wire.entry.target} reads the value that {self.node(source).id} had before this pass, because {why}"
         either = f"if this is intended, ignore the warning; otherwise {remedy}"
         self.findings.add("W104", message, wire.span, either, related=wire.entry.via)

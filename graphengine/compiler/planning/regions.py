@@ -1,4 +1,4 @@
-"""Regions: nodes reached without crossing a pusher's port, in execution order.
+"""Divides a graph into regions: nodes that execution reaches without crossing a port of a pusher (a loop or sequence).
 
 Within a region, nodes are ordered topologically over execution and data wires; a pusher and all nodes below it are one unit.
 Ties are broken by the line of the first incoming execution wire, then by the node's position in the file.

@@ -114,7 +114,7 @@ class WiredGraph:
         self.findings.add(code, f"{what}: {path}", loop[0].span, f"break it with {by}", related=related)
 
     def forward(self, wire: Wire) -> bool:
-        """Return whether a wire fires its target in the same pass."""
+        """Return whether an execution wire fires its target in the same pass; wires from latent nodes fire in a later one."""
         return wire.order not in self.pending_control and self.kinds[wire.source] != "latent"
 
     def _find_counting(self) -> None:
