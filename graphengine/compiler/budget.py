@@ -17,7 +17,7 @@ class OverBudgetError(Exception):
 
 
 class Budget:
-    """Counts the parts of a graph while its subgraphs are expanded."""
+    """Counts nodes, wires, variables, subgraph uses and values of a graph while its subgraphs are expanded."""
 
     def __init__(self, span: Span, findings: Findings) -> None:
         self.findings = findings
@@ -29,7 +29,7 @@ class Budget:
         self.at(span, ())
 
     def at(self, span: Span, via: Via) -> None:
-        """Set the place for findings: a use of a subgraph, and the uses around it."""
+        """Set the location that findings report: the use of a subgraph, and the uses that enclose it."""
         self.span, self.via = span, via
 
     def take_values(self, count: int) -> None:
@@ -43,10 +43,10 @@ class Budget:
             self._refuse(f"more than {MAX_VALUES} values in one graph, counting each subgraph at every use")
 
     def take_parts(self, spec: GraphSpec) -> None:
-        """Count the parts that a file adds to the graph.
+        """Count the nodes, wires, variables and subgraph uses that a file adds to the graph.
 
         Raises:
-            OverBudgetError: the graph has too many parts.
+            OverBudgetError: the graph has more than `MAX_PARTS` of them.
         """
         uses = sum(1 for node in spec.nodes.values() if node.subgraph)
         more = (uses, len(spec.nodes) - uses, len(spec.connections), len(spec.variables))

@@ -1,8 +1,8 @@
 """Generates Python from a plan: one function per region, copies as attribute assignments, flags as integers.
 
 The source is registered with `linecache`, so a traceback shows its lines. The node of each line is recorded, so that messages on
-exceptions can name it. Each call of a node is in a `try`, which costs nothing until the node raises. An exception of the types in
-`caught` (BadValueError, every Exception, or none) ends only the node's branch; any other exception ends the pass.
+exceptions can name it. Each call of a node is in a `try`, which costs nothing until the node raises. `caught` holds the types of
+exceptions (BadValueError, Exception, or none) that end only the node's branch; any other exception ends the pass.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ _programs: weakref.WeakKeyDictionary[Plan, GeneratedSource] = weakref.WeakKeyDic
 
 @dataclass(eq=False)
 class GeneratedSource:
-    """Generated source, and for each line the node that the line runs."""
+    """Generated source code that records, for each line, which node the line runs."""
 
     name: str
     lines: list[str] = field(default_factory=list)
     nodes: list[int | None] = field(default_factory=list)
 
     def add(self, lines: Iterable[str], node: int | None = None, indent: int = 0) -> None:
-        """Append lines that run a node."""
+        """Append lines of source code, and record the node that they run, if any."""
         for line in lines:
             self.lines.append("    " * indent + line)
             self.nodes.append(node)
@@ -66,12 +66,12 @@ def source_of(plan: Plan) -> GeneratedSource:
 
 
 def _write_source(plan: Plan) -> GeneratedSource:
-    """Write the functions `constants`, `pass_` for ticks, those of `ENDINGS`, and one for each pusher's region."""
+    """Return the source of all functions: `constants`, `pass_`, one per method in `ENDINGS`, one per region below a loop."""
     source = GeneratedSource(f"<graph: {plan.path} #{next(_serial)}>")
     source.add([f"s{data} = 1" for data in plan.flagged])
     source.add([f"l{index} = 0" for index, _ in plan.root.pending])
     _write_constants(plan, source)
-    for region in reversed(plan.regions):  # children first reads like definitions before use
+    for region in reversed(plan.regions):  # inner regions first, so that each function is defined above its caller
         _write_region(plan, region, source)
     return source
 
@@ -89,7 +89,7 @@ def _write_constants(plan: Plan, source: GeneratedSource) -> None:
 def _write_region(plan: Plan, region: Region, source: GeneratedSource) -> None:
     name = "pass_" if region.index == 0 else region.ending or f"r{region.index}"
     used = sorted({index for call in region.calls for index in _nodes_of(call)})
-    ended = {call.node for call in region.calls if region.ending and call.kind == "event"}  # who have such a method
+    ended = {call.node for call in region.calls if region.ending and call.kind == "event"}  # have the method
     bound = "".join(f", n{i}=n{i}, c{i}={f'n{i}.{region.ending}' if i in ended else f'c{i}'}" for i in used)
     stale = sorted({s for call in region.calls for s in _stale_of(call)} | set(region.stale))
     latent = [index for index, _ in region.pending]
@@ -115,7 +115,7 @@ def _write_region(plan: Plan, region: Region, source: GeneratedSource) -> None:
 
 
 def _write_call(call: Call, source: GeneratedSource, indent: int) -> None:
-    """Refresh the data nodes that a node reads, then compute the node: once, or for each of its activations."""
+    """Write code that computes the data nodes a node reads, and then the node: once, or once per activation."""
     for refresh in call.refreshes:
         if not refresh.repeated:
             source.add(_refresh(refresh), refresh.node, indent)
@@ -130,7 +130,7 @@ def _write_call(call: Call, source: GeneratedSource, indent: int) -> None:
 
 
 def _nodes_of(call: Call) -> Iterator[int]:
-    """Nodes whose names the source of a call uses."""
+    """Yield the indices of all nodes to which the generated code of a call refers."""
     yield call.node
     for refresh in (*call.refreshes, *(call.rereads or ())):
         yield refresh.node
@@ -158,7 +158,7 @@ def _copy(copy: Copy) -> list[str]:
 
 
 def _copies(copies: Iterable[Copy]) -> list[str]:
-    """Copies into a node, which is set up again if an input that it reads in setup changed, or if its last setup failed."""
+    """Return lines that copy values into a node, and set it up again if a setup input changed or the last setup failed."""
     copies = list(copies)
     lines = [line for copy in copies for line in _copy(copy)]
     if not any(copy.setup for copy in copies):
@@ -167,7 +167,7 @@ def _copies(copies: Iterable[Copy]) -> list[str]:
 
 
 def _refresh(refresh: Refresh) -> list[str]:
-    """Computation of a data node; a data node that raises keeps its last output."""
+    """Return lines that compute a data node; if it raises an exception, its outputs keep their values."""
     lines = _attempt([*_copies(refresh.copies), f"c{refresh.node}()"], refresh.node)
     if refresh.flagged:
         lines.append(f"s{refresh.node} = 0")
@@ -182,7 +182,7 @@ def _fire(fire: FireEffect) -> list[str]:
 
 
 def _branch(branch: ExecBranch, *, many: bool) -> list[str]:
-    """Effects of an execution output, if its bit is set in `p`, the result of `compute`."""
+    """Return lines that fire an execution output if its bit is set in `p`, the result of `compute`."""
     lines = [line for fire in branch.fires for line in _fire(fire)]
     if branch.region >= 0:
         lines.append(f"r{branch.region}()")
@@ -190,11 +190,11 @@ def _branch(branch: ExecBranch, *, many: bool) -> list[str]:
 
 
 def _compute(call: Call, fired: dict[str, str]) -> list[str]:
-    """The call of a node and the effects of its result.
+    """Return lines that call `compute` of a node and fire the outputs that it returns.
 
     Args:
         call: call to write.
-        fired: for each execution input, an expression of how often it fired.
+        fired: for each execution input, a Python expression for its number of firings.
     """
     node = call.node
     before = [*_copies(call.copies), *_tell_pins(call, fired)]
@@ -221,7 +221,7 @@ def _compute(call: Call, fired: dict[str, str]) -> list[str]:
 
 
 def _tell_pins(call: Call, fired: dict[str, str]) -> list[str]:
-    """Set how often each execution input fired; a pending pin adds to the count that it has."""
+    """Return lines that set the number of firings of each execution input; for a pending pin, they add to it."""
     lines = []
     for pin in call.pins:
         count = fired.get(pin.field, "")
@@ -231,7 +231,7 @@ def _tell_pins(call: Call, fired: dict[str, str]) -> list[str]:
 
 
 def _attempt(lines: list[str], node: int, follow: Sequence[str] = (), otherwise: Sequence[str] = ()) -> list[str]:
-    """Lines in a `try`, lines that follow them, and lines that follow instead if they raise one of the `caught` exceptions."""
+    """Return `lines` in a `try`, then `follow` for success, and `otherwise` for one of the `caught` exceptions."""
     caught = ["except caught as error:", f"    fault({node}, error)", *_indented(otherwise)]
     return ["try:", *_indented(lines), *caught, *(["else:", *_indented(follow)] if follow else [])]
 
@@ -241,7 +241,7 @@ def _indented(lines: Iterable[str]) -> list[str]:
 
 
 def _bounded(node: Node) -> Callable[[], Iterator[int]]:
-    """The `compute` of a pusher, which raises an error after `max_pushes` yields."""
+    """Return `compute` of a loop or sequence node, with a RuntimeError after `max_pushes` yields."""
     compute, limit = node.compute, type(node).max_pushes
 
     def pushes() -> Iterator[int]:
@@ -258,18 +258,18 @@ def _bounded(node: Node) -> Callable[[], Iterator[int]]:
 def bind_observed(
     plan: Plan, functions: dict[str, Any], computes: Mapping[int, Callable[[], Any]]
 ) -> Callable[[], None]:
-    """Return a second pass of bound functions, which calls other functions instead of the `compute` of some nodes.
+    """Return a variant of the bound `pass_` function in which other functions replace `compute` of some nodes.
 
     Args:
         plan: plan of the bound functions.
-        functions: functions from `bind`; both passes share flags and nodes.
-        computes: functions to call instead, by index of the node.
+        functions: functions from `bind`; the variant shares their flags and nodes.
+        computes: replacements of `compute`, by node index.
     """
     source, plain = source_of(plan), dict(functions)
     text = _FUNCTIONS.sub(r"observed_\1(", source.text)
-    functions |= {f"c{index}": compute for index, compute in computes.items()}  # bound where the functions are defined
+    functions |= {f"c{index}": compute for index, compute in computes.items()}  # default arguments of the new functions
     exec(compile(text, source.name, "exec"), functions)
-    functions |= plain  # computes, and flags as they are
+    functions |= plain  # the original functions and flags again
     observed: Callable[[], None] = functions["observed_pass_"]
     return observed
 
@@ -300,5 +300,5 @@ def bind(
     namespace |= types.CONVERTERS
     namespace |= {f"n{i}": node for i, node in enumerate(nodes)}
     namespace |= {f"c{i}": _bounded(node) if node.kind() == "pusher" else node.compute for i, node in enumerate(nodes)}
-    exec(source.code, namespace)  # our own text: names in it are indices and fields of classes
+    exec(source.code, namespace)  # generated text: it contains only indices and fields of node classes
     return namespace

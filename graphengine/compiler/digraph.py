@@ -24,7 +24,7 @@ class Digraph:
         self.successors[source][target] = None
 
     def add_where_acyclic(self, edges: Sequence[tuple[int, int]]) -> set[tuple[int, int]]:
-        """Add edges one by one to a graph without cycles, except those that would close a cycle; return these."""
+        """Add edges in order to an acyclic graph; skip the edges that would close a cycle, and return these."""
         tentative = Digraph(self.successors, [*self.edges(), *edges])
         component = {node: number for number, part in enumerate(tentative.components()) for node in part}
         refused: set[tuple[int, int]] = set()

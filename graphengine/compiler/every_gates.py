@@ -76,7 +76,7 @@ class EveryHz(EveryGate, type="graphengine.EveryHz", gated=True, counts=True):
         self.due = min(self.due, self._begun() + 1)
 
     def _begun(self) -> int:
-        """Number of the last period that has begun."""
+        """Return the number of the current period; periods count from 0 at simulation time 0."""
         return self.clock.frame * self.numerator // self.denominator
 
     def compute(self) -> Fire:
@@ -147,7 +147,7 @@ def rate(graph: Graph, index: int, passes: float) -> float | None:
 
 
 def _gated_pins(graph: Graph, instance: Instance, findings: Findings) -> dict[tuple[int, str], str]:
-    """The pins of a node that get a gate, with the names of the gates; none after an error."""
+    """Return the names of the gates that a node needs, by node index and execution port; empty after an error."""
     entry = instance.entry
     if entry.spec.every is None:
         return {}
@@ -191,7 +191,7 @@ def _make_gate(graph: Graph, pin: tuple[int, str], name: str) -> Instance:
 
 
 def _link(graph: Graph, source: tuple[int, str], target: tuple[int, str]) -> Wire:
-    """A wire between a gate and its pin, which no file contains."""
+    """Return a wire between a gate and the execution port that it gates; no file contains this wire."""
     one, other = graph.instances[source[0]], graph.instances[target[0]]
     gate = one.entry if one.part_of else other.entry
     span = gate.key_span()

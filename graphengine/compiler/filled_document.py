@@ -1,4 +1,4 @@
-"""The places of the values in a graph file whose parameters are filled in."""
+"""Source positions in a graph file whose parameters are filled in."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ PARAMETER = re.compile(r"\$\$|\$\(([^$()]*)\)")
 
 
 class Places(Protocol):
-    """A file, or a part of it, whose values and keys have places."""
+    """A YAML file, or a section of one, that has the source position of each value and key."""
 
     def span(self, *location: str | int) -> Span:
-        """Return the place of a value."""
+        """Return the position of the value at a location such as `("nodes", "Drive")`."""
 
     def key_span(self, *location: str | int) -> Span:
-        """Return the place of a key."""
+        """Return the position of the last key of a location."""
 
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """The use of a graph in another file, which gives values to its parameters.
+    """The use of a graph file by a scene, robot or other graph, which sets the graph's parameters.
 
     Attributes:
-        span: place of the graph's path.
-        file: file or node that uses the graph.
+        span: position of the graph's path in the using file.
+        file: file, or node of a graph, that uses the graph.
         location: location of the parameters in `file`.
         given: names of the parameters whose values are written in a file.
-        within: id of the subgraph with a `/`; empty for the graph of a scene or robot.
+        given: names of the parameters whose values are written in a file.
     """
 
     span: Span
@@ -43,16 +43,16 @@ class Use:
     within: str = ""
 
     def value_span(self, name: str, *rest: str | int) -> Span:
-        """Return the place of a parameter's value, or of a part of it."""
+        """Return the position of a parameter's value in the using file, or of the element at `rest` within the value."""
         return self.file.span(*self.location, name, *rest)
 
     def key_span(self, name: str) -> Span:
-        """Return the place of a parameter's name."""
+        """Return the position of a parameter's name in the using file."""
         return self.file.key_span(*self.location, name)
 
 
 class FilledDocument(Document):
-    """A graph file in which a value that is a parameter has the place where the parameter's value is written."""
+    """A graph file that locates a value `$(name)` where the value of the parameter is written, which may be another file."""
 
     def __init__(self, document: Document, bound: Collection[str], use: Use | None) -> None:
         self.source, self.root, self.size, self.data = document.source, document.root, document.size, document.data
@@ -61,11 +61,11 @@ class FilledDocument(Document):
         self.use = use
 
     def span(self, *location: str | int) -> Span:
-        """Return the place of the value at a location: of the literal, if it is a parameter that a file sets."""
+        """Return the source position of a value; for a parameter that a file sets, the position of the parameter's value."""
         return self.origin(*location) or super().span(*location)
 
     def origin(self, *location: str | int) -> Span | None:
-        """Return the place of the literal at a location; None if the engine sets the parameter that stands there."""
+        """Return the source position of a value, with parameters followed; None for a parameter that the engine sets."""
         value, here = self.root, super().span
         for end, part in enumerate(location, 1):
             inner = value.child(part)
@@ -77,7 +77,7 @@ class FilledDocument(Document):
         return here(*location)
 
     def _lead_out(self, value: Value, location: Location, rest: Location) -> Span | None:
-        """The place of the literal that a text with parameters gets its value from."""
+        """Return the position of the value that replaces `$(name)` in a text; None if the engine sets the parameter."""
         whole = PARAMETER.fullmatch(value.data)
         if whole and whole[1]:
             name, origin = whole[1], self._parameter_span(whole[1], rest)
@@ -93,7 +93,7 @@ class FilledDocument(Document):
         return replace(origin, parameter=origin.parameter or name, through=(*origin.through, link))
 
     def _parameter_span(self, name: str, rest: Location) -> Span | None:
-        """The place of a parameter's value, given or default; None if the engine sets it."""
+        """Return the position of a parameter's given or default value; None if the engine sets the parameter."""
         if self.use is not None and name in self.use.given:
             return self.use.value_span(name, *rest)
         if name in self.bound or self.find("parameters", name, "default") is None:
@@ -104,7 +104,7 @@ class FilledDocument(Document):
         return replace(default, through=((self.use.span, f"the graph is used here without {name}"),))
 
     def _reader(self, location: Location) -> str:
-        """The name of what uses a value, such as `State/Odometry.wheelRadius`."""
+        """Return the name of the input or variable at a location, such as `State/Odometry.wheelRadius`."""
         names = [str(part) for part in location if isinstance(part, str)]
         within = self.use.within if self.use is not None else ""
         if names[0] == "variables":
@@ -113,7 +113,7 @@ class FilledDocument(Document):
 
 
 def is_literal(location: Location, value: Value) -> bool:
-    """Return whether `$(name)` is not replaced at this location: in keys, wires and types."""
+    """Return whether `$(name)` stays as it is at this location, as in wires, node types and the graph's name."""
     if location[0] in ("parameters", "graph", "format", "connections", "layout"):
         return True
     short_form = len(location) == 2 and isinstance(value.data, str)

@@ -59,7 +59,7 @@ class Instance:
         return self.entry.key_span()
 
     def refusal(self, error: ContextError) -> Finding:
-        """Return the finding for an error of the node's setup, at the place of the input that caused it."""
+        """Return a finding for an error in the node's setup, located at the input that caused the error."""
         _, place = self.asking(error.value)
         return Finding(error.code, f"{self.id}: {error.message}", place, error.help, self.entry.via)
 
@@ -69,9 +69,9 @@ class Instance:
         return sided if sided in self.entry.spec.inputs else port.name
 
     def asking(self, value: object) -> tuple[str, Span]:
-        """Return the field of the input that has a value or contains it, and its place in the file.
+        """Return the field of the input whose literal is or contains `value`, and the position of that literal in the file.
 
-        If no input does, return an empty field and the node's place.
+        If no input matches, return an empty string and the position of the node.
         """
         given = self.entry.spec.inputs
         for port in self.cls.fields.values():
@@ -140,12 +140,12 @@ class Graph:
 
     @property
     def declared_inputs(self) -> set[tuple[str, str]]:
-        """Inputs, as node and port name, that a graph may wire if it uses this one as a subgraph."""
+        """Inner inputs behind the ports that this graph declares for its use as a subgraph, as node id and port name."""
         return {(end.node, end.port) for side, end in self.flat.declared if side == "inputs"}
 
     @property
     def wired_ports(self) -> set[tuple[str, str]]:
-        """Ports, as node and port name, at which a wire in the file ends, including wires with errors."""
+        """Target ports of all wires in the file, including wires with errors, as node id and port name."""
         return {(wire.target.node, wire.target.port) for wire in self.flat.wires}
 
     def note_accesses(self) -> None:
@@ -174,7 +174,7 @@ class Graph:
 
 
 def _key(key: str, variables: Mapping[str, str]) -> str:
-    """A resource key of a node, in which a variable has its name in the flat graph."""
+    """Return a node's resource key; the key of a variable gets the variable's name in the flat graph."""
     kind, _, name = key.partition(":")
     return f"variable:{variables.get(name, name)}" if kind == "variable" else key
 

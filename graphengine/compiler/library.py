@@ -30,7 +30,7 @@ class GraphLibrary:
     _filled: dict[object, Loaded[GraphSpec] | None] = field(default_factory=dict)
 
     def find(self, reference: str, folder: Path) -> tuple[Path, Path]:
-        """Return the file that a reference means: its path for messages, and its path with links resolved.
+        """Find the file to which `reference` points; return its path for messages, and its path with symbolic links resolved.
 
         Raises:
             NotFoundError: the file does not exist, or lies outside the folders that may be read.
@@ -78,7 +78,7 @@ class GraphLibrary:
 
 
 def _hashable(value: Any) -> object:
-    """A hashable key that differs if values or their types differ."""
+    """Return a hashable key for a value; values that differ in content or type have different keys."""
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, value.tobytes()
     if isinstance(value, Mapping):

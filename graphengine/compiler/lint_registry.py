@@ -1,4 +1,4 @@
-"""Registry of lints for node types, by code. They run on every scene after its nodes were set up without physics."""
+"""Registry of lints for node types, by finding code. They run on every scene after its nodes were set up without physics."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ class LintContext:
                     yield graph, instance, cast("N", instance.make_node())
 
     def disagree(self, code: str, message: str, claim: EndpointClaim, other: EndpointClaim, remedy: str) -> None:
-        """Report a claim that is incompatible with another one."""
+        """Report two incompatible endpoint claims, such as different message types of one topic, at the node of `claim`."""
         span = self.span(other)
         self.findings.add(code, message, self.span(claim), remedy, related=[(span, "the other one")] if span else [])
 
     def span(self, claim: EndpointClaim) -> Span | None:
-        """Return the place of the node that made the claim, or None."""
+        """Return the position in its file of the node that made the claim; None if no graph has this node."""
         instance = self.instance(claim.node)
         return instance.span if instance else None
 
@@ -59,7 +59,7 @@ LINTS: dict[str, list[LintFunction]] = {}
 
 
 def lint(code: str) -> Callable[[L], L]:
-    """Register a lint under a code; it runs on every scene after its nodes were set up without physics."""
+    """Return a decorator that registers a lint under a finding code; it runs after all nodes were set up without physics."""
 
     def register(function: L) -> L:
         LINTS.setdefault(code, []).append(function)

@@ -98,7 +98,7 @@ def _set_literal(
         instance: the node.
         port: the input.
         value: the value, or a mapping of `type` and `value`.
-        at: returns the place of the value, or of a part of it.
+        at: returns the position of the value, or of the element at the given keys.
         findings: findings to add errors to.
         given_by: note on the origin of the value, if it is not the file.
     """
@@ -139,14 +139,14 @@ def _set_literal(
 
 
 def _wrong_element(port_type: PortType | UnionType, value: Any) -> int | None:
-    """The index of the first list element that the array type does not accept; None if there is no such element."""
+    """Return the index of the first list element that the array type does not accept; None if there is no such element."""
     if not (isinstance(port_type, PortType) and port_type.array and isinstance(value, list)):
         return None
     return next((number for number, element in enumerate(value) if not _takes(port_type, [element])), None)
 
 
 def _got(error: Exception, value: Any) -> str:
-    """The end of a message with the given value, unless the error contains it already."""
+    """Return the ending `, got VALUE` of a message; empty if the error already contains the value."""
     return "" if ", got " in str(error) else f", got {shown(value)}"
 
 
@@ -165,7 +165,13 @@ _PLAIN_TYPES += (*_TUPLES, *(PortType(name, array=True) for name in ("int", "int
 
 
 def _typed(value: Any, wanted: PortType | UnionType) -> tuple[PortType, Any]:
-    """The type and value of a literal: the type is that in the file, or else the first of the port's that accepts the value."""
+    """Return the type and the converted value of a literal.
+
+    The type is `wanted` if this is a single type, otherwise the first alternative that accepts the value.
+
+    Raises:
+        TypeError: no alternative accepts the value.
+    """
     if isinstance(wanted, PortType) and wanted != types.ANY:
         return wanted, types.coerce(value, wanted)
     alternatives = _alternatives(wanted)
@@ -176,7 +182,7 @@ def _typed(value: Any, wanted: PortType | UnionType) -> tuple[PortType, Any]:
 
 
 def _refusal(value: Any, alternatives: Sequence[PortType]) -> str:
-    """The reason why none of several types accepts a value, and what to write instead."""
+    """Return a message: why no alternative accepts a value, and how to correct the file."""
     how = "write {type: …, value: …}"
     if not alternatives:
         return f"its type is not clear; {how}"
@@ -201,7 +207,7 @@ def _takes(port_type: PortType, value: Any) -> bool:
 
 
 def _alternative(named: PortType | UnionType, port_type: PortType | UnionType) -> PortType:
-    """The type of a port that corresponds to a type in the file; roles do not matter.
+    """Return the alternative of a port's type that matches a type in the file; if none is equal, roles are ignored.
 
     Raises:
         ValueError: the port does not accept the type.
@@ -216,10 +222,10 @@ def _alternative(named: PortType | UnionType, port_type: PortType | UnionType) -
 
 
 def _one_type(named: PortType | UnionType, what: str) -> PortType:
-    """Check that a type is a single type that a value can have, and return it.
+    """Return `named` if it is a single type of values, such as double or token.
 
     Raises:
-        ValueError: it is a union, or no type of values.
+        ValueError: it is a union, or a type without values in files, such as execution or bundle.
     """
     if not isinstance(named, PortType) or named.base in ("any", "bundle", "execution"):
         raise ValueError(f"a {what} has a single type, such as double or token, got {brief(named)}")
@@ -240,7 +246,7 @@ def set_overrides(name: str, instances: Sequence[Instance], overrides: Sequence[
 
 
 def _only(span: Span, *_: str) -> Span:
-    """The place for all parts of a value that is not in a file."""
+    """Return `span` for every element of a value; for values from the command line, which have no positions of their own."""
     return span
 
 

@@ -1,6 +1,7 @@
 """The plan of a graph as plain data: regions, calls in order, guards, copies, refreshes of data nodes.
 
-A **region** is the set of nodes that execution reaches without crossing a pusher's port. It starts from the events of a pass,
+A **pusher** is a node such as a loop or a sequence: it runs all nodes below an output port each time it fires the port. A
+**region** is the set of nodes that execution reaches without crossing a pusher's port. It starts from the events of a pass,
 from the events at the end of a play or of the graph, or from one port of a pusher. `planning` makes a plan of a resolved graph,
 `graphrun show` prints it, `codegen` turns it into source.
 """
@@ -29,7 +30,7 @@ class Copy:
 
 @dataclass(frozen=True, slots=True)
 class Refresh:
-    """A computation of a data node before its consumer: always, or only if something it depends on changed."""
+    """The computation of a data node before a node that reads it: always, or only if one of its dependencies changed."""
 
     node: int
     copies: tuple[Copy, ...]
@@ -41,7 +42,7 @@ class Refresh:
 
 @dataclass(frozen=True, slots=True)
 class FireEffect:
-    """The effect of a firing port: flags and counters of the region, or a pending pin of the target node."""
+    """The effect of one execution wire that fires: it sets a flag, a counter, or a pending pin of the target node."""
 
     target: int
     guard: str = ""
@@ -72,7 +73,7 @@ class Pin:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """The call of one node, at its place in a region."""
+    """The call of one node within a region."""
 
     node: int
     kind: str
@@ -123,7 +124,7 @@ class Plan:
     """Names of the nodes in the file."""
     regions: tuple[Region, ...]
     gates: Mapping[int, tuple[int, ...]]
-    """For each node that runs in every pass without exceptions, except for gates upstream of it: these gates."""
+    """For each node that runs in every pass, or that only `every:` gates keep from doing so: these gates."""
     flagged: tuple[int, ...] = ()
     """Data nodes with a run-time flag that says whether they are stale."""
     latent_marks: Mapping[int, tuple[int, ...]] = field(default_factory=dict)

@@ -22,7 +22,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
     """Resolve ports of several types along the wires until nothing changes, then check every wire."""
     refused = _settle(graph)
     for index, error in refused.items():
-        if not graph.instances[index].refused:  # else its error may follow from one reported already
+        if not graph.instances[index].refused:  # otherwise the error may result from one that is already reported
             _tell_refusal(graph.instances[index], error, findings)
     unknown = _tell_unsettled(graph, findings, set(refused))
     checked: list[Wire] = []
@@ -59,7 +59,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
 
 
 def _tell_untold(graph: Graph, untold: list[Wire], findings: Findings) -> list[Wire]:
-    """Report wires of unknown type; return those in a cycle instead, because the plan reports the cycle."""
+    """Report wires of unknown type, except wires from a cycle of data nodes: return these; the planner reports the cycle."""
     circular = _circular(graph) if untold else set()
     for wire in (wire for wire in untold if wire.source not in circular):
         what = f"the type of {wire.entry.source} cannot be resolved from its wires ({wire})"
@@ -68,7 +68,7 @@ def _tell_untold(graph: Graph, untold: list[Wire], findings: Findings) -> list[W
 
 
 def _circular(graph: Graph) -> set[int]:
-    """Data nodes in a cycle and data nodes that depend on a cycle; their types cannot be resolved."""
+    """Return the data nodes in or downstream of a cycle of data nodes; their types cannot be resolved."""
     waiting = Digraph(range(len(graph.instances)))
     for wire in graph.data_wires:
         source, target = graph.instances[wire.source].cls, graph.instances[wire.target].cls
@@ -78,7 +78,7 @@ def _circular(graph: Graph) -> set[int]:
 
 
 def _tell_refusal(instance: Instance, error: ValueError | ContextError, findings: Findings) -> None:
-    """Report a node's error about types that contradict each other, or about a value that decides them and is not valid."""
+    """Report that a node refused its types: they contradict each other, or the input that determines them is invalid."""
     if isinstance(error, ValueError):
         findings.add("G206", f"{instance.id}: {error}", instance.span, related=instance.entry.via)
         return
@@ -117,7 +117,7 @@ def _settle(graph: Graph) -> dict[int, ValueError | ContextError]:
 
 
 def _settle_defaults(graph: Graph) -> None:
-    """Settle unwired inputs that keep their default to the first type that accepts the default."""
+    """Give each unwired input with a default value the first type that accepts the default."""
     given = graph.wired_ports | graph.declared_inputs
     for instance in graph.instances:
         for port in instance.cls.fields.values():
@@ -127,7 +127,7 @@ def _settle_defaults(graph: Graph) -> None:
 
 
 def _settle_node(graph: Graph, instance: Instance, refused: dict[int, ValueError | ContextError]) -> bool:
-    """Settle the types that follow from others within a node; return whether a type changed."""
+    """Derive types of a node's ports from its known port types; return whether a type changed."""
     changed = _settle_couples(instance)
     if instance.index in refused or instance.cls.resolve_types is Node.resolve_types:
         return changed
@@ -151,12 +151,12 @@ def _settle_source(graph: Graph, wire: Wire) -> bool:
 
 
 def _depends_on_inputs(instance: Instance) -> bool:
-    """Whether a node has inputs of union type, from which the types of its outputs may follow."""
+    """Return whether a node has inputs of union type, from which the types of its outputs may follow."""
     return any(port.side == "inputs" and isinstance(port.type, UnionType) for port in instance.cls.fields.values())
 
 
 def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set[int]:
-    """Report inputs whose type nothing determines; return the instances with unknown types, and those downstream of them."""
+    """Report inputs whose type cannot be determined; return the nodes with such inputs, and all nodes downstream."""
     wired, declared, behind = graph.wired_ports, graph.declared_inputs, dict[int, list[int]]()
     wires = {(wire.target, wire.target_field): wire for wire in graph.data_wires}
     unknown = set(refusing)
@@ -169,7 +169,7 @@ def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set
             wire = wires.get((instance.index, port.field))
             if wire is not None:
                 behind.setdefault(wire.source, []).append(instance.index)
-                if known_type(*graph.source(wire)) is not None:  # of a type that does not fit
+                if known_type(*graph.source(wire)) is not None:  # its type does not fit the input
                     unknown.add(instance.index)
                 continue
             if (instance.id, port.name) in declared:
@@ -190,14 +190,14 @@ def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set
 
 
 def _misses(instance: Instance, port: Port, wired: set[tuple[str, str]]) -> bool:
-    """Whether an input has no value because of an error that is reported elsewhere."""
+    """Return whether an input has no value because of an error that is reported elsewhere."""
     if port.field in instance.refused:
         return True
     return port.required is True and port.field not in instance.literals and (instance.id, port.name) not in wired
 
 
 def _choose(instance: Instance, port: Port, other: PortType | None, *, widening: bool) -> bool:
-    """Choose a union port's alternative by the type at the other end of a wire."""
+    """Choose a union port's alternative by the type at the other end of a wire; return whether one was chosen."""
     if other is None or other == types.ANY or not isinstance(port.type, UnionType) or port.field in instance.settled:
         return False
     form = (other.base, other.count, other.array)
@@ -211,7 +211,7 @@ def _choose(instance: Instance, port: Port, other: PortType | None, *, widening:
 
 
 def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) -> bool:
-    """Settle the types that the node itself derives from known types; return whether a type changed.
+    """Set the types that `resolve_types` of the node class derives from known types; return whether a type changed.
 
     Raises:
         ValueError: the types are incompatible.
@@ -234,7 +234,7 @@ def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) 
 
 
 def _restate(instance: Instance, port: Port, wanted: PortType) -> bool:
-    """Convert a literal whose type was a guess to another type; return whether the literal has this type too."""
+    """Convert an input's literal from its provisional type to `wanted`; return whether that is possible."""
     if port.field not in instance.literals:
         return False
     try:
@@ -245,7 +245,7 @@ def _restate(instance: Instance, port: Port, wanted: PortType) -> bool:
 
 
 def _counterpart(settled: PortType, port: Port, other: Port) -> PortType | None:
-    """The alternative of port `other` that corresponds to the settled type of `port`, with which it is coupled."""
+    """Return the alternative of `other` that matches the type of `port`, a port coupled with it; None if there is none."""
     assert isinstance(other.type, UnionType)
     if port.component != other.component:
         form = (settled.base, settled.array)

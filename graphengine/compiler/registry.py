@@ -42,7 +42,7 @@ _SHORT_PREFIXES = ("Ogn", "Isaac", "ROS2")
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A node type, and whether an old name was used for it."""
+    """The result of a look-up: a node type, and whether it was found by a name from before Isaac Sim 4.5."""
 
     cls: type[Node]
     old_name: bool = False
@@ -89,7 +89,7 @@ class Registry:
         return None
 
     def suggest(self, name: str, findings: Findings | None = None) -> str:
-        """Return a text on an unknown name: similar names or how to list all names, and plugins that are not available."""
+        """Return help for an unknown type name: similar names or how to list all, and the plugins that failed to import."""
         guess = findings.guess if findings else did_you_mean
         near = guess(name, [*self.short_names, *self.owners]) or "`graphrun nodes` lists every type"
         missing = [f"{plugin} could not be imported ({problem})" for plugin, problem in self.broken.items()]
@@ -163,7 +163,7 @@ def short_names(type_name: str) -> list[str]:
 
 
 def _classes(module: ModuleType) -> list[type[Node]]:
-    """The node types that a module defines."""
+    """Return the node types that a module defines itself; imported ones are left out."""
     classes = [value for value in vars(module).values() if isinstance(value, type) and issubclass(value, Node)]
     return list(dict.fromkeys(cls for cls in classes if cls.type_name and cls.__module__ == module.__name__))
 
@@ -179,6 +179,6 @@ def default_registry() -> Registry:
         owner = entry.dist.name if entry.dist else entry.name
         try:
             registry.add_module(entry.load(), owner)
-        except (Exception, SystemExit) as error:  # a plugin may fail in any way; its types are then simply not there
+        except (Exception, SystemExit) as error:  # a plugin may fail in any way; its types are then unavailable
             registry.broken[f"{owner}: {entry.value}"] = f"{type(error).__name__}: {error}"
     return registry

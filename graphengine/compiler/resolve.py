@@ -55,7 +55,7 @@ def resolve(
 
 
 def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[str, Instance | None]:
-    """Make an instance for each entry; None for an entry with a finding, so that its wires cause no further findings."""
+    """Return an instance by node id; None for a node with an error, so that its wires cause no further findings."""
     known: dict[str, Instance | None] = dict.fromkeys(graph.flat.unopened)
     wired: dict[str, list[str]] = {}
     ends = [end for wire in graph.flat.wires for end in (wire.source, wire.target)]
@@ -158,7 +158,7 @@ def _end(
     wire: WireEntry,
     findings: Findings,
 ) -> tuple[Instance, Port] | None:
-    """The instance and port that one end of a wire means."""
+    """Return the instance and port at one end of a wire; None after an error, which is added to `findings`."""
     via = (*wire.via, *end.via)
     if end.node not in known:
         inner, _, name = end.node.rpartition("/")

@@ -41,7 +41,7 @@ def make_schema(kind: str, registry: Registry) -> dict[str, Any]:
 
 
 def _inputs_of(cls: type[Node]) -> dict[str, Any]:
-    """The schema of a node's inputs, on condition that the node has this type."""
+    """Return the conditional schema of a node's inputs: it applies if `type` names the given class."""
     names = [cls.type_name, *cls.aliases, *short_names(cls.type_name)]
     ports = [port for port in cls.fields.values() if port.side == "inputs" and not port.is_exec]
     return {

@@ -29,7 +29,7 @@ _END = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """A value that a file gives to an input of a subgraph, with its place."""
+    """A value that a file gives to an input of a subgraph, with its source positions."""
 
     value: Any
     span: Span
@@ -50,17 +50,17 @@ class NodeEntry:
     """Values of inputs that are set at the use of a subgraph around the node."""
 
     def span(self, *location: str | int) -> Span:
-        """Return the place of a value below the node: in the node's file, or where a subgraph's use sets it."""
+        """Return the position of a value of the node: in the node's file, or where the use of a subgraph sets the value."""
         given = self._given(location)
         return given.span if given else self.document.span(*self.location, *location)
 
     def key_span(self, *location: str | int) -> Span:
-        """Return the place of a key below the node."""
+        """Return the position of a key of the node: in the node's file, or where the use of a subgraph sets its value."""
         given = self._given(location)
         return given.key_span if given else self.document.key_span(*self.location, *location)
 
     def is_written(self, *location: str | int) -> bool:
-        """Return whether a file contains the value below the node; the engine sets some parameters, such as `robot`."""
+        """Return whether a file contains a value of the node; the engine sets some parameters, such as `robot`."""
         document, location = self.document, (*self.location, *location)
         return not isinstance(document, FilledDocument) or document.origin(*location) is not None
 
@@ -163,7 +163,7 @@ def load_graph(
 
 @dataclass(frozen=True, slots=True)
 class _Subgraph:
-    """An expanded subgraph, and its subgraphs."""
+    """An expanded subgraph: its file, and its own subgraphs by node name."""
 
     loaded: Loaded[GraphSpec]
     inner: dict[str, _Subgraph]
@@ -220,7 +220,7 @@ class _Expansion:
     def find_declared(
         self, loaded: Loaded[GraphSpec], subgraphs: Mapping[str, _Subgraph]
     ) -> Iterator[tuple[Side, WireEnd]]:
-        """Yield the side and the inner port of each declared port of a file."""
+        """Yield the side and the inner port of each port that a file declares for its use as a subgraph."""
         sides: tuple[Side, ...] = ("inputs", "outputs")
         for side in sides:
             for port in _declared_ports(loaded, side):
@@ -230,7 +230,7 @@ class _Expansion:
                     yield side, inside
 
     def _add_subgraph(self, entry: NodeEntry, folder: Path, stack: tuple[Path, ...]) -> _Subgraph | None:
-        """Expand the file that a node refers to; None after an error."""
+        """Expand the subgraph file to which a node refers; return None after an error."""
         span = entry.span("subgraph")
         try:
             path, resolved = self.library.find(entry.spec.subgraph, folder)
@@ -255,7 +255,7 @@ class _Expansion:
         return _Subgraph(inner, self.add(inner, f"{entry.id}/", via, (*stack, resolved), handed_on))
 
     def _hand_on(self, entry: NodeEntry, inner: Loaded[GraphSpec]) -> _GivenByNode:
-        """The values of a subgraph's inputs, by the inner nodes of its declared ports."""
+        """Return the values that a use gives to a subgraph's inputs, by inner node and port."""
         handed_on: dict[str, dict[str, Given]] = {}
         for name, value in entry.spec.inputs.items():
             given = Given(value, entry.span("inputs", name), entry.key_span("inputs", name))
@@ -265,7 +265,7 @@ class _Expansion:
         return handed_on
 
     def _parse_wire(self, document: Document, number: int, text: str) -> list[WireEnd] | None:
-        """The two ends of a connection; None after an error."""
+        """Return the two ends of a connection such as `A.x -> B.y`; None after an error."""
         value = document.find("connections", number)
         assert value is not None
         legal = "write `Node.port -> Other.port`, as in `OnPlaybackTick.tick -> SubscribeTwist.execIn`"
@@ -285,7 +285,7 @@ class _Expansion:
         return ends
 
     def _declared(self, inner: Loaded[GraphSpec], side: Side, port: str, subgraph: str, span: Span) -> WireEnd | None:
-        """The inner port of a subgraph's declared port; None after an error."""
+        """Return the inner port to which a declared port of a subgraph leads; None after an error."""
         declared = _declared_ports(inner, side)
         if port not in declared:
             near = self.findings.guess(port, declared) or listing(declared, side)
@@ -298,7 +298,7 @@ class _Expansion:
         return end
 
     def _lead_through(self, end: WireEnd, subgraphs: Mapping[str, _Subgraph], side: Side) -> WireEnd | None:
-        """The innermost end of a wire to a subgraph's declared port; None after an error."""
+        """Follow one end of a wire into nested subgraphs; return the port of an ordinary node, or None after an error."""
         subgraph = subgraphs.get(end.node)
         if subgraph is None:
             return end
@@ -311,18 +311,18 @@ class _Expansion:
 
 
 def _with_values(spec: NodeSpec, given: Mapping[str, Given]) -> NodeSpec:
-    """A node with the values that a subgraph's use sets, which replace its own."""
+    """Return the spec of a node with the input values that the use of a subgraph sets; they override the node's own."""
     own = {port: value for port, value in spec.inputs.items() if port.removeprefix("inputs:") not in given}
     return spec.model_copy(update={"inputs": own | {port: one.value for port, one in given.items()}})
 
 
 def _declared_ports(loaded: Loaded[GraphSpec], side: Side) -> Mapping[str, str]:
-    """The ports that a file declares for its use as a subgraph, with the inner ports to which they lead."""
+    """Return the ports that a file declares for its use as a subgraph: inner port, such as `Node.port`, by name."""
     return loaded.spec.outputs if side == "outputs" else loaded.spec.inputs
 
 
 def _read_end(text: str, span: Span) -> WireEnd | None:
-    """An end of a wire, written as `Node.port` or `Node.side:port`; None if it is neither."""
+    """Parse the end of a wire, `Node.port` or `Node.side:port`; return None if the text has neither form."""
     match = _END.match(text)
     return WireEnd(match["node"], match["port"], match["side"] or "", span) if match is not None else None
 

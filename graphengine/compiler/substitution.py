@@ -32,7 +32,7 @@ def fill(
         budget: size limits of the graph.
     """
     data = document.data
-    if not isinstance(data, dict) or data.get("format", FORMAT) == FORMAT:  # another may mean other things by the rest
+    if not isinstance(data, dict) or data.get("format", FORMAT) == FORMAT:  # other versions differ in keys
         values = _parameter_values(document, bindings, findings, use)
         data = _Filler(values, findings, budget).fill(document.root)
     filled = FilledDocument(document, bindings.keys(), use)
@@ -43,7 +43,7 @@ def fill(
 def _parameter_values(
     document: Document, bindings: Mapping[str, Any], findings: Findings, use: Use | None
 ) -> dict[str, Any]:
-    """Declared parameters with their given or default values; UNKNOWN after an error."""
+    """Return the value of each declared parameter, given or default; UNKNOWN for a parameter with an error."""
     declared = document.find("parameters")
     names = declared.data if declared is not None and isinstance(declared.data, dict) else {}
     for name in bindings:

@@ -11,15 +11,15 @@ from collections.abc import Sequence
 from graphengine.drawing.geometry import GAP, Arrangement, LayoutBox, LayoutLink, Point, Route, ends, simplified
 
 _LANE = 8.0
-"""Distance of two lines that run beside each other."""
+"""Distance between parallel lines, px."""
 _STUB = 9.0
-"""Length of the straight line at a port, at least."""
+"""Minimum length of the straight line at a port, px."""
 
 Port = tuple[int, float]
 
 
 def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangement:
-    """Place boxes and route links."""
+    """Return an arrangement with boxes in columns and routed links, in time linear in the number of boxes and links."""
     ranks = _ranks(boxes, links)
     lanes: dict[int, dict[Port, int]] = {gap: {} for gap in range(-1, max(ranks, default=0) + 1)}
     above: dict[Port, int] = {}
@@ -42,7 +42,7 @@ def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangem
 
 
 def _ranks(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> list[int]:
-    """Return the column of each box: to the right of its inputs, except for one or more links of each cycle."""
+    """Return the column of each box: to the right of all boxes that link to it, except for some links in cycles."""
     following: list[list[int]] = [[] for _ in boxes]
     missing = [0] * len(boxes)
     for link in links:
@@ -53,7 +53,7 @@ def _ranks(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> list[int]
     done = [False] * len(boxes)
     ready = [index for index, count in enumerate(missing) if not count]
     for first in range(len(boxes)):
-        while ready or not done[first]:  # where all boxes that are left wait for each other, the first one goes ahead
+        while ready or not done[first]:  # in a cycle, the first box goes ahead
             index = ready.pop() if ready else first
             done[index] = True
             for other in following[index]:
@@ -69,7 +69,7 @@ def _ranks(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> list[int]
 def _placed(
     boxes: Sequence[LayoutBox], ranks: Sequence[int], lanes: dict[int, dict[Port, int]]
 ) -> tuple[tuple[Point, ...], dict[int, float]]:
-    """Return the corners of the boxes, and the position of the gap to the right of each column."""
+    """Return the top left corner of each box, and the x position of the gap to the right of each column."""
     columns: dict[int, list[int]] = {}
     for index, rank in enumerate(ranks):
         columns.setdefault(rank, []).append(index)

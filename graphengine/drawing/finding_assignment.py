@@ -13,11 +13,11 @@ from graphengine.format.diagnostics import Finding, Findings, Span
 from graphengine.format.document import Value
 
 CIRCLES = ("G209", "G210")
-"""Codes of findings that name wires which run in a circle."""
+"""Codes of findings about cycles of wires."""
 
 
 class _EndNode(NamedTuple):
-    """The node at an end of a wire, and the places where the subgraphs around the wire were used."""
+    """The node at one end of a wire, and the uses of the subgraphs that contain the wire."""
 
     node: str
     via: Via
@@ -42,7 +42,7 @@ class AssignedFindings:
 
 
 def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
-    """Assign findings to nodes: those at the node or at one of its wires, and those of its cycles."""
+    """Assign each finding to the nodes at its position, at the ends of the wire there, or in the cycle that it reports."""
     assigned = AssignedFindings()
     regions = [(entry, *_region(entry)) for entry in graph.flat.nodes]
     paths = {entry.document.source.path for entry in graph.flat.nodes} | {graph.flat.loaded.document.source.path}
@@ -50,7 +50,7 @@ def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
     for finding in findings.sorted():
         span = finding.span
         if span is not None and span.through:
-            span, _ = span.through[-1]  # the node that uses the parameter whose value is wrong
+            span, _ = span.through[-1]  # the node that uses the parameter
         if finding.severity == "note" or span is None or span.source.path not in paths:
             continue
         circle = _circle(finding, graph) if finding.code in CIRCLES else ()
@@ -66,19 +66,19 @@ def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
 
 
 def _told_of(finding: Finding, things: Sequence[T]) -> Sequence[T]:
-    """Return the things to which a finding applies: in a subgraph used several times, only those of the use that it names."""
+    """Return the nodes or wires to which a finding applies; of several uses of a subgraph, those in the use it names."""
     told = set(finding.related)
     return [thing for thing in things if told.issuperset(thing.via)] or things
 
 
 def _circle(finding: Finding, graph: Graph) -> Sequence[WireEntry]:
-    """Return the wires that a finding about a cycle names."""
+    """Return the wires of the cycle that a finding reports."""
     places = {(str(span), span.length) for span, _ in finding.related}
     return _told_of(finding, [wire for wire in graph.flat.wires if (str(wire.span), wire.span.length) in places])
 
 
 def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
-    """Return the node at each span of a wire: for the whole wire its target, or the other end if that node is unknown."""
+    """Return the nodes by the span of a wire or of one of its ends; the span of a whole wire gives the target node."""
     names = {entry.id for entry in graph.flat.nodes}
     places: dict[tuple[str, int], list[_EndNode]] = {}
     for wire in graph.flat.wires:
@@ -89,7 +89,7 @@ def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
 
 
 def _region(entry: NodeEntry) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return the first and last position of a node in its file, each as line and column."""
+    """Return the positions of the first and last value of a node in its file, each as line and column."""
     key = entry.key_span()
     last = (key.line, key.column)
     found = entry.document.find(*entry.location)

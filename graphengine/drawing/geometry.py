@@ -1,4 +1,4 @@
-"""Boxes, links and arrangements, shared by all layouts."""
+"""Boxes, links and arrangements for all layouts. Lengths are in px, x points right and y points down."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ Point = tuple[float, float]
 Route = tuple[Point, ...]
 
 GAP = (44.0, 28.0)
-"""Least distance of two boxes that stand beside each other, and of two above each other."""
+"""Minimum horizontal and vertical distance between two boxes, px."""
 
 
 @dataclass(frozen=True, slots=True)
 class LayoutBox:
-    """A rectangle to place; `edge` keeps it in the first or last column, `place` is its position in the graph file."""
+    """A rectangle to place: `edge` forces it into the first or last column, `place` is its position from the graph file."""
 
     width: float
     height: float
@@ -44,7 +44,7 @@ class Arrangement:
 def bounds(
     boxes: Sequence[LayoutBox], corners: Sequence[Point], routes: Iterable[Route]
 ) -> tuple[float, float, float, float]:
-    """Return left, top, right and bottom of all boxes and routes; zeros if there are none."""
+    """Return the left, top, right and bottom edge of the rectangle around all boxes and routes; zeros if there are none."""
     points = [point for route in routes for point in route]
     points += corners
     points += [(x + box.width, y + box.height) for box, (x, y) in zip(boxes, corners, strict=True)]
@@ -53,7 +53,7 @@ def bounds(
 
 
 def ends(boxes: Sequence[LayoutBox], corners: Sequence[Point], link: LayoutLink) -> tuple[Point, Point]:
-    """Return the first and last point of a link."""
+    """Return the start point of a link on the source box, and its end point on the target box."""
     (x, y), (other_x, other_y) = corners[link.source], corners[link.target]
     return (x + boxes[link.source].width, y + link.source_y), (other_x, other_y + link.target_y)
 

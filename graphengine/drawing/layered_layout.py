@@ -1,7 +1,7 @@
 """Layered (Sugiyama) layout with graphlay: boxes in columns from left to right, each to the right of its inputs.
 
-graphlay breaks cycles, assigns columns, reduces crossings, places boxes and routes links between ports. This module draws the
-links from a box to itself, and enlarges the box by the room for them.
+graphlay breaks cycles, assigns columns, reduces crossings, places boxes and routes links between ports. This module routes
+links from a box to itself, and reserves room for them around the box.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from graphengine.drawing.geometry import GAP, Arrangement, LayoutBox, LayoutLink
 from graphengine.format.errors import UsageError
 
 _LOOP = 10.0
-"""Between a box and its first link to itself, and from one such link to the next."""
+"""Distance between a box and its first link to itself, and between two such links, px."""
 _STUB = 9.0
-"""So far from a box its links run straight at least: room for an arrow head."""
+"""Minimum length of a link's straight line at a box, with room for an arrow head, px."""
 _CLEAR = 6.0
-"""So far above and below a box other links run at least."""
+"""Minimum vertical distance between a box and links of other boxes, px."""
 _TOUCH = 0.01
-"""So far inside of a box a line still runs along its border."""
+"""Depth inside a box up to which a line counts as running along the border, px."""
 
 _OPTIONS: dict[str, Any] = {
     "direction": "leftright",
@@ -40,7 +40,7 @@ _OPTIONS: dict[str, Any] = {
 
 
 def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangement:
-    """Place boxes and route links.
+    """Return an arrangement of boxes and links by graphlay.
 
     Raises:
         UsageError: graphlay is not installed.
@@ -77,7 +77,7 @@ def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangem
 def _mended(
     boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence[LayoutLink], routes: Sequence[Route]
 ) -> Sequence[Route]:
-    """Return routes in which the links that run through a box, a few in graphs with many cycles, are routed around it."""
+    """Return routes that cross no box: links that graphlay routed through a box, a few in cyclic graphs, get new routes."""
     low = np.array(corners)
     high = low + np.array([(box.width, box.height) for box in boxes])
     wrong = [number for number, route in enumerate(routes) if _crosses(route, low, high)]
@@ -86,7 +86,7 @@ def _mended(
 
 
 def _crosses(route: Route, low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
-    """Return whether a line of the route runs through a box."""
+    """Return whether a line of a route runs through a box."""
     for pair in pairwise(route):
         begin, end = np.min(pair, axis=0), np.max(pair, axis=0)
         if np.all((begin < high - _TOUCH) & (end > low + _TOUCH), axis=1).any():
@@ -114,18 +114,18 @@ def _edge(link: LayoutLink, boxes: Sequence[LayoutBox], room: Sequence[float]) -
 
 
 def _around(begin: Point, end: Point, top: float, distance: float) -> Route:
-    """Return the route from the right side of a box over its top to its left side."""
+    """Return a route from the right side of a box, above the box, to its left side."""
     right, left, above = begin[0] + distance, end[0] - distance, top - distance
     return (begin, (right, begin[1]), (right, above), (left, above), (left, end[1]), end)
 
 
 def _squared(begin: Point, corners: Iterable[Point], end: Point) -> Route:
-    """Return the polyline through the corners from port to port, with all lines exactly horizontal or vertical."""
+    """Return a polyline from port to port close to the given corners, with exactly horizontal and vertical lines."""
     route = [begin]
     for x, y in corners:
         last_x, last_y = route[-1]
         route.append((x, last_y) if abs(x - last_x) > abs(y - last_y) else (last_x, y))
-    if len(route) > 1 and route[-1][0] == route[-2][0]:  # the last vertical line ends at the height of the port
+    if len(route) > 1 and route[-1][0] == route[-2][0]:  # end at the port's height
         route[-1] = (route[-1][0], end[1])
     elif route[-1][1] != end[1]:
         middle = (route[-1][0] + end[0]) / 2

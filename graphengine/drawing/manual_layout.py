@@ -11,10 +11,10 @@ from graphengine.drawing import layered_layout, routing
 from graphengine.drawing.geometry import GAP, Arrangement, LayoutBox, LayoutLink, Point, bounds
 
 MAX_STRETCH = 6.0
-"""How far given places are stretched apart, at most, to make room; boxes that need more are placed anew."""
+"""Maximum scale factor of the given positions; boxes that need a larger one get new positions."""
 
 _CLEAR = 0.1
-"""px; so much more than the least distance, lest rounding makes frames overlap."""
+"""Addition to the minimum distance, px, so that rounding errors cause no overlap."""
 
 
 def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangement:
@@ -42,7 +42,7 @@ def _corners(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> tuple[P
 
 
 def _stretched(boxes: Sequence[LayoutBox]) -> dict[int, Point]:
-    """Return the given positions, scaled by one factor; boxes that would need too large a factor are left out."""
+    """Return the scaled positions by box index; boxes that would need a factor above `MAX_STRETCH` are left out."""
     kept: list[int] = []
     stretch = 1.0
     for index, box in enumerate(boxes):
@@ -57,7 +57,7 @@ def _stretched(boxes: Sequence[LayoutBox]) -> dict[int, Point]:
 
 
 def _needed_stretch(box: LayoutBox, place: Point, others: Sequence[LayoutBox]) -> float:
-    """Return the scale factor at which a box no longer overlaps the others."""
+    """Return the smallest scale factor at which a box at `place` overlaps none of the others."""
     if not others:
         return 1.0
     there = np.array([other.place for other in others])

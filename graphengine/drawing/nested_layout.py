@@ -15,22 +15,22 @@ from graphengine.drawing.node_box import NodeBox, make_box
 from graphengine.drawing.view_model import GraphView, PortPlace, WireView
 
 MAX_LEVEL, MAX_WHOLE = 200, 600
-"""Boxes and links, of one subgraph and of the whole graph, up to which crossings are avoided: the time grows with the cube."""
+"""Maximum numbers of boxes and links, in one level and in the whole graph, for layouts that take cubic time."""
 
 _PADDING = 18.0
-"""Between the border of a subgraph and what is in it."""
+"""Distance between the border of a subgraph and its contents, px."""
 _CAPTION = 24.0
-"""Height of the line with a subgraph's name."""
+"""Height of the line with a subgraph's name, px."""
 _PIN = 1.0
-"""Half the height of the box that stands for a port on the border."""
+"""Half the height of the box that represents a port on a border, px."""
 
 Pin = tuple[str, bool, PortPlace]
-"""A port on a subgraph's border: the subgraph, whether wires lead in, and the node and port inside that they mean."""
+"""A port on a subgraph's border: the subgraph, whether wires lead into it, and the inner node and port of these wires."""
 
 
 @dataclass(slots=True)
 class SubgraphFrame:
-    """The border of a subgraph."""
+    """The border of a subgraph in a drawing."""
 
     name: str
     corner: Point
@@ -52,16 +52,16 @@ class GraphLayout:
 
 @dataclass(slots=True)
 class _Level:
-    """The layout of a subgraph or of the graph itself, in coordinates relative to its corner."""
+    """The layout of one subgraph, or of the outermost graph, relative to its top left corner."""
 
     width: float
     height: float
     corners: dict[str, Point]
-    """Of the nodes and subgraphs directly in it."""
+    """Top left corners of the nodes and subgraphs directly in this level, by id."""
     pins: dict[Pin, float]
-    """Heights of the ports on its border."""
+    """Vertical positions of the ports on the border."""
     pieces: dict[int, Route]
-    """Of each wire the part that lies in it."""
+    """The part of each wire that lies in this level, by number of the wire."""
 
 
 def arrange(view: GraphView) -> GraphLayout:
@@ -83,7 +83,7 @@ def arrange(view: GraphView) -> GraphLayout:
 
 
 def _put(layout: GraphLayout, levels: dict[str, _Level], group: str, at: Point, pieces: dict[int, list[Route]]) -> None:
-    """Add a level and its sublevels to the layout, in coordinates of the drawing."""
+    """Add a subgraph and all its inner subgraphs to the layout, converted to coordinates of the drawing."""
     level = levels[group]
     for number, route in level.pieces.items():
         pieces.setdefault(number, []).append(tuple((x + at[0], y + at[1]) for x, y in route))
@@ -128,7 +128,7 @@ def _arrange_level(group: str, view: GraphView, nodes: dict[str, NodeBox], level
     pins: dict[Pin, int] = {}
 
     def end(wire: WireView, *, begins: bool) -> tuple[int, float]:
-        """Return the box and height at which the part of a wire in this level begins or ends."""
+        """Return the box, and the height in it, at which a wire's part in this level begins or ends."""
         (node, port), inner = (wire.source, wire.target) if begins else (wire.target, wire.source)
         if not _holds(group, node):
             pin = (group, begins, inner)
@@ -154,7 +154,7 @@ def _arrange_level(group: str, view: GraphView, nodes: dict[str, NodeBox], level
 def _way(
     view: GraphView, boxes: Sequence[LayoutBox], links: Collection[LayoutLink]
 ) -> Callable[[Sequence[LayoutBox], Sequence[LayoutLink]], Arrangement]:
-    """Choose the layout of a level by sizes only, so that a graph looks the same on every machine."""
+    """Return the layout function for a level; the choice depends on numbers of boxes and links, never on time."""
     whole = len(view.nodes) + len(view.wires)
     if len(boxes) + len(links) > MAX_LEVEL or whole > MAX_WHOLE:
         return column_layout.arrange
@@ -166,13 +166,13 @@ def _holds(group: str, node: str) -> bool:
 
 
 def _child(group: str, node: str) -> str:
-    """Return a node that is directly in a group, else the subgraph directly in the group that contains the node."""
+    """Return the id of a node if it is directly in a group, else of the group's direct subgraph that contains the node."""
     start = len(group) + 1 if group else 0
     return node[:start] + node[start:].partition("/")[0]
 
 
 def _touches(group: str, wire: WireView) -> bool:
-    """Return whether a part of a wire is in a group, but not completely within one of its subgraphs."""
+    """Return whether a wire has a part in a group that is outside the subgraphs of this group."""
     children = [_child(group, node) for node, _ in (wire.source, wire.target) if _holds(group, node)]
     return len(children) == 1 or len(set(children)) == 2 or children[:1] == [wire.source[0]]
 
@@ -186,7 +186,7 @@ def _framed(
     pins: dict[Pin, int],
     links: dict[LayoutLink, int],
 ) -> _Level:
-    """Return a level with its corner at zero. A subgraph gets room for a border and a caption; its pins are on the border."""
+    """Return a level with its top left corner at (0, 0); a subgraph gets a border with its ports, and a caption."""
     left, top, right, bottom = bounds(boxes, made.corners, made.routes)
     padding, caption = (_PADDING, _CAPTION) if group else (0.0, 0.0)
     dx, dy = padding - left, padding + caption - top

@@ -11,32 +11,32 @@ from graphengine.format.diagnostics import Finding
 NAME_SIZE, TYPE_SIZE, PORT_SIZE = 13.0, 12.0, 12.0
 """Font sizes, px."""
 HEAD, ROW, FOOT = 40.0, 20.0, 7.0
-"""Heights of the two lines on top, of a line of ports, and of what is left below the last."""
+"""Heights of the two lines at the top of a box, of each line of ports, and of the space at the bottom, px."""
 MARGIN = 12.0
-"""From a side of the box to the text of its ports."""
+"""Distance between a side of the box and the texts of ports, px."""
 
 _BETWEEN = 18.0
-"""Least distance between the texts of two ports on one line."""
+"""Minimum distance between the texts of two ports on one line, px."""
 _NAME_LIMIT, _PORT_LIMIT, _VALUE_LIMIT = 260.0, 200.0, 126.0
 _MARKS = 4
-"""So many different findings are written on a box; the tooltip has all."""
+"""Maximum number of lines for findings on a box; the tooltip has all findings."""
 
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """The text of a port; its baseline begins at `x`, or ends there on the right side of the box."""
+    """The name and value of a port, written at the port's side of the box."""
 
     view: PortView
     side: str
     y: float
-    """Of the port itself."""
+    """Vertical position of the port."""
     name: str
     value: str
 
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A line for one finding, or for several findings with the same code."""
+    """A line on a box about one finding, or about several findings with the same code."""
 
     severity: str
     text: str
@@ -46,7 +46,7 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class NodeBox:
-    """A node's box with the positions of its parts."""
+    """The box of a node: its size, and the texts and positions of its labels, findings and ports."""
 
     view: NodeView
     width: float
@@ -56,7 +56,7 @@ class NodeBox:
     labels: tuple[Label, ...]
     marks: tuple[Mark, ...]
     heights: dict[Key, float]
-    """How far below the top each port lies."""
+    """Distance of each port from the top of the box, px."""
 
     @property
     def severity(self) -> str:
@@ -66,7 +66,7 @@ class NodeBox:
 
 
 def make_box(view: NodeView) -> NodeBox:
-    """Compute the box of a node."""
+    """Return the box of a node, with its size and the positions of labels and ports, px."""
     name = fitted(view.name, NAME_SIZE, _NAME_LIMIT, bold=True)
     kind = view.type_name.rpartition(".")[2] or "?"
     type_name = fitted(f"{kind}, {view.pace}" if view.pace else kind, TYPE_SIZE, _NAME_LIMIT)
@@ -93,7 +93,7 @@ def _label(port: PortView, side: str, y: float) -> Label:
 
 
 def _marks(findings: list[Finding], top: float) -> tuple[Mark, ...]:
-    """Return a line for each finding code, errors first."""
+    """Return the lines about findings, one per finding code, errors first."""
     codes: dict[tuple[bool, str], list[Finding]] = {}
     for finding in findings:
         codes.setdefault((finding.severity != "error", finding.code), []).append(finding)

@@ -18,12 +18,12 @@ from graphengine.drawing.geometry import GAP, LayoutBox, LayoutLink, Point, Rout
 
 _FRAME = (GAP[0] / 2, GAP[1] / 2)
 _SPREAD = 10.0
-"""How far from its line a link may be moved."""
+"""Maximum distance by which a link is moved from its grid line, px."""
 _LANE = 5.0
 _BEND = 60.0
-"""A bend is worth this much of a way."""
+"""Cost of a bend in the search, as a length in px."""
 _HASTE = 2.0
-"""How much what is left of a way weighs against what lies behind: at 1 the search is exact, and slow."""
+"""Weight of the remaining distance in the A* search; with 1, routes are optimal and the search is slow."""
 
 
 def routes(boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence[LayoutLink]) -> list[Route]:
@@ -36,13 +36,13 @@ def routes(boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence
 
 
 Line = tuple[int, float]
-"""A column (axis 0) at an x, or a row (axis 1) at a y."""
+"""A grid line: axis 0 and the x of a column, or axis 1 and the y of a row."""
 Step = tuple[int, int, int]
-"""Column and row of a place on the grid, and the axis of the line that the way came along."""
+"""A state of the search: column and row of a grid point, and the axis of the line that leads to it."""
 
 
 class _Router:
-    """The search grid: each line along a frame, and a row for each port."""
+    """The search grid: a line along each side of each frame, and a row for each port."""
 
     def __init__(self, boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence[LayoutLink]) -> None:
         self.ends = [ends(boxes, corners, link) for link in links]
@@ -53,12 +53,12 @@ class _Router:
         shared = np.unique(self.frames[:, :, 1])
         self.rows = np.unique([*shared, *(y for pair in self.ends for _, y in pair)])
         self.shared = np.isin(self.rows, shared).tolist()
-        """Rows along which every link may run; that of a port is left to the links of the port."""
+        """For each row, whether every link may use it; the row of a port is reserved for links of this port."""
         self.places = (self.columns.tolist(), self.rows.tolist())
         self.open = self._open(0, self.columns, self.rows), self._open(1, self.rows, self.columns)
 
     def _open(self, axis: int, lines: NDArray[np.float64], along: NDArray[np.float64]) -> list[list[bool]]:
-        """Return for each grid line of an axis, and each place along it, whether no frame is between it and the next place."""
+        """Return, for each grid line of an axis and each point on it, whether no frame blocks the way to the next point."""
         free = np.ones((len(lines), len(along)), bool)
         for (low, high), (begin, end) in zip(self.frames[:, :, axis], self.frames[:, :, 1 - axis], strict=True):
             across = slice(np.searchsorted(lines, low, "right"), np.searchsorted(lines, high, "left"))
@@ -88,14 +88,14 @@ class _Router:
                     best[step], before[step] = cost, here
                     left = abs(columns[step[0]] - goal_x) + abs(rows[step[1]] - goal_y)
                     heapq.heappush(queue, (cost + _HASTE * left, step))
-        raise AssertionError("frames that do not overlap leave a way between all ports")
+        raise AssertionError("no route between two ports: frames of boxes overlap")
 
     def _column(self, x: float) -> int:
-        """Return the column of a frame's side; their positions may differ by a rounding error."""
+        """Return the index of the column nearest to `x`, because positions can differ by rounding errors."""
         return int(np.abs(self.columns - x).argmin())
 
     def _steps(self, here: Step, own: tuple[int, int]) -> Iterator[Step]:
-        """Yield the neighbours of a place; rows of other ports are skipped."""
+        """Yield the grid points that can be reached next; rows of other ports are skipped."""
         column, row, _ = here
         for way in (-1, 1):
             other = row
@@ -122,7 +122,7 @@ class _Router:
 
 
 def _drawn(begin: Point, end: Point, lines: Sequence[Line]) -> Route:
-    """Return the polyline along grid lines, of which the first and last are the rows of the ports."""
+    """Return the polyline of a link along grid lines; the first and last line are the rows of its ports."""
     corners = []
     for (axis, place), (_, other) in pairwise(lines):
         corners.append((other, place) if axis == 1 else (place, other))
@@ -130,7 +130,7 @@ def _drawn(begin: Point, end: Point, lines: Sequence[Line]) -> Route:
 
 
 def _spread(links: Sequence[LayoutLink], ways: Sequence[Sequence[Line]], routes: Sequence[Route]) -> list[list[Line]]:
-    """Move routes of different ports apart where they run along the same line."""
+    """Return the grid lines of each route, with routes of different ports moved apart where they share a line."""
     spread = [list(way) for way in ways]
     stretches: dict[Line, dict[tuple[int, float], list[tuple[int, int]]]] = {}
     for number, way in enumerate(ways):
@@ -150,7 +150,7 @@ def _spread(links: Sequence[LayoutLink], ways: Sequence[Sequence[Line]], routes:
 def _extent(
     axis: int, place: float, routes: Sequence[Route], members: Sequence[tuple[int, int]]
 ) -> tuple[float, float]:
-    """Return the range of a line along which links run."""
+    """Return the first and last coordinate along a grid line between which the given links use the line."""
     along = [
         point[1 - axis]
         for number, _ in members
@@ -162,7 +162,7 @@ def _extent(
 
 
 def _lanes(extents: Sequence[tuple[float, float]]) -> list[int]:
-    """Return for each link the first lane that is free along its range."""
+    """Return a lane number for each range, so that overlapping ranges have different lanes."""
     lanes: list[int] = []
     for number, (low, high) in enumerate(extents):
         taken = {lane for lane, (a, b) in zip(lanes, extents[:number], strict=False) if a <= high and low <= b}

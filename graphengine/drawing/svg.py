@@ -21,16 +21,16 @@ from graphengine.format.diagnostics import Finding
 from graphengine.format.wording import printable
 
 _SPACE = 18.0
-"""Around the drawing, and between parts of it."""
+"""Distance around the drawing and between its graphs, px."""
 _TITLE_SIZE = 16.0
 _LINE = 17.0
 _ROUND = 6.0
-"""Radius of a wire's corner."""
+"""Radius of the corners of wires, px."""
 _ARROW = 9.0
 _LEAST = 560.0
-"""Width of a small drawing, for the line of signs below it."""
+"""Minimum width of a drawing, px, so that the legend of wires fits."""
 _ABOUT = 2000
-"""Characters of a tooltip."""
+"""Maximum length of a tooltip, characters."""
 
 _STYLES = {
     "exec": ("execution", "exec-tip"),
@@ -39,7 +39,7 @@ _STYLES = {
     "circle": ("in a circle", "wrong-tip"),
     "refused": ("connection with a mistake", "wrong-tip"),
 }
-"""Meaning of each style of a wire, and the class of its arrow head."""
+"""For each style of wires: its text in the legend, and the CSS class of the arrow head."""
 
 STYLE = "\n" + Template(resources.files(__package__).joinpath("svg.css").read_text(encoding="utf-8")).substitute(
     fonts=FONTS,
@@ -48,11 +48,11 @@ STYLE = "\n" + Template(resources.files(__package__).joinpath("svg.css").read_te
     type_size=f"{TYPE_SIZE:g}",
     port_size=f"{PORT_SIZE:g}",
 )
-"""Of every drawing. What knows no media queries draws the light one."""
+"""Style sheet of all drawings; viewers that do not support media queries show the light theme."""
 
 
 def draw(views: Sequence[GraphView], *, named: bool = False) -> str:
-    """Return one SVG with all graphs, one below the other.
+    """Return the text of one SVG file with all graphs, one below the other.
 
     Args:
         views: graphs to draw.
@@ -104,7 +104,7 @@ def _text(x: float, y: float, text: str, kind: str) -> str:
 
 
 def _draw_graph(view: GraphView, *, named: bool) -> tuple[list[str], float, float]:
-    """Draw a graph with its corner at zero; return it with its width and height."""
+    """Return the SVG of a graph with its top left corner at (0, 0), and its width and height in px."""
     layout = arrange(view)
     heading, head_width, head_height = _heading(view, max(layout.width, _LEAST))
     lines = [*heading, f'<g transform="translate(0 {_number(head_height)})">']
@@ -130,7 +130,7 @@ def _draw_graph(view: GraphView, *, named: bool) -> tuple[list[str], float, floa
 
 
 def _heading(view: GraphView, limit: float) -> tuple[list[str], float, float]:
-    """Draw name, prim path and rate of the graph, and findings without a node; return it with its width and height."""
+    """Return the SVG of a graph's name, prim path, rate and findings without a node, and its width and height in px."""
     title = fitted(view.title, _TITLE_SIZE, limit, bold=True)
     caption = fitted(view.caption, PORT_SIZE, limit)
     lines = [_text(0, 14, title, "title"), _text(0, 33, caption, "caption")]
@@ -200,7 +200,7 @@ def _wire(wire: WireView, route: Route) -> list[str]:
 
 
 def _style(wire: WireView) -> str:
-    """Return the style of a wire, a key of `_STYLES`."""
+    """Return the key of a wire's style in `_STYLES`."""
     return wire.mistake or ("data-wire" if wire.form == "data" else wire.form)
 
 
@@ -235,7 +235,7 @@ def _towards(corner: Point, other: Point, distance: float) -> Point:
 
 
 def _signs(styles: Collection[str], x: float, y: float) -> Iterator[str]:
-    """Draw the legend of the wires."""
+    """Yield the SVG of the legend, with one entry per style of wire in the drawing."""
     for style, (meaning, _) in _STYLES.items():
         if style not in styles:
             continue

@@ -24,15 +24,15 @@ _WIDTHS = (
     ("#+<=>^~w", 0.84),
     ("Mm%W@", 1.0),
 )
-"""Letters, and their width as a part of the font's size."""
+"""Upper bounds of the widths of characters, relative to the font size."""
 _WIDTH_OF = {letter: width for letters, width in _WIDTHS for letter in letters}
 _BOLD = 1.2
-"""At least the ratio of a letter's bold form to its width above."""
+"""Upper bound of the ratio between the bold and the regular width of a character."""
 _WIDE = 1.4
-"""Of an ideograph or an emoji."""
+"""Width of an ideograph or emoji, relative to the font size."""
 _OTHER = 1.05
 _ROUNDING = 1e-6
-"""More than sums of widths in different order differ."""
+"""Tolerance for rounding errors in sums of widths."""
 
 
 def width(text: str, size: float, *, bold: bool = False) -> float:

@@ -25,17 +25,17 @@ from graphengine.node.port import Port
 from graphengine.node.types import brief
 
 MAX_NODES = 3000
-"""Of a graph that is drawn."""
+"""Maximum number of nodes in a drawing."""
 _SHOWN = 6
-"""So many elements of a list are written out."""
+"""Maximum number of list elements in the value of a port on a box."""
 FARTHEST = 100_000.0
-"""px; places farther from zero than this are as good as none."""
+"""Largest coordinate of a position in a graph file, px; positions beyond it are ignored."""
 _LONG = 400
-"""Characters of a text in a tooltip."""
+"""Maximum length of a text in a tooltip, characters."""
 
 
 Mistake = Literal["", "refused", "circle"]
-"""Of a wire: that it is refused, or that it and others run in a circle."""
+"""Error of a wire: `refused` with a finding, `circle` for a wire in a cycle, or empty."""
 Key = tuple[str, str]
 """Side of the box (`left` or `right`) and the port's name."""
 PortPlace = tuple[str, Key]
@@ -56,7 +56,7 @@ class PortView:
 
 @dataclass(slots=True)
 class NodeView:
-    """A node in a drawing; `ports` are those that are wired or set, in the order of the type."""
+    """A node in a drawing; `ports` has the wired ports and those with a value, execution ports first."""
 
     id: str
     type_name: str
@@ -64,9 +64,9 @@ class NodeView:
     place: Point | None
     about: str
     pace: str = ""
-    """How often it is executed, where the file says."""
+    """The node's `every:` as text; empty without one."""
     instance: Instance | None = None
-    """None for a node of an unknown type."""
+    """Resolved node; None for an unknown node type."""
     ports: dict[Key, PortView] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
 
@@ -86,11 +86,11 @@ class WireView:
     """A wire between two ports.
 
     Attributes:
-        source: port where it begins.
-        target: port where it ends.
+        source: node and port where the wire begins.
+        target: node and port where the wire ends.
         form: execution, execution in a later pass, or data.
-        mistake: whether it was refused or is part of a cycle; empty if it is correct.
-        about: text of its tooltip.
+        mistake: whether the wire was refused or is part of a cycle; empty if it is correct.
+        about: text of the wire's tooltip.
     """
 
     source: PortPlace
@@ -109,9 +109,9 @@ class GraphView:
     nodes: list[NodeView]
     wires: list[WireView]
     groups: dict[str, tuple[str, Point | None]]
-    """Of each subgraph the name of its file, and its place."""
+    """File name and position of each subgraph, by id."""
     findings: list[Finding]
-    """Those that belong to no node."""
+    """Findings that belong to no node."""
 
 
 def make_graph_view(graph: Graph, findings: Findings) -> GraphView:
@@ -169,7 +169,7 @@ def _pace(every: EverySpec | None) -> str:
 
 
 def _layout(entry: NodeEntry) -> Point | None:
-    """Return the position that the node's own file gives."""
+    """Return the position of a node from `layout` in its file; None without one."""
     found = entry.document.find("layout", str(entry.location[-1]))
     return _place(found.to_data()) if found is not None else None
 
@@ -195,7 +195,7 @@ def _add_port(node: NodeView, side: str, port: Port, instance: Instance) -> Port
 
 
 def _about(port: Port, instance: Instance) -> str:
-    """Return type, unit, default, constraint and documentation of a port."""
+    """Return the text of a port's tooltip: type, unit, default, constraint and documentation."""
     if port.is_exec:
         return "\n".join(filter(None, (f"{port.name}: execution", port.doc)))
     first = f"{port.name}: {brief(settled_type(instance, port))}{f', {port.unit}' if port.unit else ''}"
@@ -205,7 +205,7 @@ def _about(port: Port, instance: Instance) -> str:
 
 
 def _value(value: Any, *, whole: bool) -> str:
-    """Return a value as YAML, truncated."""
+    """Return a value as YAML on one line, with long lists and texts truncated."""
     most = 64 if whole else _SHOWN
     more = isinstance(value, np.ndarray | tuple | list) and len(value) > most
     value = value[:most] if more else value
@@ -239,7 +239,7 @@ def _wire(entry: WireEntry, nodes: dict[str, NodeView], mistake: Mistake) -> Wir
 
 
 def _end(end: WireEnd, side: str, sides: Sequence[str], nodes: dict[str, NodeView]) -> tuple[PortPlace, bool]:
-    """Return the port at an end of a wire, after adding it to its box, and whether it carries execution."""
+    """Add the port at one end of a wire to its box; return node and port, and whether the port carries execution."""
     node = nodes[end.node]
     instance = node.instance
     port = find_port(instance.cls, end.port, [end.side] if end.side else sides) if instance else None
@@ -252,7 +252,7 @@ def _end(end: WireEnd, side: str, sides: Sequence[str], nodes: dict[str, NodeVie
 
 
 def _sort_ports(node: NodeView) -> None:
-    """Sort ports: execution first, then in the type's order. An input that other nodes only read is shown on the right only."""
+    """Sort ports: execution first, then in the type's order. An unwired input from which wires begin is on the right only."""
     names = dict.fromkeys(port.name for port in node.instance.cls.fields.values()) if node.instance else ()
     order = {name: number for number, name in enumerate(names)}
     for side, name in list(node.ports):

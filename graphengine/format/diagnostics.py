@@ -102,7 +102,7 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A place in a file; line and column count from 1."""
+    """A position in a file, with the length of the text there; line and column count from 1."""
 
     source: Source
     line: int
@@ -111,13 +111,13 @@ class Span:
     parameter: str = field(default="", kw_only=True)
     """Name of the parameter whose value is written here, if a graph uses the value through a parameter."""
     through: tuple[tuple[Span, str], ...] = field(default=(), kw_only=True)
-    """Places of the parameter in graph files, from here to the node that uses the value."""
+    """Uses of the parameter on the way from this position to the node that uses the value, each with a note."""
 
     def __str__(self) -> str:
         return f"{printable(self.source.path)}:{self.line}:{self.column}"
 
     def part(self, offset: int, length: int) -> Span:
-        """Return a part of this place, on the same line."""
+        """Return the span of `length` characters on the same line, `offset` characters after the start of this one."""
         return replace(self, column=self.column + offset, length=max(length, 1))
 
 
@@ -137,7 +137,7 @@ class Finding:
 
     @property
     def severity(self) -> Severity:
-        """Errors for G and S, warnings for W, notes for N."""
+        """Severity by the first letter of the code: `error` for G and S, `warning` for W, `note` for N."""
         return {"W": "warning", "N": "note"}.get(self.code[0], "error")  # type: ignore[return-value]
 
     def render(self) -> str:
@@ -176,7 +176,7 @@ _WIDTH = 160
 
 
 def _excerpt(span: Span) -> list[str]:
-    """The source line with a caret below it; a very long line is cut to a window."""
+    """Return the source line with a caret below the position; a very long line is cut around it."""
     if not 1 <= span.line <= len(span.source.lines):
         return []
     line = span.source.lines[span.line - 1]
@@ -193,7 +193,7 @@ def _excerpt(span: Span) -> list[str]:
 
 
 def _width(text: str) -> int:
-    """Width of a text in terminal columns."""
+    """Return the width of a text in terminal columns."""
     return sum(
         0 if unicodedata.combining(c) else 2 if unicodedata.east_asian_width(c) in ("W", "F") else 1 for c in text
     )
@@ -226,7 +226,7 @@ class Findings:
         self.put(Finding(code, message, span, tuple(line for line in help if line), tuple(related)))
 
     def put(self, finding: Finding) -> None:
-        """Append a finding; equal findings are kept once, and so are those of several nodes about one parameter's value."""
+        """Append a finding unless an equal one exists, or one from another node about the same value of a parameter."""
         if self.full:
             return
         key: object = (finding.code, finding.message, str(finding.span), finding.help, tuple(map(str, finding.related)))
@@ -242,7 +242,7 @@ class Findings:
         self.items.append(finding)
 
     def guess(self, name: str, legal: Iterable[str]) -> str:
-        """Suggest similar names; only for the first MAX_GUESSES calls, as each search takes milliseconds."""
+        """Return a suggestion of similar names; empty after MAX_GUESSES calls, because each search takes milliseconds."""
         self._guesses += 1
         return did_you_mean(name, legal) if self._guesses <= MAX_GUESSES else ""
 

@@ -28,7 +28,7 @@ MAX_VALUES = 400_000
 """Maximum number of values in a document, including values that aliases repeat."""
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""Only its event parser is used: 15 times faster with libyaml."""
+"""Loader of which only the event parser is used; libyaml's is 15 times faster than PyYAML's own."""
 
 _NULL = re.compile(r"(?:~|null|Null|NULL|)\Z")
 _BOOL = re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z")
@@ -77,7 +77,7 @@ class Value:
     """Python scalar; dict of str to Value; list of Value."""
     keys: dict[str, Span] = field(default_factory=dict)
     plain: bool = True
-    """False for a quoted or block scalar, whose characters are not one to one those of the file."""
+    """False for a quoted or block scalar: its characters can differ from those in the file."""
 
     def child(self, part: str | int) -> Value | None:
         """Return the value at a key of a mapping or an index of a list, or None."""
@@ -120,7 +120,7 @@ class Document:
         return value
 
     def span(self, *location: str | int) -> Span:
-        """Return the place of the value at a location, or of the innermost enclosing value that exists."""
+        """Return the position of the value at a location; if there is none, of the innermost existing value around it."""
         for end in range(len(location), -1, -1):
             value = self.find(*location[:end])
             if value is not None:
@@ -128,7 +128,7 @@ class Document:
         return self.root.span
 
     def key_span(self, *location: str | int) -> Span:
-        """Return the place of the last key of a location; if it does not exist, the same as `span`."""
+        """Return the position of the last key of a location; if there is no such key, the same as `span`."""
         parent = self.find(*location[:-1])
         if parent is not None and location and location[-1] in parent.keys:
             return parent.keys[str(location[-1])]
@@ -190,13 +190,13 @@ def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
 
 
 def _span_behind(text: str, source: Source) -> Span:
-    """The place of the character that follows a text from the beginning of a file."""
+    """Return the position of the first character after `text`, which starts at the beginning of the file."""
     lines = _LINE_END.split(text)
     return Span(source, len(lines), len(lines[-1]) + 1)
 
 
 def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findings) -> None:
-    """Add the parser's error to `findings`, at its place or at the start of the value being read, with a remedy."""
+    """Add a syntax error of the parser to `findings`, at its position or at the start of the value being read."""
     problem, context = str(error.problem or "not YAML"), str(error.context or "")
     spans = [_inside(source, mark) for mark in (error.problem_mark, error.context_mark) if mark]
     span = spans[-1 if context.startswith(_FROM_ITS_BEGINNING) else 0] if spans else Span(source, 1, 1)
@@ -208,7 +208,7 @@ def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findin
 
 
 def _inside(source: Source, mark: Any) -> Span:
-    """The place of a parser mark; a mark behind the last line is moved to its end."""
+    """Convert a parser mark to a Span; a mark after the last line becomes the end of that line."""
     if mark.line < len(source.lines):
         return Span(source, mark.line + 1, mark.column + 1)
     return Span(source, len(source.lines), len(source.lines[-1]) + 1)
@@ -227,14 +227,14 @@ def _events(text: str) -> Iterator[Any]:
 class _Open:
     value: Value
     key: tuple[str, Span] | None = None
-    """Of the value that follows, in a mapping."""
+    """Key of the next value in a mapping, with its position."""
     drop: bool = False
-    """The key was refused, so its value goes nowhere."""
+    """Whether the key was refused, so that its value is discarded."""
     anchor: str | None = None
     first: int = 0
     """Number of values before this one, to know its size when an alias repeats it."""
     depth: int = 1
-    """Levels of nesting in it."""
+    """Number of nesting levels in the value."""
 
 
 class _ValueBuilder:
@@ -246,12 +246,12 @@ class _ValueBuilder:
         self.root: Value | None = None
         self.stack: list[_Open] = []
         self.anchors: dict[str, tuple[Value, int, int]] = {}
-        """Of each anchor the value, how many values it holds, and its levels of nesting."""
+        """For each anchor: its value, the number of values in it, and its nesting levels."""
         self.count = 0
         self.documents = 0
 
     def add(self, event: Any) -> bool:
-        """Process one event; False if reading cannot continue."""
+        """Process one parser event; return False if reading cannot continue."""
         if isinstance(event, yaml.DocumentStartEvent):
             self.documents += 1
             if self.documents > 1:
@@ -288,7 +288,7 @@ class _ValueBuilder:
         return True
 
     def _at_key(self) -> bool:
-        """Whether the next value is a key."""
+        """Return whether the next value is a key of a mapping."""
         return bool(self.stack) and isinstance(self.stack[-1].value.data, dict) and self.stack[-1].key is None
 
     def _tag_refused(self, event: Any, span: Span) -> None:
@@ -312,7 +312,7 @@ class _ValueBuilder:
     def _scalar(self, event: Any) -> bool:
         span = self._span(event)
         self._tag_refused(event, span)
-        plain = not event.style  # libyaml says "", the Python parser None
+        plain = not event.style  # libyaml gives "", the Python parser None
         if self._at_key():
             return self._key(event, plain, span)
         data = self._resolve(event.value, span) if plain else event.value
@@ -345,7 +345,7 @@ class _ValueBuilder:
         return self._counted(span, size) and self._shallow(span, depth) and self._place(value, None, size, depth)
 
     def _place(self, value: Value, anchor: str | None, size: int, depth: int) -> bool:
-        """Add a finished value to its mapping or sequence."""
+        """Add a finished value to its mapping or sequence; a repeated key is reported. Return True: reading can continue."""
         if anchor is not None:
             self.anchors[anchor] = (value, size, depth)
         if not self.stack:
@@ -369,7 +369,7 @@ class _ValueBuilder:
         return True
 
     def _resolve(self, text: str, span: Span) -> Any:
-        """Python value of a plain scalar under the YAML 1.2 core schema."""
+        """Return the Python value of a plain scalar under the YAML 1.2 core schema."""
         if _NULL.match(text):
             return None
         if _BOOL.match(text):

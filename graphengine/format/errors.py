@@ -75,7 +75,7 @@ class ContextError(GraphError):
 
     Args:
         message: the problem.
-        value: value of the input that caused the problem, to find the place in the file.
+        value: value of the input that caused the problem; the finding points to this input in the file.
         help: lines on legal values and remedies.
     """
 

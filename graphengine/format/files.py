@@ -28,11 +28,11 @@ def shipped() -> Path:
 
 
 Signature = tuple[int, ...] | None
-"""Changes whenever the content of a file does; None where no file is."""
+"""State of a file that differs after every change of the file; None for a missing file."""
 
 
 def signature(path: str | os.PathLike[str]) -> Signature:
-    """Inode, size and times of whatever has a path; it is not opened."""
+    """Return mode, inode, size and times of the file or folder at a path, without opening it; None if there is none."""
     try:
         found = os.stat(path)
     except (OSError, ValueError):
@@ -45,7 +45,7 @@ PACKAGE = "package://"
 MAX_NAMED = 5
 """Maximum number of scene files to name for a folder."""
 MAX_SEARCHED = 10_000
-"""Number of bytes of a file in which its key `scene` or `graph` is searched."""
+"""Number of bytes at the beginning of a file that are searched for its key `scene` or `graph`."""
 _SCENE, _GRAPH = re.compile(rb"^scene\s*:", re.MULTILINE), re.compile(rb"^graph\s*:", re.MULTILINE)
 
 
@@ -60,7 +60,7 @@ class NotFoundError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Files:
-    """The folders that may be read."""
+    """The folders that may be read, and a record of the files that were read or missing."""
 
     roots: tuple[Path, ...]
     near: Path | None = None
@@ -70,10 +70,9 @@ class Files:
     base: Path = field(default_factory=shipped)
     """Folder with the included `graphs/` and `scenes/`."""
     used: dict[Path, Signature] = field(default_factory=dict, compare=False, repr=False)
-    """Absolute paths of all files that the user gave or that a reference was found to mean, in order, as they were before they
-    were read."""
+    """State before reading of all files that the user gave or to which a reference pointed, by absolute path, in order."""
     sought: dict[Path, Signature] = field(default_factory=dict, compare=False, repr=False)
-    """Absolute paths at which a reference found no file; a folder or a pipe may be there."""
+    """Absolute paths at which a reference found no regular file, with the state of a folder or pipe there."""
 
     @staticmethod
     def of(
@@ -98,7 +97,7 @@ class Files:
         return Files(roots, near, tuple(path.absolute() for path in installed), base).beside(given)
 
     def beside(self, given: Path) -> Files:
-        """Return the folders with that of an additional file given by the user."""
+        """Return a copy that also permits the folder of `given`, an additional file that the user names."""
         self.note(given)
         return replace(self, roots=(given.resolve().parent, *self.roots))
 
@@ -109,23 +108,23 @@ class Files:
             self.used[place] = signature(place)
 
     def note_missing(self, path: Path) -> None:
-        """Record that a reference would mean the file at this path, if there were one."""
+        """Record a path at which a reference was looked up and no file was found."""
         place = Path(os.path.abspath(path))
         self.sought[place] = signature(place)
 
     def include(self, other: Files) -> None:
-        """Take over what another has noted."""
+        """Add the paths that another object recorded; paths recorded here keep their state."""
         for path, before in other.used.items():
             self.used.setdefault(path, before)
         for path, before in other.sought.items():
             self.sought.setdefault(path, before)
 
     def noted(self) -> dict[Path, Signature]:
-        """All paths that were noted, with what was there."""
+        """Return all recorded paths, with the state of the file when it was recorded."""
         return self.sought | self.used
 
     def changed(self) -> set[Path]:
-        """The files that are not what they were when they were noted, those that have come or gone among them."""
+        """Return the recorded files that have since changed, appeared or disappeared."""
         return {path for path, before in self.noted().items() if signature(path) != before}
 
     def links(self) -> Iterator[Path]:
@@ -135,7 +134,7 @@ class Files:
                 yield from (path for name in (*folders, *names) if (path := Path(folder, name)).is_symlink())
 
     def find(self, reference: str, folder: Path) -> Path:
-        """Return the file that a reference means, in a file in `folder`.
+        """Return the path of the file to which `reference`, written in a file in `folder`, refers.
 
         Raises:
             NotFoundError: the file does not exist, or lies outside the folders that may be read.
@@ -143,7 +142,7 @@ class Files:
         base = self.base
         places = [folder / reference, base / reference, base / "scenes" / reference, base / "graphs" / reference]
         for place in places:
-            if os.path.isfile(place):  # which takes a name that no file can have for one that is not there
+            if os.path.isfile(place):  # False for illegal names, too
                 if not self.may_read(place):
                     raise NotFoundError(
                         f"{reference!r} lies outside the folder of the file you gave",
@@ -159,7 +158,7 @@ class Files:
     def look_up(
         self, reference: str, folder: Path, findings: Findings, span: Span | None, owner: str = ""
     ) -> Path | None:
-        """Return the file that a reference means; None after an error, which is added to `findings`.
+        """Return the path of the file to which a reference points; None after an error, which is added to `findings`.
 
         Args:
             reference: reference to the file, as in `find`.
@@ -189,7 +188,7 @@ class Files:
             return True
         try:
             resolved = path.resolve()
-        except (OSError, RuntimeError, ValueError):  # a name that no file can have, a loop of links
+        except (OSError, RuntimeError, ValueError):  # an illegal file name, or a loop of links
             return False
         return any(resolved.is_relative_to(root) for root in self.roots)
 
@@ -219,7 +218,7 @@ def find_given(name: str, folder: str) -> Path:
         if os.path.isfile(place):
             return place
     known = sorted(str(path.relative_to(base / folder).with_suffix("")) for path in (base / folder).rglob("*.yaml"))
-    known = [name for name in known if name.partition("/")[0] not in ("robots", "sensors")]  # parts, which nobody runs
+    known = [name for name in known if name.partition("/")[0] not in ("robots", "sensors")]  # not run by themselves
     shipping = f"{folder} that ship: {', '.join(known)}" if known else ""
     raise NotFoundError(f"no file {name!r}", did_you_mean(name, known), shipping)
 
@@ -276,7 +275,7 @@ def require_file(path: str | Path) -> None:
 
 
 def _scenes_in(folder: Path) -> list[str]:
-    """The first scene files of a folder, without those in folders below it."""
+    """Return up to `MAX_NAMED` scene files of a folder, without its subfolders."""
     scenes: list[str] = []
     with contextlib.suppress(OSError):
         for path in sorted(folder.glob("*.y*ml")):
@@ -288,7 +287,7 @@ def _scenes_in(folder: Path) -> list[str]:
 
 
 def _beside(name: str) -> str:
-    """A file with a similar name in the same folder."""
+    """Return a suggestion of a YAML file with a similar name in the same folder; empty if there is none."""
     folder = os.path.dirname(name)
     try:
         there = os.listdir(folder or ".")

@@ -13,7 +13,7 @@ T = TypeVar("T")
 
 
 class Kinds(Generic[T]):
-    """Entries by kind, added by the modules of a package on import.
+    """A registry of entries by kind, which the modules of a package add when they are imported.
 
     Args:
         package: full name of the package; its modules are imported at the first call of `all`.
@@ -24,7 +24,7 @@ class Kinds(Generic[T]):
         self._entries: dict[str, tuple[int, T]] = {}
 
     def add(self, kind: str, entry: T, rank: int = 0) -> None:
-        """Add the entry of a kind; a lower rank is listed first.
+        """Register the entry of a kind; entries with a lower rank are listed first.
 
         Raises:
             ValueError: the kind already has an entry.

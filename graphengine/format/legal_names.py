@@ -1,4 +1,4 @@
-"""Types of names, prim paths and namespaces in files; the types check that a value is legal."""
+"""Pydantic types of names, prim paths and namespaces in files, which reject illegal values."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ def _robot_path(path: str) -> str:
 
 _NAMESPACE = re.compile(rf"[^A-Za-z0-9_]*({_PART}(/{_PART})*)?[^A-Za-z0-9_]*")
 NAMESPACE_FIELD = re.compile(r"\{(name|index)(?::0([1-9]))?\}")
-"""Placeholders of a robot's name or number in a namespace."""
+"""A placeholder in a namespace pattern for a robot's name or number."""
 
 
 def _namespace(value: str) -> str:
-    """Check that a text can be part of a ROS 2 namespace. Its ends are free, as those of a whole namespace are trimmed."""
+    """Return `value` if it can be part of a ROS 2 namespace; illegal characters at its ends are allowed and trimmed later."""
     if not _NAMESPACE.fullmatch(value):
         legal = "legal: letters A-Z a-z, digits and _, in parts separated by /; no part is empty or starts with a digit"
         raise ValueError(f"{value!r} cannot be part of a ROS 2 namespace; {legal}")

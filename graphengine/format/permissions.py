@@ -45,7 +45,7 @@ class Permissions:
         return self.environment[name]
 
     def read(self, reference: str, folder: Path) -> tuple[Path, str]:
-        """Return the path and the text of a file that a graph file in `folder` refers to.
+        """Read a text file to which a graph file in `folder` refers; return its path and content.
 
         Raises:
             ContextError: the file does not exist, may not be read, is too large, or is not text.
@@ -63,7 +63,7 @@ class Permissions:
                 raise ContextError(f"{path} is larger than {LARGEST_FILE} bytes", reference)
             return path, data.decode("utf-8")
         except UnicodeDecodeError:
-            raise ContextError(f"{path} is no text in UTF-8", reference) from None
+            raise ContextError(f"{path} is not UTF-8 text", reference) from None
         except OSError as error:
             raise ContextError(f"{path} cannot be read: {error.strerror}", reference) from None
 

@@ -6,10 +6,7 @@ import mmap
 import os
 
 SMALLEST = 320_000_000
-"""Bytes of address space with which every command gets far enough for Python to report a shortage.
-
-OpenBLAS and MuJoCo need most of it.
-"""
+"""Address space that a command needs before Python can report a lack of memory, bytes; mostly for OpenBLAS and MuJoCo."""
 
 
 def has_address_space(size: int) -> bool:

@@ -1,4 +1,4 @@
-"""Opening files whose paths come from users or from other files."""
+"""Opens files whose paths come from users or from other files."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ class UsdDriveSpec(FileSpec):
 
 
 class SpringSpec(FileSpec):
-    """A spring at a joint, which nothing commands."""
+    """A passive spring at a joint."""
 
     stiffness: Gain
     """Stiffness of the spring, N m/rad, or N/m."""
@@ -91,7 +91,7 @@ class JointSpec(FileSpec):
         if self.drive and self.usd_drive:
             raise ValueError("a joint has a drive or a usd_drive, not both")
         if self.limits and self.limits[0] >= self.limits[1]:
-            raise ValueError("limits are [lowest, highest]")
+            raise ValueError("limits are [lowest, highest], with the lowest below the highest")
         return self
 
 
@@ -158,7 +158,7 @@ class FrameSpec(FileSpec):
 
 
 class _TypeOfSensor:
-    """A kind of device, or a type of rig."""
+    """A value of `type` in `sensors`: a kind of device, or a rig of several devices."""
 
     @staticmethod
     def __get_pydantic_core_schema__(_: Any, handler: Any) -> Any:

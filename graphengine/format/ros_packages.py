@@ -11,7 +11,7 @@ MANIFEST = "package.xml"
 MAX_FOLDERS = 20_000
 
 _MAX_BYTES = 256 * 1024
-"""Number of bytes of a manifest that are searched for the name."""
+"""Number of bytes of a manifest that are searched for the package name."""
 _NAME = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
 
 

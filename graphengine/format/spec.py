@@ -226,7 +226,7 @@ class PlaceSpec(FileSpec):
 
 
 class JointStartSpec(FileSpec):
-    """The start of a joint of one robot."""
+    """The start position of one joint of one robot."""
 
     start: Speed
     """Position at the start, rad or m, instead of the robot file's."""

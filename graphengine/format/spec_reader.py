@@ -1,4 +1,4 @@
-"""Reading files as specs, with errors at their places in the file."""
+"""Reads files as specs; findings about errors point to their positions in the file."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def validate(model: type[S], document: Document, data: Any, findings: Findings) 
 
 
 def _is_of_another_kind(model: type[Spec], document: Document, data: Any, findings: Findings) -> bool:
-    """Whether a file is of another kind than expected; if so, one finding says it instead of one for each key."""
+    """Return whether a file is of another kind than expected; if so, add one finding for the whole file."""
     wanted = next((kind for kind, known in KINDS.items() if known is model), None)
     other = kind_of(document)
     if wanted is None or other is None or wanted in data or other in model.model_fields:
@@ -126,14 +126,14 @@ def _report(model: type[Spec], document: Document, error: dict[str, Any], findin
 
 
 def _name(location: Location) -> str:
-    """The text for a location: `nodes`, `position[1]`, `file` for the whole file."""
+    """Return the name of a location for messages: `nodes`, `position[1]`, or `file` for the whole file."""
     names = [part for part in location if isinstance(part, str)]
     numbers = location[location.index(names[-1]) + 1 :] if names else location
     return (names[-1] if names else "file") + "".join(f"[{number}]" for number in numbers)
 
 
 def _annotations_at(annotation: Any, location: Location) -> list[Any]:
-    """The legal types at a location: spec classes, tuples, scalars."""
+    """Return the legal types of the value at a location below `annotation`: spec classes, tuples or scalars."""
     origin, arguments = typing.get_origin(annotation), typing.get_args(annotation)
     if origin is Annotated:
         return _annotations_at(arguments[0], location)
@@ -155,7 +155,7 @@ def _models_at(model: type[Spec], location: Location) -> list[type[BaseModel]]:
 
 
 def _description(model: type[Spec], location: Location) -> str:
-    """The description of a key; empty for the whole file."""
+    """Return the description of a key from the spec; empty for the whole file."""
     for found in _models_at(model, location[:-1]):
         known = found.model_fields.get(str(location[-1])) if location else None
         if known and known.description:
@@ -165,14 +165,14 @@ def _description(model: type[Spec], location: Location) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loaded(typing.Generic[S]):
-    """A spec with the document that it was read from, which has the places for later findings."""
+    """A spec, and the document that it was read from, which gives later findings their positions."""
 
     spec: S
     document: Document
 
     @property
     def folder(self) -> Path:
-        """Folder that relative paths in the file refer to."""
+        """Folder against which relative paths in the file are resolved."""
         return self.document.path.parent
 
 
@@ -188,7 +188,7 @@ def read(
 
 
 def kind_of(document: Document) -> str | None:
-    """Return the kind of file that a document is: the first of the keys `graph`, `scene` and `robot` that it has, or None."""
+    """Return the kind of a file: the first of its keys among `graph`, `scene` and `robot`; None without one."""
     if not isinstance(document.data, dict):
         return None
     return next((kind for kind in KINDS if kind in document.data), None)

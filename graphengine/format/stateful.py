@@ -1,4 +1,4 @@
-"""Bases of objects whose state is part of checkpoints, and of shared objects."""
+"""Base classes of objects whose state is saved in checkpoints, and of objects that all checkpoints share."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 
 
 class Shared:
-    """An object that `copy.deepcopy` does not copy: copies of a state refer to the same object."""
+    """Base of objects that `copy.deepcopy` does not copy: all copies of a state refer to the same object."""
 
     __slots__ = ()
 
@@ -24,7 +24,7 @@ class Stateful(Shared):
     __slots__ = ()
 
     kept: ClassVar[tuple[str, ...]] = ()
-    """Names of the attributes that a checkpoint contains; the others follow from these, or never change."""
+    """Names of the attributes that a checkpoint contains; all others are derived from these or constant."""
 
     def save(self) -> Any:
         """Return a copy of the current state."""

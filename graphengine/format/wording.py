@@ -22,7 +22,7 @@ _BESIDE = 150
 
 
 def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
-    """Candidates for a suggestion: of many names only those similar in beginning, length or alphabetical order."""
+    """Return the candidates for a suggestion; of many names, only those close in first letter, length and order."""
     names = set(legal)
     if len(names) <= _MANY:
         return sorted(names)

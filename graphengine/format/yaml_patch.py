@@ -59,12 +59,12 @@ def _read(text: str) -> document.Document:
     findings = Findings()
     found = document.parse(text, "", findings)
     if found is None or findings.errors:
-        raise PatchError("the text is not a YAML file without errors")
+        raise PatchError("the YAML text has errors")
     return found
 
 
 def _split(text: str) -> list[str]:
-    """Lines with their ends, counted as `document` counts them."""
+    """Split a text into lines with their line ends, at the same line ends as `document`."""
     parts = re.split(f"({_END})", text)
     return [line + end for line, end in zip(parts[::2], [*parts[1::2], ""], strict=True)]
 
@@ -74,7 +74,7 @@ def _name(location: Location) -> str:
 
 
 def _with_value(data: Any, location: Location, value: Any) -> Any:
-    """A copy of plain data with a value set."""
+    """Return a copy of plain data with the value at a location set; missing mappings on the way are added."""
     if not location:
         return value
     key, *rest = location
@@ -82,11 +82,11 @@ def _with_value(data: Any, location: Location, value: Any) -> Any:
         return [_with_value(one, tuple(rest), value) if i == key else one for i, one in enumerate(data)]
     if isinstance(data, dict) and isinstance(key, str):
         return data | {key: _with_value(data.get(key, {}), tuple(rest), value)}
-    raise PatchError(f"{key!r} of {_name(location)} has no place in the file")
+    raise PatchError(f"{_name(location)} cannot be set: {key!r} needs a mapping or a longer list around it")
 
 
 def _with_new_key(text: str, found: document.Document, location: Location, value: Any) -> tuple[list[str], int]:
-    """The lines with a key that was missing, and the line that it is on."""
+    """Return the lines with a new key added, and the index of the key's line."""
     depth = next(end for end in range(len(location) - 1, -1, -1) if found.find(*location[:end]) is not None)
     for key in reversed(location[depth + 1 :]):
         value = {key: value}
@@ -99,13 +99,13 @@ def _with_new_key(text: str, found: document.Document, location: Location, value
     end, more = _flow_end(lines[line], parent), ", " if parent.data else ""
     cut = column + 1 if end is None else end - 1
     head, tail = lines[line][:cut], lines[line][cut:]
-    # A mapping that goes on in other lines takes the entry at its beginning.
+    # A mapping that spans lines gets the entry at its beginning.
     lines[line] = f"{head}{entry}{more}{tail}" if end is None else head.rstrip(" ,") + f"{more}{entry}{tail}"
     return lines, line
 
 
 def _flow_end(text: str, value: Value) -> int | None:
-    """The column behind a value of a flow collection; None if it does not end on its line, or an alias is in it."""
+    """Return the index behind a flow-style value in a line; None if it spans lines or contains an alias."""
     begin = value.span.column - 1
     if not isinstance(value.data, dict | list):
         return begin + value.span.length
@@ -118,7 +118,7 @@ def _flow_end(text: str, value: Value) -> int | None:
 
 
 def _with_new_line(lines: list[str], parent: Value, entry: str) -> tuple[list[str], int]:
-    """The lines with an entry behind the last one of a block mapping."""
+    """Add an entry behind the last one of a block mapping; return the lines and the index of the new one."""
     last = max(parent.keys.values(), key=lambda span: span.line)
     indent = " " * (last.column - 1)
     behind = row = last.line

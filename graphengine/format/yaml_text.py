@@ -1,4 +1,4 @@
-"""Plain data as YAML text that `document` reads back unchanged."""
+"""Writes plain data as YAML text that `document` reads back unchanged."""
 
 from __future__ import annotations
 

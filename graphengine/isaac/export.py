@@ -20,20 +20,20 @@ from graphengine.node import PortType, UnionType, types
 from graphengine.node.port import ExecOut, Port
 
 OWN = "graphengine."
-"""How names of node types begin that only this engine has."""
+"""Beginning of the names of node types that Isaac Sim does not have."""
 GATES = {
     EveryTicks.type_name: ("isaacsim.core.nodes.IsaacSimulationGate", "execOut"),
     EveryOnce.type_name: ("isaacsim.core.nodes.OgnIsaacRunOneSimulationFrame", "step"),
 }
-"""Isaac Sim's types that do what `every` asks for, and what their execution output is called."""
+"""Isaac Sim's node type for each kind of `every:` gate, with the name of its execution output."""
 _MESSAGE = ("messagePackage", "messageSubfolder", "messageName")
-"""Inputs of generic nodes, which Isaac Sim makes their other ports from as soon as they are set."""
+"""Inputs of generic ROS nodes that name the message type; Isaac Sim creates the ports of its fields when they are set."""
 TICK_RATE = 60
-"""Of a scene that says nothing else, and of Isaac Sim."""
+"""Default ticks per second, of scenes and of Isaac Sim."""
 
 
 def write_script(graph: Graph, findings: Findings) -> str:
-    """Return the script; empty, with errors in `findings`, if a part cannot be exported.
+    """Return the text of the script; empty, with errors in `findings`, if a part of the graph cannot be exported.
 
     Args:
         graph: resolved graph without errors.
@@ -53,7 +53,7 @@ class _Exporter:
                 self._refuse(instance)
 
     def _refuse(self, instance: Instance) -> None:
-        """Report the parts of a node that Isaac Sim does not have."""
+        """Report the node if Isaac Sim lacks its type, its `every` rate, or a port that is wired or set."""
         if instance.cls.type_name.startswith(OWN):
             self._tell(instance, f"there is no {instance.cls.type_name} in Isaac Sim")
         every = instance.entry.spec.every
@@ -61,7 +61,7 @@ class _Exporter:
             ticks = max(1, round(TICK_RATE / every.hz))
             counted = f"which at {TICK_RATE} ticks a second is {TICK_RATE / ticks:g} Hz"
             advice = f"write `every: {{ticks: {ticks}}}`, {counted}"
-            self._tell(instance, "Isaac Sim counts ticks; nothing there runs so many times a second", advice)
+            self._tell(instance, "Isaac Sim counts ticks; it has no gate with a rate in Hz", advice)
         wires = [*self.graph.data_wires, *self.graph.exec_wires]
         used = instance.literals.keys() | {wire.target_field for wire in wires if wire.target == instance.index}
         used |= {wire.source_field for wire in wires if wire.source == instance.index}
@@ -119,7 +119,7 @@ class _Exporter:
             yield f"({text(self.names[instance.id])}, {text(type_name)})"
 
     def _attributes(self) -> Iterator[str]:
-        """Yield the ports that OmniGraph's node types do not have initially."""
+        """Yield one `(attribute, type)` for each port that the script must add to a node."""
         for instance in self.graph.instances:
             fixed = _fixed_ports(instance)
             for key, port in instance.cls.ports.items():
@@ -137,14 +137,14 @@ class _Exporter:
             yield f"({text(start)}, {text(end)})"
 
     def _end(self, instance: Instance, port: Port) -> str:
-        """Return a port as scripts name it; a bundle output is a prim below the node."""
+        """Return the name of a port in scripts, such as `Node.inputs:x`; a bundle output is a prim below the node."""
         output = port.side == "outputs"
         name = GATES[instance.cls.type_name][1] if instance.part_of and output else port.name
         between = "_" if output and str(port.type) == "bundle" else ":"
         return f"{self.names[instance.id]}.{port.side}{between}{name}"
 
     def _values(self, *, of_messages: bool) -> Iterator[str]:
-        """Yield either the values that name message types, from which ports are made, or all others."""
+        """Yield `(attribute, value)` pairs: those that set a node's message type if `of_messages`, otherwise all others."""
         for instance in self.graph.instances:
             if issubclass(instance.cls, EveryTicks) and not of_messages:
                 yield f"({text(f'{self.names[instance.id]}.inputs:step')}, {instance.value('ticks')})"
@@ -171,9 +171,9 @@ class _Exporter:
 
 
 def _names(ids: Sequence[str]) -> dict[str, str]:
-    """Return unique names in one graph: for nodes of subgraphs, both names joined by `_`, with a number if necessary.
+    """Return a unique Python identifier for each node id: `Sub/Node` becomes `Sub_Node`, with a number if that is taken.
 
-    The name of a node that implements a part of another one follows a dot.
+    The id of an `every:` gate is that of its node, a dot and a suffix; the dot, too, becomes `_`.
     """
     names: dict[str, str] = {}
     taken = {known: 2 for known in ids if known.isidentifier()}
@@ -184,7 +184,7 @@ def _names(ids: Sequence[str]) -> dict[str, str]:
 
 
 def _fixed_ports(instance: Instance) -> set[str]:
-    """Return the ports that a node's type always has, or that the node makes from its inputs."""
+    """Return the names of the ports that the script need not add: fixed ports, and those that the node makes from inputs."""
     bases = [base for base in instance.cls.__mro__[1:] if getattr(base, "type_name", "") == instance.cls.type_name]
     grows = instance.cls.type_name == SCRIPT_NODE or instance.cls.numbered
     base: Any = bases[-1] if bases and grows else instance.cls
@@ -192,7 +192,7 @@ def _fixed_ports(instance: Instance) -> set[str]:
 
 
 def _holes(instance: Instance) -> Iterator[str]:
-    """Return unwired numbered execution outputs before a wired one: OmniGraph counts only up to the first missing number."""
+    """Yield the missing outputs below the highest numbered one: OmniGraph ignores outputs after a gap in the numbers."""
     for stem, make in instance.cls.numbered.items():
         numbers = {int(field.removeprefix(stem)) for field in instance.cls.series[stem]}
         if make is ExecOut and 0 in numbers:

@@ -32,19 +32,19 @@ GONE = {
     "isaacsim.ros2.bridge.ROS2CameraHelper.viewport": "wire renderProductPath from IsaacCreateRenderProduct",
     "isaacsim.ros2.bridge.ROS2SubscribeJointState.targetPrim": "it had no use",
 }
-"""Ports that older versions of Isaac Sim had, and what to do without them."""
+"""Ports that only older versions of Isaac Sim had, each with a note on what replaces it."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _PORT = re.compile(r"[A-Za-z_][A-Za-z0-9_:]*\Z")
 _LONGEST_NAME = 200
 _MOST_PARTS = 20
-"""Of a path that the name of a file is made of."""
+"""Maximum number of elements of a prim path that a file name contains."""
 _MOST_FOLLOWED = 100_000
-"""Wires of a graph that are followed back to what drives an input."""
+"""Maximum number of wires of a graph that are followed upstream to find what fires an input."""
 
 
 def file_names(graphs: Sequence[RecordedGraph]) -> list[str]:
-    """Return a file name for each graph, from the end of its path; names differ not only in upper and lower case."""
+    """Return a file name for each graph, from the end of its prim path; the names are unique even if case is ignored."""
     taken: dict[str, int] = {}
     names = []
     for graph in graphs:
@@ -60,11 +60,11 @@ def _legal(name: str) -> str:
 
 
 def unique(choices: Sequence[str], taken: dict[str, int], *, fold: bool = True) -> str:
-    """Return the first choice that is not taken, else the last one with a number, and mark it as taken.
+    """Return a name that is not taken: the first free choice, or else the last choice with a number. Mark it as taken.
 
     Args:
         choices: names in order of preference.
-        taken: names in use, each with the number to try first for another node of this name.
+        taken: names in use, each with the first number to append for the next request of this name; changed.
         fold: whether names that differ only in upper and lower case count as equal.
     """
     key = str.lower if fold else str
@@ -83,7 +83,7 @@ def compose(graph: RecordedGraph, name: str, registry: Registry, findings: Findi
         graph: graph that an importer found.
         name: name of the graph.
         registry: available node types.
-        findings: receives what the file lacks or changes.
+        findings: receives a finding for each part that the file lacks or changes.
         origin: origin of the graph, for a comment in the file.
     """
     return "\n".join([*_Composer(graph, registry, findings).lines(name, origin), ""])
@@ -93,13 +93,13 @@ class _Composer:
     def __init__(self, graph: RecordedGraph, registry: Registry, findings: Findings) -> None:
         self.graph, self.registry, self.findings = graph, registry, findings
         self.names: dict[str, str] = {}
-        """Names in the file, by names in the graph."""
+        """Names of nodes in the file, by their names in the recorded graph."""
         self.classes: dict[str, type[Node] | None] = {}
-        """Node classes with the ports that are named, by names in the graph; None where the type is not available."""
+        """Node classes, with the ports that the graph names, by node name in the graph; None for an unavailable type."""
         self.wired: dict[str, set[str]] = {}
-        """Ports that wires begin or end at, by node."""
+        """Wired ports of each node."""
         self.driving: dict[tuple[str, str], list[RecordedWire]] = {}
-        """Wires by their ends."""
+        """Wires by their target, node and port."""
         self.followed = 0
         for wire in graph.wires:
             for end, port in wire.ends:
@@ -136,7 +136,7 @@ class _Composer:
         values = {_port_name(key): value.data for key, value in node.values.items()}
         try:
             return grown(found.cls, values, self.registry.definitions, [_port_name(name) for name in named])
-        except (ContextError, TypeError, ValueError):  # which check tells of the file
+        except (ContextError, TypeError, ValueError):  # `check` reports it for the file
             return None
 
     def lines(self, name: str, origin: str) -> Iterator[str]:
@@ -166,7 +166,7 @@ class _Composer:
             yield from (f"  {key}: {flow(position)}" for key, position in placed.items())
 
     def _when(self) -> Iterator[str]:
-        """Yield the keys that say when the graph runs, and by which evaluator."""
+        """Yield the lines for `runs` and `evaluator`; report a pipeline stage or evaluator that a file cannot express."""
         graph = self.graph
         physics = any(node.type.rpartition(".")[2] == "OnPhysicsStep" for node in graph.nodes.values())
         if graph.pipeline_stage == "on_demand" and physics:
@@ -193,7 +193,7 @@ class _Composer:
         try:
             port_type = types.parse(variable.type)
             data = fit(data, port_type) if isinstance(port_type, PortType) else data
-        except ValueError:  # which check tells of the file
+        except ValueError:  # `check` reports it for the file
             pass
         default = {"default": data} if data is not None else {}
         yield f"  {name}: {flow({'type': variable.type, **default})}"
@@ -225,14 +225,14 @@ class _Composer:
             yield from (f"        {line}" if line else "" for line in lines)
 
     def _carried(self, node: RecordedNode, cls: type[Node] | None, key: str, value: RecordedValue) -> bool:
-        """Return whether a file can hold a value; report it if not."""
+        """Return whether the file can contain a value of a node; report the value if not."""
         name = _port_name(key)
         what, advice = "", ""
         if not key.startswith("inputs:"):
-            what = "a graph's file holds values of inputs"
+            what = "a graph file has values of inputs only"
             advice = f"while it runs: graphrun ctl impulse {self.names[node.name]}" if key == IMPULSE else ""
         elif value.data is None or not _PORT.match(name):
-            what = "it has none" if value.data is None else "it is no name of a port"
+            what = "it has none" if value.data is None else "it is not a legal port name"
         elif cls is not None:
             port = find_port(cls, name, ["inputs"])
             if port is None:
@@ -241,13 +241,13 @@ class _Composer:
                 advice = GONE.get(f"{cls.type_name}.{name}") or self.findings.guess(name, inputs)
                 advice = advice or listing(inputs, "inputs")
             elif port.is_exec:
-                return False  # scripts set what was once a state of execution pins
+                return False  # scripts set the old state of execution pins
         if what:
             self._leave_out(f"the value of {node.name}.{key}: {what}", value.span or node.span, advice)
         return not what
 
     def _driven(self, wire: RecordedWire) -> Iterator[RecordedWire]:
-        """Yield a wire, or, if its source only passes on the events of an input, the wires into that input instead."""
+        """Yield a wire; if it begins at an execution input, yield wires from the outputs that fire this input instead."""
         ends = [(self.classes.get(node), _port_name(key)) for node, key in wire.ends]
         ports = [find_port(cls, name, ["inputs"]) for cls, name in ends if cls is not None]
         if not wire.source_port.startswith("inputs:") or not any(port is not None and port.is_exec for port in ports):
@@ -270,7 +270,7 @@ class _Composer:
             self._leave_out(f"the wire {wire}: {why} {wire.source}.{wire.source_port}", wire.span)
 
     def _wire(self, wire: RecordedWire) -> str:
-        """Yield a connection; nothing if one of its nodes or ports does not exist."""
+        """Return a connection as text; empty, with a finding, if one of its nodes or ports does not exist."""
         ends = (wire.source, wire.source_port, ("outputs", "inputs")), (wire.target, wire.target_port, ("inputs",))
         written = []
         for node, key, sides in ends:
@@ -297,7 +297,7 @@ def _port_name(key: str) -> str:
 
 
 def _literal(data: Any, type: str, port: Port | None) -> Any:
-    """Return a value as in a graph file; on a port with several types, together with its type if given."""
+    """Return a value in the form that a graph file has; for a port with several types, with the type if that is known."""
     if port is None:
         return data
     if isinstance(port.type, PortType) and port.type != types.ANY:
@@ -310,7 +310,7 @@ def _literal(data: Any, type: str, port: Port | None) -> Any:
 
 
 def fit(data: Any, port_type: PortType) -> Any:
-    """Convert a value to the kind of the port where Python's types are less strict: 1.0 to an integer, 1 to true."""
+    """Convert a number to the Python type that the port requires, if no information is lost: 1.0 to 1, or 1 to True."""
     if isinstance(data, list):
         element = PortType(port_type.base, port_type.count, False, port_type.role)
         return [fit(item, element) for item in data]

@@ -40,7 +40,7 @@ def narrow(graph: RecordedGraph, classes: Mapping[str, type[Node] | None], findi
 
 
 def _type(classes: Mapping[str, type[Node] | None], node: str, key: str) -> PortType | None:
-    """Return the type of a port if it has exactly one."""
+    """Return the type of a port; None for a port of several types or an unknown node or port."""
     cls = classes.get(node)
     port = cls.ports.get(key) if cls is not None else None
     return port.type if port is not None and isinstance(port.type, PortType) else None

@@ -80,7 +80,7 @@ _VERSIONS = {
     "omni.graph.nodes.Add": 2,
     "omni.graph.nodes.Multiply": 2,
 }
-"""Those above 1, of Isaac Sim 6.0.1, by registered name."""
+"""Versions above 1 of node types in Isaac Sim 6.0.1, by registered name."""
 
 _CONTEXT = "isaacsim.ros2.bridge.ROS2Context"
 _USE_DOMAIN = "inputs:useDomainIDEnvVar"

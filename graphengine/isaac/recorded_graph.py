@@ -19,15 +19,15 @@ VARIABLE = "graph:variable:"
 POSITION = "ui:nodegraph:node:pos"
 IMPULSE = "state:enableImpulse"
 NAMESPACE = "isaac:namespace"
-"""Attributes of prims; scripts set the impulse to let a node fire once."""
+"""Attributes of prims. A script sets the impulse to make a node fire once."""
 GRAPH, NODE = "OmniGraph", "OmniGraphNode"
-"""Types of prims."""
+"""USD type names of the prims of graphs and nodes."""
 MAX_ITEMS = 100_000
-"""Of one value, lists in it counted too."""
+"""Maximum number of items in one value, nested lists included."""
 MAX_GRAPHS = 1000
-"""Of one import, and as many namespaces."""
+"""Maximum number of graphs, and of namespaces, in one import."""
 MAX_NAME = 2000
-"""Characters of a path or name."""
+"""Maximum length of a path or name, characters."""
 
 
 @dataclass(slots=True)
@@ -109,7 +109,7 @@ class RecordedGraph:
     span: Span | None = None
 
     def names(self) -> Iterator[str]:
-        """Return all names and types in the graph."""
+        """Yield all names, paths and type names in the graph, for a check of their length and characters."""
         yield from (self.path or "\0", *self.nodes, *self.variables, *(value.type for value in self.variables.values()))
         yield from (end for wire in self.wires for ends in wire.ends for end in ends)
         for node in self.nodes.values():
@@ -117,13 +117,13 @@ class RecordedGraph:
 
 
 def pipeline_stage(name: str) -> PipelineStage | None:
-    """Return the pipeline stage for an enumerator's name or a USD token such as `pipelineStageOnDemand`; None for others."""
+    """Return the pipeline stage for an enumerator's name or a USD token such as `pipelineStageOnDemand`; None if unknown."""
     word = re.sub(".*_STAGE_|^pipelineStage|_", "", name).lower()
     return next((stage for stage in PIPELINE_STAGES if stage.replace("_", "") == word), None)
 
 
 def carried(items: Collection[Any], names: Callable[[Any], Iterable[str]], what: str, findings: Findings) -> list[Any]:
-    """Return the graphs or namespaces of an import that have legal names, up to the limit."""
+    """Return the items of an import whose names are legal, at most `MAX_GRAPHS`; report the number of items left out."""
     kept = [item for item in items if all(len(name) <= MAX_NAME and name.isprintable() for name in names(item))]
     if left := len(items) - len(kept[:MAX_GRAPHS]):
         legal = f"at most {MAX_GRAPHS}, of printable names up to {MAX_NAME} characters"

@@ -1,4 +1,4 @@
-"""Describes how a run was started: its arguments and environment, without its files."""
+"""The manifest of a recording: arguments and environment with which the run was started."""
 
 from __future__ import annotations
 
@@ -23,27 +23,27 @@ DomainId = Annotated[int, Field(ge=0, le=232)]
 
 
 class Manifest(BaseModel):
-    """Names of files, options and machine of a recorded run."""
+    """Options, platform, and names of the main files of a recorded run."""
 
     model_config = ConfigDict(frozen=True)
 
     given: str
     """Name of the scene or graph that was run."""
     scene: str = ""
-    """Name of the scene that a single graph was put into; empty if none was given."""
+    """Name of the scene into which a single graph was loaded; empty if none was given."""
     overrides: dict[str, Any] = {}
     seed: int = 0
     robot_state: bool = False
     localization: Literal["truth"] | None = None
     distro: Distro = JAZZY
-    """Distribution of ROS 2 whose message types were used; older recordings, which have no such entry, used Jazzy's."""
+    """ROS 2 distribution of the message types; recordings without this entry used Jazzy's."""
     rays: RaysName = "auto"
-    """What lidars saw with, where there are any."""
+    """Method of ray casting for lidars."""
     keep_going: bool = False
     bad_values: BadValues = "stop"
-    """What became of values from wires that nodes could not use; older recordings, which do not say it, ended there."""
+    """Reaction to a value from a wire that a node cannot use; recordings without this entry stopped the run."""
     modules: tuple[Annotated[str, Field(pattern=r"^\w+(\.\w+)*$")], ...] = ()
-    """Python modules with node types, which a replay has to be given again."""
+    """Additional Python modules with node types, which must also be given to a replay."""
     domain_id: DomainId = 0
     domain_from_environment: DomainId | None = None
     identity: Annotated[str, Field(pattern=r"^([0-9a-f]{2}){0,64}$")] = ""
@@ -78,7 +78,7 @@ class Manifest(BaseModel):
 def describe_run(
     scene: LoadedScene, services: Services, names: SourceNames, keep_going: bool, modules: Sequence[str]
 ) -> Manifest:
-    """Return the manifest of a session whose nodes are set up.
+    """Return the manifest of a session; its nodes must be set up.
 
     Args:
         scene: scene of the session.

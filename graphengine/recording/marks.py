@@ -1,4 +1,4 @@
-"""Finds the events of a recording for the page's timeline: commands, resets, errors and contacts of robots."""
+"""Finds events of a recording for the timeline of the web page: commands, resets, errors and contacts of robots."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Marks:
             self.add("error", told)
 
     def _begins(self, kind: MarkKind, text: str) -> bool:
-        """Return whether an event that may last many ticks is new: it did not occur in the last `gap` ticks."""
+        """Return whether an event is new: the same event did not occur in the last `gap` ticks."""
         if not self.tick or self._numbers[kind] > MAX_MARKS:
             return False
         before, self._last[kind, text] = self._last.get((kind, text), -self.gap), self.tick
@@ -88,7 +88,7 @@ class Marks:
 
 
 def _short(value: Any, depth: int = 3) -> str:
-    """Return the given arguments of a command as text, each after its name."""
+    """Return the arguments of a command as text, each as name and value."""
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, dict | list) and not depth:

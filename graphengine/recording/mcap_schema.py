@@ -12,20 +12,20 @@ from graphengine.messages.qos import settled
 
 PROFILE = "ros2"
 LIBRARY = "graphengine"
-"""What the library that a recording names begins with."""
+"""Beginning of the `library` field in the MCAP header of a recording."""
 ENCODING = "cdr"
 MANIFEST = "graphengine"
-"""Name of the metadata that says how the run was made."""
+"""Name of the metadata record with the manifest."""
 FILES = "graphengine:files"
-"""Name of the metadata that has the SHA-256 of attachments, by name; it comes before them."""
+"""Name of the metadata record with the SHA-256 of each attachment, by name; it precedes the attachments."""
 END = "graphengine:end"
-"""Name of the metadata that a recording which was closed ends with."""
+"""Name of the last metadata record; a recording that was not closed lacks it."""
 
 HIDDEN = "/_graphengine"
-"""Namespace of channels that are no topics of the run; ROS 2 keeps names with such an underscore out of sight."""
+"""Namespace of channels that are not topics of the run; ROS 2 hides names that begin with an underscore."""
 DEFAULT_QOS = QoS()
 
-# As rmw numbers them; words in their place are not understood by every ROS 2 distribution.
+# QoS policies as numbered by rmw, because some ROS 2 distributions do not read their names.
 _NUMBERS: Mapping[str, int] = {
     "keepLast": 1,
     "keepAll": 2,
@@ -46,9 +46,9 @@ class Stream:
 
     Attributes:
         topic: full name of the topic.
-        message_type: as in `nav_msgs/msg/Odometry`.
+        message_type: full name of the type, such as `nav_msgs/msg/Odometry`.
         qos: profile that the run's publisher offers, or that its subscription requests if the run does not publish the topic.
-        known: whether the topic's own channel has the same messages, so that players of bags must not publish them again.
+        known: whether the topic's own channel contains the messages too; if so, bag players must not publish this channel.
     """
 
     topic: str
@@ -62,7 +62,7 @@ class Stream:
         return f"{HIDDEN}/delivered{self.topic}" if self.known else self.topic
 
     def metadata(self) -> dict[str, str]:
-        """The channel's metadata, without the type hash."""
+        """Return the metadata of the channel: QoS profile and topic."""
         return {"offered_qos_profiles": offered_qos(self.qos), "topic": self.topic}
 
     @classmethod
@@ -73,7 +73,7 @@ class Stream:
 
 
 SESSION = Stream(f"{HIDDEN}/session", "std_msgs/msg/String")
-"""What came into a session from outside beside messages, and to whom messages came."""
+"""The stream of external inputs other than messages: commands, wall clock time, and receivers of messages."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,12 +102,12 @@ class TickTimes:
 
 
 def failure_of(error: BaseException) -> str:
-    """Return the error that ended a run, without file and line, which differ between machines."""
+    """Return the first line of an error message without its file position, which differs between machines."""
     return _PLACE.sub("", str(error).partition("\n")[0])
 
 
 def node_of(failure: str) -> str:
-    """Return the node that a failure names; a failure without a node is returned unchanged."""
+    """Return the node named in a failure message; a message without a node is returned unchanged."""
     return failure.partition(" raised ")[0]
 
 
@@ -130,6 +130,6 @@ def offered_qos(qos: QoS) -> str:
 
 
 def _duration(name: str, seconds: float) -> tuple[str, str, str]:
-    """Return the lines of a duration; unlimited ones are 0 s here and the largest number in the file."""
+    """Return the YAML lines of a duration; 0 s means unlimited, which rosbag2 writes as the largest number."""
     whole, rest = divmod(math.floor(seconds * 1e9) if 0 < seconds * 1e9 < _FOREVER_NS else _FOREVER_NS, 10**9)
     return f"  {name}:", f"    sec: {whole}", f"    nsec: {rest}"

@@ -1,4 +1,4 @@
-"""A scene as bytes: its files and load arguments, from which another process loads it."""
+"""Packs a scene, its files and load options, so that another process can load it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from graphengine.recording.sources import SourceNames, Workspace, sources
 from graphengine.scene.loaded_scene import LoadedScene, Options
 
 _CASTING = ("lidar", "radar", "range")
-"""Kinds of device that cast rays."""
+"""Kinds of devices that cast rays."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class PackedScene:
     Attributes:
         given: name of the given scene or graph file.
         scene: name of the scene for a single graph; empty for none.
-        options: options without folders and node types, which depend on the machine; `rays` is the method used here.
+        options: load options without folders and node types, which depend on the machine; `rays` is the method in use.
         files: contents of all files by name.
     """
 

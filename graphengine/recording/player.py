@@ -27,7 +27,7 @@ checkpoints during a seek; the last one is kept, so that single steps back are f
 
 @dataclass(frozen=True, slots=True)
 class _Kept:
-    """A checkpoint of the session after a tick, with the checkpoints that recorded commands made before, and its files."""
+    """A checkpoint after a tick: the session, the checkpoints made by recorded commands so far, and the exchanged files."""
 
     tick: int
     session: SavedSession
@@ -79,7 +79,7 @@ class RecordingPlayer:
         self._inputs = TickInputs()
         self._spacing = max(round(SPACING / session.clock.delta), 1)
         self._at: int | None = 0
-        """Number of the tick after which the session is; None if the session stopped within a tick."""
+        """Number of the last tick that the session has run; None if the session stopped within a tick."""
         self._head = self._shown = self._keep(0)
         """Checkpoints after the last replayed tick, and at or shortly before the shown tick."""
         self._checkpoints = [self._head]
@@ -103,7 +103,7 @@ class RecordingPlayer:
                 break
 
     def show(self, tick: int, seconds: float = math.inf) -> None:
-        """Bring the session to the state after a replayed tick, or as near as `seconds` allow.
+        """Bring the session to the state after a replayed tick, or to an earlier one if `seconds` have passed.
 
         Args:
             tick: number of the tick; 0 is the start.
@@ -122,7 +122,7 @@ class RecordingPlayer:
         return _Kept(tick, made, dict(self.session.held), files)
 
     def _go(self, tick: int, ends: float) -> None:
-        """Bring the session to a tick, from its current tick or from the nearest checkpoint before."""
+        """Bring the session to the state after a tick, from its current state or from the nearest earlier checkpoint."""
         if self._at == tick:
             return
         if self._at == self.built != self._head.tick and tick < self.built and self.session.state != "failed":
@@ -156,7 +156,7 @@ class RecordingPlayer:
                 self._replay_tick(tick)
             else:
                 self._replay_end(tick)
-        except GraphError as error:  # the file is damaged, or a command cannot be carried out
+        except GraphError as error:  # a damaged file, or a command that fails
             self._at = None
             self.marks.tick = self.built + 1
             self._finish(str(error))

@@ -21,7 +21,7 @@ from graphengine.recording.records import read_extent, read_records
 from graphengine.recording.sources import Workspace
 
 MAX_MESSAGES = 1_000_000
-"""In a tick."""
+"""Maximum number of messages in a tick."""
 MAX_SILENCE = 10_000_000
 """Maximum number of successive ticks without a message; a wrong time in a damaged file would be replayed for years."""
 MAX_DIGITS = 18
@@ -34,12 +34,12 @@ class Tick:
 
     Attributes:
         number: number of the tick, from 1.
-        readers: for each of the first messages, the nodes that received it; the other messages were sent.
+        readers: receiving nodes of each received message; these come first in the tick, then the sent messages.
         delivered: received messages, each with its stream and the receiving nodes.
         sent: published messages in order.
         commands: name and arguments of the commands executed before the tick.
         wall_time: wall clock time (s since 1970) that nodes read; None if no node read it.
-        whole: false after the last complete tick: for the end of the session, or a tick that failed.
+        whole: whether the tick is complete; false for a tick that failed, and for the end of the session after the last tick.
     """
 
     number: int
@@ -66,9 +66,9 @@ class Recording:
         self.path = path
         self.workspace = workspace
         self.cut_off = True
-        """Whether the run was killed before it could write the end; known when all ticks were read."""
+        """Whether the run was killed before it could close the recording; valid after all ticks are read."""
         self.failure = ""
-        """What ended the run in its last tick; known then, too."""
+        """Error that ended the run in its last tick, or empty; valid after all ticks are read."""
         self._ended = 0
         self._hashes: dict[str, str] = {}
         self._types: dict[int, str] = {}
@@ -101,7 +101,7 @@ class Recording:
 
     @property
     def share_read(self) -> float:
-        """Share of the messages that have been read, from 0 to 1."""
+        """Fraction of the recording's message data that has been read, 0 to 1."""
         return (self._at - self._first) / max(self._size - self._first, 1)
 
     def ticks(self) -> Iterator[Tick]:
@@ -149,7 +149,7 @@ class Recording:
         return self.times.tick(last)
 
     def _take(self, record: McapRecord) -> None:
-        """Process a record that is not a message."""
+        """Process a schema, channel, metadata or attachment record."""
         if isinstance(record, Schema):
             self._types[record.id] = record.name
         elif isinstance(record, Channel):
@@ -168,7 +168,7 @@ class Recording:
             self._ended = int(text)
 
     def _lay_out(self, attachment: Attachment) -> None:
-        if attachment.name not in self._hashes:  # one that another program added
+        if attachment.name not in self._hashes:  # added by another program
             return
         if hashlib.sha256(attachment.data).hexdigest() != self._hashes[attachment.name]:
             raise self._bad(f"the checksum of its file {attachment.name!r} is wrong")

@@ -29,7 +29,7 @@ from graphengine.scene.loaded_scene import LoadedScene
 
 CHUNK_BYTES = 4_000_000
 CHUNK_SECONDS = 1.0
-"""Simulation time after which a chunk is written, at the latest: what a crash may cost."""
+"""Maximum simulation time in a chunk, s; a crash loses at most this much."""
 
 
 class Recorder(ExternalInputs):
@@ -103,7 +103,7 @@ class Recorder(ExternalInputs):
 
     @property
     def recorded_bytes(self) -> int:
-        """Size of the file without buffered data, bytes."""
+        """Number of bytes written to the file; buffered data is not included."""
         return self._writer.size
 
     def begin_tick(self) -> float:
@@ -117,7 +117,7 @@ class Recorder(ExternalInputs):
         self._arrived.append((claim, arrived))
 
     def write(self, claim: EndpointClaim, data: bytes) -> None:
-        """Record a sent message."""
+        """Record a message that a node sent, with the number of the tick."""
         self._sent.append((claim, self._session.clock.frame, data))
 
     def command(self, name: str, arguments: Mapping[str, Any]) -> None:
@@ -136,14 +136,14 @@ class Recorder(ExternalInputs):
         self._attach()
 
     def reading(self, files: Files) -> None:
-        """Keep the contents of the files that a reload has read; if one was deleted meanwhile, the reload reads all again."""
+        """Store the contents of the files that a reload has read; if a file no longer exists, store none: the reload repeats."""
         places = {self._names.name(path): path for path in files.used}
         with contextlib.suppress(OSError):
             self._read = _contents(places)
             self._places |= places
 
     def _attach_exchanged(self) -> bool:
-        """Attach the changed files of a reload; return whether files were changed or deleted."""
+        """Attach the files that changed since they were last attached; return whether any was changed or deleted."""
         self._reloads += 1
         digests = {name: _digest(data) for name, data in self._read.items()}
         changed = {name: data for name, data in self._read.items() if self._digests.get(name) != digests[name]}
@@ -159,10 +159,10 @@ class Recorder(ExternalInputs):
         return bool(changed or gone)
 
     def _reference(self, use: str) -> str:
-        """Return the reference to a robot file that is valid in the scene file wherever the recording is extracted."""
+        """Return a robot file's path relative to the scene file, which is valid wherever the recording is extracted."""
         if not os.path.isabs(use):
             return use
-        assert self._scene is not None  # there are no robots without one
+        assert self._scene is not None  # a robot requires a scene
         return os.path.relpath(self._names.name(Path(use)), os.path.dirname(self._names.name(self._scene)))
 
     def end_tick(self) -> None:
@@ -229,14 +229,14 @@ class Recorder(ExternalInputs):
             add(self._stream(claims[0], known), now, data)
         read = {subscription.topic for subscription in self._network.subscriptions}
         for claim, frame, data in self._sent:
-            if claim.topic in read or claim.qos.durability == "transientLocal":  # whose readers may come later
+            if claim.topic in read or claim.qos.durability == "transientLocal":  # a subscriber may join later
                 self._sightings[self._topic(claim)].add(data)
             add(self._stream(claim), self._times.nanoseconds(frame), data)
         self._arrived.clear()
         self._sent.clear()
 
     def _outside(self, delivered: Sequence[tuple[Sequence[EndpointClaim], bytes]]) -> dict[str, Any]:
-        """Return the external inputs of the tick; the wall clock only if a node has read it, because it differs in each run."""
+        """Return the external inputs of the tick; includes the wall clock time only if a node has read it."""
         outside: dict[str, Any] = {}
         if self._commands:
             outside["commands"] = list(self._commands)
@@ -254,12 +254,12 @@ class Recorder(ExternalInputs):
         return self._streams[key]
 
     def _offered(self, claim: EndpointClaim) -> QoS:
-        """Return the QoS profile for a topic's channel: that of the run's publisher, else the one that the claim requests."""
+        """Return the QoS profile for a topic's channel: that of the run's publisher, or without one, that of `claim`."""
         publishing = (one for one in self._session.services.claims if one.direction == "publish")
         return next((one.qos for one in publishing if self._topic(one) == self._topic(claim)), claim.qos)
 
     def _topic(self, claim: EndpointClaim) -> object:
-        """Return what identifies a topic: its name, its type and the transport, which differs between ROS domains."""
+        """Return a key that identifies a topic: name, message type and transport; each ROS domain has its own transport."""
         return claim.topic, claim.message_type, self._network.transport(claim.ros_context)
 
     def _write_chunk(self) -> None:
@@ -302,7 +302,7 @@ def _digest(data: bytes) -> str:
 
 
 def merged(arrived: Sequence[tuple[EndpointClaim, Sequence[bytes]]]) -> list[tuple[list[EndpointClaim], bytes]]:
-    """Return received messages in order, each with its subscriptions; equal messages of several subscriptions are merged."""
+    """Return received messages in order, each with its subscriptions; a message for several subscriptions occurs once."""
     queues = [(claim, deque(messages)) for claim, messages in arrived]
     found: list[tuple[list[EndpointClaim], bytes]] = []
     while queues:

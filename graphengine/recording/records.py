@@ -21,13 +21,13 @@ from graphengine.format.errors import RecordingError
 from graphengine.format.regular_files import open_regular
 
 MAX_CHUNK_BYTES = 500_000_000
-"""Unpacked; a chunk of a recording holds four megabytes, and at most a tick more."""
+"""Maximum size of an uncompressed chunk, bytes; recorders write chunks of 4 MB, plus at most one tick."""
 
 
 _HEAD = struct.Struct("<BQ")
-"""Head of a record: kind and length."""
+"""Header of a record: type and length."""
 _TIMES = struct.Struct("<QQ")
-"""Head of a chunk: first and last log time."""
+"""Header of a chunk: first and last log time, ns."""
 
 
 class _OtherCompressionError(Exception):
@@ -94,7 +94,7 @@ def _records(path: Path, file: BinaryIO, moved: Callable[[int, int], None]) -> I
             at = file.tell()
     except InvalidMagic:
         raise RecordingError(f"{path}: not an MCAP file") from None
-    except (EndOfFile, struct.error):  # at the end of the file some bytes of a number are missing, or all
+    except (EndOfFile, struct.error):  # a truncated number at the end of the file
         return
     except CRCValidationError:
         raise RecordingError(f"{path}: damaged: the checksum of the chunk at byte {at} is wrong") from None
@@ -162,7 +162,7 @@ def _unpacked(chunk: Chunk) -> Chunk:
 
 
 class _Bounded:
-    """A file from which no more bytes are requested than it contains, whatever the lengths in it are."""
+    """A file whose `read` never requests more bytes than the file size, even if a record declares a larger length."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file

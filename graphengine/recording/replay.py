@@ -23,7 +23,7 @@ from graphengine.runtime.inbox import ExternalInputs
 from graphengine.runtime.session_core import SessionCore
 
 MAX_FIELDS = 8
-"""So many fields of a message are told that differ."""
+"""Maximum number of different fields that are reported for a message."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class Difference:
 
 
 class SilentTransport(MemoryTransport):
-    """A transport without peers: nodes receive only recorded messages, even from other nodes of the session.
+    """A transport without peers: nodes receive recorded messages only; messages that they send are discarded.
 
     Args:
         identity: identity of the recorded session on its network.
@@ -67,7 +67,7 @@ class SilentTransport(MemoryTransport):
         """Discard the message."""
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> SilentClient:
-        """Return a client whose responses come from the recording."""
+        """Return a service client that receives its responses from the recording only."""
         return SilentClient(self._services, service, service_type, settled(qos), deliver, self.new_gid())
 
 
@@ -104,11 +104,11 @@ class Replay(ExternalInputs):
     ignored: Sequence[str] = ()
     warn: Callable[[str], None] = lambda text: None
     ticks: int = 0
-    """Ticks that were the same."""
+    """Number of ticks without a difference."""
     messages: int = 0
-    """Messages that were the same."""
+    """Number of messages without a difference."""
     idle_patterns: set[str] = field(init=False)
-    """Those of `ignored` that no topic fits."""
+    """Patterns of `ignored` that match no topic."""
     _unread: set[str] = field(default_factory=set)
     _wall_time: float = 0.0
     _sent: list[tuple[EndpointClaim, bytes]] = field(default_factory=list)
@@ -123,10 +123,10 @@ class Replay(ExternalInputs):
         return self._wall_time
 
     def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
-        """Ignore received messages, because they are from the recording."""
+        """Do nothing; received messages come from the recording and need no comparison."""
 
     def write(self, claim: EndpointClaim, data: bytes) -> None:
-        """Keep a sent message for the comparison."""
+        """Store a sent message for the comparison with the recording."""
         self._sent.append((claim, data))
 
     def run(self) -> Difference | None:
@@ -147,7 +147,7 @@ class Replay(ExternalInputs):
         Raises:
             GraphError: a command of the tick cannot be carried out.
         """
-        self._sent.clear()  # before commands: graphs have something to send at a stop
+        self._sent.clear()  # before commands: a stop may send messages
         for name, arguments in tick.commands:
             if name == "reload":
                 self.recording.workspace.exchange(_exchanged(arguments))
@@ -180,7 +180,7 @@ class Replay(ExternalInputs):
         return found
 
     def _bring(self, stream: Stream, nodes: Sequence[str], data: bytes) -> None:
-        """Deliver a message to the nodes that received it in the recorded run; if there are none, to all that read its topic."""
+        """Deliver a message to the nodes that received it in the recorded run; without these, to all subscribers of its topic."""
         reading = [one for one in self.network.hearing if _takes(one.claim, stream)]
         meant = [end for end in reading if end.claim.node in nodes] or reading
         for end in meant:
@@ -220,7 +220,7 @@ class Replay(ExternalInputs):
     def _astray(
         self, tick: Tick, recorded: Sequence[tuple[Stream, bytes]], replayed: Sequence[tuple[EndpointClaim, bytes]]
     ) -> Difference:
-        """Describe where two sequences of messages differ: a message is missing or additional, or the order differs."""
+        """Return how two message sequences differ at their first messages: one is missing or additional, or the order differs."""
         before = Counter(stream.topic for stream, _ in recorded)
         now = Counter(claim.topic for claim, _ in replayed)
         if replayed and now[replayed[0][0].topic] > before[replayed[0][0].topic]:
@@ -244,7 +244,7 @@ class Replay(ExternalInputs):
         return self._difference(tick, "", "", lines)
 
     def _alike(self, replayed: str, recorded: str) -> bool:
-        """Return whether two failures are equal; for recordings of versions without `bad_values`, only the node must be equal."""
+        """Return whether two failures are equal; in recordings without `bad_values`, only the names of nodes are compared."""
         if "bad_values" in self.recording.manifest.model_fields_set:
             return replayed == recorded
         return node_of(replayed) == node_of(recorded)
@@ -260,7 +260,7 @@ def _takes(claim: EndpointClaim, stream: Stream) -> bool:
 
 
 def _exchanged(arguments: Any) -> Mapping[str, str | None]:
-    """Return the replaced files of a recorded reload: the name of the new file by the name of the old one.
+    """Return the replaced files of a recorded reload: name of the new file, None if deleted, by name of the old file.
 
     Raises:
         RecordingError: the arguments are invalid.

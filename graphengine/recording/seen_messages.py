@@ -11,11 +11,11 @@ from collections import Counter, defaultdict, deque
 from collections.abc import Sequence
 
 REMEMBERED = 1000
-"""Messages of a topic; who sees an older one is taken for the first who does."""
+"""Number of messages per topic that are remembered; older ones, when received, count as new."""
 
 
 class SeenMessages:
-    """The last messages of a topic, and how many of each a node has received."""
+    """Remembers the last messages of one topic, and counts how often each node has received each of them."""
 
     def __init__(self) -> None:
         self._order: deque[bytes] = deque()

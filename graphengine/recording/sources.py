@@ -22,10 +22,10 @@ from graphengine.scene.loaded_scene import Options
 
 SHIPPED, INSTALLED, MESSAGES, PROJECT, RELOADED = PLACES = ("shipped", "installed", "messages", "project", "reloaded")
 MAX_BYTES = 2_000_000_000
-"""Of all files of a recording together."""
+"""Maximum size of all files of a recording together, bytes."""
 MAX_FILES = 20_000
 MAX_PARTS = 100
-"""Of the name of a file: the folders above it are made one below the other."""
+"""Maximum number of path elements in a file name."""
 _MEDIA_TYPES: Mapping[str, str] = MappingProxyType(
     {".yaml": "application/yaml", ".yml": "application/yaml"}
     | dict.fromkeys((".xml", ".urdf", ".xacro", ".mjcf"), "application/xml")
@@ -49,7 +49,7 @@ class SourceNames:
 
     def name(self, path: Path) -> str:
         """Return the name of a file by its absolute path; a file outside all known folders gets only its file name."""
-        return self._name(path).encode("utf-8", "replace").decode()  # bytes that are no text become some that are
+        return self._name(path).encode("utf-8", "replace").decode()  # replaces bytes that are not UTF-8
 
     def _name(self, path: Path) -> str:
         for folder in self._installed:
@@ -99,7 +99,7 @@ class Workspace:
         return self.folder / name
 
     def options(self, options: Options, scene: str = "") -> Options:
-        """Return options that allow reading only the files in this folder.
+        """Return load options that permit reading only the files in this folder.
 
         Args:
             options: all other options.
@@ -116,7 +116,7 @@ class Workspace:
         )
 
     def path(self, name: str) -> Path:
-        """Return the path of a file, which need not exist.
+        """Return the path of a file by its name; the file need not exist.
 
         Raises:
             RecordingError: the name is not one that recorders use.
@@ -128,10 +128,10 @@ class Workspace:
         return self.folder.joinpath(*parts)
 
     def exchange(self, files: Mapping[str, str | None]) -> None:
-        """Replace files.
+        """Replace files by the versions that a reload read; files of the last call that are not named return to the original.
 
         Args:
-            files: name of the new version by the name of the file that it replaces; None deletes the file.
+            files: name of the new version by name of the replaced file; None deletes the file.
 
         Raises:
             RecordingError: a name is not legal, a file is missing, or the copies are too many or too large.
@@ -198,5 +198,5 @@ class Workspace:
 
 
 def _real(path: Path) -> Path:
-    """Return a path with symbolic links resolved in its folders, but not in its last part."""
+    """Return a path with symbolic links resolved in its folders, but not in the file name."""
     return path.parent.resolve() / path.name

@@ -35,9 +35,9 @@ class TickInputs:
         self._places.append(self._file.tell())
 
     def __getitem__(self, number: int) -> Tick:
-        """Return a tick by its number, from 1, without the messages that it sent."""
+        """Return the inputs of a tick by its number, from 1; `sent` is empty."""
         self._file.seek(self._places[number - 1])
-        delivered, commands, wall_time, whole = pickle.load(self._file)  # `append` wrote it to an unnamed file
+        delivered, commands, wall_time, whole = pickle.load(self._file)  # only `append` writes this file
         return Tick(number, delivered=delivered, commands=commands, wall_time=wall_time, whole=whole)
 
     def close(self) -> None:

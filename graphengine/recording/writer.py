@@ -27,7 +27,7 @@ from graphengine.messages.definitions import Definitions
 from graphengine.recording.mcap_schema import ENCODING, LIBRARY, PROFILE, Stream
 
 MAX_WAITING = 64_000_000
-"""Bytes that may wait to be written."""
+"""Maximum number of bytes in the queue."""
 
 
 class TimedMessage(NamedTuple):
@@ -63,7 +63,7 @@ class RecordingWriter:
         except OSError as error:
             raise self._failure(error) from None
         self._file = BufferedWriter(self._raw)
-        # LZ4: of noisy pictures Zstandard packs no more than 140 MB/s, and a single camera may make more.
+        # LZ4: Zstandard compresses at most 140 MB/s of noisy images, and one camera can produce more.
         self._mcap = Writer(self._file, chunk_size=2**62, compression=CompressionType.LZ4)
         self._schemas: dict[str, int] = {}
         self._channels: dict[Stream, int] = {}
@@ -75,19 +75,19 @@ class RecordingWriter:
 
     @property
     def size(self) -> int:
-        """Number of bytes in the file, which must be open."""
+        """Size of the file in bytes; the file must be open."""
         return os.fstat(self._raw.fileno()).st_size
 
     def note(self, name: str, values: Mapping[str, str]) -> None:
-        """Add metadata: text values by key."""
+        """Queue a metadata record with text values by key."""
         self._hand_over(partial(self._mcap.add_metadata, name, dict(values)))
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
-        """Attach a file."""
+        """Queue an attachment with the contents of a file."""
         self._hand_over(partial(self._mcap.add_attachment, 0, 0, name, media_type, data), len(data))
 
     def add(self, entries: Sequence[TimedMessage]) -> None:
-        """Add a chunk with messages."""
+        """Queue a chunk that contains the given messages."""
         self._hand_over(partial(self._add, entries), sum(len(entry.data) for entry in entries))
 
     def close(self) -> None:
@@ -109,12 +109,12 @@ class RecordingWriter:
     def abandon(self) -> None:
         """Close the file without the remaining data and the index; safe to call twice."""
         self._thread.shutdown(cancel_futures=True)
-        with contextlib.suppress(OSError):  # what it could not write is told by then
+        with contextlib.suppress(OSError):  # errors were already reported
             self._file.close()
         self._raw.close()
 
     def _hand_over(self, job: Callable[[], object], size: int = 0) -> None:
-        """Queue a job for the thread.
+        """Queue a job for the writer thread; wait while more than `MAX_WAITING` bytes are queued.
 
         Raises:
             RecordingError: an earlier job failed.
@@ -124,7 +124,7 @@ class RecordingWriter:
         self._settle(MAX_WAITING)
 
     def _settle(self, bound: int) -> None:
-        """Process finished jobs, and wait until at most `bound` bytes are in the queue."""
+        """Remove finished jobs from the queue, and wait until at most `bound` bytes are queued."""
         while self._waiting and (self._waiting[0][0].done() or self._waiting_bytes > bound):
             job, size = self._waiting.popleft()
             self._waiting_bytes -= size
@@ -134,7 +134,7 @@ class RecordingWriter:
                 raise self._failure(error) from None
 
     def _do(self, job: Callable[[], object]) -> None:
-        if self._failed:  # what follows a gap could not be read
+        if self._failed:  # data after a gap would be unreadable
             return
         try:
             job()
@@ -189,7 +189,7 @@ def _opened(path: Path, force: bool) -> FileIO:
 
 
 def _create(path: str, flags: int) -> int:
-    """Open a file without following a symbolic link, and without waiting for the reader of a pipe."""
+    """Open or create a file; return its descriptor. Refuse symbolic links, and do not block on pipes."""
     return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
 
 

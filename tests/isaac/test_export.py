@@ -232,7 +232,7 @@ def test_how_often_a_node_runs_in_a_second_is_refused_and_the_ticks_are_told(tmp
     findings = Findings()
     assert write_script(resolved(path)[0], findings) == ""
     (finding,) = findings.items
-    assert finding.message == "Tick: Isaac Sim counts ticks; nothing there runs so many times a second"
+    assert finding.message == "Tick: Isaac Sim counts ticks; it has no gate with a rate in Hz"
     assert finding.help == ("write `every: {ticks: 7}`, which at 60 ticks a second is 8.57143 Hz",)
 
 

@@ -87,8 +87,8 @@ def test_graphs_of_one_name_get_names_of_their_own() -> None:
     ("node", "message"),
     [
         (RecordedNode("n", "OnTick", {"inputs:speed": RecordedValue(1)}), "n.inputs:speed: OnTick has no such input"),
-        (RecordedNode("n", "OnTick", {"outputs:time": RecordedValue(1)}), "a graph's file holds values of inputs"),
-        (RecordedNode("n", "x.y", {"inputs:a b": RecordedValue(1)}), "it is no name of a port"),
+        (RecordedNode("n", "OnTick", {"outputs:time": RecordedValue(1)}), "a graph file has values of inputs only"),
+        (RecordedNode("n", "x.y", {"inputs:a b": RecordedValue(1)}), "it is not a legal port name"),
         (RecordedNode("n", "x.y", {"inputs:a": RecordedValue(None)}), "it has none"),
     ],
 )

@@ -319,7 +319,7 @@ def test_the_text_of_a_file_goes_to_what_takes_everything_too(play: Player) -> N
 
 @pytest.mark.parametrize(
     ("data", "told"),
-    [(b"\xff\xfe", "is no text in UTF-8"), (b"a" * (LARGEST_FILE + 1), "is larger than"), (None, "no file")],
+    [(b"\xff\xfe", "is not UTF-8 text"), (b"a" * (LARGEST_FILE + 1), "is larger than"), (None, "no file")],
 )
 def test_a_file_that_cannot_be_read_says_why(tmp_path: Path, data: bytes | None, told: str) -> None:
     path = tmp_path / "data.txt"

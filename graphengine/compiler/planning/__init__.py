@@ -38,7 +38,7 @@ def share_plans(graphs: Iterable[Graph], findings: Findings) -> list[Graph]:
 
 
 def shape(graph: Graph) -> object:
-    """Return all that a plan depends on, except literals: file, classes, wires, and nodes that share resources."""
+    """Return a key of everything a plan depends on: file, node classes, wires and shared resources; not literals."""
     numbers: dict[str, object] = {UNKNOWN_PRIM: UNKNOWN_PRIM}
 
     def accesses(keys: Iterable[str]) -> tuple[object, ...]:
@@ -75,7 +75,7 @@ def make_plan(graph: Graph, findings: Findings) -> Plan | None:
 
 
 def _executed(regions: RegionGraph) -> Iterable[int]:
-    """All nodes that can run, except data nodes, in schedule order."""
+    """Return all nodes that can run, except data nodes, in the order in which a pass visits them."""
     executed: dict[int, None] = {}
     pending = regions.members[0][::-1]
     while pending:
@@ -89,7 +89,7 @@ def _executed(regions: RegionGraph) -> Iterable[int]:
 
 
 def _plan(graph: DependencyGraph, regions: Sequence[Region], executed: Iterable[int]) -> Plan:
-    """Make the plan, with the order of setup and the constant data nodes."""
+    """Assemble the plan: regions, order of setup, constant data nodes, and data nodes that setup needs."""
     order: dict[int, None] = {}
     for index in executed:
         needs = graph.upstream(index)
@@ -115,6 +115,6 @@ def _plan(graph: DependencyGraph, regions: Sequence[Region], executed: Iterable[
 
 
 def _read_off(graph: DependencyGraph, readers: Iterable[int]) -> list[int]:
-    """Data nodes at whose unwired inputs a wire begins; the wire does not require that they are computed."""
+    """Return data nodes from whose unwired inputs a wire to a reader begins; such a wire does not need the node computed."""
     wires = [wire for reader in readers for wire in graph.data_in.get(reader, [])]
     return [wire.source for wire in wires if graph.reads_input(wire) and wire.source in graph.data_rank]

@@ -15,7 +15,7 @@ class DependencyGraph(WiredGraph):
 
     Attributes:
         flagged: data nodes with a run-time flag that says whether they are stale; grows while calls are written.
-        gates: for each node that runs in every pass except for gates upstream, these gates.
+        gates: for each node that runs in every pass, or that only `every:` gates keep from doing so: these gates.
     """
 
     def __init__(self, graph: Graph, findings: Findings) -> None:
@@ -55,7 +55,7 @@ class DependencyGraph(WiredGraph):
         self.constant = {d for d in self.data_rank if not self.depends[d] and d not in self.volatile}
 
     def _sources_of_value(self, index: int) -> Iterator[int]:
-        """Nodes whose outputs a node reads."""
+        """Yield the nodes whose outputs a node reads."""
         return (wire.source for wire in self.data_in.get(index, []) if not self.reads_input(wire))
 
     def upstream(self, index: int) -> list[int]:
@@ -79,7 +79,7 @@ class DependencyGraph(WiredGraph):
         return [data for data in self.upstream(index) if data not in self.constant]
 
     def marks(self, index: int) -> tuple[int, ...]:
-        """Return the data nodes with a run-time flag that become stale when a node was computed."""
+        """Return the data nodes that become stale when a node is computed; only those with a run-time flag."""
         return tuple(data for data in self.dependents.get(index, ()) if data in self.flagged)
 
     def copies(self, index: int, *, constant: bool | None = False) -> tuple[Copy, ...]:
@@ -93,7 +93,7 @@ class DependencyGraph(WiredGraph):
         return tuple(copies)
 
     def report_previous(self, wire: Wire, source: int, why: str, remedy: str) -> None:
-        """Report a wire that carries the value its source had in the previous pass."""
+        """Warn that a wire carries the value of the previous pass; `source` is the node that computes the value."""
         message = f"{wire.entry.target} reads the value that {self.node(source).id} had before this pass, because {why}"
         either = f"if this is intended, ignore the warning; otherwise {remedy}"
         self.findings.add("W104", message, wire.span, either, related=wire.entry.via)

@@ -28,7 +28,7 @@ class PushGraph(DependencyGraph):
             self._order_nodes()
 
     def _order_nodes(self) -> None:
-        """Order the nodes. If a wire would come from a later node, its target reads the value of the previous pass."""
+        """Set `order`. A wire that would close a cycle carries the value of the previous pass, with a warning."""
         wires = [wire for into in self.data_in.values() for wire in into if not self.reads_input(wire)]
         pure = self.data_rank.keys()
         plain = [(wire.source, wire.target) for wire in wires if {wire.source, wire.target} <= pure]

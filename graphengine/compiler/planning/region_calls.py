@@ -39,7 +39,7 @@ class RegionWriter:
         return Region(self.region, title, tuple(self.flags), entries, calls, stale, pending, ending)
 
     def _in_wires(self, index: int) -> list[Wire]:
-        """Wires that can start a node in this region."""
+        """Return the execution wires that can start a node in this region."""
         graph, root = self.graph, self.region == 0
         return [
             w
@@ -58,12 +58,12 @@ class RegionWriter:
         return self._flag(f"f{index}")
 
     def _flag(self, name: str) -> str:
-        """Add a local integer that starts at 0, and return its name."""
+        """Add a local integer variable to the generated function, starting at 0; return its name."""
         self.flags[name] = None
         return name
 
     def _tells_pins(self, index: int) -> bool:
-        """Whether the counts of a node's execution inputs may differ from one run to the next."""
+        """Return whether the number of firings of a node's execution inputs can vary between runs of the region."""
         wires = self.graph.exec_in.get(index, [])
         return self.graph.fired_often(index) or any(wire.order in self.graph.pending_control for wire in wires)
 
@@ -76,7 +76,7 @@ class RegionWriter:
         return tuple(Pin(p, self._flag(f"x{index}_{p}") if p in fired else "", p in waiting) for p in pins)
 
     def _fires(self, wires: Iterable[Wire]) -> Iterator[FireEffect]:
-        """The effects of wires when they fire; none for a target that runs anyway and has no counters."""
+        """Yield the effect of each wire when it fires; skip a wire whose target always runs and has no counter."""
         set_already = {""}
         for wire in sorted(wires, key=lambda w: w.order):
             target = wire.target
@@ -94,7 +94,7 @@ class RegionWriter:
                 yield FireEffect(target, guard, counter)
 
     def _branches(self, index: int) -> tuple[ExecBranch, ...]:
-        """The branches of a node, one per execution output; a pusher's ports fire only pending pins directly."""
+        """Return one branch per execution output. Ports of a pusher start a region, and fire only pending pins themselves."""
         graph = self.graph
         branches = []
         for port in graph.exec_ports(index, "outputs"):
@@ -129,7 +129,7 @@ class RegionWriter:
         )
 
     def _refresh(self, data: int, consumer: int) -> list[Refresh]:
-        """The refresh that a data node needs before a consumer; none if it is up to date."""
+        """Return the refresh of a data node that a consumer needs; an empty list if the data node is up to date."""
         graph, state, guard = self.graph, self.state[data], self.guards[consumer]
         repeated = consumer in graph.counting and consumer in graph.depends[data]
         if not repeated and (state == "clean" or (guard and state == f"clean under {guard}")):
@@ -141,7 +141,7 @@ class RegionWriter:
         return [Refresh(data, graph.copies(data), not sure, data in graph.flagged, repeated)]
 
     def _invalidate(self, index: int, guard: str) -> None:
-        """Record which data nodes are or may be stale after a node has run."""
+        """Mark the data nodes that depend on a node as stale, or as possibly stale, after the node has run."""
         graph = self.graph
         pusher = graph.kinds[index] == "pusher"
         for data in graph.dependents.get(index, ()):

@@ -1,4 +1,4 @@
-"""Regions: nodes reached without crossing a pusher's port, in execution order.
+"""Divides a graph into regions: nodes that execution reaches without crossing a port of a pusher (a loop or sequence).
 
 Within a region, nodes are ordered topologically over execution and data wires; a pusher and all nodes below it are one unit.
 Ties are broken by the line of the first incoming execution wire, then by the node's position in the file.
@@ -23,7 +23,7 @@ MAX_PUSHERS = 500
 
 @dataclass(frozen=True, slots=True)
 class DataRead:
-    """A read from an executed node, over a wire and possibly through data nodes."""
+    """A data dependency of a node on a non-data node, over one wire and possibly through data nodes."""
 
     source: int
     wire: Wire
@@ -40,7 +40,7 @@ class RegionGraph(DependencyGraph):
         entries: wires that start each region; if several ports start the same region, the wires of the first port.
         titles: title of each region, for users.
         endings: regions that start between ticks, with the method of the events that start them.
-        pin_region: for each pusher's port, the region that it starts; -1 if the port fires no nodes.
+        pin_region: region that a pusher's port starts, by node index and port; -1 if the port fires no nodes.
         covers: for each pusher, all nodes in the regions below it.
         port_covers: for each pusher, the nodes below each of its ports, in the order of the ports.
     """
@@ -80,7 +80,7 @@ class RegionGraph(DependencyGraph):
         ]
         self.events = set(starts)
         reached, count = set(starts), -1
-        while count != len(reached):  # what starts a latent node starts, in a later pass, what follows it
+        while count != len(reached):  # a latent node fires its outputs in a later pass
             count = len(reached)
             starts += [w.target for i in sorted(reached) if self.kinds[i] == "latent" for w in self.exec_out.get(i, [])]
             reached = set(starts).union(*(self.execution.descendants(start) for start in set(starts)))
@@ -106,7 +106,7 @@ class RegionGraph(DependencyGraph):
         return len(self.members) - 1
 
     def _region_below(self, pusher: int, port: Port, known: dict[tuple[tuple[int, str], ...], int]) -> int:
-        """The region that a port starts; ports that fire the same pins share a region. -1 if the port fires no nodes."""
+        """Return the region that a pusher's port starts, -1 for none. Ports that fire the same pins share a region."""
         wires = [w for w in self.exec_out.get(pusher, []) if w.source_field == port.field and self.forward(w)]
         title = f"{self.node(pusher).id}.{port.name}"
         pins = tuple(sorted((wire.target, wire.target_field) for wire in wires))
@@ -119,7 +119,7 @@ class RegionGraph(DependencyGraph):
         return known[pins]
 
     def _reach(self, starts: Iterable[int]) -> list[int]:
-        """Nodes reached by execution without crossing a pusher's port."""
+        """Return the nodes that execution reaches from `starts` without crossing a pusher's port."""
         found: dict[int, None] = {}
         pending = list(dict.fromkeys(starts))[::-1]
         while pending:
@@ -131,12 +131,12 @@ class RegionGraph(DependencyGraph):
         return list(found)
 
     def _followed(self, index: int) -> list[Wire]:
-        """Execution wires from a node that do not leave the node's region."""
+        """Return the execution wires from a node that stay in the node's region."""
         wires = self.exec_out.get(index, []) if self.kinds[index] not in ("pusher", "latent") else []
         return [wire for wire in wires if self.forward(wire)]
 
     def readings(self, reader: int) -> Iterator[DataRead]:
-        """Yield the reads of a node from executed nodes."""
+        """Yield the data dependencies of a node on nodes that are not data nodes."""
         for wire in self.data_in.get(reader, []):
             if self.reads_input(wire):
                 continue
@@ -174,7 +174,7 @@ class RegionGraph(DependencyGraph):
         return [set[int]().union(*(below[w.target] for w in wires if w.source_field == field)) for field in outputs]
 
     def _lint_later_ports(self, pusher: int) -> None:
-        """Report nodes below a port that read values which only nodes below a later port compute."""
+        """Warn of nodes below one port of a pusher that read values computed only below a later port."""
         reached = self.port_covers[pusher]
         before: set[int] = set()
         for position, nodes in enumerate(reached):
@@ -186,7 +186,7 @@ class RegionGraph(DependencyGraph):
             before |= nodes
 
     def _runs_before(self, index: int, pusher: int) -> bool:
-        """Whether a node runs before a pusher in every region with this pusher."""
+        """Return whether a node runs before a pusher in every region that contains the pusher."""
         earlier = [members[: members.index(pusher)] for members in self.members if pusher in members]
         return all(any(index == unit or index in self.covers.get(unit, ()) for unit in units) for units in earlier)
 
@@ -201,17 +201,17 @@ class RegionGraph(DependencyGraph):
         edges.sort(key=lambda edge: (edge[2].wire.order, edge[0], edge[1]))
         refused = order.add_where_acyclic([(before, unit) for before, unit, _ in edges])
         for before, unit, reading in edges:
-            if (before, unit) in refused and unit not in owners[reading.source]:  # else the source runs in the unit too
+            if (before, unit) in refused and unit not in owners[reading.source]:  # else `unit` runs the source
                 self._report_previous(reading)
 
     def _report_previous(self, reading: DataRead) -> None:
         if not reading.shown:
-            return  # that a variable is read before it is written needs no remark
+            return  # a read of a variable before its write needs no warning
         why = f"execution orders {self.node(reading.wire.target).id} before {self.node(reading.source).id}"
         self.report_previous(reading.wire, reading.source, why, "change the order of execution")
 
     def _find_gates(self) -> None:
-        """Find the nodes of the root region that run in every pass without exceptions, except for gates upstream of them."""
+        """Find the nodes of the root region that run in every pass, or that only `every:` gates keep from doing so."""
         for index in self.members[0]:
             wires = [wire for wire in self.exec_in.get(index, []) if self.forward(wire)]
             if index in self.events or any(self._fired_behind(wire) == () for wire in wires):
@@ -220,7 +220,7 @@ class RegionGraph(DependencyGraph):
                 self.gates[index] = behind
 
     def _fired_behind(self, wire: Wire) -> tuple[int, ...] | None:
-        """The gates that alone decide whether a wire fires in a pass; None if something else decides too."""
+        """Return the `every:` gates that alone decide whether a wire fires in a pass; None if other nodes decide too."""
         behind = self.gates.get(wire.source)
         if behind is not None and issubclass(self.node(wire.source).cls, EveryGate):
             return None if self.fired_often(wire.source) else (*behind, wire.source)

@@ -11,7 +11,7 @@ from graphengine.node.port import Port, Side
 
 
 class WiredGraph:
-    """The wires of a graph, by node.
+    """A graph with its wires indexed by node.
 
     Attributes:
         graph: instances and wires.
@@ -37,7 +37,7 @@ class WiredGraph:
         self.counting: set[int] = set()
         """Nodes that count activations, and may be activated several times in one run of a region."""
         self._index_wires()
-        self.acyclic = all([self._check_data_cycles(), self._check_exec_cycles()])  # both tell what they find
+        self.acyclic = all([self._check_data_cycles(), self._check_exec_cycles()])  # a list: both checks run
         if self.acyclic:
             self._find_counting()
 
@@ -62,7 +62,7 @@ class WiredGraph:
             self.exec_in.setdefault(wire.target, []).append(wire)
 
     def reads_input(self, wire: Wire) -> bool:
-        """Return whether the source of a wire is an input; the source of a wire in `data_in` is then a constant input."""
+        """Return whether a wire begins at an input. In `data_in`, such an input is constant."""
         return self.graph.source(wire)[1].side == "inputs"
 
     def _check_data_cycles(self) -> bool:
@@ -76,7 +76,7 @@ class WiredGraph:
         return True
 
     def _check_exec_cycles(self) -> bool:
-        """Find control wires that close a cycle, which act in the next activation; report any other cycle as an error."""
+        """Return whether execution has no illegal cycle. A control wire may close one; it then acts in the next activation."""
         graph = self.execution
         wires, control = list[Wire](), list[Wire]()
         for wire in (wire for wire in self.graph.exec_wires if self.kinds[wire.source] != "latent"):
@@ -114,7 +114,7 @@ class WiredGraph:
         self.findings.add(code, f"{what}: {path}", loop[0].span, f"break it with {by}", related=related)
 
     def forward(self, wire: Wire) -> bool:
-        """Return whether a wire fires its target in the same pass."""
+        """Return whether an execution wire fires its target in the same pass; wires from latent nodes fire in a later one."""
         return wire.order not in self.pending_control and self.kinds[wire.source] != "latent"
 
     def _find_counting(self) -> None:
@@ -133,5 +133,5 @@ class WiredGraph:
 
 
 def _ranks(graph: Digraph) -> dict[int, int]:
-    """Position of each node in an order in which every edge leads forward."""
+    """Return the position of each node in a topological order."""
     return {index: rank for rank, index in enumerate(graph.sort())}

@@ -10,7 +10,7 @@ from graphengine.isaac.omniverse.stubs import StubModule, StubObject, member
 
 
 class Task:
-    """A finished coroutine."""
+    """Stub of `asyncio.Task`: a coroutine that has already run to completion."""
 
     def __init__(self, value: Any, recorder: ScriptNotes) -> None:
         self._value, self._recorder = value, recorder
@@ -20,7 +20,7 @@ class Task:
         return self._value
 
     def done(self) -> bool:
-        """Return whether the coroutine has ended."""
+        """Return True: the coroutine ran to completion when it was started."""
         return True
 
     def __await__(self) -> Generator[Any, None, Any]:
@@ -45,7 +45,7 @@ def finish(awaitable: Any, recorder: ScriptNotes) -> Any:
 
 
 def make_asyncio(recorder: ScriptNotes) -> StubModule:
-    """Return an `asyncio` module that never waits."""
+    """Return a stub of the module `asyncio` that runs each coroutine to completion when it is started."""
 
     def run(awaitable: Any, *_: Any, **__: Any) -> Any:
         return finish(awaitable, recorder)

@@ -1,4 +1,4 @@
-"""Frames that a script's loops render. Values that a script sets between frames are not part of its graphs."""
+"""Detects the frames that a script renders in loops; values that the script sets between frames are left out."""
 
 from __future__ import annotations
 
@@ -9,49 +9,49 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.isaac.recorded_graph import IMPULSE, RecordedValue
 
 TURNS = 120
-"""Of a loop that goes on while the application runs."""
+"""Number of turns after which a loop that runs while the application runs is ended."""
 
 Loop = tuple[str, int]
 """A loop statement: its file and line."""
 Part = tuple[str, str]
-"""A node or a variable: the path of its graph, and its name."""
+"""A node or variable, or a graph with an empty name: the prim path of the graph, and the name."""
 Values = dict[str, RecordedValue]
-"""Values of a part, by name; of a variable its own."""
+"""Values of a node's attributes or of variables, by name."""
 Call = tuple[str, int, int]
-"""A call: its file, the line at which its function begins, and the instruction."""
+"""A call in the script: file, first line of the calling function, and offset of the bytecode instruction."""
 Where = Callable[[str], Span | None]
-"""Returns the place in the script of the current call, or of a text in it."""
+"""Returns the position in the script of the current call, or of a given text within the call."""
 Stack = Callable[[], tuple[Call, Sequence[Loop]]]
-"""Returns the current call of the script, and the loops that it is in, innermost first."""
+"""Returns the current call of the script, and the loops around it, innermost first."""
 
 
 class Frames:
-    """Tracks the frames that a script renders, and values that it sets between them on parts it built before.
+    """Tracks the frames that a script renders, and the values that the script sets on existing nodes between frames.
 
     Args:
-        where: returns the current place in the script.
+        where: returns the current position in the script.
         stack: returns the current call and loops of the script.
-        findings: receives the values that are set between frames.
+        findings: receives a warning for each value that is set between frames.
     """
 
     def __init__(self, where: Where, stack: Stack, findings: Findings) -> None:
         self.where, self.stack, self.findings = where, stack, findings
         self.number = 0
-        """Of the frame; a new one begins where a call that draws comes again."""
+        """Number of the current frame; a new frame begins when a rendering call is repeated."""
         self.over = False
-        """Whether the application no longer runs."""
+        """Whether the application has ended from the script's point of view."""
         self.impulses: dict[Part, Span | None] = {}
-        """Nodes that get impulses while frames go by, and where."""
+        """Nodes to which the script sends impulses between frames, with the positions in the script."""
         self._drawing: set[Loop] = set()
         self._seen: set[Call] = set()
-        """Calls that drew the current frame."""
+        """Rendering calls in the current frame."""
         self._asked: Counter[Call] = Counter()
         self._built: dict[Part, tuple[int, Sequence[Loop]]] = {}
         self._changes: dict[Loop, dict[tuple[Part, str], tuple[Values, RecordedValue | None, Span | None]]] = {}
-        """Values that were first set in a loop, what they were before, and where they were set."""
+        """Values first set in each loop, with the previous value and the position in the script."""
 
     def go_on(self) -> bool:
-        """Return whether the application runs for another frame, and render it."""
+        """Return the answer to `is_running()`: True for the first `TURNS` calls, each of which renders a frame."""
         call, _ = self.stack()
         self._asked[call] += 1
         if self._asked[call] <= TURNS:
@@ -61,13 +61,13 @@ class Frames:
         return self._asked[call] <= TURNS
 
     def tire(self) -> bool:
-        """Return whether a loop has repeated a query so often that it evidently waits for another result."""
+        """Return whether a loop has repeated a query more than `TURNS` times, so that it evidently waits for another answer."""
         call, loops = self.stack()
         self._asked[call] += bool(loops)
         return self._asked[call] > TURNS
 
     def draw(self) -> None:
-        """Render a frame. The first frame of a loop shows that the loop's earlier changes belong to frames; they are undone."""
+        """Record that the script renders a frame. At a loop's first frame, undo and report the values that the loop has set."""
         call, loops = self.stack()
         if not loops:
             return
@@ -92,15 +92,15 @@ class Frames:
 
     @property
     def drawn(self) -> bool:
-        """Whether a loop renders frames."""
+        """Whether the script has rendered frames in a loop."""
         return bool(self._drawing)
 
     def build(self, part: Part) -> None:
-        """Note that a part is built in the current frame."""
+        """Record that a graph, node or variable is created in the current frame."""
         self._built[part] = self.number, self.loops
 
     def pass_by(self, part: Part) -> bool:
-        """Return whether frames were rendered since a part was built: the script simulates with it."""
+        """Return whether frames were rendered since a part was created, so that the script simulates with this part."""
         number, around = self._built.get(part, (0, ()))
         if self.over:
             return number < self.number
@@ -108,7 +108,7 @@ class Frames:
         return any(loop not in around or number < self.number for loop in drawing)
 
     def drive(self, part: Part, values: Values, name: str, hint: str) -> bool:
-        """Return whether a value is set between frames; it is reported, and the caller must leave it out."""
+        """Return whether a value is set between frames. If so, it is reported, and the caller must not record the value."""
         if self.pass_by(part):
             self._tell(part, name, self.where(hint))
             return True

@@ -32,7 +32,7 @@ from graphengine.isaac.recorded_graph import (
 )
 
 MAX_PARTS = 100_000
-"""Nodes, wires and values that one script may make; a graph here may have a fifth of that."""
+"""Maximum number of nodes, wires and values that one script may create."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class Place:
 
 
 Compounds = dict[str, dict[str, tuple[str, str]]]
-"""Compounds of a graph by name, and what each of their promoted attributes stands for: inner node and attribute."""
+"""Compounds of a graph by name; each maps its promoted attributes to an inner node and attribute."""
 
 
 class GraphRecorder(ScriptNotes):
@@ -77,23 +77,23 @@ class GraphRecorder(ScriptNotes):
         self.types, self.absent = types, absent
         self.graphs: dict[str, RecordedGraph] = {}
         self.removed: dict[str, RecordedGraph] = {}
-        """Graphs that the script removed after it had run the simulation with them."""
+        """Graphs that the script removed after it had simulated with them, by prim path."""
         self.compounds: dict[str, Compounds] = {}
         self.parts = 0
         self.stages: dict[str, list[RecordedGraph]] = {}
-        """Graphs of the USD files that could be read, by the paths that the script has for the files."""
+        """Graphs of the USD files that could be read, by the path with which the script opens the file."""
         self.opened_stages: list[str] = []
         self.granted: set[str] = set()
-        """Paths of prims that the script asked for and that were taken to be there."""
+        """Paths of prims that the script queried and that were assumed to exist."""
         self.namespaces: dict[str, str] = {}
-        """`isaac:namespace` by prim."""
+        """`isaac:namespace` by prim path."""
         self.opened: set[str] = set()
-        """Graphs that the script edits as if they were there already."""
+        """Paths of graphs that the script edits without creating them."""
         self.put: dict[str, str] = {}
-        """Where graphs were put whose place only Omniverse knows, by their paths as the script has them."""
+        """Substitutes for prim paths of graphs that only Omniverse knows, by the path as the script has it."""
 
     def count(self) -> None:
-        """Count a recorded item against the limit, and report the searches that it may depend on."""
+        """Count a node, wire or value against `MAX_PARTS`, and report the searches on which it may depend."""
         self.report_searches()
         self.parts += 1
         if self.parts > MAX_PARTS:
@@ -102,7 +102,7 @@ class GraphRecorder(ScriptNotes):
     # Graphs
 
     def create_graph(self, path: str, evaluator: str = "push", stage: PipelineStage = "simulation") -> RecordedGraph:
-        """Create a graph."""
+        """Record a new graph; raise OmniGraphError if the path already has one, or for an unknown evaluator."""
         path = self._put(path) if is_unknown(path) else absolute(path)
         if path in self.graphs:
             raise OmniGraphError(f"there is a graph at {path!r} already")
@@ -116,15 +116,16 @@ class GraphRecorder(ScriptNotes):
         return graph
 
     def _put(self, path: str) -> str:
-        """Return a substitute path for a graph whose path only Omniverse knows, of which the end may be known."""
+        """Return a substitute for a graph's prim path that only Omniverse knows; it keeps the known end of the path."""
         known = path.rpartition(">")[2].strip("/") or "ActionGraph"
         choices = (f"/World/{known}", *(f"/World/{known}_{number}" for number in range(2, len(self.graphs) + 3)))
         self.put[path.rstrip("/")] = place = next(choice for choice in choices if choice not in self.graphs)
-        self.leave_out(f"the place {path} of a graph cannot be told; it is put at {place}", path, "say it behind `at:`")
+        what = f"the prim path {path} of a graph is unknown; the graph is put at {place}"
+        self.leave_out(what, path, "write its path after `at:`")
         return place
 
     def meant(self, path: str) -> str:
-        """Return a script's path with substitute paths of graphs resolved."""
+        """Return a path from the script, with the unknown path of a graph replaced by its substitute."""
         for unknown, place in self.put.items():
             if path == unknown or path.startswith((f"{unknown}/", f"{unknown}.")):
                 return place + path[len(unknown) :]
@@ -135,7 +136,7 @@ class GraphRecorder(ScriptNotes):
         return self.graphs.get(self.meant(path.rstrip("/")))
 
     def graph_of(self, path: str) -> tuple[RecordedGraph, str] | None:
-        """Return the graph whose prim is at a path or above it, and the rest of the path; None if there is none."""
+        """Return the graph that is or contains the prim at a path, and the path below the graph; None without one."""
         above = path = self.meant(path)
         while above:
             if above in self.graphs:
@@ -144,7 +145,7 @@ class GraphRecorder(ScriptNotes):
         return None
 
     def open_stage(self, path: str) -> None:
-        """Open a USD file, with its graphs if it could be read."""
+        """Add the graphs of a USD file that the script opens; a file that could not be read is noted."""
         if path not in self.stages:
             self.opened_stages.append(path)
             self.pass_over(f"opening {path!r}")
@@ -163,7 +164,7 @@ class GraphRecorder(ScriptNotes):
         return True
 
     def remove(self, path: str) -> None:
-        """Remove the prim at a path: a graph, a node, or graphs below it."""
+        """Remove the graph or node at a prim path, and all graphs below the path."""
         for known in [known for known in self.graphs if known == path or known.startswith(f"{path}/")]:
             graph = self.graphs.pop(known)
             if self.frames.pass_by((known, "")):
@@ -188,14 +189,14 @@ class GraphRecorder(ScriptNotes):
         return name
 
     def create_compound(self, graph: RecordedGraph, name: str) -> str:
-        """Create a compound; its nodes become nodes of the graph."""
+        """Record a compound and return its name below the graph. Its inner nodes become nodes `Compound/Node` of the graph."""
         name = self.name_below(graph, name)
         self.count()
         self.compounds[graph.path].setdefault(name, {})
         return name
 
     def name_below(self, graph: RecordedGraph, path: str) -> str:
-        """Return a node's name relative to its graph, for a name or an absolute path."""
+        """Return the name of a node relative to its graph, given this name or the absolute path of the node."""
         path = self.meant(checked(path, "the name of a node"))
         if not path.startswith("/"):
             return posixpath.normpath(path)
@@ -204,11 +205,11 @@ class GraphRecorder(ScriptNotes):
         return path[len(graph.path) + 1 :]
 
     def find_node(self, graph: RecordedGraph | None, path: str) -> tuple[RecordedGraph, str]:
-        """Return a node or compound by its name in a graph, or by its absolute path."""
+        """Find a node or compound by its name in a graph, or by its absolute path; return the graph and the name."""
         path = self.meant(path)
         found = self.graph_of(path) if path.startswith("/") else graph and (graph, path)
         if not found:
-            raise NotThereError(f"no graph holds the node {path!r}")
+            raise NotThereError(f"no graph contains the node {path!r}")
         inside, name = found
         if not self.has_node(inside, name):
             near = did_you_mean(name, inside.nodes) or listing(inside.nodes, "nodes")
@@ -237,7 +238,7 @@ class GraphRecorder(ScriptNotes):
         return self.inner(Place(inside, found, name))
 
     def inner(self, place: Place) -> Place:
-        """Return the attribute of a node that a promoted attribute stands for."""
+        """Return the inner attribute that a compound's promoted attribute represents; other attributes are returned unchanged."""
         compounds = self.compounds.get(place.graph.path, {})
         node, name = place.node, full_name(place.name)
         while node in compounds:
@@ -276,7 +277,7 @@ class GraphRecorder(ScriptNotes):
             raise OmniGraphError(f"there is no node {place.node!r} in {place.graph.path} any more") from None
 
     def set_value(self, place: Place, value: Any, type: Any = "") -> None:
-        """Set an attribute."""
+        """Set the value of an attribute; a value that only Omniverse knows is left out with a warning."""
         hint = f"{place.node.rpartition('/')[2]}.{place.name}"
         node = self.node(place)
         if self.frames.drive((place.graph.path, place.node), node.values, place.name, hint):
@@ -292,7 +293,7 @@ class GraphRecorder(ScriptNotes):
             node.values[place.name] = RecordedValue(data, known, self.where(hint))
 
     def value(self, place: Place) -> Any:
-        """Return the value that was set; None if none was."""
+        """Return the value that the script set for an attribute; None if it set none."""
         if place.name.startswith("outputs:"):
             self.pass_over(f"what the script does with {place.path}")
         known = place.graph.nodes.get(place.node)
@@ -302,7 +303,7 @@ class GraphRecorder(ScriptNotes):
     # Wires
 
     def connect(self, source: Place, target: Place) -> None:
-        """Add a wire."""
+        """Add a wire between two attributes of one graph; a wire between two graphs is left out with a warning."""
         if source.graph is not target.graph:
             self.leave_out(f"the wire {source.path} -> {target.path} leads from one graph into another", source.name)
             return
@@ -313,7 +314,7 @@ class GraphRecorder(ScriptNotes):
         source.graph.wires.append(wire)
 
     def disconnect(self, source: Place, target: Place) -> None:
-        """Remove a wire."""
+        """Remove the wire between two attributes, if there is one."""
         wire = RecordedWire(source.node, source.name, target.node, target.name)
         source.graph.wires = [known for known in source.graph.wires if known != wire]
 
@@ -334,7 +335,7 @@ class GraphRecorder(ScriptNotes):
     # Variables
 
     def create_variable(self, graph: RecordedGraph, name: str, type: Any, default: Any = None) -> None:
-        """Add a variable to a graph."""
+        """Add a variable to a graph; raise OmniGraphError if the graph already has one of this name."""
         name = checked(name, "the name of a variable")
         if name in graph.variables:
             raise OmniGraphError(f"there is a variable {name!r} in {graph.path} already")
@@ -346,7 +347,7 @@ class GraphRecorder(ScriptNotes):
                 self.set_variable(graph, name, default)
 
     def set_variable(self, graph: RecordedGraph, name: str, value: Any) -> None:
-        """Set the default of a variable."""
+        """Set the default value of a variable; raise OmniGraphError if the graph has no such variable."""
         if name not in graph.variables:
             raise OmniGraphError(f"no variable {name!r} in {graph.path}; {listing(graph.variables, 'variables')}")
         known = graph.variables[name]

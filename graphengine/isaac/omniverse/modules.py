@@ -1,4 +1,4 @@
-"""The Omniverse modules that scripts import: those that build graphs record calls, all others are stubs."""
+"""The Omniverse modules for scripts: modules that build graphs record calls, all other modules are stubs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graphengine.isaac.omniverse.og_edit import OPENED
 from graphengine.isaac.omniverse.stubs import StubModule, StubObject
 
 ROOTS = frozenset(("omni", "pxr", "usdrt", "isaacsim", "carb", "isaaclab", "replicator", "warp"))
-"""Where names of modules begin that come with Isaac Sim."""
+"""Top-level packages of the modules that come with Isaac Sim."""
 
 _SHAPES = ("Capsule", "Cone", "Cube", "Cylinder", "Mesh", "Plane", "Points", "Sphere")
 _SCHEMAS = (*_SHAPES, "Camera", "Imageable", "Scope", "Xform", "XformCommonAPI", "Xformable")
@@ -25,14 +25,14 @@ _VECTORS = {
 
 
 class Application(StubObject):
-    """The stub of `SimulationApp` and its instance."""
+    """The stub of the class `SimulationApp`; a call of the stub returns the stub itself as the instance."""
 
     def __call__(self, *_: Any, **__: Any) -> Any:  # noqa: D102
         return self
 
 
 def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
-    """Return the known modules by name; all other modules are `StubModule`s without members.
+    """Return the modules that record graph edits, by name; every other Omniverse module is an empty `StubModule`.
 
     Args:
         recorder: records changes of graphs.
@@ -61,7 +61,7 @@ def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
 
     def set_target_prims(primPath: Any, targetPrimPaths: Any, inputName: Any = "inputs:targetPrim") -> None:  # noqa: N803
         if recorder.assumed and not recorder.graph_of(str(primPath)):
-            recorder.leave_out(f"what is set at {primPath}.{inputName}: no graph holds that node", "", OPENED)
+            recorder.leave_out(f"what is set at {primPath}.{inputName}: no graph contains that node", "", OPENED)
             return
         graph, node = recorder.find_node(None, str(primPath))
         recorder.set_value(recorder.inner(Place(graph, node, str(inputName))), list(targetPrimPaths))

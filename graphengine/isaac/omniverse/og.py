@@ -27,11 +27,11 @@ class either:  # noqa: N801  used as a decorator
     def __get__(self, instance: Controller | None, owner: type[Controller]) -> Callable[..., Any]:
         if instance is None:
             instance = object.__new__(owner)
-            Controller.__init__(instance)  # not that of a subclass in a script, which may take arguments
+            Controller.__init__(instance)  # a script's subclass may require arguments
         return functools.partial(self.call, instance)
 
     def call(self, controller: Controller, /, *arguments: Any, **named: Any) -> Any:
-        """Call the method; if assumed, ignore errors about objects that a USD file may contain."""
+        """Call the method; for an object that a USD file may contain, warn and return a stub if `assumed`, else raise."""
         try:
             return self.function(controller, *arguments, **named)
         except NotThereError as error:
@@ -42,7 +42,7 @@ class either:  # noqa: N801  used as a decorator
 
 
 class Open(type):
-    """A class whose unknown members are stubs."""
+    """Metaclass of controllers: members that they lack are stubs."""
 
     recorder: GraphRecorder
 
@@ -73,7 +73,7 @@ class Controller(metaclass=Open):
         allow_exists_node: bool = False,
         **_: Any,
     ) -> tuple[Any, Any, Any, dict[str, Any]]:
-        """Find or create a graph, and execute all commands in the documented order."""
+        """Find or create a graph and execute all commands; return the graph, new nodes, prims, and objects by name."""
         recorder = self.recorder
         if isinstance(graph_id, StubObject):
             recorder.leave_out(f"an edit of {graph_id} is left out: only Omniverse knows that graph")
@@ -93,12 +93,12 @@ class Controller(metaclass=Open):
 
     @either
     def create_graph(self, graph_id: Any, *_: Any, **__: Any) -> OgGraph:
-        """Create a graph."""
+        """Return the graph with an id, a path or a mapping with `graph_path`; create it if it does not exist."""
         return OgGraph(self.recorder, edited_graph(self.recorder, graph_id))
 
     @either
     def graph(self, graph_id: Any) -> OgGraph | None:
-        """Return a graph by its path."""
+        """Return a graph by its path; None if there is none."""
         return graph_at(self.recorder, graph_id)
 
     @either
@@ -134,28 +134,28 @@ class Controller(metaclass=Open):
 
     @either
     def delete_node(self, node_id: Any, *_: Any, **__: Any) -> None:
-        """Remove a node."""
+        """Remove a node and its wires."""
         node = node_at(self.recorder, node_id, None, self.known)
         self.recorder.delete_node(node.graph, node.name)
 
     @either
     def create_variable(self, graph_id: Any, name: str, type: Any, *_: Any, **__: Any) -> OgVariable:
-        """Add a variable to a graph."""
+        """Add a variable to a graph and return its handle."""
         return OgGraph(self.recorder, edited_graph(self.recorder, graph_id)).create_variable(name, type)
 
     @either
     def set_variable_default_value(self, variable_id: Any, value: Any) -> None:
-        """Set the default of a variable."""
+        """Set the default value of a variable."""
         self.variable(variable_id).set(None, value)
 
     @either
     def get_variable_default_value(self, variable_id: Any) -> Any:
-        """Return the default of a variable."""
+        """Return the default value of a variable."""
         return self.variable(variable_id).get()
 
     @either
     def node_type(self, type_id: Any) -> NodeType:
-        """Return a node type by its name, or that of a node."""
+        """Return a node type by its name or by a node of this type; raise OmniGraphError if it is not available."""
         name = type_id.get_type_name() if isinstance(type_id, OgNode) else str(type_id)
         if name not in self.recorder.types and not self.recorder.assumed:
             raise OmniGraphError(f"there is no node type {name!r}")
@@ -172,7 +172,7 @@ class Controller(metaclass=Open):
         *_: Any,
         **__: Any,
     ) -> OgAttribute:
-        """Add an attribute to a node."""
+        """Add an attribute to a node, set its default value, and return its handle."""
         node = node_at(self.recorder, node_id, None, self.known)
         place = self.recorder.create_attribute(Place(node.graph, node.name, attr_name), attr_type, attr_port)
         if attr_default is not None:
@@ -181,12 +181,12 @@ class Controller(metaclass=Open):
 
     @either
     def connect(self, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:
-        """Wire two attributes."""
+        """Add a wire from one attribute to another."""
         self.recorder.connect(self._place(src_spec), self._place(dst_spec))
 
     @either
     def disconnect(self, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:
-        """Remove a wire."""
+        """Remove the wire from one attribute to another."""
         self.recorder.disconnect(self._place(src_spec), self._place(dst_spec))
 
     @either
@@ -196,7 +196,7 @@ class Controller(metaclass=Open):
 
     @either
     def get(self, attribute: Any = None, *_: Any, **named: Any) -> Any:
-        """Return the value that an attribute was set to."""
+        """Return the value that the script set for an attribute or variable; a stub if only Omniverse knows it."""
         spec = attribute if attribute is not None else named.get("attribute_id", self.attribute_id)
         if isinstance(spec, OgVariable):
             return spec.get()
@@ -206,7 +206,7 @@ class Controller(metaclass=Open):
 
     @either
     def set(self, *arguments: Any, **named: Any) -> None:
-        """Set an attribute: that of the instance, or the first argument."""
+        """Set the value of the attribute given to the constructor or, without one, of the first argument."""
         given = list(arguments)
         spec = named.get("attribute", named.get("attribute_id", self.attribute_id))
         spec = given.pop(0) if spec is None and given else spec
@@ -234,7 +234,7 @@ class Controller(metaclass=Open):
         self.recorder.draw()
 
     def _leave_attribute(self, spec: Any) -> StubObject:
-        """Report, once, an attribute of a graph that Omniverse itself creates, such as the renderer's."""
+        """Warn that an attribute of a node that only Omniverse knows is left out; return a stub for the attribute."""
         if str(spec) not in map(unknown, (ELSEWHERE, OWN)):
             self.recorder.leave_out(f"what is set at {str(spec)[:200]}: only Omniverse knows that node")
         return StubObject(OWN, self.recorder)
@@ -247,7 +247,7 @@ _CONTROLLERS = ("Controller", "GraphController", "NodeController", "ObjectLookup
 
 
 def members(recorder: GraphRecorder) -> dict[str, Any]:
-    """Return the contents of `omni.graph.core` for a recorder."""
+    """Return the members of the stub of `omni.graph.core`, by name; their edits go to `recorder`."""
     controller = Open("Controller", (Controller,), {"recorder": recorder})
     return {
         **dict.fromkeys(_CONTROLLERS, controller),

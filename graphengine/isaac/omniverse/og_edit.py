@@ -1,4 +1,4 @@
-"""Executes the dictionary of one `og.Controller.edit` in the order that OmniGraph documents."""
+"""Executes the command dictionary of one `og.Controller.edit` call in the order that OmniGraph documents."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from graphengine.isaac.omniverse.usd import UsdPrim
 from graphengine.isaac.recorded_graph import VARIABLE, RecordedGraph
 
 MAX_LOST = 1000
-"""Steps of a refused edit that are listed."""
+"""Maximum number of steps that are listed for a refused edit."""
 OPENED = "a USD file that the script opens may hold it; import that file too"
 
 
 class Keys:
-    """The keys of an edit."""
+    """Stub of `og.Controller.Keys`: the keys of the command dictionary of an edit."""
 
     DELETE_NODES = "delete_nodes"
     CREATE_VARIABLES = "create_variables"
@@ -36,25 +36,25 @@ class Keys:
 
 
 ORDER = tuple(value for name, value in vars(Keys).items() if name.isupper())
-"""The keys in the order in which an edit does them, whatever the order in which a script writes them."""
+"""The keys in the order of their execution, which does not depend on the order in the script."""
 
 
 def steps(commands: Any) -> Iterator[tuple[str, Any]]:
-    """Return keys and items of an edit in OmniGraph's order."""
+    """Return the commands of an edit as pairs of key and item, in OmniGraph's order of execution."""
     if not isinstance(commands, Mapping):
         raise OmniGraphError(f"an edit is a dictionary, got {shown(commands)}")
     return ((key, item) for key in ORDER if key in commands for item in items(commands[key]))
 
 
 def name_lost(error: OmniGraphError, commands: Any, done: int) -> None:
-    """Add a note to an error, with the steps of the edit that it prevents."""
+    """Add a note to an error that lists the commands of the edit which were not executed, from number `done`."""
     lost = islice(steps(commands), done, done + MAX_LOST)
     names = [f"{key} {str(item[0] if isinstance(item, tuple) else item)[:MAX_NAME]}" for key, item in lost]
     error.add_note(", ".join(names) + " …" * (len(names) == MAX_LOST))
 
 
 class Edit:
-    """One call of `og.Controller.edit`, or a compound in it."""
+    """Executes the commands of one call of `og.Controller.edit`, or of a compound within this call."""
 
     def __init__(self, recorder: GraphRecorder, graph: RecordedGraph, names: dict[str, Any], exist_ok: bool) -> None:
         self.recorder, self.graph, self.names, self.exist_ok = recorder, graph, names, exist_ok
@@ -62,7 +62,7 @@ class Edit:
         self.prims: list[Any] = []
 
     def run(self, commands: Mapping[Any, Any], compound: str) -> None:
-        """Execute the steps in OmniGraph's order; `compound` is the compound to which the commands belong."""
+        """Execute all commands in OmniGraph's order; `compound` is the compound to edit, empty for the graph itself."""
         done, pending = 0, steps(commands)
         try:
             for key in commands:

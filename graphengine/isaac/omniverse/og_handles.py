@@ -25,7 +25,7 @@ class GraphPipelineStage(enum.Enum):
 ExecutionAttributeState = enum.IntEnum(
     "ExecutionAttributeState", "DISABLED ENABLED ENABLED_AND_PUSH LATENT_PUSH LATENT_FINISH", start=0
 )
-"""What was once written to execution outputs."""
+"""Stub of `og.ExecutionAttributeState`: values that old scripts write to execution outputs."""
 
 
 class OgHandle:
@@ -33,7 +33,7 @@ class OgHandle:
 
     recorder: GraphRecorder
     plain_data: Callable[[], str]
-    """The path."""
+    """Returns the path of the object."""
 
     def is_valid(self) -> bool:
         """Return whether the object still exists."""
@@ -69,7 +69,7 @@ class OgGraph(OgHandle):
         return self.graph.path
 
     def get_nodes(self) -> list[OgNode]:
-        """Return handles of all nodes."""
+        """Return handles of all nodes in the graph."""
         return [OgNode(self.recorder, self.graph, name) for name in self.graph.nodes]
 
     def get_node(self, path: str) -> OgNode | None:
@@ -80,33 +80,33 @@ class OgGraph(OgHandle):
             return None
 
     def create_node(self, path: str, type: str, *_: Any) -> OgNode:
-        """Create a node."""
+        """Add a node of a given type to the graph; return its handle."""
         return OgNode(self.recorder, self.graph, self.recorder.create_node(self.graph, str(path), type))
 
     def destroy_node(self, path: str, *_: Any) -> bool:
-        """Remove a node."""
+        """Remove a node and its wires; return True."""
         self.recorder.delete_node(*self.recorder.find_node(self.graph, path))
         return True
 
     def create_variable(self, name: str, type: Any) -> OgVariable:
-        """Add a variable."""
+        """Add a variable to the graph; return its handle."""
         self.recorder.create_variable(self.graph, name, type)
         return OgVariable(self.recorder, self.graph, name)
 
     def find_variable(self, name: str) -> OgVariable | None:
-        """Return a variable by its name."""
+        """Return a variable by its name; None if there is none."""
         return OgVariable(self.recorder, self.graph, name) if name in self.graph.variables else None
 
     def get_variables(self) -> list[OgVariable]:
-        """Return handles of all variables."""
+        """Return handles of all variables of the graph."""
         return [OgVariable(self.recorder, self.graph, name) for name in self.graph.variables]
 
     def change_pipeline_stage(self, stage: Any) -> None:
-        """Set the pipeline stage."""
+        """Set the graph's pipeline stage."""
         self.graph.pipeline_stage = stage_of(stage)
 
     def get_pipeline_stage(self) -> GraphPipelineStage:
-        """Return the pipeline stage."""
+        """Return the graph's pipeline stage."""
         return GraphPipelineStage[f"GRAPH_PIPELINE_STAGE_{self.graph.pipeline_stage.replace('_', '').upper()}"]
 
     def evaluate(self, *_: Any) -> bool:
@@ -114,7 +114,7 @@ class OgGraph(OgHandle):
         return True
 
     def set_disabled(self, disabled: bool) -> None:
-        """Report that graph files cannot be disabled."""
+        """Warn, if `disabled`, that a graph file cannot disable its graph."""
         if disabled:
             self.recorder.leave_out(f"the graph {self.graph.path} is disabled; its file is not", "set_disabled")
 
@@ -145,15 +145,15 @@ class OgNode(OgHandle):
         return OgGraph(self.recorder, self.graph)
 
     def get_attribute(self, name: str) -> OgAttribute:
-        """Return an attribute by its full name."""
+        """Return an attribute by its full name, such as `inputs:x`."""
         return OgAttribute(self.recorder, self.recorder.inner(Place(self.graph, self.name, str(name))))
 
     def get_attribute_exists(self, name: str) -> bool:
-        """Return whether the attribute may exist; node types are unknown here."""
+        """Return whether the name has the form of an attribute; the ports of the node type are not known here."""
         return str(name).startswith(SIDES)
 
     def create_attribute(self, name: str, type: Any, port_type: Any = None, *_: Any, **__: Any) -> bool:
-        """Add an attribute."""
+        """Add an attribute to the node; return True."""
         self.recorder.create_attribute(Place(self.graph, self.name, name), type, port_type)
         return True
 
@@ -167,21 +167,21 @@ class OgAttribute(OgHandle):
         self.recorder, self.place = recorder, place
 
     def get(self, *_: Any, **__: Any) -> Any:
-        """Return the value that was set; else a stub, because only Omniverse knows defaults."""
+        """Return the value that the script set; without one, a stub, because only Omniverse knows default values."""
         value = self.recorder.value(self.place)
         return StubObject(f"the default of {self.place.path}", self.recorder) if value is None else value
 
     def set(self, value: Any, *_: Any, **__: Any) -> bool:
-        """Set the value."""
+        """Set the value of the attribute; return True."""
         self.recorder.set_value(self.place, value)
         return True
 
     def get_name(self) -> str:
-        """Return the full name."""
+        """Return the full name of the attribute, such as `inputs:x`."""
         return self.place.name
 
     def get_path(self) -> str:
-        """Return the path in USD."""
+        """Return the USD path of the attribute."""
         return self.place.path
 
     def get_node(self) -> OgNode:
@@ -189,12 +189,12 @@ class OgAttribute(OgHandle):
         return OgNode(self.recorder, self.place.graph, self.place.node)
 
     def connect(self, other: OgAttribute, *_: Any) -> bool:
-        """Wire to another attribute."""
+        """Add a wire from this attribute to another one; return True."""
         self.recorder.connect(self.place, other.place)
         return True
 
     def disconnect(self, other: OgAttribute, *_: Any) -> bool:
-        """Remove the wire to another attribute."""
+        """Remove the wire from this attribute to another one; return True."""
         self.recorder.disconnect(self.place, other.place)
         return True
 
@@ -203,15 +203,15 @@ class OgAttribute(OgHandle):
         return [OgAttribute(self.recorder, place) for place in self.recorder.upstream(self.place)]
 
     def get_upstream_connection_count(self) -> int:
-        """Return the number of upstream connections."""
+        """Return the number of attributes wired into this one."""
         return len(self.get_upstream_connections())
 
     def get_downstream_connection_count(self) -> int:
-        """Return the number of downstream connections."""
+        """Return the number of attributes to which this one is wired."""
         return len(self.get_downstream_connections())
 
     def is_connected(self, other: OgAttribute) -> bool:
-        """Return whether a wire leads to another attribute."""
+        """Return whether a wire leads from this attribute to `other`."""
         return other.place in self.recorder.downstream(self.place)
 
     def get_downstream_connections(self) -> list[OgAttribute]:
@@ -225,17 +225,17 @@ class OgAttribute(OgHandle):
 
 
 class OgVariable(OgHandle):
-    """A variable of a graph."""
+    """Stub of `og.IVariable`: a variable of a graph."""
 
     def __init__(self, recorder: GraphRecorder, graph: RecordedGraph, name: str) -> None:
         self.recorder, self.graph, self.name = recorder, graph, name
 
     def get(self, *_: Any) -> Any:
-        """Return the default value."""
+        """Return the default value of the variable."""
         return self.graph.variables[self.name].data
 
     def set(self, _: Any, value: Any, *__: Any) -> bool:
-        """Set the default value; the context argument is ignored."""
+        """Set the default value of the variable and return True; the context argument is ignored."""
         self.recorder.set_variable(self.graph, self.name, value)
         return True
 
@@ -244,4 +244,4 @@ class OgVariable(OgHandle):
 
 
 HANDLES = (OgGraph, OgNode, OgAttribute, GraphPipelineStage, ExecutionAttributeState)
-"""Those that scripts name."""
+"""Classes that scripts can use by name."""

@@ -46,7 +46,7 @@ def graph_above(recorder: GraphRecorder, path: str) -> RecordedGraph:
     """
     found = recorder.graph_of(path)
     if found is None:
-        raise OmniGraphError(f"no graph holds {path!r}")
+        raise OmniGraphError(f"no graph contains {path!r}")
     return found[0]
 
 
@@ -71,7 +71,7 @@ def node_at(recorder: GraphRecorder, node_id: Any, graph_id: Any, known: Mapping
 
 
 def is_hidden(recorder: GraphRecorder, spec: Any) -> bool:
-    """Return whether something is identified by a value that only Omniverse knows."""
+    """Return whether a graph, node or attribute is given by a value that only Omniverse knows."""
     return is_unknown(recorder.meant(spec) if isinstance(spec, str) else spec)
 
 

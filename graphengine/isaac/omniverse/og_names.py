@@ -10,7 +10,7 @@ from graphengine.isaac.omniverse.plain_data import is_unknown, plain_data
 from graphengine.isaac.recorded_graph import PIPELINE_STAGES, PipelineStage, pipeline_stage
 
 MAX_NAME = 1000
-"""Characters of a name or path."""
+"""Maximum length of a name or path, characters."""
 SIDES = ("inputs:", "outputs:", "state:")
 
 
@@ -19,11 +19,11 @@ class OmniGraphError(Exception):
 
 
 class NotThereError(OmniGraphError):
-    """A call about a graph or node that the script did not create; a USD file that it opens may contain it."""
+    """A call refers to a graph or node that the script did not create; a USD file that the script opens may contain it."""
 
 
 def checked(name: Any, what: str) -> str:
-    """Return a name, path or type from a script if it is valid.
+    """Return a name, path or type from a script unchanged if it is valid.
 
     Raises:
         OmniGraphError: it is not valid.
@@ -34,7 +34,7 @@ def checked(name: Any, what: str) -> str:
 
 
 def absolute(path: str) -> str:
-    """Return the path of a prim without a trailing slash."""
+    """Return a prim path with a leading slash and without a trailing one."""
     return "/" + checked(path, "the path of a prim").strip("/")
 
 
@@ -55,7 +55,7 @@ def full_name(name: str) -> str:
 
 
 def type_name(type: Any) -> str:
-    """Return OmniGraph's name of a type; `(type, port type)` and lists of alternatives are allowed.
+    """Return the OmniGraph name of a type, such as `double[3]`, or of a list of alternatives, such as `int|double`.
 
     Raises:
         OmniGraphError: it is not a type.
@@ -86,6 +86,6 @@ def stage_of(value: Any) -> PipelineStage:
 
 
 def items(commands: Any) -> Iterable[Any]:
-    """Return the items of an edit's key as a list, even if there is only one."""
+    """Return the items of one key of an edit as a list; a single item may be given without a list."""
     several = isinstance(commands, tuple) and commands and isinstance(commands[0], tuple | list)
     return list(commands) if several or isinstance(commands, list) else [commands]

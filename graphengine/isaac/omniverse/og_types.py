@@ -10,7 +10,7 @@ from graphengine.node import PortType
 BaseDataType = enum.IntEnum(
     "BaseDataType", "UNKNOWN BOOL UCHAR INT UINT INT64 UINT64 HALF FLOAT DOUBLE TOKEN RELATIONSHIP", start=0
 )
-"""What a value is made of."""
+"""Stub of `og.BaseDataType`: the base type of a value."""
 
 
 class AttributeRole(enum.IntEnum):
@@ -46,11 +46,11 @@ class AttributePortType(enum.IntEnum):
 
 
 _OGN_NAMES = {"position": "point", "quaternion": "quat", "matrix": "matrixd", "text": "string", "object_id": "objectId"}
-"""Names of roles in `.ogn` files, where they differ."""
+"""Names of roles in `.ogn` files that differ from the names in `AttributeRole`."""
 _OF_LETTERS = ("string", "path")
-"""Roles whose values are arrays of letters."""
+"""Roles whose values are arrays of characters."""
 _BASES = ("timecode", "execution", "objectId", "bundle", "target", *_OF_LETTERS)
-"""Roles that are the base of a type themselves."""
+"""Roles that are used as base types."""
 
 
 @dataclass(unsafe_hash=True)
@@ -78,23 +78,23 @@ class AttributeType:
 
     @staticmethod
     def type_from_ogn_type_name(name: str) -> str:
-        """Return the type with a name; here the name itself."""
+        """Return `name` itself, which stands for the type here."""
         return name
 
 
 TYPES = (Type, BaseDataType, AttributeRole, AttributePortType, AttributeType)
-"""Those that scripts name."""
+"""Classes that scripts can use by name."""
 
 
 class NodeType(str):
-    """A node type, which is also its name."""
+    """Stub of `og.NodeType`; the string is the name of the node type."""
 
     __slots__ = ()
 
     def get_node_type(self) -> str:
-        """Return the name of the type."""
+        """Return the name of the node type."""
         return str(self)
 
     def is_valid(self) -> bool:
-        """Return whether the type exists."""
+        """Return True; the node type is assumed to exist."""
         return True

@@ -10,27 +10,27 @@ from graphengine.format.wording import shown
 from graphengine.isaac.recorded_graph import MAX_ITEMS
 
 MAX_TEXT = 1_000_000
-"""Characters."""
+"""Maximum length of a text, characters."""
 MAX_DEPTH = 6
-"""Levels of lists; OmniGraph's deepest value is an array of matrices by rows."""
+"""Maximum number of nested lists; OmniGraph's deepest value is an array of matrices by rows."""
 
 
 _UNKNOWN = "<unknown: "
-"""How texts begin that stand for what only Omniverse knows."""
+"""Beginning of the placeholder texts for values that only Omniverse knows."""
 
 
 def unknown(what: str) -> str:
-    """Return a text that stands for a value that only Omniverse knows."""
+    """Return the placeholder text `<unknown: WHAT>` for a value that only Omniverse knows."""
     return f"{_UNKNOWN}{what}>"
 
 
 def is_unknown(value: Any) -> bool:
-    """Return whether a value, or a part of a text, is only known to Omniverse."""
+    """Return whether a value is a stub, or a text that contains the placeholder of an unknown value."""
     return _UNKNOWN in value if isinstance(value, str) else bool(getattr(type(value), "is_unknown", False))
 
 
 class UnknownError(Exception):
-    """A value that only Omniverse knows, or that no attribute can hold; the message gives the reason."""
+    """A value cannot be recorded, because only Omniverse knows it or no attribute can hold it; the message says why."""
 
 
 def plain_data(value: Any) -> Any:
@@ -43,7 +43,7 @@ def plain_data(value: Any) -> Any:
 
 
 class _Reading:
-    """The conversion of one value."""
+    """Converts one value, and counts its items against `MAX_ITEMS`."""
 
     def __init__(self) -> None:
         self.items = 0
@@ -86,7 +86,7 @@ def _whole(value: int) -> int:
 
 def _text(value: str) -> str:
     if is_unknown(value):
-        raise UnknownError(f"it holds {value[:100]!r}")
+        raise UnknownError(f"it contains {value[:100]!r}")
     if len(value) > MAX_TEXT:
         raise UnknownError(f"it has more than {MAX_TEXT} characters")
     if any("\ud800" <= character <= "\udfff" for character in value):

@@ -1,4 +1,4 @@
-"""What a script does besides building graphs, and the unknown values that it uses."""
+"""Notes on a script's actions other than building graphs, and on the unknown values that it uses."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from graphengine.isaac.omniverse.frames import Frames, Stack, Where
 from graphengine.isaac.omniverse.plain_data import UnknownError
 
 MAX_CALLS = 20_000
-"""Calls that do nothing to graphs after which a script is taken to go on without end, as one that steps a simulation does."""
+"""Maximum number of calls that build nothing; with more, the script is regarded as an endless simulation loop."""
 MAX_FRAMES = 5_000
-"""That a script may draw until then."""
+"""Maximum number of frames that a script renders before it is regarded as an endless loop."""
 MAX_PASSED_OVER = 1000
-"""Things besides graphs that are reported one by one."""
+"""Maximum number of actions other than building graphs that are reported individually."""
 
 
 class EndlessError(BaseException):
-    """Ends a script that loops without end; scripts should not catch it."""
+    """Ends a script that loops without end. Not an Exception, so that scripts do not catch it by mistake."""
 
 
 class ScriptNotes:
@@ -38,24 +38,24 @@ class ScriptNotes:
         self.findings = Findings()
         self.frames = Frames(where, stack, self.findings)
         self.prims: set[str] = set()
-        """Paths of prims that are no graphs or nodes and that the script made, and names that the user assumes."""
+        """Paths of the prims other than graphs and nodes that the script created, and names that the user assumes to exist."""
         self.missed: dict[tuple[str, int], dict[str, str]] = {}
-        """What the script asked for in vain at each file and line, by name: what the user may say of it."""
+        """Names that the script queried and that do not exist, by file and line; each with the assumption that would help."""
         self.modules: dict[str, ModuleType] = {}
-        """Modules of Omniverse that are known, by name."""
+        """Stubs of the Omniverse modules that record calls, by name."""
         self.lacking: set[str] = set()
-        """Modules that the script imports and that are not there."""
+        """Names of the modules that the script imports and that are missing."""
         self.starred: list[str] = []
-        """Modules that are not there and of which the script imports everything."""
+        """Names of the missing modules in `from MODULE import *`."""
         self.said: deque[str] = deque(maxlen=3)
-        """Lines that the script printed last."""
+        """The last lines that the script printed."""
         self.idle_calls = 0
-        """Calls that did nothing to graphs."""
+        """Number of calls that built nothing."""
         self._told: set[str] = set()
         self._searches: list[tuple[str, Span]] = []
-        """What the script looked through since it last made something, and where."""
+        """Items over which the script iterated since it last built a part of a graph, with the positions in the script."""
         self._alike: dict[str, dict[Any, int]] = {}
-        """Numbers of the arguments with which stubs were called, by the name that the results would share."""
+        """Numbers that distinguish calls of a stub with different arguments, by the name of the stub and by argument."""
 
     def idle(self) -> None:
         """Count a call that builds nothing, and end a script that repeats such calls without end."""
@@ -69,38 +69,38 @@ class ScriptNotes:
         self.frames.draw()
 
     def leave_out(self, message: str, hint: str = "", *help: str) -> None:
-        """Report a part that the graphs will lack."""
+        """Warn that the graphs lack a part of what the script builds; `hint` is a text in the call, to locate the warning."""
         self.findings.add("W302", message, self.where(hint), *help)
 
     @contextmanager
     def leaving_out_unknown(self, what: str, hint: str, *help: str) -> Iterator[None]:
-        """Return a context that reports a part which is left out because only Omniverse knows its value."""
+        """Return a context manager that turns an UnknownError into a warning that `what` is left out."""
         try:
             yield
         except UnknownError as error:
-            self.leave_out(f"{what} cannot be told: {error}", hint, *help)
+            self.leave_out(f"{what} is left out: {error}", hint, *help)
 
     def pass_over(self, what: str, *help: str) -> None:
-        """Report once an action of the script that does not build graphs."""
+        """Note, once per text, an action of the script that does not build graphs."""
         if what not in self._told and len(self._told) < MAX_PASSED_OVER:
             self._told.add(what)
             self.findings.add("N302", f"{what} does not belong to a graph and is left out", self.where(""), *help)
 
     def search(self, what: str) -> None:
-        """Note that the script iterates over items that only Omniverse knows; graphs it builds next may be incomplete."""
+        """Record that the script iterates over items that only Omniverse knows, so that graphs built next may be incomplete."""
         place = self.where("")
         if place and (key := f"{place.source.path}:{place.line}") not in self._told:
             self._told.add(key)
             self._searches.append((what, place))
 
     def tell_apart(self, name: str, given: Any) -> str:
-        """Return the name of the stub for a call or an item, numbered by its arguments."""
+        """Return a name for the result of a stub's call or index, such as `f(#2)`, that differs for different arguments."""
         known = self._alike.setdefault(name, {})
         number = known.setdefault(given, len(known) + 1)
         return name if number == 1 else f"{name[:-1]}#{number}{name[-1]}"
 
     def report_searches(self) -> None:
-        """Report the searches on which the part that the script builds now may depend."""
+        """Warn of the recorded searches, because the part that the script builds now may depend on their results."""
         for what, place in self._searches:
             lost = f"the script looks through {what}, which is empty here: what it finds there is left out"
             self.findings.add("W302", lost, place)

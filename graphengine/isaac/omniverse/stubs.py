@@ -18,46 +18,46 @@ from graphengine.isaac.omniverse.plain_data import MAX_DEPTH, UnknownError, unkn
 from graphengine.isaac.omniverse.script_notes import ScriptNotes
 
 MAX_SAID = 200
-"""Characters of a script's log message that a finding quotes."""
+"""Maximum number of characters of a script's log message that a finding quotes."""
 
 _ASKS = re.compile(
     r"(get|is|has|can|enable|disable|find|new|log|update|next|close|play|step|render|reset|__)", re.IGNORECASE
 )
-"""How names of calls begin that change no stage, or nothing that a graph's file could hold."""
+"""Beginnings of names of calls that change nothing a graph file could contain; these calls are not reported."""
 
 ELSEWHERE, OWN = "what a USD file holds", "a node of Omniverse's own"
-"""Names of stubs for what other findings report."""
+"""Names of stubs for values that other findings report."""
 
 _DRAWS = frozenset(("update", "step", "render", "next_update_async"))
-"""Names of calls that draw a frame."""
+"""Names of calls that render a frame."""
 
 _RUNS = {"is_running": True, "is_playing": True, "is_exiting": False}
-"""What these calls return while the application runs; whether it plays is of interest in loops only."""
+"""Return values of these calls while the application runs."""
 
 _OF_GRAPHS = re.compile(r"(^|\.)(omni\.graph\.core\.cmds|og|Controller)\.|(^|\.)(edit|\w*[gG]raphs?)$")
-"""Names of stubs whose calls may well do something to graphs."""
+"""Matches names of stubs whose calls may edit graphs, so that the calls are reported as warnings."""
 
 _QUESTION = re.compile(r"(is|has|enable|set|add|load|open|create)(_|[A-Z])|exists")
-"""How names of calls begin whose answer is yes where what a script asks for is taken to be there, and what it does to work."""
+"""Beginnings of names of calls that return true if the prims that a script uses are assumed to exist."""
 
 _CALLS = re.compile(r"\(\)|\(#\d+\)|#\d+")
-"""Parts of a stub's name that its calls leave there."""
+"""Matches the marks of calls, such as `()` or `#2`, in the name of a stub."""
 
 _NUMBERS = frozenset(("complex", "divmod", "float", "int", "map", "max", "min", "pow", "range", "round"))
-"""Of Python's own functions those of numbers."""
+"""Built-in functions that compute numbers."""
 _NUMERIC = frozenset(("math", "numpy", "random", "statistics"))
-"""Modules all of whose functions are."""
+"""Modules of which all functions compute numbers."""
 
 _UNPACK = dis.opmap["UNPACK_SEQUENCE"]
 
 
 class StubObject:
-    """A stub of an Omniverse object; it has the name by which the script reached the object."""
+    """A stub of an Omniverse object, named by the expression with which the script obtained the object."""
 
     is_unknown = True
 
     def __new__(cls, name: str, recorder: ScriptNotes) -> Any:
-        """Create an instance of a class whose name is readable in Python's error messages."""
+        """Create an instance of a new class named `name`, so that Python's error messages show this name."""
         made = super().__new__(_named(cls, _CALLS.sub("", name)))  # type: ignore[arg-type]
         made.__dict__.update(_name=name, _recorder=recorder)
         return made
@@ -76,7 +76,7 @@ class StubObject:
         last = self._name.rpartition(".")[2]
         if last in _RUNS and (last != "is_playing" or self._recorder.frames.loops):
             runs = self._recorder.frames.go_on()
-            self._recorder.idle_calls *= not runs  # each frame has its own
+            self._recorder.idle_calls *= not runs  # the limit holds per frame
             return runs == _RUNS[last]
         if self._name.startswith("carb.log_"):
             self._recorder.said.extend(text[:MAX_SAID] for text in arguments if isinstance(text, str))
@@ -85,7 +85,7 @@ class StubObject:
         given = tuple(map(_comparable, (*arguments, *named, *named.values())))
         name = self._name if self._name.endswith(")") else f"{self._name}()"
         made = StubObject(self._recorder.tell_apart(name, given), self._recorder)
-        if last[:1].isupper():  # an instance of a class keeps what it was made of
+        if last[:1].isupper():  # an instance keeps its arguments
             vars(made).update({**named, **vars(made)})
         return made
 
@@ -166,7 +166,7 @@ class StubObject:
 
 
 def of_unknown(function: Any) -> Any:
-    """Return a function for scripts; a numeric function returns the first stub among its arguments, if there is one."""
+    """Return a substitute for a numeric function that returns the first stub among its arguments; others are unchanged."""
     if not callable(function) or type(function).__module__ not in ("builtins", "numpy"):
         return function
     module = str(getattr(function, "__module__", None) or type(function).__module__).partition(".")[0]
@@ -183,7 +183,7 @@ def of_unknown(function: Any) -> Any:
 
 
 def _stubs(values: Any, depth: int) -> Iterator[StubObject]:
-    """Yield the stubs among values, and in lists of them."""
+    """Yield the stubs in nested lists and tuples, at most `depth` levels deep."""
     for value in values if depth else ():
         if isinstance(value, StubObject):
             yield value
@@ -203,14 +203,14 @@ def _unpacked(frame: FrameType) -> int:
 
 
 def _comparable(value: Any) -> Any:
-    """Return a key that distinguishes stubs of calls with different arguments; None for other types."""
+    """Return a key for an argument of a stub's call: strings, numbers and stubs differ by value, all other types are None."""
     return value if isinstance(value, str | int | float) else str(value) if isinstance(value, StubObject) else None
 
 
 def member(owner: str, name: str, recorder: ScriptNotes) -> Any:
     """Return a stub for an unknown member; special names such as `__len__` raise AttributeError.
 
-    An `og` from another module is also OmniGraph's.
+    A member `og` is assumed to be `omni.graph.core`, and reported.
     """
     if name.startswith("__"):
         raise AttributeError(name)
@@ -242,7 +242,7 @@ class StubBase:
 
 
 def told(recorder: ScriptNotes, name: str) -> None:
-    """Record a call."""
+    """Record a call of a stub: render a frame, or report what the call would change."""
     recorder.idle()
     name = _CALLS.sub("", name)
     last = name.rpartition(".")[2]
@@ -257,7 +257,7 @@ def told(recorder: ScriptNotes, name: str) -> None:
 
 
 class Builtins(dict[str, Any]):
-    """The built-in names of a script; after `from m import *` of a missing module, undefined names are stubs."""
+    """The built-in names of a script; after `from MODULE import *` of a missing module, undefined names become stubs."""
 
     recorder: ScriptNotes
 

@@ -1,4 +1,4 @@
-"""Stubs of the stage of `pxr` and `usdrt`, which knows only prims of graphs and nodes."""
+"""Stubs of a USD stage and its prims for `pxr` and `usdrt`; only prims of graphs and nodes are recorded."""
 
 from __future__ import annotations
 
@@ -20,42 +20,42 @@ class Property:
         self.prim, self.name = prim, name
 
     def Set(self, value: Any, *_: Any) -> bool:
-        """Set the value."""
+        """Set the value of an attribute, or the targets of a relationship; return True."""
         self.prim.set_property(self.name, value)
         return True
 
     SetTargets = Set
 
     def AddTarget(self, path: Any, *_: Any) -> bool:
-        """Add a prim to a relationship."""
+        """Add a prim to the targets of a relationship; return True."""
         known = self.Get()
         return self.Set([*known, path] if isinstance(known, list) else [path])
 
     def ClearTargets(self, *_: Any) -> bool:
-        """Empty a relationship."""
+        """Remove all targets of a relationship; return True."""
         return self.Set([])
 
     def Get(self, *_: Any) -> Any:
-        """Return the value that was set."""
+        """Return the value that the script set; None if it set none."""
         if self.name == NAMESPACE:
             return self.prim.recorder.namespaces.get(self.prim.path)
         place = self.prim.place(self.name)
         return self.prim.recorder.value(place) if place else None
 
     def GetTargets(self) -> list[Any]:
-        """Return the prims that the relationship targets."""
+        """Return the paths of the prims that the relationship targets."""
         value = self.Get()
         return [SdfPath(path) for path in (value if isinstance(value, list) else [])]
 
     def AddConnection(self, source: Any, *_: Any) -> bool:
-        """Wire from another attribute."""
+        """Add a wire from the attribute `source` to this one; return True."""
         recorder, place = self.prim.recorder, self.prim.place(self.name)
         if place is not None:
             recorder.connect(recorder.attribute(None, str(source)), place)
         return True
 
     def IsValid(self) -> bool:
-        """Return whether the property exists."""
+        """Return whether the prim of the property exists."""
         return self.prim.IsValid()
 
     __bool__ = IsValid
@@ -105,20 +105,20 @@ class UsdPrim:
         return UsdPrim(self.path.AppendChild(name), self.recorder)
 
     def GetAttribute(self, name: str, *_: Any, **__: Any) -> Property:
-        """Return an attribute; methods that create one also take a type and more."""
+        """Return the attribute with this name; arguments of `CreateAttribute`, such as the type, are ignored."""
         return Property(self, name)
 
     GetRelationship = GetProperty = CreateAttribute = CreateRelationship = GetAttribute
 
     def place(self, name: str) -> Place | None:
-        """Return the recorded attribute of a node; None for other prims."""
+        """Return the recorded attribute if this prim is a node, else None."""
         found = self.recorder.graph_of(self.path)
         if found is None or found[1] not in found[0].nodes:
             return None
         return Place(found[0], found[1], name)
 
     def set_property(self, name: str, value: Any) -> None:
-        """Set a namespace, or an attribute of a node or graph; other properties do not belong to graphs."""
+        """Record a namespace, or a property of a node or graph; properties of other prims are only noted."""
         place, found = self.place(name), self.recorder.graph_of(self.path)
         if name == NAMESPACE:
             self._set_namespace(value)
@@ -149,7 +149,7 @@ class UsdPrim:
 
 
 class UsdStage:
-    """The stage, which knows only graphs and nodes."""
+    """Stub of a USD stage, which records only graphs and nodes."""
 
     def __init__(self, recorder: GraphRecorder) -> None:
         self.recorder = recorder
@@ -159,7 +159,7 @@ class UsdStage:
         return UsdPrim(path, self.recorder)
 
     def DefinePrim(self, path: Any, type: str = "") -> UsdPrim:
-        """Define a graph, a node whose type is set later, or another prim."""
+        """Record a new graph, a node without a type yet, or the path of any other prim; return the prim."""
         found = self.recorder.graph_of(str(path))
         if type == GRAPH and not found:
             self.recorder.create_graph(str(path))
@@ -174,14 +174,14 @@ class UsdStage:
     OverridePrim = DefinePrim
 
     def GetPropertyAtPath(self, path: Any) -> Property:
-        """Return the property at a path."""
+        """Return the property at a path such as `/World/Graph/Node.inputs:x`."""
         prim, _, name = str(path).partition(".")
         return Property(UsdPrim(prim, self.recorder), name)
 
     GetAttributeAtPath = GetRelationshipAtPath = GetPropertyAtPath
 
     def RemovePrim(self, path: Any) -> bool:
-        """Remove a graph or a node; other prims are unknown."""
+        """Remove the graph or node at a path; return False if the path is not valid."""
         self.recorder.prims.discard(str(path))
         try:
             self.recorder.remove(absolute(str(path)))
@@ -190,12 +190,12 @@ class UsdStage:
         return True
 
     def GetDefaultPrim(self) -> UsdPrim:
-        """Return the default prim of a new stage in Isaac Sim."""
+        """Return the prim `/World`, the default prim of a new stage in Isaac Sim."""
         self.recorder.prims.add("/World")
         return UsdPrim("/World", self.recorder)
 
     def Traverse(self) -> Iterator[UsdPrim]:
-        """Return the prims of all recorded graphs and nodes."""
+        """Yield the prims of all recorded graphs and nodes."""
         self.recorder.search("the stage")
         for graph in list(self.recorder.graphs.values()):
             for path in (graph.path, *(f"{graph.path}/{name}" for name in graph.nodes)):
@@ -216,7 +216,7 @@ class Schema(StubObject):
         return first if isinstance(first, UsdPrim) else super().__call__(*arguments, **named)
 
     def Define(self, _: Any, path: Any) -> UsdPrim:
-        """Define a prim of this type."""
+        """Define a prim at a path; its type is not recorded."""
         return self._stage.DefinePrim(path)  # type: ignore[no-any-return]
 
     def Get(self, _: Any, path: Any) -> UsdPrim:

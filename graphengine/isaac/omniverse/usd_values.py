@@ -17,7 +17,7 @@ class SdfPath(str):
     __slots__ = ()
 
     def GetString(self) -> str:
-        """The path."""
+        """Return the path as a string."""
         return str(self)
 
     GetText = GetString
@@ -25,7 +25,7 @@ class SdfPath(str):
 
     @property
     def name(self) -> str:
-        """The last part."""
+        """Last element of the path."""
         return posixpath.basename(self)
 
     @property
@@ -35,37 +35,37 @@ class SdfPath(str):
 
     @staticmethod
     def IsValidPathString(path: str, *_: Any) -> bool:
-        """Return whether a text is not empty; malformed paths are reported later."""
+        """Return whether a path is not empty; other errors in paths are reported when the path is used."""
         return bool(path)
 
     def IsAbsolutePath(self) -> bool:
-        """Whether the path starts at the stage's root."""
+        """Return whether the path begins with `/`."""
         return self.startswith("/")
 
     def HasPrefix(self, prefix: str) -> bool:
-        """Return whether another path is this one or above it."""
+        """Return whether `prefix` is this path or the path of an ancestor."""
         return prefix == "/" or self == prefix or self.startswith(f"{prefix}/")
 
     def GetParentPath(self) -> SdfPath:
-        """The parent's path."""
+        """Return the path of the parent prim."""
         return SdfPath(posixpath.dirname(self))
 
     def GetPrimPath(self) -> SdfPath:
-        """The path of the property's prim."""
+        """Return the path without the name of a property."""
         return SdfPath(self.partition(".")[0])
 
     def AppendPath(self, other: str) -> SdfPath:
-        """The path of a descendant."""
+        """Return this path followed by a relative path."""
         return SdfPath(posixpath.join(self, other))
 
     AppendChild = AppendPath
 
     def AppendProperty(self, name: str) -> SdfPath:
-        """The path of a property."""
+        """Return the path of this prim's property with the given name."""
         return SdfPath(f"{self}.{name}")
 
     def ReplaceName(self, name: str) -> SdfPath:
-        """The path of a sibling."""
+        """Return the path of the sibling with the given name."""
         return self.GetParentPath().AppendPath(name)
 
 
@@ -101,23 +101,23 @@ class Vector(tuple[float, ...]):
         return type(self)([-value for value in self])
 
     def GetDot(self, other: Sequence[float]) -> float:
-        """The dot product."""
+        """Return the dot product."""
         return sum(a * b for a, b in zip(self, other, strict=True))
 
     def GetLength(self) -> float:
-        """The Euclidean length."""
+        """Return the Euclidean length."""
         return float(self.GetDot(self) ** 0.5)
 
 
 class Vector2(Vector):
-    """`Gf.Vec2d`."""
+    """Stub of `Gf.Vec2d` and similar classes."""
 
     __slots__ = ()
     size = 2
 
 
 class Vector4(Vector):
-    """`Gf.Vec4d`."""
+    """Stub of `Gf.Vec4d` and similar classes."""
 
     __slots__ = ()
     size = 4
@@ -136,11 +136,11 @@ class Quaternion:
         return cls(1.0, 0.0, 0.0, 0.0)
 
     def GetReal(self) -> float:
-        """The scalar part."""
+        """Return the scalar part."""
         return self.real
 
     def GetImaginary(self) -> Vector:
-        """The vector part."""
+        """Return the vector part."""
         return self.imaginary
 
     def plain_data(self) -> list[float]:
@@ -163,22 +163,22 @@ class Matrix:
             self.rows = [list(numbers[i : i + self.size]) for i in range(0, len(numbers), self.size)]
 
     def SetIdentity(self) -> Matrix:
-        """Set the identity."""
+        """Make this the identity matrix; return it."""
         self.rows = type(self)().rows
         return self
 
     def plain_data(self) -> list[list[float]]:
-        """Return all numbers, row by row."""
+        """Return the matrix as a list of rows."""
         return self.rows
 
 
 class Matrix3(Matrix):
-    """`Gf.Matrix3d`."""
+    """Stub of `Gf.Matrix3d` and similar classes."""
 
     size = 3
 
 
 class Matrix2(Matrix):
-    """`Gf.Matrix2d`."""
+    """Stub of `Gf.Matrix2d` and similar classes."""
 
     size = 2

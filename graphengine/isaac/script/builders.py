@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 from typing import NamedTuple
 
 BUILDING = frozenset(("edit", "create_node", "create_graph"))
-"""Methods of OmniGraph's controllers that build graphs."""
+"""Names of the methods of OmniGraph's controllers that build graphs."""
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -41,7 +41,7 @@ def builders(*trees: ast.Module, foreign: Collection[str] = ()) -> list[Builder]
 
 
 def entries(tree: ast.Module, foreign: Collection[str]) -> list[Builder]:
-    """Return the builders that no other builder calls."""
+    """Return the builders that no other builder calls; all builders if each is called by another one."""
     building = builders(tree, foreign=foreign)
     called = {name for builder in building for name in builder.calls - {builder.name}}
     return [builder for builder in building if builder.name not in called] or building
@@ -56,7 +56,10 @@ def handed_over(tree: ast.Module) -> set[str]:
 
 
 def called(call: ast.AST, foreign: Collection[str] = ()) -> str:
-    """Return the last name of the called function; empty for other expressions and for functions of foreign modules."""
+    """Return the name of the function that a call expression calls, without its owner: `build` for `robot.build()`.
+
+    Other expressions, and calls of `foreign` modules, return an empty string.
+    """
     function = getattr(call, "func", None)
     owner = getattr(function, "value", function)
     if getattr(owner, "id", "") in foreign:
@@ -87,5 +90,5 @@ def _in_lambdas(tree: ast.AST) -> set[int]:
 
 
 def _arguments(function: Function, first: int) -> str:
-    """Return the arguments of a function, starting with the given one."""
+    """Return the source text of a function's parameters, from the positional one with index `first`."""
     return ast.unparse(ast.arguments(**{**vars(function.args), "args": function.args.args[first:]}))

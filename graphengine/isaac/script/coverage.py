@@ -10,25 +10,25 @@ from graphengine.isaac.script.builders import Function, called
 from graphengine.isaac.script.script_source import Position, Script
 
 MARK = "__ran__"
-"""Function that each statement calls before it runs, with the file, the line and the column."""
+"""Name of the function that a marked script calls before each statement, with file, line and column."""
 NUMBER = "__number__"
-"""Function that gives a script what it calls in the place of a function that it would call."""
+"""Name of the function that returns the function to call in place of the one that the script calls."""
 FAILED = -1
-"""The column of the mark of a statement that failed."""
+"""Value of the column for a statement that raised an error."""
 Ran = Collection[tuple[str, int, int]]
-"""Of the statements that ran: file, line, column."""
+"""Executed statements, as file, line and column."""
 
 _EXITS = (ast.Return, ast.Raise, ast.Continue, ast.Break)
 _BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
 
 
 def marked(text: str | bytes, path: str, *, forgiving: type[ast.AST] | None = None) -> ast.Module:
-    """Return a script whose statements record that they run, and whose numeric functions accept stubs.
+    """Return the syntax tree of a script, changed so that statements record their execution and numeric functions accept stubs.
 
     Args:
         text: source code of the script.
         path: file of the script.
-        forgiving: module, or any, in which the script continues after a statement that fails.
+        forgiving: kind of syntax node in whose body the script continues after a failed statement; None: it never does.
     """
     tree = ast.parse(text, path)
     nodes = list(ast.walk(tree))
@@ -49,7 +49,7 @@ def marked(text: str | bytes, path: str, *, forgiving: type[ast.AST] | None = No
 
 
 def _with_mark(owner: ast.AST, statement: ast.stmt, path: str, forgiving: bool) -> tuple[ast.stmt, ...]:
-    """Return a statement after its mark, whose place is that of the loop around it: there the time limit is checked.
+    """Return the call that marks a statement as executed, and the statement; in a loop, the call has the loop's position.
 
     The docstring and future imports of a module have no marks, because no statement may precede such an import.
     """
@@ -73,7 +73,7 @@ def _mark(*place: str | int) -> ast.Expr:
 
 
 class Why(NamedTuple):
-    """The reason why a call is skipped: a text, the line of its condition if any, and a remedy for an error."""
+    """The reason why a call did not run: a text, the line of the condition that excludes it, and remedies for an error."""
 
     text: str = ""
     condition: int = 0
@@ -85,14 +85,14 @@ def _condition(line: int) -> Why:
 
 
 class Failure(NamedTuple):
-    """An expression of a script that raised an error.
+    """An expression of a script in which an error was raised, directly or in a function that the expression calls.
 
     Attributes:
         path: file of the expression.
         position: position in the file.
-        why: reason with the error.
-        entered: whether the expression is a call that was started.
-        handler: line at which the script caught the error; 0 if it ended the script.
+        why: the error, as the reason why a call did not run.
+        entered: whether the expression is a call whose function was entered.
+        handler: line at which the script caught the error; 0 if the error ended the script.
     """
 
     path: str
@@ -102,18 +102,18 @@ class Failure(NamedTuple):
     handler: int
 
     def keeps(self, call: ast.Call) -> bool:
-        """Return whether the error skipped a call that contains the expression."""
+        """Return whether a call did not run because the error was raised in one of its operands."""
         first, last = (call.lineno, call.col_offset), (call.end_lineno or 0, call.end_col_offset or 0)
         inside = first <= self.position[:2] and self.position[2:] <= last
         return inside and not (self.entered and self.position == (*first, *last))
 
 
 class Unreached:
-    """Finds the graph-building calls of a script that were skipped.
+    """Finds the graph-building calls of a script that did not run.
 
     Args:
         script: script that was run.
-        ran: statements that ran.
+        ran: executed statements.
         names: functions and methods that build graphs.
         failures: errors of the run.
         foreign: missing modules, which do not build graphs.
@@ -131,17 +131,17 @@ class Unreached:
         self._failures = [failure for failure in failures if failure.path == script.source.path]
 
     def ran(self, node: ast.stmt) -> bool:
-        """Return whether a statement ran."""
+        """Return whether a statement was executed."""
         return (self.script.source.path, node.lineno, node.col_offset) in self._ran
 
     def calls(self) -> Iterator[tuple[ast.Call, Why]]:
-        """Yield the skipped calls with the reasons."""
+        """Yield the graph-building calls that did not run, each with the reason."""
         for call in self._building(self.script.tree):
             yield from ((call, failure.why) for failure in self._failures if failure.keeps(call))
         yield from self._in(self.script.tree.body, Why())
 
     def _in(self, block: list[ast.stmt], why: Why) -> Iterator[tuple[ast.Call, Why]]:
-        """Yield the calls in a block that is skipped."""
+        """Yield the calls in a block that did not run; `why` is the reason if the whole block did not run."""
         before: ast.stmt | None = None
         failed: Why | None = None
         for statement in block:
@@ -165,7 +165,7 @@ class Unreached:
                     yield from ((call, why) for call in self._building(statement))
 
     def _left(self, statement: ast.stmt) -> Why:
-        """Return the reason why the statement after one that ran did not run."""
+        """Return the reason why execution did not go on after a statement: a condition, an error, or an unknown one."""
         exits = _EXITS[:2] if isinstance(statement, ast.For | ast.AsyncFor | ast.While) else _EXITS
         for node in ast.walk(statement):
             if isinstance(node, ast.If) and any(self._leaves(part, exits) for part in ast.walk(node)):
@@ -176,39 +176,39 @@ class Unreached:
         return Why() if left else Why(f"an error at line {statement.lineno}")
 
     def _inside(self, statement: ast.stmt) -> list[Failure]:
-        """Return the errors within a statement."""
+        """Return the errors raised within a statement."""
         return [failure for failure in self._failures if holds(statement, failure.position[0])]
 
     def _asking(self, statement: ast.stmt) -> Why | None:
-        """Return the error that the script caught in a statement's condition, if any."""
+        """Return the error that the script caught in the header of a statement, such as its condition; None without one."""
         first = statement.body[0] if isinstance(statement, ast.If) else statement
         start = first.lineno, first.col_offset
         return next((f.why for f in self._inside(statement) if f.handler and f.position[:2] < start), None)
 
     def _leaves(self, node: ast.AST, exits: tuple[type[ast.stmt], ...]) -> bool:
-        """Return whether a statement left its block."""
+        """Return whether a node is an executed statement that leaves its block, such as `return` or `exit()`."""
         ends = isinstance(node, ast.Expr) and called(node.value) in ("exit", "quit")
         return isinstance(node, ast.stmt) and (ends or isinstance(node, exits)) and self.ran(node)
 
     def _building(self, tree: ast.AST) -> Iterator[ast.Call]:
-        """Yield graph-building calls."""
+        """Yield the graph-building calls in a syntax tree."""
         for node in ast.walk(tree):
             if isinstance(node, ast.Call) and called(node, self._foreign) in self._names:
                 yield node
 
 
 def holds(statement: ast.stmt, line: int) -> bool:
-    """Return whether a line is in a statement."""
+    """Return whether a statement contains a line of its file."""
     return statement.lineno <= line <= (statement.end_lineno or 0)
 
 
 def asking(tree: ast.Module, line: int) -> list[int]:
-    """Return the lines that determine the condition at a line: its own, and the assignments of its names."""
+    """Return the lines that determine the condition at a line: its own, and those that define the names it uses."""
     nodes = [node for node in ast.walk(tree) if isinstance(node, ast.stmt)]
     asked = next((node for node in nodes if node.lineno == line and _asks(node)), None)
     parts: list[ast.AST] = [getattr(asked, name) for name in ("test", "iter", "subject") if hasattr(asked, name)]
     lines = [line]
-    for part in parts:  # grows
+    for part in parts:  # the loop extends it
         lines += range(part.lineno, (part.end_lineno or 0) + 1)  # type: ignore[attr-defined]
         names = {getattr(inner, "id", getattr(inner, "attr", "")) for inner in ast.walk(part)} - {""}
         made = [node for node in nodes if node not in parts and _makes(node) & names]
@@ -218,7 +218,7 @@ def asking(tree: ast.Module, line: int) -> list[int]:
 
 
 def _makes(statement: ast.stmt) -> set[str]:
-    """Return the names that a statement assigns."""
+    """Return the names that a statement assigns or, for a function, defines."""
     if isinstance(statement, Function):
         return {statement.name}
     targets = getattr(statement, "targets", [getattr(statement, "target", None)])
@@ -226,14 +226,14 @@ def _makes(statement: ast.stmt) -> set[str]:
 
 
 def _asks(statement: ast.stmt) -> bool:
-    """Return whether a statement has a condition, which may be that a loop has items."""
+    """Return whether a statement runs its body conditionally; `if __name__ == …` does not count."""
     if isinstance(statement, ast.If):
         return "__name__" not in ast.unparse(statement.test)
     return isinstance(statement, ast.For | ast.AsyncFor | ast.While | ast.Match)
 
 
 def _inner(statement: ast.stmt, name: str) -> Iterator[list[ast.stmt]]:
-    """Return blocks of a statement; the `else` of a `try` follows its body."""
+    """Yield the blocks of statements in a field of a statement; the `else` block of a `try` is appended to its body."""
     part = getattr(statement, name, None)
     if isinstance(statement, ast.Try) and name in ("body", "orelse"):
         yield from [statement.body + statement.orelse] * (name == "body")

@@ -1,4 +1,4 @@
-"""Import hook for scripts: Python's modules, modules in the script's folder, and stubs for all others."""
+"""Import hook for scripts: finds Python's modules and modules in the script's folder, and makes stubs for all others."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ OFFERED = (
     "struct sys tempfile textwrap threading time traceback types typing typing_extensions uuid warnings weakref "
     "yaml"
 )
-"""Modules that a script gets as they are; of others that do not lie beside it there are stubs."""
+"""Python modules that a script can import; modules beside the script can be imported too, all others are stubs."""
 
 _ABOVE = "above"
 PACKAGE = f"{_ABOVE}.{_ABOVE}.{_ABOVE}.{_ABOVE}.beside"
-"""The package that a script is in, for its relative imports; those above it are stubs if they may not be read."""
+"""Package name of the script, for its relative imports; parent packages are stubs if their folders may not be read."""
 MAX_ABOVE = 5
-"""Folders above a script in which modules are looked for that may not be read yet."""
+"""Number of folders above a script that are searched for a missing module, to suggest `--allow`."""
 
 
 class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
@@ -61,13 +61,13 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         return self._stub(name)
 
     def _stub(self, name: str, places: Sequence[str] = ()) -> ModuleSpec:
-        """Return the spec of a stub package, whose submodules may be files."""
+        """Return the spec of a stub package; `places` are folders with real submodules."""
         spec = ModuleSpec(name, self, is_package=True)
         spec.submodule_search_locations = list(places)
         return spec
 
     def _package(self, name: str) -> ModuleSpec:
-        """Return the script's own package or a package above it; `__init__.py` runs if its folder may be read."""
+        """Return the spec of the script's package or one above it; a stub without a readable `__init__.py`."""
         up = PACKAGE.count(".") - name.count(".")
         folder = os.path.normpath(os.path.join(self.folders[0], *[os.pardir] * up))
         if not any(os.path.commonpath((folder, root)) == root for root in self.folders):
@@ -80,7 +80,7 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         return self._stub(name, [folder])
 
     def _remedy(self, name: str) -> Iterator[str]:
-        """Return how to make a module above the script readable."""
+        """Yield the option that makes a module in a folder above the script readable, if there is such a module."""
         for folder in Path(self.folders[0]).parents[:MAX_ABOVE]:
             if (folder / name).is_dir() or (folder / f"{name}.py").is_file():
                 yield f"--allow {folder} lets it be imported"
@@ -95,5 +95,5 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
 
 def _known(name: str) -> str:
-    """Return the name of a module as written in the script."""
+    """Return a module's name as in the script, without the internal package prefix of relative imports."""
     return name.rpartition(f"{_ABOVE}.")[2]

@@ -1,4 +1,4 @@
-"""Reports what the graphs of a script lack: errors, refused calls and unreached calls, each with a remedy."""
+"""Reports errors, refused calls and unreached calls of a script that leave its graphs incomplete, each with a remedy."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from graphengine.isaac.script.script_source import Script, Scripts
 from graphengine.sandbox.confinement import MAX_MEMORY_BYTES, AccessDeniedError
 
 MOST_ASKED = 5
-"""Remedies and functions that are listed."""
+"""Maximum number of remedies in one finding."""
 MOST_CALLABLE = 50
-"""Functions that are listed where a script builds nothing."""
+"""Maximum number of functions that are listed if a script builds nothing."""
 NESTED = 8
-"""Errors that a script handles at the same time."""
+"""Maximum number of errors that a script is expected to handle at the same time, in nested handlers."""
 MAX_CAUGHT = 2_000
-"""Errors that a script catches and that are looked at."""
+"""Maximum number of caught errors that are examined."""
 _LOOKS = frozenset(("get", "node", "node_type"))
 """Methods of OmniGraph's controllers that change nothing."""
 
@@ -36,15 +36,15 @@ class TimeIsUpError(BaseException):
 
 
 UNFORGIVEN = (OmniGraphError, AccessDeniedError, RecursionError, MemoryError, StopIteration, StopAsyncIteration)
-"""Errors that a script would make with Omniverse too, or by which its loops end."""
+"""Errors that also occur with Omniverse, or that end loops; the script does not continue after them."""
 _LATER = "what it would have built later is not in the graphs"
 _ARGUMENTS = "give it arguments behind `--`: graphrun import FILE.py -- ARGUMENT …"
 _ENDS = {EndlessError: "stop", TimeIsUpError: "stop", SystemExit: "exit"}
-"""What an end of a script is called that is no error."""
+"""Names in messages for exceptions that end a script without being errors."""
 
 
 class Losses:
-    """Collects the errors of a run, and adds findings about what the graphs lack because of them.
+    """Collects the errors of a run, and adds findings about the parts that the graphs lack because of them.
 
     Args:
         recorder: recorder with the graphs and findings.
@@ -54,15 +54,15 @@ class Losses:
     def __init__(self, recorder: GraphRecorder, scripts: Scripts) -> None:
         self.recorder, self.scripts = recorder, scripts
         self.ran: set[tuple[str, int, int]] = set()
-        """Statements that ran: file, line, column."""
+        """Executed statements, as file, line and column."""
         self.may_differ = True
-        """Whether the script may do better on another stage."""
+        """Whether the script may build more on a stage with other prims."""
         self.stopped = False
         """Whether the script failed after it had built graphs."""
         self._caught: list[tuple[BaseException, int]] = []
-        """Errors that the script caught, and the lines at which it did; 0 for the one that ended it."""
+        """Errors with the line at which the script caught them; line 0 for the error that ended the script."""
         self._skipped = set[tuple[type[BaseException], str]]()
-        """Kinds and places of the errors behind which it went on."""
+        """Types and positions of the errors after which the script continued."""
 
     def note(self, error: BaseException | None, line: int) -> None:
         """Keep an error that the script caught at a line."""
@@ -71,7 +71,7 @@ class Losses:
             self._caught.append((error, line))
 
     def report_skipped(self, error: BaseException) -> None:
-        """Report an error in a statement after which the script continued, once for each place."""
+        """Report an error after which the script continued, once per error type and position."""
         self.stopped, place = True, self.scripts.place(error)
         if (type(error), str(place)) not in self._skipped:
             self._skipped.add((type(error), str(place)))
@@ -79,7 +79,7 @@ class Losses:
             self.recorder.findings.add("W302", what, place, *_advice(error), *self._around(error))
 
     def report_end(self, error: BaseException) -> None:
-        """Report what ended the script.
+        """Report the error or exit that ended the script.
 
         Its graphs are kept if it rendered frames before, or if the error may be due to the missing Omniverse (`keep`).
         """
@@ -106,7 +106,7 @@ class Losses:
             case AccessDeniedError():
                 what, *advice = f"not allowed for scripts: {error}".splitlines()
             case OmniGraphError():
-                self.may_differ = self.recorder.parts <= MAX_PARTS  # it makes as many on every stage
+                self.may_differ = self.recorder.parts <= MAX_PARTS  # no other stage changes the number
                 what, advice = f"{OmniGraphError.__name__}: {error}", [OPENED] * isinstance(error, NotThereError)
             case _:
                 what, advice, keep = _text(error), _advice(error), True
@@ -164,20 +164,20 @@ class Losses:
         main = self.scripts.main
         found, reach = entries(main.tree, self.recorder.lacking), Unreached(main, self.ran)
         if any(reach.ran(part) for builder in found for part in builder.node.body):
-            found = builders(main.tree, foreign=self.recorder.lacking)  # calling what failed fails again
+            found = builders(main.tree, foreign=self.recorder.lacking)  # the functions that ran would fail again
         if found:
             yield "it defines functions that build graphs; call one, for example --call \"build('/World/robot', rate=2)\":"
             yield from (f"  {builder.text}, line {builder.node.lineno}" for builder in found[:MOST_CALLABLE])
 
     def _around(self, error: BaseException) -> Iterator[str]:
-        """Yield options that make the conditions around the place of an error true."""
+        """Yield `--assume` options that make the conditions around the position of an error true."""
         for script, (line, *_) in list(self.scripts.trace(error))[-1:]:
             for node in ast.walk(script.tree):
                 if isinstance(node, ast.If) and holds(node, line):
                     yield from self._remedies(script, node.lineno)
 
     def _remedies(self, script: Script, line: int) -> Iterator[str]:
-        """Yield options that make the condition at a line true."""
+        """Yield `--assume` options that make the condition at a line true."""
         missed, path = self.recorder.missed, script.source.path
         asked = {name: said for at in asking(script.tree, line) for name, said in missed.get((path, at), {}).items()}
         for name, said in list(asked.items())[:MOST_ASKED]:
@@ -196,16 +196,16 @@ class Losses:
 
 
 def _text(error: BaseException) -> str:
-    """Return type and text of an error."""
+    """Return the type and message of an error as one text."""
     try:
         text = str(error).partition("\n")[0] if isinstance(error, AccessDeniedError) else str(error)
-    except BaseException:  # it is the script's
+    except BaseException:  # `__str__` of a script's exception
         text = ""
     return f"{type(error).__name__}: {text[:1000] or 'no message'}"
 
 
 def _advice(error: BaseException) -> tuple[str, ...]:
-    """Return remedies for an error."""
+    """Return the remedies that are known for an error: options of the command line."""
     if isinstance(error, AccessDeniedError):
         return tuple(str(error).splitlines()[1:])
     if isinstance(error, SystemExit):

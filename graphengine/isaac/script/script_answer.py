@@ -13,15 +13,15 @@ class ScriptAnswer:
     """The result of one run of a script.
 
     Attributes:
-        graphs: graphs that it built.
+        graphs: graphs that the script built.
         namespaces: `isaac:namespace` by prim path.
         findings: findings of the run.
-        prims: paths of other prims that it created.
-        stages: paths of USD files that it opened and whose graphs were missing.
-        granted: paths of prims that it requested and that were assumed to exist.
-        may_differ: whether it may succeed on another stage.
-        stopped: whether it failed after building graphs.
-        executed: whether it needs to run as Python; a script of literals is only evaluated.
+        prims: paths of other prims that the script created.
+        stages: paths of USD files that the script opened and whose graphs were not available.
+        granted: paths of prims that the script queried and that were assumed to exist.
+        may_differ: whether the script may build more on a stage with other prims.
+        stopped: whether the script failed after it had built graphs.
+        executed: whether the script must be run as Python; a script of literals is only evaluated.
     """
 
     graphs: list[RecordedGraph] = field(default_factory=list)

@@ -39,24 +39,24 @@ from graphengine.sandbox.untrusted import answer, reply
 HARMLESS = frozenset(
     ("object.__setattr__", "object.__delattr__", "os.putenv", "os.unsetenv", "pathlib.Path.glob", "pathlib.Path.rglob")
 )
-"""Audit events of what changes only the process; files are judged one by one, also those that a pattern finds."""
+"""Audit events that are always allowed: they change this process only, or find files whose access is checked separately."""
 
 ENVIRONMENT = {"ISAAC_PATH": "/isaac-sim", "EXP_PATH": "/isaac-sim/apps", "CARB_APP_PATH": "/isaac-sim/kit"}
 ENVIRONMENT |= {"ROS_DISTRO": "jazzy", "ROS_DOMAIN_ID": "0", "HOME": "/root"}
-"""What scripts find of Isaac Sim's and ROS's environment; of the user's nothing."""
+"""Environment variables of scripts, as in Isaac Sim and ROS; the user's variables are not passed on."""
 
 OURS, PYTHON = str(Path(__file__).parents[2]), os.path.dirname(os.__file__)
-"""Folders of our modules, whose questions are no script's, and of Python's."""
+"""Folder of graphengine, whose own file queries are not those of a script, and folder of Python's library."""
 
 MAX_LINE = 200
-"""Characters of a printed line that a finding quotes."""
+"""Maximum number of characters of a printed line that a finding quotes."""
 
 ENDING_SECONDS = 3.0
-"""Of computing that a script gets to end after its time is up, before it is killed."""
+"""CPU time that a script gets to end after its time limit, before the process is killed, s."""
 
 
 def main() -> None:
-    """Answer one request."""
+    """Read a request from stdin, run its script in the confined process, and write a `ScriptAnswer` to stdout."""
     request = json.load(sys.stdin)
     for name in OFFERED.split():
         with contextlib.suppress(ImportError):
@@ -67,8 +67,8 @@ def main() -> None:
             del sys.modules[name]
     stream = reply()
     sys.dont_write_bytecode = True
-    vars(sys.implementation)["cache_tag"] = None  # no compiled code of a stranger is loaded
-    linecache.updatecache = lambda *_: []  # tracebacks show lines of files that may not be read
+    vars(sys.implementation)["cache_tag"] = None  # no untrusted .pyc files are loaded
+    linecache.updatecache = lambda *_: []  # tracebacks would show unreadable files
     sys.meta_path[:] = [ImportFinder(run.recorder, run.modules, run.folders)]
     compiled = SourceFileLoader.source_to_code
 
@@ -76,7 +76,7 @@ def main() -> None:
         return run.compiled(data, path) or compiled(self, data, path, **named)
 
     SourceFileLoader.source_to_code = compile_own  # type: ignore[method-assign]
-    builtins.__import__ = importlib.__import__  # the C one asks the audit hook first
+    builtins.__import__ = importlib.__import__  # C's `__import__` calls the audit hook first
     time.sleep = lambda _: run.recorder.draw()
     threading.excepthook = lambda failed: run.losses.note(failed.exc_value, -1)
 
@@ -113,7 +113,7 @@ def main() -> None:
 
 
 def _without_writing(recorder: GraphRecorder) -> Any:
-    """Return an `open` for scripts that write files, such as logs: the text is discarded and reported."""
+    """Return a replacement of `open` for scripts: files opened for writing are reported, and their content is discarded."""
     real = builtins.open
 
     def opened(file: Any, mode: str = "r", *arguments: Any, **named: Any) -> Any:
@@ -126,14 +126,14 @@ def _without_writing(recorder: GraphRecorder) -> Any:
 
 
 def _with_stages(run: ScriptRun) -> Any:
-    """Return a `stat` that reports assumed files and folders, and USD files if the stage is assumed to contain everything."""
+    """Return a replacement of `os.stat` for scripts, for which files and folders exist that are assumed to exist."""
     real = os.stat
 
     def stat(path: Any, *arguments: Any, **named: Any) -> os.stat_result:
         try:
             return real(path, *arguments, **named)
         except OSError:
-            codes = [sys._getframe(depth).f_code for depth in (2, 3, 4)]  # 1 is this function
+            codes = [sys._getframe(depth).f_code for depth in (2, 3, 4)]  # 1: this function
             folder = not {"is_dir", "isdir"}.isdisjoint(code.co_name for code in codes[:2])
             files = (code.co_filename for code in codes)
             asker = next((file for file in files if not file.startswith((PYTHON, "<frozen"))), "")

@@ -23,19 +23,19 @@ from graphengine.sandbox.confinement import ProcessError, ask
 from graphengine.sandbox.untrusted import Sources, encoded, read, take_findings
 
 MAX_BYTES = 2_000_000
-"""Of a script."""
+"""Maximum size of a script, bytes."""
 CODECS = ("utf-8", "utf-8-sig", "ascii", "iso8859-1", "iso8859-15", "cp1252", "gb18030", "gbk", "shift_jis", "euc_kr")
-"""Encodings of scripts, by Python's names. Each is decoded in linear time."""
+"""Allowed encodings of scripts, by Python's names; each is decoded in linear time."""
 MAX_ANSWER = 64_000_000
-"""Bytes."""
+"""Maximum size of the script process's response, bytes."""
 MAX_STAGES = 10
-"""USD files that are read for a script that opens them."""
+"""Maximum number of USD files that are read for a script that opens them."""
 SECONDS = 10.0
-"""That a script may run."""
+"""Default time limit of a script, s."""
 STARTING_SECONDS = 20.0
-"""That its process gets beside, to start and to answer."""
+"""Additional time limit of the script process for its start and response, s."""
 MAX_RUNS = 4
-"""Of a script on a stage that holds what it asks for; each shows what else the script makes itself."""
+"""Maximum number of runs on a stage with all requested prims; each run shows which of them the script creates itself."""
 ReadStage = Callable[[Path], Iterable[RecordedGraph]]
 """Returns the graphs of a USD file."""
 _PROCESS = "graphengine.isaac.script.script_process"
@@ -43,11 +43,11 @@ _PROCESS = "graphengine.isaac.script.script_process"
 
 @dataclass(frozen=True, slots=True)
 class ScriptOptions:
-    """What the user specifies about a script.
+    """The user's options for the import of a script.
 
     Attributes:
         calls: calls to make after loading the script, such as `build("/World/robot")`; empty: run it as the main program.
-        assume: paths of prims and files that are assumed to exist.
+        assume: paths of prims and files that are assumed to exist, and names of stubs that are assumed to be true.
         environment: environment variables of the script.
         impulse_every: period in ticks of nodes to which a loop of the script sends impulses; 0: they do not fire.
     """
@@ -71,7 +71,7 @@ def read_script(
     *,
     trusted: bool = False,
 ) -> list[RecordedGraph]:
-    """Return the graphs that a script builds; other actions and errors are reported in `findings`.
+    """Run a script and return the graphs that it builds; its other actions and errors are reported in `findings`.
 
     Args:
         path: script to run.
@@ -135,14 +135,14 @@ def decoded(raw: bytes) -> str:
 
 
 def _run(path: Path, request: dict[str, Any], findings: Findings, read_stage: ReadStage) -> ScriptAnswer:
-    """Run a script on an empty stage; if it fails or builds nothing, run it on a stage that contains what it requests.
+    """Run a script on an empty stage; if it fails or builds nothing, run it on a stage with all prims that it requests.
 
     That stage lacks the prims that the script creates itself, which are known from an earlier run.
     """
     start = Span(Source(str(path), ()), 1, 1)
     first = _run_once(path, request)
     stages = list(dict.fromkeys(first.stages))
-    graphs_of = cache(read_stage)  # several names may mean one file
+    graphs_of = cache(read_stage)  # several names may refer to one file
     if len(stages) > MAX_STAGES:
         findings.add("W302", f"{len(stages) - MAX_STAGES} of the stages that the script opens are left out", start)
     for name in stages[:MAX_STAGES]:
@@ -151,7 +151,7 @@ def _run(path: Path, request: dict[str, Any], findings: Findings, read_stage: Re
         if readable and (graphs := list(graphs_of(file.resolve()))):
             request["stages"][name] = graphs
     if request["stages"]:
-        request["literals"] = False  # it is executed on the stages
+        request["literals"] = False  # the script must run as Python
         first = _run_once(path, request)
     chosen = other = first
     for forgiving in (False, True):
@@ -179,7 +179,7 @@ def _run_on_a_full_stage(path: Path, request: dict[str, Any], first: ScriptAnswe
 
 
 def _with_nodes(graphs: Iterable[RecordedGraph], findings: Findings) -> list[RecordedGraph]:
-    """Return the graphs that have nodes."""
+    """Return the graphs that have nodes; each empty graph is reported."""
     for graph in graphs:
         if not graph.nodes:
             findings.add("N302", f"the graph {graph.path} has no nodes and is left out", graph.span)
@@ -187,12 +187,12 @@ def _with_nodes(graphs: Iterable[RecordedGraph], findings: Findings) -> list[Rec
 
 
 def _readable(path: Path, request: dict[str, Any]) -> Files:
-    """Return the folders that a script may read."""
+    """Return the access to files for a script: its own folder and those that the user allows."""
     return Files((path.absolute().parent.resolve(), *map(Path, request["allowed"])))
 
 
 def _run_once(path: Path, request: dict[str, Any]) -> ScriptAnswer:
-    """Run a script on one kind of stage and return the result."""
+    """Run a script once in a confined process and return the result; a failed process gives a result with G401."""
     sources = Sources(_readable(path, request), Source(str(path), tuple(request["text"].split("\n"))))
     try:
         answer = ask(_PROCESS, encoded(request).encode(), request["seconds"] + STARTING_SECONDS)

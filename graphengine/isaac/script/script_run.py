@@ -1,4 +1,4 @@
-"""Runs a script once; its graphs go to a recorder, its errors to the findings."""
+"""Runs a script once, and records its graphs and errors."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ class ScriptRun:
         self.request = request
         self.text: str = request["text"]
         self.allowed: bool = request["run"]
-        """Whether it may be executed."""
+        """Whether the script may be executed as Python, not only evaluated statically."""
         self.forgiving = ast.AST if request["forgiving"] else ast.Module if self.calls else None
-        """Owner of the statements behind which it goes on if they fail."""
+        """Kind of syntax node in whose body the script continues after a failed statement; None: it never continues."""
         self.executed = False
         self.time_is_up = False
         self.running = False
-        """Whether the time may be up: the script runs."""
+        """Whether the script is running, so that the time limit applies."""
         vars(builtins).update({MARK: self._mark, NUMBER: of_unknown})
         self.folders: list[str] = [str(Path(self.path).absolute().parent), *request["allowed"]]
         self.scripts = Scripts(self.folders)
@@ -58,13 +58,13 @@ class ScriptRun:
         self.losses = Losses(self.recorder, self.scripts)
 
     def end(self, *_: Any) -> None:
-        """End the script. It may catch the error, so each further statement raises it again."""
+        """Raise TimeIsUpError in the script. The script may catch the error, so each further statement raises it again."""
         self.time_is_up = True
         if self.running:
             raise TimeIsUpError
 
     def _mark(self, path: str, line: int, column: int) -> None:
-        """Record that a statement runs, and the exception that is being handled, if any."""
+        """Record that a statement is executed, and the exception that the script handles there, if any."""
         self.losses.ran.add((path, line, column))
         if self.time_is_up and self.running:
             raise TimeIsUpError
@@ -89,7 +89,7 @@ class ScriptRun:
         name = f"{PACKAGE}.{Path(self.path).stem}"
         module = types.ModuleType(name if self.calls else "__main__")
         names: dict[str, Any] = vars(builtins)
-        if re.search(r"\bimport\s*\*", self.text):  # as a script's names are slower to find so
+        if re.search(r"\bimport\s*\*", self.text):  # slower look-up of a script's names
             names = Builtins(names)
             names.recorder = self.recorder
         vars(module).update(__file__=self.path, __package__=PACKAGE, __builtins__=names)
@@ -124,13 +124,13 @@ class ScriptRun:
                     raise TimeIsUpError
             finally:
                 self.running = False
-        except BaseException as error:  # whatever a script raises
+        except BaseException as error:  # any exception of the script
             if isinstance(error, MemoryError):
-                namespace.clear()  # frees what the script holds: the report needs memory
+                namespace.clear()  # frees the script's memory for the report
             self.losses.report_end(error)
 
     def _call(self, namespace: dict[str, Any]) -> None:
-        """Make the calls that the user requests; without one, start the extensions of a script that built nothing."""
+        """Evaluate the user's `--call` options; without any, call `on_startup` of extensions if nothing was built."""
         if self.calls and self.recorder.graphs:
             what = f"left out, as --call decides what is built: {', '.join(self.recorder.graphs)}"
             self.recorder.findings.add("N302", what)
@@ -151,7 +151,7 @@ class ScriptRun:
                     thing().on_startup(thing.__module__)
 
     def assumed(self, file: str, *, folder: bool) -> str:
-        """Return the substitute path of a missing file or folder that is assumed to exist; else empty."""
+        """Return an existing path in place of a missing file or folder that is assumed to exist; empty if it is not assumed."""
         file, suffix = file.rstrip("/"), os.path.splitext(file)[1]
         known = f"{file}/" in self.recorder.prims
         if not known and not self.recorder.assumed and not self.recorder.holds(file, "it to be there"):
@@ -159,7 +159,7 @@ class ScriptRun:
         return self.folders[0] if folder or known or not suffix else self.path
 
     def compiled(self, text: bytes, path: str) -> types.CodeType | None:
-        """Compile a module that the script may read; None for others."""
+        """Compile the source of a module in a readable folder, with marked statements; return None for all other modules."""
         own = self.scripts.at(path)
         return compile(marked(text, path, forgiving=self.forgiving), path, "exec", dont_inherit=True) if own else None
 
@@ -168,7 +168,7 @@ class ScriptRun:
         recorder = self.recorder
         graphs = [graph for graph in recorder.graphs.values() if graph.nodes or graph.path not in recorder.opened]
         return ScriptAnswer(
-            graphs if self.losses.may_differ or not recorder.findings.errors else [],  # nobody would read them
+            graphs if self.losses.may_differ or not recorder.findings.errors else [],  # not needed in the response
             recorder.namespaces,
             recorder.findings.items,
             recorder.prims,
@@ -180,7 +180,7 @@ class ScriptRun:
         )
 
     def _settle_impulses(self) -> None:
-        """Make nodes that get impulses in a loop fire periodically, if requested."""
+        """Replace nodes to which a loop sends impulses by OnTick nodes, if `--impulse-every` is given; report them otherwise."""
         findings, every = self.recorder.findings, self.request["impulse_every"]
         for (path, name), place in self.recorder.frames.impulses.items():
             graph = self.recorder.graphs.get(path)
@@ -203,5 +203,5 @@ class ScriptRun:
 
 
 def _foreign(path: str, *numbers: int) -> Span:
-    """Return a span in a file that this process does not read."""
+    """Return a span with line and column in a file whose content is not needed."""
     return Span(Source(path, ()), *numbers)

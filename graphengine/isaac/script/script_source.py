@@ -17,10 +17,10 @@ from graphengine.format.diagnostics import Source, Span
 from graphengine.isaac.omniverse.frames import Call, Loop
 
 Position = tuple[int, int, int, int]
-"""Of an expression: line and column of its beginning, and of its end."""
+"""Position of an expression: line and column of its beginning, line and column of its end."""
 
 _COUNTING = frozenset(("range", "count", "repeat"))
-"""Functions whose numbers loops count."""
+"""Names of functions whose results only count the turns of a loop."""
 
 
 class Script:
@@ -37,7 +37,7 @@ class Script:
         self.tree = ast.parse(text, path)
         self.texts: dict[str, list[ast.Constant]] = {}
         self.loops: list[tuple[int, int]] = []
-        """First and last lines of the loops that do not go over things, as those over frames do not; outer ones first."""
+        """First and last lines of the loops that may render frames: `while` loops and counting loops; outer ones first."""
         for node in ast.walk(self.tree):
             if isinstance(node, ast.While | ast.For) and (isinstance(node, ast.While) or _counts(node.iter)):
                 self.loops.append((node.lineno, node.end_lineno or node.lineno))
@@ -45,14 +45,14 @@ class Script:
                 self.texts.setdefault(node.value, []).append(node)
 
     def span(self, line: int, end_line: int | None, column: int, text: str = "") -> Span:
-        """Return the span of a text within the lines of a call, else of the beginning of the call."""
+        """Return the span of the string `text` within the lines of a call; without such a string, the start of the call."""
         for node in self.texts.get(text, ()):
             if line <= node.lineno <= (end_line or line):
                 return Span(self.source, node.lineno, self._column(node.lineno, node.col_offset) + 1, len(text) + 2)
         return Span(self.source, line, self._column(line, column) + 1)
 
     def _column(self, line: int, offset: int) -> int:
-        """Convert Python's byte offset to characters."""
+        """Convert a byte offset in a line, as Python's syntax trees have it, to characters."""
         text = self.source.lines[line - 1] if line <= len(self.source.lines) else ""
         return offset if text.isascii() else len(text[:offset].encode()[:offset].decode("utf-8", "ignore"))
 
@@ -65,21 +65,21 @@ class Scripts:
     """
 
     main: Script
-    """The script itself, parsed when it runs: the process is confined by then."""
+    """The script itself; it is parsed only after the process is confined."""
 
     def __init__(self, folders: Sequence[str]) -> None:
         self.folders = folders
         self._known: dict[str, Script | None] = {}
 
     def load(self, path: str, text: str) -> None:
-        """Parse the script itself; raises the same errors as `Script`."""
+        """Parse the script itself and store it as `main`; raise the same errors as `Script`."""
         self.main = self._known[path] = Script(path, text)
 
     def __iter__(self) -> Iterator[Script]:
         return filter(None, self._known.values())
 
     def at(self, path: str) -> Script | None:
-        """Return the script itself, or a module in a folder that may be read."""
+        """Return the parsed script or module at a path; None for files outside the readable folders."""
         if path not in self._known:
             self._known[path] = None
             if path.startswith(tuple(folder + os.sep for folder in self.folders)) and path.endswith(".py"):
@@ -88,7 +88,7 @@ class Scripts:
         return self._known[path]
 
     def where(self, text: str) -> Span | None:
-        """Return the span of the script's current call, or of a text in it."""
+        """Return the span of the script's current call, or of the string `text` in it; None if no script is running."""
         for script, frame in self._frames():
             line, column, end, _ = _position(frame.f_code, frame.f_lasti, frame.f_lineno)
             return script.span(line, end, column, text)
@@ -106,14 +106,14 @@ class Scripts:
         return call, loops
 
     def place(self, error: BaseException) -> Span | None:
-        """Return the innermost line of the scripts that an error passed through."""
+        """Return the span of the innermost script line in an error's traceback; None if it has none."""
         place = None
         for script, (line, column, end, _) in self.trace(error):
             place = script.span(line, end, column)
         return place
 
     def trace(self, error: BaseException) -> Iterator[tuple[Script, Position]]:
-        """Return the places in the scripts that an error passed through, outermost first."""
+        """Yield the script and position of each traceback entry of an error that is in a script, outermost first."""
         trace = error.__traceback__
         while trace is not None:
             if script := self.at(trace.tb_frame.f_code.co_filename):
@@ -121,7 +121,7 @@ class Scripts:
             trace = trace.tb_next
 
     def _frames(self) -> Iterator[tuple[Script, types.FrameType]]:
-        """Yield the frames of the scripts on the stack, innermost first."""
+        """Yield the scripts and frames on the current call stack, innermost first."""
         frame: types.FrameType | None = sys._getframe(1)
         while frame is not None:
             if script := self.at(frame.f_code.co_filename):
@@ -130,13 +130,13 @@ class Scripts:
 
 
 def _counts(node: ast.expr) -> bool:
-    """Return whether the expression of a loop is a counter such as `range(100)`."""
+    """Return whether the iterable of a loop is a counter such as `range(100)`."""
     return any(getattr(part, "id", getattr(part, "attr", "")) in _COUNTING for part in ast.walk(node))
 
 
-@functools.lru_cache(maxsize=1000)  # an instruction makes many nodes
+@functools.lru_cache(maxsize=1000)  # loops repeat their calls
 def _position(code: types.CodeType, instruction: int, near: int) -> Position:
-    """Return line and column of the beginning and end of an instruction, which is near a line."""
+    """Return the position of a bytecode instruction; line `near` if the code object has no positions."""
     found = next(itertools.islice(code.co_positions(), instruction // 2, None), (near, near, 0, 0))
     line, end, column, last = (number or 0 for number in found)
     return line or near, column, end or near, last

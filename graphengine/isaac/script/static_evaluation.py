@@ -24,15 +24,15 @@ _OURS = f"{StubObject.__module__.rpartition('.')[0]}."
 
 
 class NotStaticError(Exception):
-    """The script needs more than literals, names and calls of `og`."""
+    """A script contains more than literals, names and calls of `og`, so that it must be run."""
 
 
 def evaluate(script: Script) -> GraphRecorder | None:
-    """Return what a script builds; None if the script must be run."""
+    """Return a recorder with the graphs that a script builds; None if the script must be run as Python."""
     evaluator = _Evaluator(script)
     try:
         evaluator.block(script.tree.body)
-    except Exception:  # it is run then, where each failure is told with its place
+    except Exception:  # a run reports each failure with its position
         return None
     return evaluator.recorder
 
@@ -45,7 +45,7 @@ class _Evaluator(Guard):
         self.modules = make_modules(self.recorder)
         self.names: dict[str, Any] = {"__name__": "__main__", "__file__": script.source.path, "float": float}
         self.place = 1, 1, 0
-        """First line, last line and column of the expression or call that is evaluated."""
+        """First line, last line and column of the current expression or call."""
 
     def _where(self, text: str) -> Span | None:
         return self.script.span(*self.place, text)
@@ -106,11 +106,15 @@ class _Evaluator(Guard):
         branches = statement.body, statement.orelse
         taken, other = branches if self.value(statement.test) else branches[::-1]
         if any(called(node) in BUILDING for part in other for node in ast.walk(part)):
-            raise NotStaticError  # a run tells what is not built
+            raise NotStaticError  # a run reports what is not built
         self.block(taken)
 
     def value(self, node: ast.expr) -> Any:
-        """Return the value of an expression; only strings can be compared."""
+        """Return the value of an expression.
+
+        Raises:
+            NotStaticError: it compares something else than two strings for equality.
+        """
         if isinstance(node, ast.Compare):
             left, right = (self.value(side) for side in (node.left, *node.comparators))
             if not isinstance(node.ops[0], ast.Eq) or not isinstance(left, str) or not isinstance(right, str):
@@ -148,7 +152,7 @@ class _Evaluator(Guard):
 
 
 def _ours(thing: Any) -> bool:
-    """Return whether an object is a stub or a function of one."""
+    """Return whether an object belongs to the stubs: a stub, a stub class, or one of their methods."""
     if isinstance(thing, StubModule | StubObject):
         return True
     function = getattr(thing, "func", thing)  # of a method that is one of class and instance

@@ -1,4 +1,4 @@
-"""Converts a stage's prims to graphs: compounds are flattened, each instance becomes a graph."""
+"""Converts the prims of a stage to graphs: compounds are flattened, and each instance of a graph becomes a graph."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ from graphengine.isaac.stage.prim_spans import PrimSpans
 from graphengine.isaac.stage.stage_contents import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
 
 _GENERATED = ("/Render/", "SDGPipeline")
-"""Where graphs lie that render products and Replicator make while they run, and what they are called."""
+"""Path prefix and name of graphs that render products and Replicator create at run time."""
 MAX_DEPTH = 50
-"""Of compounds in compounds."""
+"""Maximum nesting depth of compounds."""
 MAX_LEVELS = 200
-"""Prims between a node and its graph."""
+"""Maximum number of prims between a node and its graph."""
 MAX_PARTS = 500_000
-"""Values, wires and nodes of all graphs; compounds and instances multiply what a file holds."""
+"""Maximum number of values, wires and nodes in all graphs together, with every use of a compound or instance counted."""
 _SCRIPT_PORTS = ("inputs:script", "inputs:scriptPath", "inputs:usePath", "inputs:execIn", "outputs:execOut")
 
 
 class TooManyError(Exception):
-    """The graphs of a stage exceed a limit, which the message gives."""
+    """The graphs of a stage exceed a size limit; the message names the limit."""
 
 
 def graphs_of(contents: StageContents, registry: Registry, spans: PrimSpans, findings: Findings) -> list[RecordedGraph]:
@@ -50,7 +50,7 @@ def graphs_of(contents: StageContents, registry: Registry, spans: PrimSpans, fin
         contents: contents of the stage.
         registry: registry with the current names of node types.
         spans: spans of the prims in the file.
-        findings: receives what the graphs lack, and what was changed.
+        findings: receives a finding for each part that is left out or changed.
 
     Raises:
         TooManyError: the graphs are too large.
@@ -85,7 +85,7 @@ class _ConnectionSource:
 
     @staticmethod
     def of(path: str) -> _ConnectionSource:
-        """Parse a path; the path of a bundle may be a prim below its node, `Node/outputs_bundle`."""
+        """Parse a path `Node.port`, or `Node/outputs_bundle`: a bundle output may be a prim below its node."""
         prim, _, port = path.partition(".")
         parent, _, name = prim.rpartition("/")
         if not port and name.startswith("outputs_"):
@@ -110,22 +110,22 @@ class _GraphReader:
         self.spans = spans
         self.findings = findings
         self.nodes_in: dict[str, list[StagePrim]] = {}
-        """Nodes by the graph that they are in."""
+        """Node prims by the path of their graph."""
         for prim in self.prims.values():
             if prim.type == NODE:
                 self.nodes_in.setdefault(self._graph_above(prim.path), []).append(prim)
         compounds = [prim for prim in self.prims.values() if COMPOUND in prim.targets]
         self.inside = {prim.path: _below(prim, prim.targets[COMPOUND]) for prim in compounds}
-        """Graphs of compounds, by the compounds' prims."""
+        """Paths of the inner graphs of each compound, by the path of the compound."""
         self.inner = {path for paths in self.inside.values() for path in paths}
         self.names: dict[str, str] = {}
-        """Names of the nodes of the graph that is read, by their prims; those inside of compounds included."""
+        """Names of the current graph's nodes, including those in compounds, by prim path."""
         self.opened: set[str] = set()
-        """Compounds of that graph."""
+        """Paths of the current graph's compounds."""
         self.parts = 0
 
     def count(self, parts: int) -> None:
-        """Count parts against the limit.
+        """Add to the number of nodes, wires and values, and check it against `MAX_PARTS`.
 
         Raises:
             TooManyError: the limit is exceeded.
@@ -135,7 +135,7 @@ class _GraphReader:
             raise TooManyError(f"its graphs have more than {MAX_PARTS} nodes, wires and values")
 
     def tell(self, code: str, message: str, prim: StagePrim) -> None:
-        """Add a finding at a prim."""
+        """Add a finding at the position of a prim."""
         self.findings.add(code, message, self.spans.of(prim.path))
 
     def read(self, prim: StagePrim) -> RecordedGraph:
@@ -159,7 +159,7 @@ class _GraphReader:
         return graph
 
     def _name_nodes(self, path: str, prefix: str) -> None:
-        """Name the nodes of the graph at a path; compounds are flattened."""
+        """Choose names for the nodes of the graph at a path; a node in a compound is named `Compound/Node`."""
         for prim in self.nodes_in.get(path, ()):
             name = prefix + prim.path[len(path) + 1 :]
             inside = self.inside.get(prim.path)
@@ -176,7 +176,7 @@ class _GraphReader:
                     self._name_nodes(graph, f"{name}/")
 
     def _graph_above(self, path: str) -> str:
-        """Return the graph that contains a prim."""
+        """Return the path of the graph that contains a prim; empty if none does."""
         for _ in range(MAX_LEVELS):
             path = path.rpartition("/")[0]
             above = self.prims.get(path)
@@ -185,7 +185,7 @@ class _GraphReader:
         return ""
 
     def _node(self, prim: StagePrim, name: str, graph: RecordedGraph) -> RecordedNode:
-        """Convert a node and its wires."""
+        """Add a node, its values and the wires into it to a recorded graph."""
         node = RecordedNode(name, prim.text("node:type"), span=self.spans.of(prim.path))
         for port, attribute in prim.attributes.items():
             if port.startswith("inputs:"):
@@ -207,7 +207,7 @@ class _GraphReader:
     def _input(
         self, node: RecordedNode, prim: StagePrim, port: str, attribute: StageAttribute, graph: RecordedGraph
     ) -> None:
-        """Return the wires into a data or execution port; without wires, its value."""
+        """Add the wires into a data or execution port to the graph; without wires, add the value of the port."""
         value, wired = attribute, False
         for source in self._ends(attribute.sources):
             if source.prim in self.names:
@@ -219,18 +219,18 @@ class _GraphReader:
             node.values[port] = RecordedValue(value.value, attribute.type or value.type, node.span)
 
     def _target(self, node: RecordedNode, port: str, targets: list[str], graph: RecordedGraph) -> None:
-        """Return the wires into a port for prims, and the prims."""
+        """Add the wires into a target port to the graph; prims without a port become the value of the target port."""
         prims = []
         for source in self._ends(targets):
             if source.port and source.prim in self.names:
                 graph.wires.append(RecordedWire(self.names[source.prim], source.port, node.name, port, node.span))
-            elif not (source.port and source.prim in self.inside):  # a compound's own port that leads nowhere
+            elif not (source.port and source.prim in self.inside):  # an unconnected port of a compound
                 prims.append(source.path)
         if prims:
             node.values[port] = RecordedValue(prims, "target", node.span)
 
     def _ends(self, paths: Iterable[str]) -> Iterator[_ConnectionSource]:
-        """Return the sources of connections; a compound's port is replaced by its own sources."""
+        """Yield the sources of connections; a port of a compound is replaced by the sources of this port."""
         pending, seen = deque(paths), set[str]()
         while pending:
             self.count(1)
@@ -243,7 +243,7 @@ class _GraphReader:
                 pending.extendleft(reversed(through))
 
     def _through(self, source: _ConnectionSource) -> list[str]:
-        """Return the sources of a compound's port."""
+        """Return the paths of the sources of a compound's port; empty for all other sources."""
         if source.prim not in self.inside:
             return []
         prim = self.prims[source.prim]
@@ -251,7 +251,7 @@ class _GraphReader:
         return attribute.sources if attribute is not None else prim.targets.get(source.port, [])
 
     def _given(self, source: _ConnectionSource, prim: StagePrim, port: str) -> StageAttribute | None:
-        """Return the value of a source outside the graph; it stays constant."""
+        """Return the value of a connected attribute outside the graph, which becomes a constant; None, reported, without one."""
         if source.prim in self.inside:
             return self.prims[source.prim].attributes.get(source.port)
         found = self.plain.get(source.path)
@@ -265,5 +265,5 @@ class _GraphReader:
 
 
 def _below(prim: StagePrim, paths: Iterable[str]) -> list[str]:
-    """Return the paths that are below a prim, as the graph of a compound is."""
+    """Return the paths that are below a prim, without repetitions."""
     return [path for path in dict.fromkeys(paths) if path.startswith(f"{prim.path}/")]

@@ -9,17 +9,17 @@ from graphengine.isaac.recorded_graph import VARIABLE, RecordedGraph, RecordedVa
 from graphengine.isaac.stage.stage_contents import StagePrim
 
 _TARGET = "_OMNI_GRAPH_TARGET"
-"""Stands in texts for the prim that a graph is evaluated for; OmniGraph's own name of it."""
+"""OmniGraph's placeholder in values for the prim for which a graph is evaluated."""
 
 
 def instances(graph: RecordedGraph, prim: StagePrim, users: list[StagePrim], findings: Findings) -> list[RecordedGraph]:
-    """Return the graph itself, or one graph below each prim that refers to it.
+    """Return the graph itself or, if prims refer to it, one copy of the graph below each of these prims.
 
     Args:
         graph: recorded graph.
         prim: prim of the graph.
-        users: prims that refer to it.
-        findings: receives a note on the instances.
+        users: prims that refer to the graph.
+        findings: receives a note on the instances, or a warning if there are none.
     """
     mode = prim.text("evaluationMode")
     if mode == "Standalone" or (mode != "Instanced" and not users):
@@ -34,7 +34,7 @@ def instances(graph: RecordedGraph, prim: StagePrim, users: list[StagePrim], fin
 
 
 def _instance(graph: RecordedGraph, path: str, user: StagePrim) -> RecordedGraph:
-    """Return the graph for one prim that refers to it, with that prim's values of its variables."""
+    """Return a copy of the graph for one prim that refers to it, with the values that this prim gives to variables."""
     variables = {}
     for name, variable in graph.variables.items():
         own = user.attributes.get(VARIABLE + name)
@@ -47,7 +47,7 @@ def _instance(graph: RecordedGraph, path: str, user: StagePrim) -> RecordedGraph
 
 
 def _aimed(data: object, target: str) -> object:
-    """Return a value in which a prim replaces the placeholder of the graph's target."""
+    """Return a value in which the path `target` replaces the placeholder for the graph's target prim."""
     if isinstance(data, list):
         return [_aimed(item, target) for item in data]
     return target if isinstance(data, str) and data.rpartition("/")[2] == _TARGET else data

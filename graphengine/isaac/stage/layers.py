@@ -15,12 +15,12 @@ from graphengine.format.files import Files
 from graphengine.isaac.stage.stage_contents import PLACE, SUFFIXES
 
 MAX_BYTES = 256_000_000
-"""Of all layers together; a robot with its meshes has some 10 MB to 100 MB."""
+"""Maximum size of all layers together, bytes; a robot with meshes has 10 MB to 100 MB."""
 MAX_LAYERS = 1000
 
 
 class UnreadableError(Exception):
-    """A layer cannot be opened, or may not be; the message gives the reason."""
+    """A layer cannot be opened, or may not be read; the message gives the reason."""
 
 
 class Layers:
@@ -33,9 +33,9 @@ class Layers:
     def __init__(self, files: Files) -> None:
         self.files = files
         self.left_out: list[tuple[str, str]] = []
-        """What was cut off and why, in order."""
+        """References that were removed, each with the reason, in order."""
         self._opened: dict[str, Sdf.Layer] = {}
-        """By identifier. They stay open, so that USD composes these and opens none again."""
+        """Opened layers by identifier; they stay open, so that USD composes them and does not read the files again."""
         self._pending: list[Sdf.Layer] = []
         self._bytes = 0
 
@@ -43,13 +43,13 @@ class Layers:
         """Open a layer with everything that it refers to.
 
         Raises:
-            UnreadableError: it cannot be opened; references to other unreadable layers are removed instead.
+            UnreadableError: the layer itself cannot be opened; references to other unreadable layers are removed.
         """
-        root = self._open(os.path.realpath(path))  # what it names lies beside the file, not beside a link to it
+        root = self._open(os.path.realpath(path))  # references are relative to the file, not to a link to it
         while self._pending:
             layer = self._pending.pop()
             _drop_clips(layer)
-            for reference in filter(None, layer.GetCompositionAssetDependencies()):  # it is empty within the same layer
+            for reference in filter(None, layer.GetCompositionAssetDependencies()):  # "" within a layer
                 try:
                     self._follow(layer, reference)
                 except UnreadableError as error:
@@ -59,11 +59,11 @@ class Layers:
         return root
 
     def holds(self, layer: Sdf.Layer) -> bool:
-        """Return whether a layer was opened here."""
+        """Return whether a layer is one of those opened by this object."""
         return bool(self._opened.get(layer.identifier) == layer)
 
     def _follow(self, layer: Sdf.Layer, reference: str) -> None:
-        """Open the layer that a reference names."""
+        """Open the layer to which a reference in another layer points; raise UnreadableError if that is not possible."""
         name, arguments = Sdf.Layer.SplitIdentifier(reference)
         if "://" in name:
             raise UnreadableError("it is not a local file")
@@ -103,7 +103,7 @@ class Layers:
 
 
 def reason(error: Tf.ErrorException) -> str:
-    """Return USD's error message, with its place in the file if there is one."""
+    """Return USD's error message; of several, the first one that begins with a position in a file."""
     texts = [str(one.commentary).strip("'\n") for one in error.args]
     return next((text for text in texts if PLACE.match(text)), texts[0] if texts else "no reason is given")
 

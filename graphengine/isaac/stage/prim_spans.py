@@ -8,9 +8,9 @@ from pathlib import Path
 from graphengine.format.diagnostics import Source, Span
 
 MAX_BYTES = 16_000_000
-"""Of a text that is searched."""
+"""Maximum size of a file that is searched for prims, bytes."""
 MAX_PATHS = 50_000_000
-"""Characters of all paths together; nested prims, and many deep ones, have no places beyond."""
+"""Maximum length of all prim paths together, characters; prims beyond it have no spans."""
 
 _TOKEN = re.compile(
     r'''#[^\n]*|"""(?:\\.|[^\\])*?(?:"""|\Z)|@[^@\n]*@?|<[^>\n]*>?|[(){}]'''
@@ -18,9 +18,9 @@ _TOKEN = re.compile(
     r"""|'''(?:\\.|[^\\])*?(?:'''|\Z)|'(?:\\[^\n]|[^'\\\n])*'?""",
     re.DOTALL,
 )
-"""Comments, texts, file names and paths, which may hold brackets; brackets; and how prims begin.
+"""Matches comments, strings, file names and paths, which may contain brackets; brackets; and beginnings of prims.
 
-What is begun and never ended reaches as far as it may, so that no text takes more than linear time.
+An unterminated token extends as far as possible, so that a search takes linear time.
 """
 
 
@@ -41,11 +41,11 @@ class PrimSpans:
         self._read(text)
 
     def of(self, prim: str) -> Span:
-        """Return the span of a prim's name, else of the beginning of the file."""
+        """Return the span of a prim's name; the beginning of the file for a prim that was not found."""
         return self._spans.get(prim, self.start)
 
     def of_file(self, name: str) -> Span | None:
-        """Return the span where another file is referenced."""
+        """Return the span of the first reference `@NAME@` to another file; None if there is none."""
         named = f"@{name}@"
         for number, line in enumerate(self.source.lines, 1):
             if (column := line.find(named)) >= 0:

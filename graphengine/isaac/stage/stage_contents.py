@@ -12,7 +12,7 @@ INSTANCES = "omniGraphs"
 COMPOUND = "omni:graph:compoundGraph"
 """Relationship of a compound to its graph, which lies below it."""
 PLACE = re.compile(r"/.*?:(?P<line>\d{1,9}):(?P<column>\d{1,9}): (?P<what>.*)", re.DOTALL)
-"""How USD's messages of mistakes in text begin."""
+"""Matches the beginning of USD's messages about syntax errors: path, line and column."""
 
 
 @dataclass(slots=True)
@@ -21,9 +21,9 @@ class StageAttribute:
 
     Attributes:
         type: OmniGraph's type name; for an extended type the resolved one, or empty.
-        value: as `RecordedValue.data`; None if the stage has no value.
+        value: the value, in the form of `RecordedValue.data`; None if the stage has no value.
         sources: absolute paths of the connected attributes.
-        execution: whether it carries execution.
+        execution: whether the attribute is an execution port.
     """
 
     type: str
@@ -66,7 +66,7 @@ class StageContents:
     Attributes:
         prims: prims by path, in stage order.
         plain: attributes of other prims to which nodes are connected, by path.
-        left_out: parts that could not be read, with reasons.
+        left_out: parts that could not be read, each with the reason.
         failure: reason why nothing was read; empty if the stage was read.
         used: files that were read.
         choices: variant selections of prims, such as `/World: ros = none, of none, ros2`.

@@ -24,18 +24,18 @@ from graphengine.sandbox.seccomp import TIERS
 from graphengine.sandbox.untrusted import answer, reply
 
 MAX_MEMORY_BYTES = 4 << 30
-"""USD takes some 30 times the size of a text for it."""
+"""Memory limit of the process, bytes; USD needs about 30 times the size of a text file."""
 MOST_CHOICES = 20
-"""Of variants that are told."""
+"""Maximum number of variant selections that are reported."""
 
 _GRAPH_SETTINGS = ("evaluator:type", "evaluationMode", "pipelineStage")
 _NODE_SETTINGS = ("node:type", "node:typeVersion", POSITION, COMPOUND)
 _EXTENDED = ("Union", "Any")
-"""How `attrType` of an extended port begins: `Union-->double,float`."""
+"""Beginnings of `attrType` of an extended port, as in `Union-->double,float`."""
 
 
 class StageReading:
-    """Reads one stage.
+    """Reads the prims of one stage that concern graphs.
 
     Args:
         files: decides which files may be read.
@@ -46,14 +46,14 @@ class StageReading:
         self.contents = StageContents(left_out=self.layers.left_out)
 
     def run(self, path: Path) -> StageContents:
-        """Read everything that concerns graphs."""
+        """Open a stage and return its contents that concern graphs; an error is returned as `failure`."""
         try:
             stage = Usd.Stage.Open(self.layers.open_all(path))
             strangers = [used.identifier for used in stage.GetUsedLayers() if not self._known(used)]
             if strangers:
                 raise UnreadableError(f"it refers to {strangers[0]!r} in an unsupported way")
             for prim in stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimIsActive & ~Usd.PrimIsAbstract)):
-                self._read(prim)  # also below prims that are not defined, as their asset may be on NVIDIA's server
+                self._read(prim)  # also below prims whose asset is missing, such as one on NVIDIA's server
             self._read_sources(stage)
         except UnreadableError as error:
             self.contents.failure = str(error)
@@ -66,7 +66,7 @@ class StageReading:
         return layer.anonymous or self.layers.holds(layer)
 
     def _read(self, prim: Usd.Prim) -> None:
-        """Keep a prim that concerns graphs, with its variant selections."""
+        """Store a prim if it concerns graphs; store the variant selections of any prim."""
         for name in prim.GetVariantSets().GetNames() if len(self.contents.choices) < MOST_CHOICES else ():
             variants = prim.GetVariantSet(name)
             known = ", ".join(variants.GetVariantNames())
@@ -109,7 +109,7 @@ class StageReading:
             return None
 
     def _read_sources(self, stage: Usd.Stage) -> None:
-        """Read attributes of other prims that nodes are connected to."""
+        """Read the attributes of other prims to which nodes are connected."""
         prims = self.contents.prims.values()
         for source in sorted({path for prim in prims for item in prim.attributes.values() for path in item.sources}):
             owner = source.partition(".")[0]
@@ -119,7 +119,7 @@ class StageReading:
 
 
 def _matters(kind: str, name: str) -> bool:
-    """Return whether a property concerns graphs. Instances of a graph may set the graph's variables."""
+    """Return whether a property of a prim of type `kind` is needed for graphs: settings, ports, variables, namespaces."""
     if name in (NAMESPACE, INSTANCES) or name.startswith(VARIABLE):
         return True
     if kind == GRAPH:
@@ -128,11 +128,11 @@ def _matters(kind: str, name: str) -> bool:
 
 
 def main() -> None:
-    """Answer one request."""
+    """Read a request from stdin, read its stage in the confined process, and write the `StageContents` to stdout."""
     request = json.load(sys.stdin)
     files = Files(tuple(map(Path, request["roots"])))
     stream = reply()
-    Work.SetConcurrencyLimit(1)  # each thread takes of the memory that the process may have
+    Work.SetConcurrencyLimit(1)  # every thread needs memory
     plugins = Path(pxr.__file__).parent
     confine(files, TIERS["stage"], memory=MAX_MEMORY_BYTES, libraries=(plugins,))
     answer(stream, lambda: StageReading(files).run(Path(request["path"])))

@@ -25,11 +25,11 @@ from graphengine.sandbox.untrusted import encoded, note_used, read
 
 MAX_SECONDS = 60.0
 MAX_ANSWER = 32_000_000
-"""Bytes."""
+"""Maximum size of the stage process's response, bytes."""
 MOST_TOLD = 100
-"""Parts that are left out and told one by one."""
+"""Maximum number of left-out parts that are reported individually."""
 LONGEST = 300
-"""Characters of what USD says."""
+"""Maximum number of characters of USD's messages in findings."""
 _PROCESS = "graphengine.isaac.stage.stage_process"
 _REMEDY = "it may be damaged, or too large for a text: open it and save it as .usdc with USD's own tools"
 
@@ -41,7 +41,7 @@ class ImportedStage:
     Attributes:
         graphs: graphs in stage order.
         namespaces: `isaac:namespace` by prim path.
-        choices: variant selections on which graphs may depend, one line each.
+        choices: variant selections on which graphs may depend, one text each.
     """
 
     graphs: list[RecordedGraph] = field(default_factory=list)
@@ -107,7 +107,7 @@ def _check_usage(path: Path) -> None:
 
 
 def _tell_failure(failure: str, spans: PrimSpans, findings: Findings) -> None:
-    """Report why USD refused a file, at the place in its text if USD gives one."""
+    """Report USD's reason for refusing a file, at the line and column that USD's message gives, if any."""
     found = PLACE.match(failure)
     if found is None or not spans.source.lines:
         findings.add("G401", f"USD cannot read it: {failure[:LONGEST]}", spans.start, _REMEDY)

@@ -44,8 +44,8 @@ def plain_value(value: Any, type: str) -> Any:
 
     Args:
         value: value from USD's Python API.
-        type: OmniGraph's type name; numbers with low precision become the shortest with the same value, 0.1 instead of
-            0.10000000149011612.
+        type: OmniGraph's type name. A float or half becomes the shortest number with the same value in this precision: 0.1,
+            not 0.10000000149011612.
 
     Raises:
         ValueError: the value cannot be converted, or is too long.
@@ -53,7 +53,7 @@ def plain_value(value: Any, type: str) -> Any:
     data = _plain(value)
     try:
         port_type = types.parse(type)
-    except ValueError:  # which is told where the value is used
+    except ValueError:  # reported where the value is used
         return data
     if isinstance(port_type, PortType) and port_type.base in ("float", "half"):
         return _shortened(data, port_type.dtype)

@@ -101,10 +101,10 @@ FROM = "it comes from"
         ("og.cmds.SetAttr(attr=a.get_attribute('inputs:x'), value=1)", f"what omni.graph.core.cmds.SetAttr() {LEFT}"),
         ("og.Controller.expose_prim(1, 2)", f"what omni.graph.core.Controller.expose_prim() {LEFT}"),
         ("graph.make_it_so()", f"what og.Graph.make_it_so() {LEFT}"),
-        (f"graph.create_variable('v', {KIND})", "the type of variable 'v' cannot be told"),
-        ("a.create_attribute('inputs:n', og.made_up)", f"of a.inputs:n cannot be told: {FROM} omni.graph.core.made_up"),
+        (f"graph.create_variable('v', {KIND})", "the type of variable 'v' is left out"),
+        ("a.create_attribute('inputs:n', og.made_up)", f"of a.inputs:n is left out: {FROM} omni.graph.core.made_up"),
         (X.format("Gf.Rotation().GetQuat()"), f"{FROM} pxr.Gf.Rotation().GetQuat()"),
-        (X.format("og.made_up.name + '/end'"), "it holds '<unknown: omni.graph.core.made_up.name>/end'"),
+        (X.format("og.made_up.name + '/end'"), "it contains '<unknown: omni.graph.core.made_up.name>/end'"),
         (EDIT, "an edit of <unknown: omni.graph.core.made_up.graph> is left out"),
     ],
     ids=lambda text: text[:30],
@@ -128,7 +128,7 @@ def refused(folder: Path, text: str) -> list[Finding]:
 def test_an_asset_s_graph_alone_is_told_with_what_to_do(tmp_path: Path) -> None:
     text = "import omni.graph.core as og\nog.Controller.set(og.Controller.attribute('/World/Carter/tf.inputs:x'), 1)"
     (finding,) = refused(tmp_path, text)
-    assert finding.message == "OmniGraphError: no graph holds the node '/World/Carter/tf'"
+    assert finding.message == "OmniGraphError: no graph contains the node '/World/Carter/tf'"
     assert finding.help == ("a USD file that the script opens may hold it; import that file too",)
 
 
@@ -136,7 +136,7 @@ def test_a_file_of_omniverse_is_only_named(tmp_path: Path) -> None:
     text = "import os\nfrom isaacsim.core.utils.extensions import get_extension_path_from_name as place\n"
     text += "og.Controller.set(a.get_attribute('inputs:x'), os.path.join(place('omni.x'), 'data'))"
     _, (told,) = built(tmp_path, text)
-    assert "it holds '<unknown: isaacsim.core.utils.extensions.get_extension_path_from_name()>/data'" in told
+    assert "it contains '<unknown: isaacsim.core.utils.extensions.get_extension_path_from_name()>/data'" in told
 
 
 def test_a_bad_name_in_a_graph_of_the_script_is_a_mistake(tmp_path: Path) -> None:
@@ -224,5 +224,5 @@ def test_a_script_that_looks_through_the_stage_before_it_builds_is_warned(
 def test_an_unknown_number_is_left_out_alone(number: str, tmp_path: Path) -> None:
     text = f"import omni.client\nsize = omni.client.stat('a').size\na.get_attribute('inputs:x').set({number})"
     graph, (warning,) = built(tmp_path, f"{text}\na.get_attribute('inputs:y').set(float('0.5'))")
-    assert warning.startswith("the value of a.inputs:x cannot be told: it comes from omni.client.stat().size")
+    assert warning.startswith("the value of a.inputs:x is left out: it comes from omni.client.stat().size")
     assert {name: value.data for name, value in graph.nodes["a"].values.items()} == {"inputs:y": 0.5}

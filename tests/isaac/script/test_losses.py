@@ -210,7 +210,7 @@ def test_a_number_that_is_made_of_an_unknown_one_is_unknown(value: str, tmp_path
     text = "import math\nimport numpy as np\nfrom copy import deepcopy\nmass = Camera().get_mass()\n"
     (graph,), warnings, _ = told(tmp_path, f"{text}og.Controller.set('/A/Tick.inputs:x', {value})")
     assert "inputs:x" not in graph.nodes["Tick"].values
-    assert ["the value of Tick.inputs:x cannot be told" in warning for warning in warnings] == [True]
+    assert ["the value of Tick.inputs:x is left out" in warning for warning in warnings] == [True]
 
 
 def test_what_decides_between_values_and_is_unknown_is_told_and_may_be_assumed(tmp_path: Path) -> None:

@@ -61,10 +61,10 @@ BUILDS: dict[str, dict[str, tuple[int, int]]] = {
 LACKS: dict[str, str] = {
     "change_stage": "warning W302: /World/asked: not converted: its evaluation on demand by a script",
     "extension": "",
-    "from_an_asset": "W302: no graph holds the node '/World/Carter/front_camera/render_product'",
-    "mixed_bag": "the value of Counter.inputs:logicalLoad cannot be told: it comes from omni.isaac.core.World().get_physics_dt",
-    "rtx_lidar": "the value of Lidar.inputs:renderProductPath cannot be told: it comes from omni.replicator.core.create.render",
-    "unknown_places": "W302: the place <unknown: isaacsim.core.api.robots.Robot().prim_path>/joints of a graph cannot be told",
+    "from_an_asset": "W302: no graph contains the node '/World/Carter/front_camera/render_product'",
+    "mixed_bag": "the value of Counter.inputs:logicalLoad is left out: it comes from omni.isaac.core.World().get_physics_dt",
+    "rtx_lidar": "the value of Lidar.inputs:renderProductPath is left out: it comes from omni.replicator.core.create.render",
+    "unknown_places": "W302: the prim path <unknown: isaacsim.core.api.robots.Robot().prim_path>/joints of a graph is unknown",
     "unknown_types": "warning W301: Mine: the node type 'my_company.nodes.Blinker' is not available",
     "with_arguments": "error G401: the script ended with exit(2)",
 }
