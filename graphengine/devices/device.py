@@ -70,13 +70,13 @@ class Device:
 
     Attributes:
         kind: name of the kind: `type` in robot files, kind of the prims, and section of a profile.
-        stub: makes a stub from a prim and options.
+        stub: function that makes a stub from a prim and options.
         usd: USD type of the device's prims.
         title: the kind with an article, for messages, such as `a lidar`.
         child: name of the device's prim below the mount's prim; empty if both are the same prim.
         orientation: orientation of the child in the mount's frame.
         in_rigs: whether a rig may have parts of this kind.
-        ticks_only: whether it has at most one sample per tick, so that graphs that run at physics steps cannot read it.
+        ticks_only: whether the device has at most one sample per tick, so that graphs that run at physics steps cannot read it.
     """
 
     kind: str

@@ -21,7 +21,7 @@ class SurfaceGripperDevice(Sensor, Protocol):
 
     @property
     def gripped(self) -> Sequence[str]:
-        """Prim paths of all held bodies, each once, in the order of the points; geometry of no body is left out."""
+        """Prim paths of all held bodies, each once, in the order of the points; geometry that belongs to no body is left out."""
 
     def close(self) -> None:
         """Start to grip the bodies in front of the points, from the next physics step on; no effect unless open."""
