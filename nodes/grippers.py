@@ -37,7 +37,7 @@ class SurfaceGripper(Node, type="isaacsim.robot.surface_gripper.SurfaceGripper")
         self.gripper = context.device(SurfaceGripperDevice, self.surface_gripper[0])
 
     def compute(self) -> None:
-        """Close or open the gripper."""
+        """Close or open the gripper, as the execution inputs that fired demand."""
         if not self.enabled:
             return
         if self.close_in or (self.toggle and not self.open_in and self.gripper.status == "Open"):
@@ -46,7 +46,7 @@ class SurfaceGripper(Node, type="isaacsim.robot.surface_gripper.SurfaceGripper")
             self.gripper.open()
 
     def writes(self) -> Iterable[str]:
-        """The status of the gripper."""
+        """Return the resource keys of the gripper's status."""
         return [attribute_of(path, "isaac:status") for path in self.surface_gripper]
 
 
@@ -169,5 +169,5 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
         return np.broadcast_to(values if len(values) else np.zeros(1), len(names))
 
     def writes(self) -> Iterable[str]:
-        """The drive targets of the robot."""
+        """Return the resource keys of the robot's drive targets."""
         return [drives_of(path) for path in self.articulation_root_prim]

@@ -35,7 +35,7 @@ class IsaacReadWorldPose(Node, type="isaacsim.core.nodes.IsaacReadWorldPose", vo
         self.scale = (1.0, 1.0, 1.0)
 
     def reads(self) -> Iterable[str]:
-        """The pose of the prim."""
+        """Return the resource keys of the prim's pose."""
         return reading_poses(self.prim)
 
 
@@ -70,7 +70,7 @@ class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTran
         self.translations, self.orientations = self.constant or self.read_poses()
 
     def reads(self) -> Iterable[str]:
-        """The poses of the targets."""
+        """Return the resource keys of the targets' poses."""
         return reading_poses((*self.target_prims, *self.parent_prim))
 
     def read_poses(self) -> tuple[Double3s, Double4s]:

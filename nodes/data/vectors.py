@@ -33,7 +33,7 @@ def _vectors(count: int) -> str:
 
 
 class _BreakVector(Node):
-    """The components of a vector, or of each in an array."""
+    """Base of nodes that output the components of a vector, or of each vector in an array."""
 
     tuple_in: Any
     x: Any = Out(type=_COMPONENTS, couple="number", component=True)

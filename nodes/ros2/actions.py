@@ -136,7 +136,7 @@ class PursuingNode(ActionNode):
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Make an input for each field of the part that the node sends."""
+        """Make an input for each field of the feedback or result that the node sends."""
         _, result, feedback = find_action(literals, definitions)
         layout = {"result": result, "feedback": feedback}[cls.part]
         return {cls.part: layout, **layout.ports(In)}
@@ -153,7 +153,7 @@ class PursuingNode(ActionNode):
         server, action_type = self.door.action(self.server_handle), self.bind()
         if server.action_type != action_type:
             raise ContextError(
-                f"it is for {action_type}, and the action {server.action} is {server.action_type}",
+                f"the node is for {action_type}, but the action {server.action} has type {server.action_type}",
                 self.message_name,
                 "name the same action type in both nodes",
             )

@@ -137,7 +137,7 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
 
 @lint("W211")
 def lint_empty_joint_states(context: LintContext) -> None:
-    """Warn of publishers of joint states of robots that have no joint which moves: each message is empty."""
+    """Warn of joint state publishers whose robot has no joint that can move: all their messages are empty."""
     for _, instance, node in context.nodes(ROS2PublishJointState):
         if not node.target_prim or node.joint_names:
             continue

@@ -51,7 +51,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
             twice = [text for text in dict.fromkeys(given) if given.count(text) > 1]
             if twice:
                 raise ContextError(
-                    f"{twice[0]!r} is in frameNamesMap twice", twice[0], "a prim has one frame, a frame one prim"
+                    f"{twice[0]!r} is in frameNamesMap twice", twice[0], "list each prim and each frame once"
                 )
         for root in self.articulation_roots:
             context.articulation(root)

@@ -26,7 +26,7 @@ FACING = 0.1
 
 
 class Path(NamedTuple):
-    """Points of a path."""
+    """Points of a path; all arrays have the same length."""
 
     shares: Floats
     """Speeds at the points, as fractions of `maxVelocity`."""
@@ -44,9 +44,9 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
     tan(d) / b times `linearVelocity`.
 
     The speeds on the path are scaled to a maximum of `maxVelocity`; over the last third of the path's length L they are
-    multiplied by sqrt(3 r / L), where r remains. Each execution reduces the difference between measured speed and path speed by
-    the fraction `gains[1]`. If the base passes the end of the path without reaching the target, it turns towards the target and
-    drives straight to it.
+    multiplied by sqrt(3 r / L), where r is the remaining length. Each execution reduces the difference between measured speed
+    and path speed by the fraction `gains[1]`. If the base passes the end of the path without reaching the target, it turns
+    towards the target and drives straight to it.
     """
 
     current_speed: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s", doc="velocity of the base; z is ignored")
