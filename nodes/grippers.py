@@ -37,7 +37,7 @@ class SurfaceGripper(Node, type="isaacsim.robot.surface_gripper.SurfaceGripper")
         self.gripper = context.device(SurfaceGripperDevice, self.surface_gripper[0])
 
     def compute(self) -> None:
-        """Close or open the gripper, as the execution inputs that fired demand."""
+        """Close or open the gripper, depending on the execution inputs that fired."""
         if not self.enabled:
             return
         if self.close_in or (self.toggle and not self.open_in and self.gripper.status == "Open"):
@@ -94,12 +94,12 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
     """Commanded position of each joint; empty before the first execution."""
 
     def setup(self, context: Context) -> None:
-        """Bind the robot, and check whether another node commands the joints."""
+        """Bind the robot, and check whether `positionCommands` is wired to another node."""
         self.articulation = context.articulation(self.articulation_root_prim[0])
         self.commands_joints = not context.wired("position_commands")
 
     def compute(self) -> None:
-        """Move the fingers one step further; hold them at the first execution.
+        """Move the fingers one step further; the first execution makes them hold their position unless it opens or closes them.
 
         Raises:
             BadValueError: a joint is unknown or has no limits, or an array has the wrong length.

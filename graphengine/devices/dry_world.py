@@ -190,7 +190,7 @@ class BodyStub(Shared):
 
 @dataclass(slots=True)
 class SurfaceStub(Shared):
-    """A surface whose velocity nodes write: linear and angular, in the body's frame."""
+    """The surface of a conveyor; it stores the velocity that nodes set, linear and angular, in the body's frame."""
 
     linear: Vector3 = (0.0, 0.0, 0.0)
     angular: Vector3 = (0.0, 0.0, 0.0)

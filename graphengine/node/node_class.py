@@ -83,7 +83,7 @@ class NodeMeta(type):
         volatile: bool = False,
         aliases: Sequence[str] = (),
     ) -> NodeMeta:
-        """See `Node` for the keywords."""
+        """Create a node class; the docstring of `Node` lists the keywords."""
         fields = {k: v for k, v in namespace.items() if isinstance(v, Field | ExecIn | ExecOut)}
         inherited = [base for base in bases if isinstance(base, NodeMeta)]
         taken = {member for base in inherited for member in dir(base)}
