@@ -89,7 +89,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
     articulation: Articulation = Bound()
     commands_joints: bool = Bound()
     motion: str = State(default="")
-    """`open` or `close` while the fingers move there, otherwise empty."""
+    """Direction in which the fingers move: `open` or `close`; empty while they rest."""
     commanded: tuple[float, ...] = State(default=())
     """Commanded position of each joint; empty before the first execution."""
 

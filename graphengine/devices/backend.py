@@ -20,7 +20,7 @@ from graphengine.format.wording import did_you_mean, listing
 D = TypeVar("D")
 
 Friction = tuple[float, float]
-"""Static and dynamic friction."""
+"""Static and dynamic friction coefficients."""
 
 Light = tuple[float, Vector3]
 """Intensity as a multiple of its initial value, and colour (red, green, blue)."""
@@ -116,7 +116,7 @@ class World(Protocol):
         """
 
     def friction(self, prim: Prim) -> Friction:
-        """Return the static and dynamic friction of a material prim."""
+        """Return the static and dynamic friction coefficients of a material prim."""
 
     def set_friction(self, prim: Prim, friction: Friction) -> None:
         """Set the friction of a material from the next step on; `reset_state` restores the original.

@@ -41,7 +41,7 @@ class Picture:
     """The picture of a camera at one instant; row 0 is the upper edge."""
 
     time: float
-    """Simulation time of the tick in which it was captured, s."""
+    """Simulation time of the tick in which the picture was captured, s."""
     index: int
     """Number of this sample since play."""
     rgb: NDArray[np.uint8]

@@ -196,7 +196,7 @@ class SurfaceStub(Shared):
     angular: Vector3 = (0.0, 0.0, 0.0)
 
     def move(self, linear: Vector3, angular: Vector3) -> None:
-        """Set the velocity."""
+        """Store the velocity in the body's frame, m/s and rad/s."""
         self.linear, self.angular = linear, angular
 
 

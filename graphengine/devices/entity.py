@@ -26,7 +26,7 @@ class Entity:
     prim_path: str
     kind: EntityKind
     spawned: bool
-    """Whether it was added while the simulation ran."""
+    """Whether the entity was added while the simulation ran."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ class RangeReading:
     """One measurement of a range sensor."""
 
     time: float
-    """Simulation time of the tick in which it was measured, s."""
+    """Simulation time of the tick in which the distance was measured, s."""
     index: int
     """Number of this sample since play."""
     range: float

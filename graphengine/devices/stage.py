@@ -46,9 +46,9 @@ class Prim(Shared):
     body: str | None = None
     """Name of the prim's own body in the physics model, for links and bodies."""
     namespace: str = ""
-    """`isaac:namespace`."""
+    """Value of the attribute `isaac:namespace`."""
     name_override: str = ""
-    """`isaac:nameOverride`."""
+    """Value of the attribute `isaac:nameOverride`."""
     facts: dict[str, Any] = field(default_factory=dict)
     """Data for this kind of prim: a lidar's profile, a camera's size, a robot's joints."""
     children: dict[str, Prim] = field(default_factory=dict, repr=False)

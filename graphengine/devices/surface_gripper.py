@@ -46,9 +46,9 @@ class SurfaceGripperStub(Stub):
         return self.reachable if self.status == "Closed" else ()
 
     def close(self) -> None:
-        """Close the gripper."""
+        """Close immediately, gripping all bodies in `reachable`."""
         self.status = "Closed"
 
     def open(self) -> None:
-        """Open the gripper."""
+        """Open immediately, releasing all bodies."""
         self.status = "Open"

@@ -212,11 +212,11 @@ class IsaacJointNameResolver(RobotNode, type="isaacsim.core.nodes.IsaacJointName
 
 
 _KINDS = {"position_command": "stiffness", "velocity_command": "damping", "effort_command": ""}
-"""Commands, and the gain of a drive without which each has no effect."""
+"""For each kind of command, the drive gain without which it has no effect."""
 _EXAMPLES = {"stiffness": 1000, "damping": 50}
-"""Gains of a drive to begin with."""
+"""Example gains for a new drive."""
 NO_JOINTS = "look for `enabled: false`, `keep_only_joints` and fixed joints in the robot file and its description"
-"""What to do about a robot without joints that move."""
+"""Advice for a robot none of whose joints can move."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,9 +18,9 @@ _HALF_TURN_ABOUT_X = (1.0, 0.0, 0.0, 0.0)
 class IsaacReadWorldPose(Node, type="isaacsim.core.nodes.IsaacReadWorldPose", volatile=True):
     """Reads the pose of a prim in the world frame."""
 
-    prim: Target = In(required=True, setup=True, doc="any prim")
+    prim: Target = In(required=True, setup=True, doc="prim whose pose is read")
     translation: Vector3d = Out(unit="m")
-    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w)")
+    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w)")
     scale: Vector3d = Out(doc="always (1, 1, 1), since poses are rigid")
 
     frame: Frame = Bound()

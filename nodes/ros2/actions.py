@@ -127,7 +127,7 @@ class PursuingNode(ActionNode):
     """Base of nodes that send feedback on the goal of a ROS2ActionServerGoal, or its result; the fields are inputs."""
 
     part: ClassVar[str]
-    """What the node sends: `feedback` or `result`."""
+    """Part of the action that the node sends: `feedback` or `result`."""
 
     exec_in = ExecIn()
     server_handle: UInt64 = In(required=True, doc="action server: `serverHandle` of its ROS2ActionServerGoal")
@@ -182,7 +182,7 @@ class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionSe
 
     part: ClassVar[str] = "feedback"
 
-    exec_out = ExecOut(doc="fires if there is a goal")
+    exec_out = ExecOut(doc="fires if the server has a goal")
 
     def compute(self) -> Fire:
         """Accept the goal if it is new, and send feedback if the topic has subscribers.

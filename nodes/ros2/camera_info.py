@@ -20,7 +20,7 @@ from graphengine.nodes.ros2.publisher import SensorPublisher
 
 _NO_DISTORTION = read_only(np.zeros(5))
 _PARALLEL = 1e-3
-"""How far two optical axes of a stereo pair may be from parallel, rad: a pixel at a focal length of 1000 pixels."""
+"""Largest angle between the optical axes of a stereo pair, rad: a pixel at a focal length of 1000 pixels."""
 
 Matrices = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 

@@ -31,7 +31,7 @@ class ROS2PublishGroundTruthTransform(TopicNode, type="graphengine.ros2.ROS2Publ
     target_prim: Target = In(required=True, setup=True, doc="the robot: its prim, base link or articulation root")
     parent_frame_id: String = In(default="map", setup=True, doc="frame of the world's coordinates")
     child_frame_id: String = In(default="odom", setup=True, doc="parent frame of the odometry's transform")
-    topic_name: String = In(default="tf", setup=True, doc="topic of both transforms")
+    topic_name: String = In(default="tf", setup=True, doc="topic of the odometry's transform and of the published one")
 
     publisher: Publisher = Bound()
     links: Mapping[str, Frame] = Bound()

@@ -16,7 +16,7 @@ from graphengine.nodes.touched import writing_poses
 _FARTHEST = 1e9
 """Maximum absolute coordinate of a pose, m; the physics accepts up to 1e10."""
 _UNIT = 0.01
-"""How far the square of a quaternion's length may be from 1, as in tf2."""
+"""Largest deviation from 1 of the square of a quaternion's length, as in tf2."""
 
 
 class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2SubscribeTransformTree", gated=True):

@@ -25,7 +25,7 @@ class RenderProduct(Stateful):
         return self.prim, self.camera, self.camera.source if self.camera is not None else None
 
     def restore(self, saved: tuple[str, ProductCamera | None, Camera | None]) -> None:
-        """Return to a saved state."""
+        """Return to a state that `save` returned."""
         self.prim, self.camera, source = saved
         if self.camera is not None and source is not None:
             self.camera.show(source)
