@@ -163,7 +163,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         for name, value in vars(db.outputs).items():
             if name not in ports:
                 hint = did_you_mean(name, ports) or listing(ports, "outputs")
-                raise TypeError(f'db.outputs.{name} is no output; add to attributes "outputs:{name} double"; {hint}')
+                raise TypeError(f'db.outputs.{name} is no output; add "outputs:{name} double" to attributes; {hint}')
             port_type = ports[name].type
             assert isinstance(port_type, PortType)
             try:

@@ -102,7 +102,7 @@ class World(Protocol):
 
     @property
     def clamped_commands(self) -> Mapping[str, int]:
-        """Number of clamped commands, by a description: kind of command, joint and limits. Only nonzero numbers are listed."""
+        """Number of clamped commands, by a text with the kind of command, the joint and its limits. Zero counts are left out."""
 
     @property
     def gravity(self) -> Vector3:

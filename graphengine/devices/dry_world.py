@@ -96,7 +96,7 @@ class DryWorld(Stateful):
         self._frictions[prim.path] = friction
 
     def light(self, prim: Prim) -> Light:
-        """Return the intensity and colour that were last set, or else 1 and the colour given in the light's prim."""
+        """Return the intensity and colour that were last set, or else intensity 1 and the colour given in the light's prim."""
         return self._lights.get(prim.path, (1.0, prim.facts["diffuse"]))
 
     def set_light(self, prim: Prim, light: Light) -> None:

@@ -258,8 +258,8 @@ def lint_joints_commanded_twice(context: LintContext) -> None:
 def lint_commands_without_drive(context: LintContext) -> None:
     """Report commands that have no effect because the drives of their joints have no stiffness or damping.
 
-    The report is an error if the inputs select the joint by name or index and the joint has no drive at all and mimics no other
-    joint; otherwise it is a warning.
+    The report is an error if the inputs select one of these joints by name or index, and this joint has no drive at all and
+    mimics no other joint; otherwise it is a warning.
     """
     for command in _commands(context):
         joints = {prim.facts["joint"]: prim.facts for prim in command.robot.descendants() if prim.kind == "joint"}

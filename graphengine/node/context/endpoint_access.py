@@ -1,4 +1,4 @@
-"""Opens topics and services for a node under their full names, and closes them when the node is set up again."""
+"""Opens topics and services for a node, and closes them when the node is set up again or the session ends."""
 
 from __future__ import annotations
 
