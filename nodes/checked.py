@@ -64,7 +64,7 @@ def check_outcome(node: Node, *outcome: float) -> None:
     """Check the result of a computation: no scalar input of the node is NaN, and all computed numbers are finite.
 
     Raises:
-        BadValueError: the check fails. The error names all inputs that are not finite, or if all are, all real inputs.
+        BadValueError: the check fails. The error names all inputs that are not finite, or all real inputs if these are finite.
     """
     inputs, numbers = _numbers(type(node))
     given_numbers = numbers(node)
@@ -79,7 +79,7 @@ def check_outcome(node: Node, *outcome: float) -> None:
 
 @functools.cache
 def _numbers(cls: type[Node]) -> tuple[list[tuple[str, str]], Callable[[Node], tuple[float, ...]]]:
-    """Return (port name, Python name) of all real inputs of a node class, and a getter of its scalar ones (two or more)."""
+    """Return port name and Python name of each real input of a node class, and a getter of all scalar ones (two or more)."""
     inputs = [port for port in cls.fields.values() if port.side == "inputs"]
     real = [port for port in inputs if isinstance(port.type, PortType) and port.type.base in ("double", "float")]
     single = [port.field for port in real if isinstance(port.default, float)]

@@ -65,5 +65,5 @@ class IsaacConveyor(Node, type="isaacsim.asset.gen.conveyor.IsaacConveyor"):
             raise BadValueError("velocity, direction", [self.velocity, self.direction], str(error)) from error
 
     def writes(self) -> Iterable[str]:
-        """The surface velocity of the body."""
+        """Return the resource keys of the body's surface velocity."""
         return [attribute_of(path, "physxSurfaceVelocity:surfaceVelocity") for path in self.conveyor_prim]

@@ -37,7 +37,7 @@ class SurfaceGripper(Node, type="isaacsim.robot.surface_gripper.SurfaceGripper")
         self.gripper = context.device(SurfaceGripperDevice, self.surface_gripper[0])
 
     def compute(self) -> None:
-        """Close or open the gripper."""
+        """Close or open the gripper, depending on the execution inputs that fired."""
         if not self.enabled:
             return
         if self.close_in or (self.toggle and not self.open_in and self.gripper.status == "Open"):
@@ -46,7 +46,7 @@ class SurfaceGripper(Node, type="isaacsim.robot.surface_gripper.SurfaceGripper")
             self.gripper.open()
 
     def writes(self) -> Iterable[str]:
-        """The status of the gripper."""
+        """Return the resource keys of the gripper's status."""
         return [attribute_of(path, "isaac:status") for path in self.surface_gripper]
 
 
@@ -89,17 +89,17 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
     articulation: Articulation = Bound()
     commands_joints: bool = Bound()
     motion: str = State(default="")
-    """`open` or `close` while the fingers move there, otherwise empty."""
+    """Direction in which the fingers move: `open` or `close`; empty while they rest."""
     commanded: tuple[float, ...] = State(default=())
     """Commanded position of each joint; empty before the first execution."""
 
     def setup(self, context: Context) -> None:
-        """Bind the robot, and check whether another node commands the joints."""
+        """Bind the robot, and check whether `positionCommands` is wired to another node."""
         self.articulation = context.articulation(self.articulation_root_prim[0])
         self.commands_joints = not context.wired("position_commands")
 
     def compute(self) -> None:
-        """Move the fingers one step further; hold them at the first execution.
+        """Move the fingers one step further; the first execution makes them hold their position unless it opens or closes them.
 
         Raises:
             BadValueError: a joint is unknown or has no limits, or an array has the wrong length.
@@ -169,5 +169,5 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
         return np.broadcast_to(values if len(values) else np.zeros(1), len(names))
 
     def writes(self) -> Iterable[str]:
-        """The drive targets of the robot."""
+        """Return the resource keys of the robot's drive targets."""
         return [drives_of(path) for path in self.articulation_root_prim]

@@ -219,7 +219,7 @@ class OgnIsaacExtractRTXSensorPointCloud(
         self.wired = frozenset(name for name, fields in _METADATA.items() if any(map(context.wired, fields)))
 
     def is_selected(self, name: str) -> bool:
-        """Return whether the metadata is wired."""
+        """Return whether an output for this metadata is wired."""
         return name in self.wired
 
 
@@ -245,8 +245,8 @@ class IsaacCreateRTXLidarScanBuffer(
     output_distance: bool = In(default=False)
     output_intensity: bool = In(default=False)
     output_timestamp: bool = In(default=False)
-    output_emitter_id: bool = In(default=False, doc="only a lidar has it")
-    output_channel_id: bool = In(default=False, doc="only a lidar has it")
+    output_emitter_id: bool = In(default=False, doc="true: output emitter ids, which only a lidar has")
+    output_channel_id: bool = In(default=False, doc="true: output channel ids, which only a lidar has")
     output_material_id: bool = In(default=False, doc=_NONE)
     output_tick_id: bool = In(default=False, doc=_NONE)
     output_hit_normal: bool = In(default=False, doc=_NONE)
@@ -254,7 +254,9 @@ class IsaacCreateRTXLidarScanBuffer(
     output_object_id: bool = In(default=False, doc=_NONE)
     output_echo_id: bool = In(default=False, doc=_NONE)
     output_tick_state: bool = In(default=False, doc=_NONE)
-    output_radial_velocity_ms: bool = In(default=False, name="outputRadialVelocityMS", doc="only a radar has it")
+    output_radial_velocity_ms: bool = In(
+        default=False, name="outputRadialVelocityMS", doc="true: output radial velocities, which only a radar has"
+    )
     enable_per_frame_output: bool = In(default=False, doc=_DEPRECATED)
     exec_out = ExecOut(name="exec", doc="fires once per sample")
 

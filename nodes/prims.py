@@ -101,7 +101,7 @@ class ReadPrimAttribute(AttributeNode, type="omni.graph.nodes.ReadPrimAttribute"
         self.value = self.attribute.read()
 
     def reads(self) -> Iterable[str]:
-        """The attribute, and if it is a drive target, the drive targets of the robot."""
+        """Return the resource keys of the attribute; for a drive target, also those of the robot's drive targets."""
         path = self.given()
         if not path or not self.name:
             return ANY, WIRED
@@ -129,7 +129,7 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
         if given is not None and wanted is not None:
             as_long = given.array or given.count == wanted.count  # how long an array is shows when it is written
             if given.is_number != wanted.is_number or not as_long:
-                raise ValueError(f"value is {given} and {self.name} is {wanted}")
+                raise ValueError(f"a value of type {given} cannot be written to {self.name} of type {wanted}")
         return {}
 
     def setup(self, context: Context) -> None:
@@ -152,7 +152,7 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
             raise BadValueError("value", self.value) from error
 
     def writes(self) -> Iterable[str]:
-        """The attribute."""
+        """Return the resource keys of the attribute."""
         path = self.given()
         return (attribute_of(path, self.name) if path and self.name else WIRED, ANY)
 
@@ -173,7 +173,7 @@ class PosedNode(PrimNode, volatile=True):
         self.frame = context.frame(self.path())
 
     def reads(self) -> Iterable[str]:
-        """The pose of the prim."""
+        """Return the resource keys of the prim's pose."""
         return reading_poses([self.given()] if self.given() else [])
 
 
@@ -230,7 +230,7 @@ class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform
         self.value = matrix_of((self.translate.read(), self.orient.read()))
 
     def reads(self) -> Iterable[str]:
-        """The pose of the prim."""
+        """Return the resource keys of the prim's pose."""
         return reading_poses(self.prim)
 
 

@@ -57,7 +57,7 @@ class Database:
         self._log = log
 
     def log_info(self, message: object) -> None:
-        """Log a message."""
+        """Log a message with severity info."""
         self._log("info", str(message))
 
     def log_warning(self, message: object) -> None:
@@ -163,9 +163,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         for name, value in vars(db.outputs).items():
             if name not in ports:
                 hint = did_you_mean(name, ports) or listing(ports, "outputs")
-                raise TypeError(
-                    f'db.outputs.{name} is no output; declare it by attributes, as "outputs:{name} double"; {hint}'
-                )
+                raise TypeError(f'db.outputs.{name} is no output; add "outputs:{name} double" to attributes; {hint}')
             port_type = ports[name].type
             assert isinstance(port_type, PortType)
             try:
@@ -266,5 +264,5 @@ def _declaration(text: object) -> tuple[str, str, PortType]:
         )
     port_type = types.parse(type_name.strip())
     if not isinstance(port_type, PortType) or port_type.base in ("any", "bundle", "execution"):
-        raise ValueError(f"{text!r}: a script's attributes have one type of values, such as double, token, int[]")
+        raise ValueError(f"{text!r}: an attribute of a script needs a single type, such as double, token, int[]")
     return side, name, port_type

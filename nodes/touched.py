@@ -1,8 +1,7 @@
 """Keys of world resources that nodes read and change; the compiler relates the readers and writers of each key.
 
-The pose of a prim depends on those above it, so all poses of a robot share one key, as do all poses below `/World`. If a wire
-gives the prim, its key is unknown before the run: such a reader counts as a reader of all prims, such a writer as a writer of
-all prims.
+The pose of a prim depends on the poses of its ancestors, so all poses of a robot share one key, as do all poses below `/World`.
+If a wire gives the prim, the key is unknown before the run; the node then counts as a reader or writer of all prims.
 """
 
 from __future__ import annotations
@@ -34,12 +33,12 @@ def attribute_of(path: str, name: str) -> str:
 
 
 def reading_poses(paths: Iterable[str]) -> tuple[str, ...]:
-    """Return the keys to declare for a node that reads the poses of these prims; without paths, of unknown prims."""
+    """Return the keys to declare for a node that reads the poses of these prims; without paths, the prims are unknown."""
     return (*(dict.fromkeys(map(pose_of, paths)) or (ANY,)), WIRED)
 
 
 def writing_poses(paths: Iterable[str]) -> tuple[str, ...]:
-    """Return the keys to declare for a node that moves these prims; without paths, unknown prims."""
+    """Return the keys to declare for a node that moves these prims; without paths, the prims are unknown."""
     return (*(dict.fromkeys(map(pose_of, paths)) or (WIRED,)), ANY)
 
 

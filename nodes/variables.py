@@ -52,7 +52,7 @@ class ReadVariable(VariableNode, type="omni.graph.core.ReadVariable", volatile=T
         self.value = self.variable.value
 
     def reads(self) -> Iterable[str]:
-        """The resource key of the variable."""
+        """Return the resource key of the variable."""
         return (f"variable:{self.variable_name}",)
 
 
@@ -69,5 +69,5 @@ class WriteVariable(VariableNode, type="omni.graph.core.WriteVariable"):
         self.variable.value = self.value_out = self.value_in
 
     def writes(self) -> Iterable[str]:
-        """The resource key of the variable."""
+        """Return the resource key of the variable."""
         return (f"variable:{self.variable_name}",)

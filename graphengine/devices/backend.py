@@ -20,7 +20,7 @@ from graphengine.format.wording import did_you_mean, listing
 D = TypeVar("D")
 
 Friction = tuple[float, float]
-"""Static and dynamic friction."""
+"""Static and dynamic friction coefficients."""
 
 Light = tuple[float, Vector3]
 """Intensity as a multiple of its initial value, and colour (red, green, blue)."""
@@ -46,7 +46,7 @@ class Entities(Protocol):
         """
 
     def overlaps(self, name: str) -> Sequence[Overlap]:
-        """Return the overlaps of an entity with other objects, deepest first. Light contact does not count."""
+        """Return the overlaps of an entity with other objects, deepest first; contacts of less than 5 mm depth do not count."""
 
     def touching(self) -> Mapping[str, Overlap]:
         """Return the deepest contact of each entity after the last step; contacts with the supporting body do not count."""
@@ -55,7 +55,7 @@ class Entities(Protocol):
         """Move an entity without changing its joint states; `reset_state` moves it back.
 
         Raises:
-            UsageError: a number is not finite or too large, or the entity is attached to a joint; nothing has changed.
+            UsageError: a number is not finite or too large, or a joint of the world carries the entity; nothing has changed.
         """
 
     def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
@@ -102,7 +102,7 @@ class World(Protocol):
 
     @property
     def clamped_commands(self) -> Mapping[str, int]:
-        """Number of clamped commands, by a text with kind, joint and limits; joints with none are left out."""
+        """Number of clamped commands, by a text with the kind of command, the joint and its limits. Zero counts are left out."""
 
     @property
     def gravity(self) -> Vector3:
@@ -116,7 +116,7 @@ class World(Protocol):
         """
 
     def friction(self, prim: Prim) -> Friction:
-        """Return the static and dynamic friction of a material prim."""
+        """Return the static and dynamic friction coefficients of a material prim."""
 
     def set_friction(self, prim: Prim, friction: Friction) -> None:
         """Set the friction of a material from the next step on; `reset_state` restores the original.
@@ -177,7 +177,7 @@ class World(Protocol):
         Args:
             interface: Protocol of the device.
             prim: prim of the device.
-            options: for a camera `size`, the width and height of its pictures in pixels; other devices have none.
+            options: for a camera `size`, the width and height of its pictures in pixels; other devices have no options.
         """
 
     @property
@@ -223,7 +223,8 @@ class World(Protocol):
 def select_joints(articulation: Articulation, names: Sequence[str], indices: Sequence[int]) -> list[int]:
     """Return indices of the selected joints: of `names` if given, otherwise `indices` if given, otherwise all joints.
 
-    The name of an actuator selects its joint. Actuators that do not move exactly one joint have the indices after the joints.
+    The name of an actuator selects the joint that it moves. If it moves several joints or none, its index follows those of the
+    joints.
 
     Raises:
         JointError: the articulation has no joint with a name or index.
@@ -243,10 +244,10 @@ def select_joints(articulation: Articulation, names: Sequence[str], indices: Seq
 
 
 def joint_numbers(articulation: Articulation, names: Sequence[str]) -> list[int]:
-    """Return the indices of joints by their names or those of their actuators; of all joints for no names.
+    """Return the indices of joints, each given by its own name or that of its actuator; without names, of all joints.
 
     Raises:
-        JointError: the articulation has no joint with a name, or it is that of an actuator that does not move a single joint.
+        JointError: no joint or actuator has a name, or the actuator does not move exactly one joint.
     """
     known, found = articulation.joint_names, select_joints(articulation, names, ())
     for name, index in zip(names, found, strict=False):

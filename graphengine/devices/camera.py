@@ -41,7 +41,7 @@ class Picture:
     """The picture of a camera at one instant; row 0 is the upper edge."""
 
     time: float
-    """Simulation time of the tick in which it was captured, s."""
+    """Simulation time of the tick in which the picture was captured, s."""
     index: int
     """Number of this sample since play."""
     rgb: NDArray[np.uint8]
@@ -82,14 +82,14 @@ class Camera(TickSensor, Protocol):
         """Prim path for each number in a segmentation."""
 
     def request(self, *, segmentation: bool = False) -> None:
-        """Capture a picture in this tick if one is due; several requests render it once."""
+        """Capture a picture in this tick if one is due; several requests in a tick render it once."""
 
     def delivered(self) -> Picture | None:
         """Return the picture delivered in this tick, shared by all callers; None if this tick delivers none."""
 
     @property
     def latest(self) -> Picture | None:
-        """Return the newest picture that was delivered to any caller; None before the first."""
+        """Newest picture that was delivered to any caller; None before the first."""
 
     def preview(self) -> Future[Picture]:
         """Render a picture of the current state in the background, without effect on samples and deliveries.

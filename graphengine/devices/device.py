@@ -55,7 +55,7 @@ class Stub(Shared):
     """A device without physics for checks and tests; tests write its readings.
 
     Args:
-        prim: prim whose `facts` hold the values of a profile; in tests, some of them.
+        prim: prim of the device; its `facts` hold the values of the sensor's profile, in tests only some of them.
     """
 
     def __init__(self, prim: Prim) -> None:
@@ -69,14 +69,14 @@ class Device:
     """One kind of device.
 
     Attributes:
-        kind: name of the kind: `type` in robot files, kind of the prims, and section of a profile.
-        stub: makes a stub from a prim and options.
+        kind: name of the kind, which is also the `type` in robot files, the kind of the prims, and the section in a profile.
+        stub: function that makes a stub from a prim and options.
         usd: USD type of the device's prims.
         title: the kind with an article, for messages, such as `a lidar`.
         child: name of the device's prim below the mount's prim; empty if both are the same prim.
         orientation: orientation of the child in the mount's frame.
-        in_rigs: whether a rig may have parts of this kind.
-        ticks_only: whether it has at most one sample per tick, so that graphs that run at physics steps cannot read it.
+        in_rigs: whether a rig, which is a sensor of several devices, may contain devices of this kind.
+        ticks_only: whether the device has at most one sample per tick, so that graphs that run at physics steps cannot read it.
     """
 
     kind: str
@@ -102,7 +102,7 @@ def device(
         kind: name of the kind, as in `Device`.
         interface: Protocol of the device.
         rank: order of kinds in messages; lower ranks come first.
-        facts: the other attributes of `Device`.
+        facts: values of the other attributes of `Device`.
     """
 
     def register(stub: Callable[..., D]) -> Callable[..., D]:

@@ -87,7 +87,7 @@ class DryWorld(Stateful):
         self.gravity = gravity
 
     def friction(self, prim: Prim) -> Friction:
-        """Return the last written friction, or else that in the material's facts."""
+        """Return the friction that was last set, or else the friction given in the material's prim."""
         built = prim.facts["static_friction"], prim.facts["dynamic_friction"]
         return self._frictions.get(prim.path, built)
 
@@ -96,7 +96,7 @@ class DryWorld(Stateful):
         self._frictions[prim.path] = friction
 
     def light(self, prim: Prim) -> Light:
-        """Return the last written intensity and colour, or else 1 and the colour in the light's facts."""
+        """Return the intensity and colour that were last set, or else intensity 1 and the colour given in the light's prim."""
         return self._lights.get(prim.path, (1.0, prim.facts["diffuse"]))
 
     def set_light(self, prim: Prim, light: Light) -> None:
@@ -180,7 +180,7 @@ class BodyStub(Shared):
         self.linear = self.angular = (0.0, 0.0, 0.0)
 
     def velocity(self) -> tuple[Vector3, Vector3]:
-        """Return linear and angular velocity in the world frame; at offset r of its carrier, a prim has v + w x r."""
+        """Return linear (m/s) and angular (rad/s) velocity in the world frame; a carried prim moves with its carrier."""
         if self.carrier is None:
             return self.linear, self.angular
         linear, angular = self.carrier.velocity()
@@ -190,13 +190,13 @@ class BodyStub(Shared):
 
 @dataclass(slots=True)
 class SurfaceStub(Shared):
-    """A surface whose velocity nodes write: linear and angular, in the body's frame."""
+    """The surface of a conveyor; it stores the velocity that nodes set, linear and angular, in the body's frame."""
 
     linear: Vector3 = (0.0, 0.0, 0.0)
     angular: Vector3 = (0.0, 0.0, 0.0)
 
     def move(self, linear: Vector3, angular: Vector3) -> None:
-        """Set the velocity."""
+        """Store the velocity in the body's frame, m/s and rad/s."""
         self.linear, self.angular = linear, angular
 
 

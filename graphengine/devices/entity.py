@@ -26,12 +26,12 @@ class Entity:
     prim_path: str
     kind: EntityKind
     spawned: bool
-    """Whether it was added while the simulation ran."""
+    """Whether the entity was added while the simulation ran."""
 
 
 @dataclass(frozen=True, slots=True)
 class EntityState:
-    """Pose of an entity's prim and velocity of its origin, in the world frame."""
+    """Pose, velocity and acceleration of an entity's prim, in the world frame."""
 
     position: Vector3
     orientation: Quaternion
@@ -71,7 +71,7 @@ class Overlap:
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A box along the axes of a frame, given by two opposite corners, m."""
+    """An axis-aligned box in some frame, given by two opposite corners, m."""
 
     low: Vector3
     high: Vector3

@@ -82,7 +82,7 @@ class LidarStub(Stub):
         self.directions = beam_directions(self.angles, self.elevations)
 
     def see(self, ranges: ArrayLike, intensities: ArrayLike = 0.0, *, time: float = 0.0, index: int = 0) -> None:
-        """Make a sample due. `ranges` are one per beam, m, inf for a miss; `intensities` are one per beam or one for all."""
+        """Set the sample of this tick: `ranges` (m) per beam, inf for a miss, and `intensities` per beam or one for all beams."""
         distances = np.array(ranges, np.float32)
         brightness = np.full(distances.shape, intensities, np.float32)
         self.due, self.index, self._seen = True, index, Scan(time, index, distances, brightness)

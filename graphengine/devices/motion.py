@@ -110,7 +110,7 @@ class Articulation(Protocol):
 
     @property
     def actuators(self) -> Mapping[str, str]:
-        """Joint that each actuator moves, by the actuator's name; empty if it does not move exactly one joint."""
+        """Joint that each actuator moves, by the actuator's name; empty for an actuator that does not move exactly one joint."""
 
     @property
     def prismatic(self) -> tuple[bool, ...]:
@@ -134,7 +134,7 @@ class Articulation(Protocol):
 
     @property
     def resets(self) -> int:
-        """Number of resets so far: positions before and after a reset differ without a motion."""
+        """Number of resets so far. Joint positions jump at a reset, so their difference across one is not a motion."""
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelection:
         """Select the joints with these names, else those with these indices, else all.

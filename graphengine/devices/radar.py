@@ -59,7 +59,7 @@ class RadarStub(Stub):
         time: float = 0.0,
         index: int = 0,
     ) -> None:
-        """Make a sample due. Velocities (m/s) and intensities (dB) are one per point (m), or one for all points."""
+        """Set the sample of this tick: points (m), with velocities (m/s) and intensities (dB) per point or one for all points."""
         self.due, self.index = True, index
         self._seen = _detections(time, index, points, radial_velocities, intensities)
 

@@ -1,4 +1,4 @@
-"""Keys of random generators, from the session's seed and a prim path; the order of draws has no influence."""
+"""Keys of random generators, one for each prim, so that no prim's random numbers depend on what other prims draw."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ class RangeReading:
     """One measurement of a range sensor."""
 
     time: float
-    """Simulation time of the tick in which it was measured, s."""
+    """Simulation time of the tick in which the distance was measured, s."""
     index: int
     """Number of this sample since play."""
     range: float
@@ -59,7 +59,7 @@ class RangeSensorStub(Stub):
         self.noise_std: float = prim.facts.get("noise_std", 0.0)
 
     def measure(self, distance: float, *, time: float = 0.0, index: int = 0) -> None:
-        """Make a sample due with this distance, m."""
+        """Set the sample of this tick to a distance, m."""
         self.due, self.index, self.measured = True, index, RangeReading(time, index, distance)
 
     def reading(self) -> RangeReading:

@@ -42,7 +42,7 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def rotate(q: Quaternion, v: Vector3) -> Vector3:
-    """Return the vector v rotated by q: v + 2w(u x v) + 2u x (u x v), with u the vector part of q."""
+    """Return the vector v rotated by q: v + 2w(u x v) + 2u x (u x v), for q = (u, w)."""
     x, y, z, w = q
     vx, vy, vz = v
     tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)
@@ -82,7 +82,7 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def from_orientation(orientation: Orientation) -> Quaternion:
-    """Return the unit quaternion of an orientation from a file."""
+    """Return the unit quaternion of an orientation that a file gives as a quaternion or as roll, pitch and yaw in degrees."""
     if orientation.quaternion_xyzw is None:
         roll, pitch, yaw = orientation.rpy_deg or ORIGIN
         return from_rpy(math.radians(roll), math.radians(pitch), math.radians(yaw))

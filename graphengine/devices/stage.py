@@ -46,9 +46,9 @@ class Prim(Shared):
     body: str | None = None
     """Name of the prim's own body in the physics model, for links and bodies."""
     namespace: str = ""
-    """`isaac:namespace`."""
+    """Value of the attribute `isaac:namespace`."""
     name_override: str = ""
-    """`isaac:nameOverride`."""
+    """Value of the attribute `isaac:nameOverride`."""
     facts: dict[str, Any] = field(default_factory=dict)
     """Data for this kind of prim: a lidar's profile, a camera's size, a robot's joints."""
     children: dict[str, Prim] = field(default_factory=dict, repr=False)
@@ -174,13 +174,13 @@ class Stage:
         raise self._missing(path, wanted)
 
     def _meant(self, wanted: str) -> list[Prim]:
-        """The prim at this path, or else those at it after `Geometry` is inserted where it was left out."""
+        """The prim at exactly this path, or else all prims whose paths equal it except for `Geometry`."""
         if wanted in self._by_path:
             return [self._by_path[wanted]]
         return [p for p in self._by_short_path.get(_without_geometry(wanted), []) if _is_short_for(wanted, p.path)]
 
     def _laid_flat(self, wanted: str) -> list[Prim]:
-        """Prims at this path after the links that were left out below a robot are inserted."""
+        """Prims at a path that leads from the robot directly to a link, wherever the link is in the robot."""
         robot, rest = self._descend(wanted, flat=False)
         while robot.kind != "robot" and robot.parent is not None:
             rest, robot = [robot.name, *rest], robot.parent

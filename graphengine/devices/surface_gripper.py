@@ -21,7 +21,7 @@ class SurfaceGripperDevice(Sensor, Protocol):
 
     @property
     def gripped(self) -> Sequence[str]:
-        """Prim paths of all held bodies, each once, in the order of the points; geometry of no body is left out."""
+        """Prim paths of all held bodies, each once, in the order of the points; geometry that belongs to no body is left out."""
 
     def close(self) -> None:
         """Start to grip the bodies in front of the points, from the next physics step on; no effect unless open."""
@@ -46,9 +46,9 @@ class SurfaceGripperStub(Stub):
         return self.reachable if self.status == "Closed" else ()
 
     def close(self) -> None:
-        """Close the gripper."""
+        """Close immediately, gripping all bodies in `reachable`."""
         self.status = "Closed"
 
     def open(self) -> None:
-        """Open the gripper."""
+        """Open immediately, releasing all bodies."""
         self.status = "Open"

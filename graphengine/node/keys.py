@@ -74,7 +74,7 @@ class Keyboard(Stateful):
         self._tapped.clear()
 
     def clear(self) -> None:
-        """Clear `held` and `before`."""
+        """Empty `held` and `before`; keys that are still down are held again from the next tick."""
         self.before = self.held = frozenset()
 
     def any_of(self, modifier: str) -> bool:

@@ -83,7 +83,7 @@ class NodeMeta(type):
         volatile: bool = False,
         aliases: Sequence[str] = (),
     ) -> NodeMeta:
-        """See `Node` for the keywords."""
+        """Create a node class; the docstring of `Node` lists the keywords."""
         fields = {k: v for k, v in namespace.items() if isinstance(v, Field | ExecIn | ExecOut)}
         inherited = [base for base in bases if isinstance(base, NodeMeta)]
         taken = {member for base in inherited for member in dir(base)}
@@ -137,7 +137,7 @@ class Node(metaclass=NodeMeta):
     max_pushes: ClassVar[int] = 100_000
     """Maximum number of yields of a pusher in one activation; the limit ends infinite loops."""
     rereads: ClassVar[bool] = False
-    """Whether a pusher's inputs are updated after each yield; otherwise they keep their values from its start."""
+    """Whether a pusher's inputs are updated after each yield; otherwise they keep the values from the start of `compute`."""
     fields: ClassVar[dict[str, Port]] = {}
     """Ports by Python name, base classes first."""
     ports: ClassVar[dict[str, Port]] = {}
@@ -220,7 +220,7 @@ class Node(metaclass=NodeMeta):
         return ()
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Derive port types from known ones, in addition to `couple`; called until it derives no new type.
+        """Return port types that follow from known ones, besides those of coupled ports; called until it returns no new type.
 
         Inputs already have the values of their literals. A returned type that the port does not allow, or that contradicts
         a known type, is reported as an error of the graph.
@@ -328,7 +328,7 @@ def _number(name: str, stem: str) -> int | None:
 
 
 def _numbered_ports(cls: type[Node], names: Collection[str]) -> dict[str, Any]:
-    """Fields for the numbered ports among some names that the class does not have yet."""
+    """Fields for the numbered ports to add to a class: those in `names` that the class lacks."""
     known = {port.name for port in cls.fields.values()}
     return {
         name: make()

@@ -184,7 +184,7 @@ def exec_port(name: str, field: ExecIn | ExecOut) -> Port:
 
 
 def value_port(owner: str, name: str, field: Field, hint: Any) -> Port:
-    """Make the port of a value field; the port's type is that of `type` in its facts, or else that of the annotation."""
+    """Make the port of a value field; the field's keyword `type` gives the port's type, or else its annotation does."""
     facts = dict(field.facts)
     explicit = facts.pop("type", None)
     port_type: PortType | UnionType | None = ANY if field.side == "state" else None

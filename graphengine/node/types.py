@@ -201,7 +201,7 @@ def first_that_takes(value: Any, alternatives: Iterable[PortType]) -> tuple[Port
             return alternative, coerce(value, alternative)
         except (TypeError, ValueError):
             continue
-    raise TypeError("none of its types takes it")
+    raise TypeError("no type of the port accepts this value")
 
 
 def _buffer(value: Any) -> Any:
@@ -210,7 +210,7 @@ def _buffer(value: Any) -> Any:
     try:
         memoryview(value)
     except TypeError:
-        raise TypeError("expected a wire: pointers are passed as buffers here") from None
+        raise TypeError("expected a wire or 0: a buffer cannot be written in a file") from None
     return value
 
 

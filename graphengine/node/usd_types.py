@@ -62,5 +62,5 @@ def usd_type(prim: Prim) -> str:
 
 
 def is_physics_scene(prim: Prim) -> bool:
-    """Whether the prim is the physics scene."""
+    """Whether the prim is the USD physics scene, `/physicsScene`."""
     return prim.path == PHYSICS_SCENE and prim.kind == "scope"

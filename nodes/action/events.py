@@ -19,7 +19,7 @@ class TickEvent(Node):
         """
         if context.runs != "tick":
             raise ContextError(
-                "it needs a graph that runs once a tick, and this one runs at every physics step",
+                "the node needs a graph that runs once a tick, but this graph runs at every physics step",
                 None,
                 "use OnPhysicsStep, or write `runs: tick` into the graph file",
             )

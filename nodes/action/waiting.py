@@ -17,7 +17,7 @@ class Delay(ClockNode, type="omni.graph.action.Delay"):
     end: float = State(default=0.0)
 
     def compute(self) -> None:
-        """Begin to wait.
+        """Start or restart the wait.
 
         Raises:
             BadValueError: `duration` is not finite.
@@ -53,7 +53,7 @@ class Timer(ClockNode, type="omni.graph.nodes.Timer"):
     arrived: bool = State(default=False)
 
     def compute(self) -> None:
-        """Begin to move."""
+        """Start the motion of `value`, unless it is already in motion."""
         if not self.active:
             self.start, self.arrived = self.clock.time + self.clock.delta, False
             self.active = True
@@ -91,7 +91,7 @@ class Countdown(Node, type="omni.graph.action.Countdown"):
     count: Int = State(default=-1)
 
     def compute(self) -> None:
-        """Begin to count."""
+        """Start or restart the count at 0."""
         self.count = self.tick_value = 0
         self.alpha = 0.0
         self.active = True

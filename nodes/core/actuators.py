@@ -86,5 +86,5 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
             raise BadValueError("dofIndices", self.dof_indices) from error
 
     def writes(self) -> Iterable[str]:
-        """The drive targets of the robot."""
+        """Return the resource keys of the robot's drive targets."""
         return (drives_of(self.robot_path),) if self.robot_path else ()

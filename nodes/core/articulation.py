@@ -38,7 +38,9 @@ class RobotNode(Node):
             BadValueError: `targetPrim` and `robotPath` are empty.
         """
         if not (self.robot_path or self.target_prim):
-            raise BadValueError("targetPrim, robotPath", self.target_prim, "a prim that stands for a robot")
+            raise BadValueError(
+                "targetPrim, robotPath", self.target_prim, "the prim, base link or articulation root of a robot"
+            )
         return self.robot_path or self.target_prim[0]
 
 
@@ -66,7 +68,7 @@ class SelectedJointsNode(RobotNode):
         """Return the joints that the inputs select; they are looked up again after a change of an input.
 
         Raises:
-            BadValueError: a name or index is that of no joint of the robot.
+            BadValueError: the robot has no joint with a name or index.
         """
         names, indices = self.selected
         if names is self.joint_names and indices is self.joint_indices:
@@ -86,13 +88,13 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
     """
 
     position_command: Doubles = In(
-        unit="rad, m", doc="target of each joint; NaN keeps a joint's target, an empty array all targets"
+        unit="rad, m", doc="target of each joint; NaN keeps a joint's target, an empty array keeps all targets"
     )
     velocity_command: Doubles = In(
-        unit="rad/s, m/s", doc="target of each joint; NaN keeps a joint's target, an empty array all targets"
+        unit="rad/s, m/s", doc="target of each joint; NaN keeps a joint's target, an empty array keeps all targets"
     )
     effort_command: Doubles = In(
-        unit="N m, N", doc="target of each joint; NaN keeps a joint's target, an empty array all targets"
+        unit="N m, N", doc="target of each joint; NaN keeps a joint's target, an empty array keeps all targets"
     )
 
     logger: Context = Bound()
@@ -103,7 +105,7 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
         super().setup(context)
 
     def select(self) -> JointSelection:
-        """Look up the joints that the inputs select, and log those that mimic other joints."""
+        """Look up the joints that the inputs select, and warn of those that mimic other joints."""
         selection, robot = super().select(), self.articulation
         chosen = set(selection.names) if self.joint_names or len(self.joint_indices) else ()
         for name, leader in zip(robot.joint_names, robot.leaders, strict=True):
@@ -116,7 +118,7 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
         """Apply all commands, or none on an error.
 
         Raises:
-            BadValueError: a joint is unknown, the lengths of a command and of the joints differ, or a number is too large.
+            BadValueError: a joint is unknown, a command does not have one number per joint, or a number is too large.
         """
         selection = self.joints()
         commands = self.position_command.tolist(), self.velocity_command.tolist(), self.effort_command.tolist()
@@ -132,7 +134,7 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
         selection.command(position or None, velocity or None, effort or None)
 
     def writes(self) -> Iterable[str]:
-        """The drive targets of the robot."""
+        """Return the resource keys of the robot's drive targets."""
         return (drives_of(self.prim()),) if self.robot_path or self.target_prim else ()
 
 
@@ -210,11 +212,11 @@ class IsaacJointNameResolver(RobotNode, type="isaacsim.core.nodes.IsaacJointName
 
 
 _KINDS = {"position_command": "stiffness", "velocity_command": "damping", "effort_command": ""}
-"""Commands, and the gain of a drive without which each has no effect."""
+"""For each kind of command, the drive gain without which it has no effect."""
 _EXAMPLES = {"stiffness": 1000, "damping": 50}
-"""Gains of a drive to begin with."""
+"""Example gains for a new drive."""
 NO_JOINTS = "look for `enabled: false`, `keep_only_joints` and fixed joints in the robot file and its description"
-"""What to do about a robot without joints that move."""
+"""Advice for a robot none of whose joints can move."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,8 +258,8 @@ def lint_joints_commanded_twice(context: LintContext) -> None:
 def lint_commands_without_drive(context: LintContext) -> None:
     """Report commands that have no effect because the drives of their joints have no stiffness or damping.
 
-    It is an error if a joint is chosen by name or index and nothing but a drive could move it; a joint that mimics another one
-    moves with that one.
+    The report is an error if the inputs select one of these joints by name or index, and this joint has no drive at all and
+    mimics no other joint; otherwise it is a warning.
     """
     for command in _commands(context):
         joints = {prim.facts["joint"]: prim.facts for prim in command.robot.descendants() if prim.kind == "joint"}
@@ -285,7 +287,7 @@ def lint_commands_without_drive(context: LintContext) -> None:
 
 @lint("W211")
 def lint_robots_without_joints(context: LintContext) -> None:
-    """Warn about nodes that command the joints of a robot without joints that move."""
+    """Warn of nodes that command a robot none of whose joints can move."""
     for command in _commands(context):
         if not command.joints:
             message = f"{command.instance.id} commands the joints of {command.robot.path}, none of which moves"
@@ -293,7 +295,7 @@ def lint_robots_without_joints(context: LintContext) -> None:
 
 
 def _commands(context: LintContext) -> Iterator[_Command]:
-    """Wired controllers whose robot and joints are known before the run."""
+    """Yield the wired controllers whose robot and joints are known before the run."""
     for graph, instance, node in context.nodes(IsaacArticulationController):
         index, wires = instance.index, graph.data_wires
         wired = {wire.target_field for wire in wires if wire.target == index}
@@ -313,7 +315,7 @@ def _commands(context: LintContext) -> Iterator[_Command]:
 
 
 def robot_of(context: LintContext, node: RobotNode) -> Prim | None:
-    """Return the robot of a node; None if its inputs do not name one, which the dry setup reports."""
+    """Return the robot of a node; None if the node's inputs name no robot, which `check` reports when it sets up the node."""
     try:
         return context.stage.stands_for_robot(context.stage.find(node.prim()))
     except GraphError:

@@ -27,7 +27,7 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
         """
         if context.runs != "physics_step":
             raise ContextError(
-                "it needs a graph that runs at every physics step, and this one runs once a tick",
+                "the node needs a graph that runs at every physics step, but this graph runs once a tick",
                 None,
                 "write `runs: physics_step` into the graph file, or use OnPlaybackTick",
             )

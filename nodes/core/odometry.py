@@ -65,7 +65,7 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
         self.linear_velocity, self.global_linear_velocity, self.angular_velocity = local, velocity, angular
 
     def reads(self) -> Iterable[str]:
-        """The pose of the body."""
+        """Return the resource keys of the body's pose."""
         return reading_poses(self.chassis_prim)
 
 

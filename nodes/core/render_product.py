@@ -62,7 +62,7 @@ class IsaacSetCameraOnRenderProduct(Node, type="isaacsim.core.nodes.IsaacSetCame
         self.exchange = context.exchange_camera(self.render_product_path, self.camera_prim[0])
 
     def writes(self) -> Iterable[str]:
-        """The camera."""
+        """Return the resource key of the cameras of all render products."""
         return (_CAMERA,)
 
     def compute(self) -> None:
@@ -99,7 +99,7 @@ class IsaacReadCameraInfo(Node, type="isaacsim.core.nodes.IsaacReadCameraInfo", 
         self.camera = context.device(Camera, self.render_product_path)
 
     def reads(self) -> Iterable[str]:
-        """The camera."""
+        """Return the resource key of the cameras of all render products."""
         return (_CAMERA,)
 
     def compute(self) -> None:

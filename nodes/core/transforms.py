@@ -18,9 +18,9 @@ _HALF_TURN_ABOUT_X = (1.0, 0.0, 0.0, 0.0)
 class IsaacReadWorldPose(Node, type="isaacsim.core.nodes.IsaacReadWorldPose", volatile=True):
     """Reads the pose of a prim in the world frame."""
 
-    prim: Target = In(required=True, setup=True, doc="any prim")
+    prim: Target = In(required=True, setup=True, doc="prim whose pose is read")
     translation: Vector3d = Out(unit="m")
-    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="(x, y, z, w)")
+    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w)")
     scale: Vector3d = Out(doc="always (1, 1, 1), since poses are rigid")
 
     frame: Frame = Bound()
@@ -35,7 +35,7 @@ class IsaacReadWorldPose(Node, type="isaacsim.core.nodes.IsaacReadWorldPose", vo
         self.scale = (1.0, 1.0, 1.0)
 
     def reads(self) -> Iterable[str]:
-        """The pose of the prim."""
+        """Return the resource keys of the prim's pose."""
         return reading_poses(self.prim)
 
 
@@ -70,7 +70,7 @@ class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTran
         self.translations, self.orientations = self.constant or self.read_poses()
 
     def reads(self) -> Iterable[str]:
-        """The poses of the targets."""
+        """Return the resource keys of the targets' poses."""
         return reading_poses((*self.target_prims, *self.parent_prim))
 
     def read_poses(self) -> tuple[Double3s, Double4s]:

@@ -89,7 +89,7 @@ class Divide(Elementwise, type="omni.graph.nodes.Divide"):
         """
         a, b = given["a"], given["b"]
         if b.count > 1 or (b.array and not a.array):
-            raise ValueError(f"a is {a} and b is {b}; b is one number, or as many as a is long")
+            raise ValueError(f"a is {a} and b is {b}; b must be one number, or an array of numbers if a is an array")
         return a if is_real(a) else PortType("double", a.count, a.array)
 
 
@@ -130,7 +130,7 @@ class Negate(Elementwise, type="omni.graph.nodes.Negate"):
 
 
 def _incremented(value: int, increment: float) -> float:
-    """The sum, exact for two integers: a double has only 53 bits, and present times in nanoseconds need 61."""
+    """The sum. Two integers are added exactly: Unix times in nanoseconds need 61 bits, and a double has only 53."""
     return value + (int(increment) if increment.is_integer() else increment)
 
 

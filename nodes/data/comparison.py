@@ -96,7 +96,7 @@ class _Zero(Elementwise):
     value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array to compare with 0")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """A bool."""
+        """Return the type of the output: bool."""
         return PortType("bool")
 
 

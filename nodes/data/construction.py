@@ -41,7 +41,7 @@ class ConstructedNode(Node):
             if all(fits(other, element) for other in given):
                 return element
         raise ValueError(
-            f"elements of {', '.join(map(str, dict.fromkeys(given)))} make no array; put converters before them"
+            f"elements of {', '.join(map(str, dict.fromkeys(given)))} do not form an array; convert them to one type first"
         )
 
     def elements(self) -> Sequence[str]:

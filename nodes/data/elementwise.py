@@ -50,7 +50,7 @@ class TypedNode(Node):
         return common(given)
 
     def port_types(self) -> Mapping[str, PortType]:
-        """Return all port types by Python name: as the graph resolved them, or outside a graph those of the values."""
+        """Return all port types by Python name: those that the graph resolved, or outside a graph the types of the values."""
         fields = type(self).fields.values()
         known = {port.field: port.type for port in fields if isinstance(port.type, PortType)} | dict(self.settled)
         for port in fields:

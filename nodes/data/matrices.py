@@ -89,7 +89,7 @@ class MakeMatrix4(_MakeMatrix, type="omni.graph.nodes.MakeMatrix4"):
 
 
 class _BreakMatrix(TypedNode):
-    """The rows of a matrix of `size` rows, or of each in an array."""
+    """Base of nodes that output the rows of a `size` x `size` matrix, or of each matrix in an array."""
 
     size: ClassVar[int]
     matrix: Any

@@ -141,12 +141,12 @@ class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussia
 
 
 def drawn(node: TypedNode, inputs: tuple[str, str], draw: Operation) -> Any:
-    """Draw numbers for the values of two inputs, and return them as a value of the output `random`.
+    """Draw numbers in the common shape of two inputs, and return them as a value of the output `random`.
 
     Args:
         node: node with the inputs and the output.
         inputs: Python names of the inputs.
-        draw: function of two arrays that draws the numbers.
+        draw: function that draws numbers for the arrays of both inputs, which broadcast.
     """
     known = node.port_types()
     operands = [Operand.of(known[name], type(node).fields[name].name) for name in inputs]

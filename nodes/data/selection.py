@@ -65,7 +65,7 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
 
 
 def _one_of(yes: PortType, no: PortType, result: PortType) -> Operation:
-    """The selection of one of two values, converted to the result type."""
+    """The function that selects one of two values and converts it to the result type."""
     widen_yes, widen_no = (types.CONVERTERS.get(types.conversion(one, result) or "", _as_it_is) for one in (yes, no))
     return lambda condition, if_true, if_false: widen_yes(if_true) if condition else widen_no(if_false)
 
@@ -75,7 +75,7 @@ def _as_it_is(value: Any) -> Any:
 
 
 def _each_of(arrays: tuple[bool, ...], result: PortType) -> Operation:
-    """The selection by elements, for a condition or values that are arrays."""
+    """The function that selects element by element, for a condition or values that are arrays."""
     element = replace(result, array=False)
 
     def choose(*values: Any) -> Any:

@@ -55,7 +55,7 @@ class BuildString(Node, type="omni.graph.nodes.BuildString"):
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=TEXTS)}
 
     a: Any = In(
-        type=TEXTS, required=True, doc="first string, or token[] to each element of which the other inputs are appended"
+        type=TEXTS, required=True, doc="first string, or token[]; the other inputs are appended to each of its elements"
     )
     b: Any = In(
         type=TEXTS, required=True, doc="second string; a graph file can name further inputs `input2`, `input3`, …"
@@ -82,9 +82,11 @@ class AppendString(Node, type="omni.graph.nodes.AppendString"):
     """A string with a suffix appended. An older type than BuildString."""
 
     value_in: Any = In(
-        type=TEXTS, name="value", required=True, doc="string to which to append, or token[] for each of its elements"
+        type=TEXTS, name="value", required=True, doc="string to extend, or token[] to extend each of its elements"
     )
-    suffix: Any = In(type=TEXTS, required=True, doc="string to append, or token[] with one for each element of `value`")
+    suffix: Any = In(
+        type=TEXTS, required=True, doc="string to append, or token[] with one string for each element of `value`"
+    )
     value_out: Any = Out(type=TEXTS, name="value", doc="result, of the input's type")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:

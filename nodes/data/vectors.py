@@ -33,7 +33,7 @@ def _vectors(count: int) -> str:
 
 
 class _BreakVector(Node):
-    """The components of a vector, or of each in an array."""
+    """Base of nodes that output the components of a vector, or of each vector in an array."""
 
     tuple_in: Any
     x: Any = Out(type=_COMPONENTS, couple="number", component=True)
@@ -104,14 +104,14 @@ class _MakeVector(Elementwise):
 class MakeVector2(_MakeVector, type="omni.graph.nodes.MakeVector2"):
     """A vector from two components, or an array of vectors from arrays."""
 
-    tuple_out: Any = Out(type=_vectors(2), name="tuple", doc="(x, y)")
+    tuple_out: Any = Out(type=_vectors(2), name="tuple", doc="vector (x, y)")
 
 
 class MakeVector3(_MakeVector, type="omni.graph.nodes.MakeVector3"):
     """A vector from three components, or an array of vectors from arrays."""
 
     z: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
-    tuple_out: Any = Out(type=_vectors(3), name="tuple", doc="(x, y, z)")
+    tuple_out: Any = Out(type=_vectors(3), name="tuple", doc="vector (x, y, z)")
 
 
 class MakeVector4(_MakeVector, type="omni.graph.nodes.MakeVector4"):
@@ -119,7 +119,7 @@ class MakeVector4(_MakeVector, type="omni.graph.nodes.MakeVector4"):
 
     z: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
     w: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
-    tuple_out: Any = Out(type=_vectors(4), name="tuple", doc="(x, y, z, w)")
+    tuple_out: Any = Out(type=_vectors(4), name="tuple", doc="vector (x, y, z, w)")
 
 
 class Magnitude(Elementwise, type="omni.graph.nodes.Magnitude"):

@@ -127,7 +127,7 @@ class PursuingNode(ActionNode):
     """Base of nodes that send feedback on the goal of a ROS2ActionServerGoal, or its result; the fields are inputs."""
 
     part: ClassVar[str]
-    """What the node sends: `feedback` or `result`."""
+    """Part of the action that the node sends: `feedback` or `result`."""
 
     exec_in = ExecIn()
     server_handle: UInt64 = In(required=True, doc="action server: `serverHandle` of its ROS2ActionServerGoal")
@@ -136,7 +136,7 @@ class PursuingNode(ActionNode):
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Make an input for each field of the part that the node sends."""
+        """Make an input for each field of the feedback or result that the node sends."""
         _, result, feedback = find_action(literals, definitions)
         layout = {"result": result, "feedback": feedback}[cls.part]
         return {cls.part: layout, **layout.ports(In)}
@@ -153,7 +153,7 @@ class PursuingNode(ActionNode):
         server, action_type = self.door.action(self.server_handle), self.bind()
         if server.action_type != action_type:
             raise ContextError(
-                f"it is for {action_type}, and the action {server.action} is {server.action_type}",
+                f"the node is for {action_type}, but the action {server.action} has type {server.action_type}",
                 self.message_name,
                 "name the same action type in both nodes",
             )
@@ -182,7 +182,7 @@ class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionSe
 
     part: ClassVar[str] = "feedback"
 
-    exec_out = ExecOut(doc="fires if there is a goal")
+    exec_out = ExecOut(doc="fires if the server has a goal")
 
     def compute(self) -> Fire:
         """Accept the goal if it is new, and send feedback if the topic has subscribers.

@@ -103,7 +103,7 @@ def detections_3d(header: messages.Header, boxes: NDArray[Any]) -> Any:
     unfit = np.flatnonzero(volumes == 0.0)
     if len(unfit):
         raise BadValueError(
-            "data", transforms[unfit[0]].tolist(), f"transforms of boxes with a volume, unlike that of box {unfit[0]}"
+            "data", transforms[unfit[0]].tolist(), f"finite and invertible in the matrix of box {unfit[0]}"
         )
     scales = np.linalg.norm(axes, axis=2)
     centers = origins + np.einsum("ni,nij->nj", (low + high) / 2, axes)

@@ -20,7 +20,7 @@ from graphengine.nodes.ros2.publisher import SensorPublisher
 
 _NO_DISTORTION = read_only(np.zeros(5))
 _PARALLEL = 1e-3
-"""How far two optical axes of a stereo pair may be from parallel, rad: a pixel at a focal length of 1000 pixels."""
+"""Largest angle between the optical axes of a stereo pair, rad: a pixel at a focal length of 1000 pixels."""
 
 Matrices = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
@@ -35,7 +35,7 @@ class ROS2PublishCameraInfo(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     width: UInt = In(default=0, unit="pixel")
     height: UInt = In(default=0, unit="pixel")
     projection_type: Token = In(
-        default="", doc="model to publish without coefficients, if `physicalDistortionModel` is empty"
+        default="", doc="distortion model to publish, with no coefficients, if `physicalDistortionModel` is empty"
     )
     k: Doubles = In(doc="camera matrix, 9 numbers row by row: focal lengths and principal point, pixels")
     r: Doubles = In(doc="rectification matrix of a stereo camera, 9 numbers row by row")

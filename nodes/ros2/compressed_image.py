@@ -14,8 +14,9 @@ class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS
     """Publishes a compressed picture or video packet as sensor_msgs/CompressedImage; publishes nothing if there are no bytes.
 
     If `encoding` is empty, the bytes are published unchanged. Otherwise they are pixels, which the node compresses to `format` in
-    the tick, with the format strings of compressed_image_transport, so that subscribers of image_transport decode them. They look
-    for an image IMAGE on the topic IMAGE/compressed. Isaac Sim publishes H.264 packets only.
+    the same tick. Subscribers of image_transport can decode the messages: the format strings are those of
+    compressed_image_transport. For an image topic IMAGE, such subscribers expect the compressed images on the topic
+    IMAGE/compressed. Isaac Sim publishes H.264 packets only.
     """
 
     message_type: ClassVar[str] = COMPRESSED_IMAGE
@@ -23,7 +24,7 @@ class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS
     frame_id: String = In(default="sim_camera", setup=True)
     topic_name: String = In(default="image_raw/compressed", setup=True)
     data: UChars = In(doc="compressed bytes, or pixels row by row, top row first, if `encoding` is set")
-    data_ptr: Buffer = In(default=0, doc="buffer of such bytes, used if `data` is empty")
+    data_ptr: Buffer = In(default=0, doc="buffer with the compressed bytes or pixels, used if `data` is empty")
     buffer_size: UInt64 = In(default=0, doc="no effect: the size is that of the buffer in `dataPtr`")
     input_format: Token = In(default="h264", name="input_format", tokens=("h264",))
     format: Token = In(

@@ -300,7 +300,7 @@ def expect(layout: Layout | None, package: str, subfolder: str, name: str) -> st
     made_of = layout.message_type.removesuffix(f"_{layout.part}") if layout else None
     if made_of != named:
         raise ContextError(
-            f"its ports are those of {made_of or 'no message'}, its inputs name {named}",
+            f"the ports are those of {made_of or 'no message'}, but the inputs name {named}",
             name,
             "write messagePackage and messageName below `inputs:`; --set takes effect after the ports are made",
         )
@@ -314,7 +314,7 @@ def _named(literals: Mapping[str, Any], subfolder: str) -> str:
     if None in names or "" in names:
         remedy = "write messagePackage and messageName below `inputs:`; a wire takes effect after the ports are made"
         raise MissingMessageError(
-            "its ports are the fields of a message, but its inputs name no message type", None, remedy
+            "the ports are the fields of a message, but the inputs name no message type", None, remedy
         )
     return "/".join(map(str, names))
 

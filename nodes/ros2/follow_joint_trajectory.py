@@ -211,7 +211,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return self.command(positions, np.zeros_like(positions))
 
     def end(self, code: int, text: str, ending: str) -> None:
-        """End the present trajectory, and its goal by the method of `Goal` that `ending` names."""
+        """End the present trajectory, and its goal by the method of `Goal` with the name `ending`, such as `abort`."""
         if self.goal is not None:
             getattr(self.goal, ending)(self.result(code, text))
         self.goal = self.spline = self.tolerances = None
@@ -221,7 +221,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return message(f"{ACTION}_Result", code, text)
 
     def report(self, goal: Goal, *states: tuple[Floats, Floats]) -> None:
-        """Send desired and actual positions and velocities, and their differences, as feedback if it has subscribers."""
+        """Send desired and actual positions and velocities, and their differences, as feedback, if the topic has subscribers."""
         if not self.server.endpoints.feedback.wanted:
             return
         elapsed, none = self.clock.time - self.started, np.zeros(0)

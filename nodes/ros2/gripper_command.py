@@ -19,16 +19,16 @@ _TYPES = ("GripperCommand", "ParallelGripperCommand")
 _LARGEST = 1e6
 """Largest legal number of a goal."""
 _APPROACH = 4.0
-"""Ticks in which a finger that follows its own speed covers the rest of its way."""
+"""Smallest number of ticks in which the velocity set point covers the rest of the finger's way, if effort is limited."""
 
 
 class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperCommand", gated=True):
     """Moves a gripper, like gripper_controllers and parallel_gripper_controller of ros2_controllers.
 
     A goal is a position of the joint `jointName`; fingers that mimic this joint move with it. Wire the outputs to an
-    IsaacArticulationController. A maximum effort limits the distance of the position set point from the finger to the one at
-    which the drive's spring exerts this effort. The node then keeps commanding the joint after the goal, so that the gripper
-    holds an object with this effort.
+    IsaacArticulationController. If a maximum effort is set, the position set point stays so close to the finger that the drive's
+    spring exerts at most this effort. The node then keeps commanding the joint after the goal, so that the gripper holds an
+    object with this effort.
 
     A goal succeeds when the finger is within `goalTolerance`. If the finger rests for `stallTimeout` before that, for example
     on an object, the goal ends with `stalled`: it succeeds if `allowStalling` is true, otherwise it is aborted. A new goal

@@ -24,14 +24,14 @@ _LATE = (
 class ROS2PublishGroundTruthTransform(TopicNode, type="graphengine.ros2.ROS2PublishGroundTruthTransform"):
     """Publishes map -> odom, so that map -> odom -> base link is the true pose of a robot in the world of the scene.
 
-    It replaces localization, such as AMCL. The node takes the transform odom -> base link that another node of this
-    session published on the same topic in this tick, and publishes one transform for each of them, with the same stamp.
+    It replaces localization, such as AMCL. Another node of this session must publish odom -> base link on the same topic
+    earlier in the tick; each execution publishes map -> odom with the stamp of the newest such transform.
     """
 
     target_prim: Target = In(required=True, setup=True, doc="the robot: its prim, base link or articulation root")
     parent_frame_id: String = In(default="map", setup=True, doc="frame of the world's coordinates")
     child_frame_id: String = In(default="odom", setup=True, doc="parent frame of the odometry's transform")
-    topic_name: String = In(default="tf", setup=True, doc="topic of both transforms")
+    topic_name: String = In(default="tf", setup=True, doc="topic of the odometry's transform and of the published one")
 
     publisher: Publisher = Bound()
     links: Mapping[str, Frame] = Bound()

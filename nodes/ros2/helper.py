@@ -38,7 +38,7 @@ class SensorHelper(TopicNode):
         return self.open_topic(context, message_type, topic, namespace_from=sensor.prim_path, rate=rate, **facts)
 
     def samples_per_message(self) -> int:
-        """Return the number of samples of which one is published."""
+        """Return n if every nth sample is published; 1 unless a subclass skips samples."""
         return 1
 
     def compute(self) -> None:

@@ -41,7 +41,7 @@ class JointSpline(Shared):
         return self.points[-1].time
 
     def sample(self, time: float) -> tuple[Floats, Floats]:
-        """Return positions and velocities at a time, s."""
+        """Return positions (rad or m) and velocities (rad/s or m/s) at a time (s)."""
         points = self.points
         following = bisect.bisect_right(points, time, key=lambda point: point.time)
         if following in (0, len(points)):

@@ -53,11 +53,11 @@ class ControlledJoints(Shared):
     """The joints that a controller moves, in its order, with their limits from the robot description."""
 
     names: tuple[str, ...]
-    """Names in messages."""
+    """Joint names, as messages give them."""
     indices: tuple[int, ...]
     """Indices of the joints in the articulation."""
     units: tuple[str, ...]
-    """rad or m."""
+    """Unit of each joint's position: `rad` or `m`."""
     ranges: Floats
     """Lowest and highest position, shape (joints, 2); infinite without limits."""
     max_velocities: Floats

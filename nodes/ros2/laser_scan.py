@@ -26,7 +26,7 @@ class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publi
     topic_name: String = In(default="scan", setup=True)
     data_ptr: Buffer = In(default=0, doc="no effect: a buffer of Isaac Sim's RTX renderer; use `linearDepthData`")
     buffer_size: UInt64 = In(default=0, doc="no effect: `dataPtr` is not read")
-    horizontal_fov: Float = In(default=0.0, unit="deg", doc="horizontal field of view, for the time between beams")
+    horizontal_fov: Float = In(default=0.0, unit="deg", doc="horizontal field of view; sets the time between beams")
     horizontal_resolution: Float = In(default=0.0, unit="deg", doc="angle between adjacent beams")
     depth_range: Float2 = In(default=(0.0, 0.0), unit="m", doc="smallest and largest valid distance")
     rotation_rate: Float = In(default=0.0, unit="Hz", doc="turns per second; 0 for simultaneous beams")

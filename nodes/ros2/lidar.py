@@ -27,7 +27,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
     A PointCloud2 has the points of all rings. With `selectedMetadata: [Intensity, Ring, Time]`, its points have the layout of
     Velodyne's driver (x, y, z, intensity, ring, time), which lidar SLAM such as LIO-SAM expects. `Ring` and `Time` are
     extensions: the number of the ring from below (uint16), and the time since the stamp in s (float32), which is always 0, as all
-    beams of a sample are cast at the same time. SLAM that takes 0 for a missing time must not correct the cloud for motion.
+    beams of a sample are cast at the same time. Switch off motion correction in SLAM software that treats 0 as a missing time.
 
     The topic's namespace is collected from the lidar's prim and its ancestors. No rays are cast without subscribers.
     """

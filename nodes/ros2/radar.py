@@ -19,10 +19,9 @@ class ROS2RtxRadarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxRadarHe
     A point has x, y and z in the radar's frame, and the fields that inputs select, in this order: `intensity` (float32, dB),
     `timestamp` (two uint32, ns, low half first), `radial_velocity_ms` (float32, m/s, positive for objects that move away).
 
-    Isaac Sim's RTX radar traces radio waves against materials; here, rays against the collision geometry and a noise model of
-    this project give the detections. Each ray that hits a surface gives one point. The intensity depends only on the distance:
-    it is the received power relative to that of the same target at the radar's largest distance. The radar is a sensor of type
-    `radar` in a robot file.
+    Isaac Sim's RTX radar traces radio waves against materials; here, rays are cast at the collision geometry, and noise is added.
+    Each ray that hits a surface gives one point. The intensity depends only on the distance: it is the received power relative
+    to that of the same target at the radar's largest distance. The radar is a sensor of type `radar` in a robot file.
 
     The topic's namespace is collected from the radar's prim and its ancestors. No rays are cast without subscribers.
     """

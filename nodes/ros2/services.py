@@ -125,7 +125,7 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
         server, service_type = self.door.server(self.server_handle), self.bind()
         if server.service_type != service_type:
             raise ContextError(
-                f"it answers {service_type}, and the service {server.service} is {server.service_type}",
+                f"the node is for {service_type}, but the service {server.service} has type {server.service_type}",
                 self.message_name,
                 "name the same service in both nodes",
             )

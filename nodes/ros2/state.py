@@ -70,7 +70,7 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
     joint_efforts: Doubles = In(unit="N m, N")
     joint_dof_types: UChars = In(doc="0 for a revolute joint, 1 for a prismatic one")
     stage_meters_per_unit: Float = In(default=0.0, unit="m", doc="length of a stage unit")
-    sensor_time: Float = In(default=0.0, unit="s", doc="stamp of the joint arrays if above 0, otherwise `timeStamp`")
+    sensor_time: Float = In(default=0.0, unit="s", doc="stamp for the joint arrays; if not above 0, `timeStamp`")
     resolution: float = In(
         default=1e-4,
         ge=0.0,
@@ -137,7 +137,7 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
 
 @lint("W211")
 def lint_empty_joint_states(context: LintContext) -> None:
-    """Warn of publishers of joint states of robots that have no joint which moves: each message is empty."""
+    """Warn of joint state publishers whose robot has no joint that can move: all their messages are empty."""
     for _, instance, node in context.nodes(ROS2PublishJointState):
         if not node.target_prim or node.joint_names:
             continue

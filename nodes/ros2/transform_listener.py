@@ -16,7 +16,7 @@ from graphengine.nodes.touched import writing_poses
 _FARTHEST = 1e9
 """Maximum absolute coordinate of a pose, m; the physics accepts up to 1e10."""
 _UNIT = 0.01
-"""How far the square of a quaternion's length may be from 1, as in tf2."""
+"""Largest deviation from 1 of the square of a quaternion's length, as in tf2."""
 
 
 class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2SubscribeTransformTree", gated=True):
@@ -51,7 +51,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
             twice = [text for text in dict.fromkeys(given) if given.count(text) > 1]
             if twice:
                 raise ContextError(
-                    f"{twice[0]!r} is in frameNamesMap twice", twice[0], "a prim has one frame, a frame one prim"
+                    f"{twice[0]!r} is in frameNamesMap twice", twice[0], "list each prim and each frame once"
                 )
         for root in self.articulation_roots:
             context.articulation(root)

@@ -31,7 +31,7 @@ class TransformPublisher(PublisherNode):
     message_type: ClassVar[str] = "tf2_msgs/msg/TFMessage"
 
     static_publisher: bool = In(
-        default=False, setup=True, doc="publish once after play, latched, even without subscribers"
+        default=False, setup=True, doc="true: publish once after play, latched, even without subscribers"
     )
 
     sent: bool = State(default=False)
@@ -136,7 +136,11 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
     target_prim: Target = In(required=True, setup=True, doc="the robot: its prim, base link or articulation root")
     time_stamp: float = In(default=0.0, unit="s")
     publish_frequency: float = In(
-        default=20.0, gt=0.0, setup=True, unit="Hz", doc="publishing rate of `tf`, which has the movable links"
+        default=20.0,
+        gt=0.0,
+        setup=True,
+        unit="Hz",
+        doc="rate at which transforms of movable links are published on `tf`",
     )
 
     description: RobotDescription = Bound()

@@ -18,9 +18,9 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
     k = 1 - (t / 2b) tan d for left wheels and k = 1 + (t / 2b) tan d for right wheels. Wheels that are not steered roll at
     k times `speed`. Steered wheels steer by atan(tan d / k) and roll at sqrt(k^2 + (tan d)^2) times `speed`.
 
-    With a `trackWidth` of 0 both wheels of an axle are the one of a bicycle. A joint whose axis points down, or the other way
-    than the wheels roll, needs the negative of its command: put a Multiply node with 1 and -1 for each joint before the
-    articulation controller, and an ArraySlice node where not all wheels are driven.
+    With a `trackWidth` of 0, both wheels of an axle get the command of a bicycle's wheel. A steering joint whose axis points down
+    and a wheel joint whose positive direction rolls the wheel backward need the negated command: multiply the commands by 1 or
+    -1 per joint with a Multiply node. If only some wheels are driven, select their speeds with an ArraySlice node.
 
     A limit of 0 is no limit. Changed inputs take effect at the next execution.
     """

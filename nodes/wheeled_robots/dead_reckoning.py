@@ -34,13 +34,13 @@ def moved(pose: Planar, motion: Planar) -> Planar:
 
 
 def to_origin(point: tuple[float, float]) -> Floats:
-    """Return the matrix (3, 3) from the motion of a point of the base, given in the base's frame (m), to that of its origin."""
+    """Return the matrix (3, 3) from the motion of a point (m, in the base's frame) to that of the frame's origin."""
     x, y = point
     return np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])
 
 
 def uncertainty(covariance: Floats, pose: Planar, motion: Planar, noise: Floats) -> Floats:
-    """Return the covariance (3, 3) of the pose after a motion, linearized about it.
+    """Return the covariance (3, 3) of the pose after a motion, by linear error propagation.
 
     Args:
         covariance: covariance of the pose before the motion.

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 TOLERANCE = 0.01
 """Largest accepted relative difference between the geometry of a node and of its robot."""
 Effects = tuple[Callable[[float], str], Callable[[float], str]]
-"""Texts on the consequence of a radius, and of a distance, that is the true one multiplied by a factor."""
+"""Functions that describe the effect of a wrong radius, and of a wrong distance; their argument is the ratio wrong / true."""
 
 
 class WheelGeometry(Protocol):
@@ -35,7 +35,7 @@ def compare_geometry(
         inputs: the node with the initial values of its inputs.
         robot: the robot.
         joints: joints of the wheels.
-        effects: consequences, for the messages.
+        effects: describe the consequences of a wrong radius and of a wrong distance.
     """
     radius, distance = inputs.wheel_radius, inputs.wheel_distance
     known = [known for joint in joints if (known := robot.facts.get("wheel_radii", {}).get(joint))]

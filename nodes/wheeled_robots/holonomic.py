@@ -20,11 +20,11 @@ Floats = NDArray[np.float64]
 class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicController"):
     """Computes wheel speeds of a base with omnidirectional or mecanum wheels from a body twist.
 
-    In Isaac Sim's model, a wheel with speed x, radius r and position p contributes the velocity x r g and the turn rate
-    x r (g x p) to the twist; the roller axis g is the axle, rotated by the wheel's `mecanumAngles` about `upAxis`. Of all
-    speeds whose contributions add up to the twist, the node uses those with the least sum of r x^2. This model ignores how
-    wheels roll. If `rolling` is true, the speeds are those of wheels that do not slip along their roller axes:
-    x r (a x up) . g = (v + w up x p) . g for the axle a and a twist of velocity v and turn rate w.
+    In Isaac Sim's model, a wheel with speed s, radius r and position p contributes the velocity s r g and the turn rate
+    s r (g x p) to the twist; the roller axis g is the axle, rotated by the wheel's `mecanumAngles` about `upAxis`. Of all
+    speeds whose contributions add up to the twist, the node uses those with the least sum of r s^2. This model ignores how
+    wheels roll. If `rolling` is true, the wheels do not slip along their roller axes: s r (a x up) . g = (v + w up x p) . g
+    for the axle a and a twist of velocity v and turn rate w, where `up` is the unit vector of `upAxis`.
 
     A limit of 0 is no limit. Changed inputs take effect at the next execution.
     """
@@ -157,10 +157,12 @@ def _cannot_drive(positions: Floats) -> BadValueError:
 
 
 def _without_slip(radii: Floats, axles: Floats, rollers: Floats, positions: Floats, up: Floats) -> Floats:
-    """Speeds of wheels without slip along their rollers' axes, for each component of a twist."""
+    """Matrix (wheels, 3) from a twist to the speeds of wheels that do not slip along their roller axes."""
     grips = radii * np.sum(np.cross(axles, up) * rollers, axis=1, keepdims=True)
     if np.any(np.abs(grips) < 1e-9 * radii):
-        raise BadValueError("mecanumAngles, upAxis, wheelAxis", grips.tolist(), "other than along the axle")
+        raise BadValueError(
+            "mecanumAngles, upAxis, wheelAxis", grips.tolist(), "such that no roller axis is along the axle"
+        )
     paths = np.column_stack([rollers[:, :2], np.cross(positions, rollers) @ up])
     speeds: Floats = paths / grips
     return speeds

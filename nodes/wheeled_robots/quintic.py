@@ -96,7 +96,7 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
         self.target_changed = changed
 
     def reads(self) -> Iterable[str]:
-        """The pose of the target prim."""
+        """Return the resource keys of the target prim's pose; none without a target prim."""
         return reading_poses(self.target_prim) if self.target_prim else ()
 
     def target_now(self) -> Heading:
@@ -170,12 +170,12 @@ def _end(heading: Heading, speed: float, acceleration: float) -> Floats:
 
 
 def _most(vectors: Floats) -> float:
-    """The largest length of vectors (2, n)."""
+    """The length of the longest of n plane vectors, given as (2, n)."""
     return float(np.hypot(*vectors).max())
 
 
 def _arrays(coefficients: Floats, duration: float, intervals: int, first_yaw: float, last_yaw: float) -> Floats:
-    """Speeds, x, y and yaws of a path's points in one row. A point without motion takes the yaw of the one before it."""
+    """All speeds, x, y and yaws of a path's points in one array. A point at rest takes the yaw of the point before it."""
     x, y = derivative(coefficients, 0, duration, intervals)
     vx, vy = derivative(coefficients, 1, duration, intervals)
     speeds, yaws = np.hypot(vx, vy), np.arctan2(vy, vx)

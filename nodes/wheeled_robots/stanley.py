@@ -26,7 +26,7 @@ FACING = 0.1
 
 
 class Path(NamedTuple):
-    """Points of a path."""
+    """Points of a path; all arrays have the same length."""
 
     shares: Floats
     """Speeds at the points, as fractions of `maxVelocity`."""
@@ -44,9 +44,9 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
     tan(d) / b times `linearVelocity`.
 
     The speeds on the path are scaled to a maximum of `maxVelocity`; over the last third of the path's length L they are
-    multiplied by sqrt(3 r / L), where r remains. Each execution reduces the difference between measured speed and path speed by
-    the fraction `gains[1]`. If the base passes the end of the path without reaching the target, it turns towards the target and
-    drives straight to it.
+    multiplied by sqrt(3 r / L), where r is the remaining length. Each execution reduces the difference between measured speed
+    and path speed by the fraction `gains[1]`. If the base passes the end of the path without reaching the target, it turns
+    towards the target and drives straight to it.
     """
 
     current_speed: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s", doc="velocity of the base; z is ignored")
@@ -129,20 +129,20 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         check_finite(self, "current_speed", "target", "max_velocity")
 
     def is_another(self, arrays: Doubles) -> bool:
-        """Whether a path differs from the current one; a wire that converts types makes a new array in every tick."""
+        """Return whether a path differs from the current one; a wire that converts types makes a new array in every tick."""
         return arrays is not self.taken and (self.taken is None or not np.array_equal(arrays, self.taken))
 
     def turn(self, angle: float) -> Speeds:
-        """Return the speeds for turning on the spot by an angle (rad), the shorter way round."""
+        """Return forward speed and turn rate for turning on the spot by an angle (rad), the shorter way round."""
         return 0.0, limited(self.gains[1] / self.step * wrapped(angle), FASTEST_TURN)
 
     def approach(self, base: Heading) -> Speeds:
-        """Return the speeds for facing the target and then driving straight to it."""
+        """Return forward speed and turn rate for facing the target and then driving straight to it."""
         angle = wrapped(math.atan2(self.target[1] - base[1], self.target[0] - base[0]) - base[2])
         return min(SLOWEST, self.max_velocity) if abs(angle) <= FACING else 0.0, self.turn(angle)[1]
 
     def follow(self, path: Path, nearest: int, base: Heading) -> tuple[int, Speeds]:
-        """Return the index of the path point nearest to the front axle, and the speeds for following the path.
+        """Return the index of the path point nearest to the front axle, and forward speed and turn rate for following the path.
 
         Args:
             path: path to follow.

@@ -32,7 +32,8 @@ def differential(left: int, right: int, distance: float) -> Floats:
 def mecanum(distance: float, base: float) -> Floats:
     """Return the matrix for four mecanum wheels (front left, back left, front right, back right) with roller axes in an X.
 
-    It is the least-squares inverse of the speeds with which the wheels roll: v_x -+ v_y -+ w (distance + base) / 2.
+    It is the least-squares inverse of the wheel speeds v_x -+ v_y -+ w (distance + base) / 2 for velocities v_x forward and v_y
+    left and a turn rate w: -v_y for the front left and back right wheels, -w for the left wheels.
 
     Args:
         distance: distance between left and right wheels, m.
@@ -45,7 +46,8 @@ def mecanum(distance: float, base: float) -> Floats:
 def ackermann(left: int, right: int, distance: float, curvature: float) -> Floats:
     """Return the matrix for the wheels of the unsteered axle, whose middle moves on an arc.
 
-    Wheels travel 1 -+ curvature * distance / 2 times as far as the middle; the least-squares solution is used.
+    Left wheels travel 1 - curvature * distance / 2 times as far as the middle, right wheels 1 + curvature * distance / 2 times;
+    the matrix is the least-squares solution.
 
     Args:
         left: number of left wheels.
@@ -63,8 +65,8 @@ def curvature(steering: Sequence[float], base: float, distance: float) -> float:
     """Return the curvature (1/m) of the arc on which the middle of the unsteered axle moves; left is positive.
 
     Args:
-        steering: angle of one steered wheel in the middle, or of the left and the right wheel, rad. The two may differ from those
-            of one turning centre; then the mean of their curvatures is returned.
+        steering: angle of one steered wheel in the middle, or of the left and the right wheel, rad. If the angles of
+            the two wheels belong to different turning centres, the mean of the curvatures is returned.
         base: distance from the unsteered axle forward to the steered one, m.
         distance: distance between the axes about which the left and right wheels steer, m.
     """

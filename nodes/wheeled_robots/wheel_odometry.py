@@ -45,7 +45,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
     Kinematics and integration follow diff_drive_controller, mecanum_drive_controller and ackermann_steering_controller of
     ros2_controllers: motions between two executions are straight lines or arcs. Where more wheels than needed disagree, the
     motion is the least-squares solution. `wheelDistance` is the controllers' `wheel_separation` or track width,
-    `velocityWindow` their `velocity_rolling_window_size`.
+    and `velocityWindow` is their `velocity_rolling_window_size`.
 
     The covariances follow Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, 5.2.4: variances grow in proportion
     to distance and turn, and errors of the heading become errors of the position.
@@ -137,7 +137,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         self.last = None
 
     def joints(self, names: Tokens) -> list[int]:
-        """Return the numbers of joints in the articulation's order."""
+        """Return the indices of the named joints in the articulation."""
         return joint_numbers(self.articulation, names)
 
     def compute(self) -> None:
@@ -171,7 +171,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
                 raise BadValueError(type(self).fields[field].name, getattr(self, field), f"{least} or more")
 
     def counted(self, angles: Floats) -> Floats:
-        """Return what encoders count at these angles of the wheels (rad): ticks, or rad without a resolution."""
+        """Return the encoder readings at these wheel angles (rad): ticks, or rad if the resolution is 0."""
         return np.floor(angles * (self.ticks_per_revolution / math.tau)) if self.ticks_per_revolution else angles
 
     def travel_per_count(self) -> Floats:
@@ -183,7 +183,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         return angle * self.wheel_radius * np.repeat(sides, (len(self.left_joints), len(self.right_joints)))
 
     def forward_kinematics(self, steering: Floats) -> Floats:
-        """Return the matrix (3, wheels) from the travel of the wheels to the motion of the base, at these angles (rad)."""
+        """Return the matrix (3, wheels) from wheel travel to base motion, at these steering angles (rad)."""
         left, right, base = len(self.left_joints), len(self.right_joints), self.wheel_base
         distance = self.wheel_distance * self.wheel_distance_multiplier
         try:

@@ -69,7 +69,7 @@ def test_in_a_graph_it_fires_once_a_tick_whatever_the_substeps(play: Player) -> 
 
 def test_in_a_graph_of_physics_steps_the_file_is_refused_with_the_remedy(play: Player) -> None:
     text = "runs: physics_step\nnodes: {Tick: OnPlaybackTick, C: PublishClock}\nconnections: [Tick.tick -> C.execIn]"
-    with pytest.raises(CheckError, match="this one runs at every physics step") as caught:
+    with pytest.raises(CheckError, match="this graph runs at every physics step") as caught:
         play.graph(text)
     assert "use OnPhysicsStep, or write `runs: tick` into the graph file" in str(caught.value)
 

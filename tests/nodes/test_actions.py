@@ -187,7 +187,7 @@ def test_all_nodes_of_a_server_name_the_same_action(play: Player) -> None:
         'inputs: {messagePackage: example_interfaces, messageName: Fibonacci, "Result:sequence": [0, 1, 1]}',
         "inputs: {messagePackage: tf2_msgs, messageName: LookupTransform}",
     )
-    told = f"Result: it is for tf2_msgs/action/LookupTransform, and the action /fibonacci is {FIBONACCI}"
+    told = f"Result: the node is for tf2_msgs/action/LookupTransform, but the action /fibonacci has type {FIBONACCI}"
     with pytest.raises(CheckError, match=told):
         play.graph(text)
 

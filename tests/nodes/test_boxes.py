@@ -150,7 +150,7 @@ def test_what_is_behind_the_camera_or_beside_the_picture_has_no_loose_box(place:
 @pytest.mark.parametrize("scale", [0.0, np.nan, np.inf])
 def test_a_solid_box_without_a_volume_is_refused(scale: float) -> None:
     flat = (1, -1, -1, -1, 1, 1, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, scale, 0, 0, 0, 0, 1)
-    with pytest.raises(ValueError, match="data must be transforms of boxes with a volume, unlike that of box 1"):
+    with pytest.raises(ValueError, match="data must be finite and invertible in the matrix of box 1"):
         published_3d(BOXES[0], flat)
 
 

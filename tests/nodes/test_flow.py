@@ -44,7 +44,7 @@ def test_after_a_stop_the_wall_time_of_the_pause_does_not_count(context: Recordi
 
 def test_in_a_graph_that_runs_once_a_tick_the_file_is_refused_with_the_remedy(play: Player) -> None:
     text = "nodes: {Step: OnPhysicsStep, Clock: PublishClock}\nconnections: [Step.step -> Clock.execIn]"
-    with pytest.raises(CheckError, match="this one runs once a tick") as caught:
+    with pytest.raises(CheckError, match="this graph runs once a tick") as caught:
         play.graph(text)
     assert "write `runs: physics_step` into the graph file, or use OnPlaybackTick" in str(caught.value)
 

@@ -112,7 +112,7 @@ def test_the_same_message_gives_the_same_class() -> None:
 
 @pytest.mark.parametrize("missing", ["messagePackage", "messageName"])
 def test_without_a_message_there_are_no_ports(missing: str) -> None:
-    with pytest.raises(ContextError, match="its inputs name no message type") as caught:
+    with pytest.raises(ContextError, match="the inputs name no message type") as caught:
         grown(ROS2Publisher, {**names(TWIST), missing: ""}, DEFINITIONS)
     assert caught.value.code == "G208"
 
@@ -309,9 +309,11 @@ def test_namespace_and_quality_of_service_are_those_of_the_ports(cls: type[Node]
 @pytest.mark.parametrize("cls", [ROS2Publisher, ROS2Subscriber])
 def test_inputs_that_name_another_message_than_the_ports_are_refused(cls: type[Node]) -> None:
     made: Any = grown(cls, names(TWIST), DEFINITIONS)
-    with pytest.raises(ContextError, match="its ports are those of geometry_msgs/msg/Twist, its inputs name a/msg/B"):
+    with pytest.raises(
+        ContextError, match="the ports are those of geometry_msgs/msg/Twist, but the inputs name a/msg/B"
+    ):
         ready(made, RecordingContext(), message_package="a", message_name="B")
-    with pytest.raises(ContextError, match="its ports are those of no message"):
+    with pytest.raises(ContextError, match="the ports are those of no message"):
         ready(cls, RecordingContext(), message_package="geometry_msgs", message_name="Twist")
 
 
@@ -437,7 +439,7 @@ def test_in_a_graph_an_array_that_no_message_can_hold_is_told_at_its_place(tmp_p
         (
             {"messageName": ""},
             "G208",
-            "Say: its ports are the fields of a message, but its inputs name no message type",
+            "Say: the ports are the fields of a message, but the inputs name no message type",
         ),
         ({"messageName": "$(nothing)"}, "G111", "no parameter 'nothing'"),
         ({"linear:q": 1.0}, "G204", "ROS2Publisher has no input 'linear:q'"),

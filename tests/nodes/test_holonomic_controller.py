@@ -167,7 +167,7 @@ def test_after_a_stop_there_is_no_command_until_the_next_compute() -> None:
         ({"wheel_orientations": [[0.0] * 4] * 3}, "wheelOrientations must be of a length above 0"),
         ({"wheel_positions": [[0.1, 0.0, 0.0], [-0.1, 0.0, 0.0]]}, "wheelPositions must be those of 3 wheels or more"),
         ({"wheel_orientations": [[1.0, 0.0, 0.0, 0.0]] * 3}, "those of wheels that together drive in every direction"),
-        ({"mecanum_angles": [0.0, 90.0, 60.0], "rolling": True}, "mecanumAngles, .* must be other than along the axle"),
+        ({"mecanum_angles": [0.0, 90.0, 60.0], "rolling": True}, "must be such that no roller axis is along the axle"),
         ({"up_axis": NONE}, "upAxis must be of a length above 0"),
         (
             {"wheel_positions": [[math.nan, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]},

@@ -104,7 +104,7 @@ def test_a_service_without_fields_makes_no_ports() -> None:
     ("given", "fault"),
     [
         ({"messageName": "SetBol"}, "no message type 'std_srvs/srv/SetBol'"),
-        ({"messageName": ""}, "its inputs name no message type"),
+        ({"messageName": ""}, "the inputs name no message type"),
         (
             {"messagePackage": "std_msgs", "messageSubfolder": "msg", "messageName": "Bool"},
             "std_msgs/msg/Bool is not a service type",
@@ -238,7 +238,8 @@ def test_both_nodes_of_a_server_name_the_same_service(play: Player) -> None:
         "inputs: {messagePackage: std_srvs, messageName: Trigger}",
     ).replace("  - Server.Request:data -> Answer.Response:success\n", "")
     with pytest.raises(
-        CheckError, match="Answer: it answers std_srvs/srv/Trigger, and the service /light is std_srvs/srv/SetBool"
+        CheckError,
+        match="Answer: the node is for std_srvs/srv/Trigger, but the service /light has type std_srvs/srv/SetBool",
     ):
         play.graph(text)
 

@@ -1,4 +1,4 @@
-"""The part of a context that opens action servers and clients, and closes them with the node."""
+"""Opens action servers and clients for a node, and closes them when the node is set up again or the session ends."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ A = TypeVar("A", ActionServer, ActionClient)
 
 
 class OwnedActions(OwnedEndpoints):
-    """The actions of a node, each of which consists of services and topics of the node."""
+    """The action servers and clients of a node. An action consists of three services and two topics, which the node owns too."""
 
     clock: Clock
 
@@ -78,7 +78,7 @@ class OwnedActions(OwnedEndpoints):
     def _parts(
         self, action_type: str, action: str, options: ServiceOptions
     ) -> tuple[Callable[..., Any], Callable[..., Any]]:
-        """Return two functions, which open a service and a topic of an action by its role."""
+        """Return functions that open one service or one topic of an action, selected by its role, such as `send_goal`."""
         names.full_topic(options.get("namespace", ""), action, "action name")
         parts = goals.parts(names.strip(action), action_type)
 
@@ -95,7 +95,10 @@ class OwnedActions(OwnedEndpoints):
         return service, topic
 
     def _hold(self, kind: type[A], made: A, first: int) -> A:
-        """Return the open action of the same endpoints, or else `made`; it is closed before its endpoints, from `first` on."""
+        """Return the open action that has these endpoints, or else `made`, and register its release.
+
+        The action is released before its endpoints are closed, whose entries in `_closing` begin at index `first`.
+        """
         actions = self._services.actions
         held = next((one for one in actions if isinstance(one, kind) and one.has(made.endpoints)), None)
         if held is None:

@@ -19,7 +19,7 @@ from graphengine.node.variable import Variable, find_variable
 
 
 class Context(WorldHandles, OwnedActions, Shared):
-    """The handles, endpoints and services that a node can get in `setup`. The context owns them, and closes endpoints.
+    """Gives a node handles, endpoints and services in `setup`. The context owns them and closes the endpoints.
 
     Handles stay valid for the life of the session; the engine rebinds them when a robot is added or removed. Units are SI;
     quaternions are (x, y, z, w); each method names the frame of its result.

@@ -1,4 +1,4 @@
-"""The part of a context that returns handles to bodies, robots and sensors, by prim path."""
+"""Gives nodes handles to bodies, robots and sensors, by prim path."""
 
 from __future__ import annotations
 
@@ -252,7 +252,7 @@ class WorldHandles:
         Args:
             interface: Protocol of the device, such as `Lidar` of `graphengine.devices.lidar`.
             prim: path of the prim or of the render product.
-            options: for a camera `size`, the width and height of its pictures, pixels; other devices have none.
+            options: for a camera `size`, the width and height of its pictures, pixels; other devices have no options.
 
         Raises:
             ContextError: the device has one sample a tick and the node's graph runs at every physics step, or the viewport of

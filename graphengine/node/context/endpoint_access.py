@@ -1,4 +1,4 @@
-"""The part of a context that opens topics and services under their full names, and closes them with the node."""
+"""Opens topics and services for a node, and closes them when the node is set up again or the session ends."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class OwnedEndpoints:
         latched: bool = False,
         **facts: Any,
     ) -> EndpointClaim:
-        """Add a claim of the node; it is withdrawn when the endpoints are closed."""
+        """Register and return the claim of one endpoint: its declaration. Closing the endpoints removes it."""
         is_service = direction in ("serve", "call")
         quality = qos.parse_qos(qos_profile, queue_size, latched)
         if outermost_namespace and self._services.stage.global_tf:
@@ -111,7 +111,7 @@ class OwnedEndpoints:
         return claim
 
     def _withdraw_claim(self, claim: EndpointClaim) -> None:
-        """Remove this claim; a node that is being replaced may have an equal one."""
+        """Remove this claim object, not an equal claim of a node that is being replaced."""
         claims = self._services.claims
         del claims[next(index for index, one in enumerate(claims) if one is claim)]
 
@@ -134,15 +134,15 @@ class OwnedEndpoints:
             message_type: ROS 2 name of the message type, such as `nav_msgs/msg/Odometry`.
             topic: name of the topic in its namespace; leading and trailing non-alphanumerics are dropped.
             namespace_from: path of a prim; its namespace and those of its ancestors are joined. Empty: the node's prim.
-            latched: use durability transient local and depth 1, whatever the QoS profile says.
+            latched: use durability transient local and depth 1; overrides the QoS profile.
             rate: messages per second, if this differs from the rate at which the node is executed.
             frame_id: frame in the message headers.
             child_frame_id: child frame in the messages, such as that of odometry.
             transforms: (parent, child) pairs that will be published.
             options: see `TopicOptions`.
 
-        The scene's key `tf` decides whether frames get a prefix: put the names in the publisher's `claim` into messages.
-        Names from `transform_tree` and `robot_description` are published ones and get no other prefix.
+        In a scene with `tf: global`, frame names get a prefix: take the names in messages from the publisher's `claim`. Names
+        from `transform_tree` and `robot_description` already have the prefix.
 
         Raises:
             TopicError: the name, the namespace or the QoS profile is not valid.
@@ -163,7 +163,7 @@ class OwnedEndpoints:
         """Return a reader for the transform from a parent frame to one of several child frames, published in this session.
 
         Args:
-            beside: claim of the node's own publisher; the transform has the same topic.
+            beside: claim of the node's own publisher, which has the same topic as the transform.
             parent: published name of the parent frame.
             children: published names of the possible child frames.
         """
@@ -177,7 +177,7 @@ class OwnedEndpoints:
     def subscription(
         self, message_type: str, topic: str, *, alternatives: Sequence[str] = (), **options: Unpack[TopicOptions]
     ) -> Subscription:
-        """Open a subscription to a topic. Arguments have the same meaning and errors are the same as in `publisher`.
+        """Open a subscription to a topic. Takes arguments of `publisher` and raises the same errors.
 
         `alternatives` are message types that replace `message_type` if the topic is published with one of them.
         """

@@ -1,9 +1,9 @@
 """Published names of TF frames: unchanged, or prefixed with a namespace if all robots share /tf and /tf_static.
 
-The key `tf` of a scene selects the mode. Under `global`, the frame `base_link` of a robot's node is published as
+The key `tf` of a scene selects the mode. With `tf: global`, the frame `base_link` of a robot's node is published as
 `dd100_0000/base_link`, as with the parameter `frame_prefix` of robot_state_publisher. The prefix is the outermost namespace of
-the ancestor prims, which is also the namespace of `tf` under `namespaced`; without one, it is the node's `nodeNamespace`. The
-frame of a prim gets its prefix from this prim, whichever node publishes it.
+the ancestor prims, or else the node's `nodeNamespace`; with `tf: namespaced`, the topic `tf` gets this namespace instead. For
+the frame of a prim, the ancestors are those of this prim, whichever node publishes the frame.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ SHARED_FRAMES = frozenset(("map", "world", "earth"))
 
 
 class PublishedFrame(str):
-    """The published name of a frame. It keeps its type on wires, so that the node that publishes it adds no second prefix."""
+    """The published name of a frame, with its prefix. Wires keep the type, so that a publishing node adds no second prefix."""
 
     __slots__ = ()
 
@@ -37,7 +37,7 @@ def prim_prefix(stage: Stage, prim: Prim) -> str:
 
 
 def full_frame(stage: Stage, frame: str, prefix: str) -> PublishedFrame:
-    """Return the published name of a frame; that of a published name is the name itself.
+    """Return the published name of a frame; a PublishedFrame is returned unchanged.
 
     Under `tf: global`, a leading slash makes a name absolute: it is published without the slash and without a prefix. A name that
     already has the prefix, a shared frame and an empty name stay as they are.

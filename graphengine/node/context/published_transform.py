@@ -48,5 +48,5 @@ class PublishedTransform:
 
 
 def has_transform(claims: Iterable[EndpointClaim], parent: str, children: Collection[str]) -> bool:
-    """Return whether one of the claims has a transform from a parent frame to one of the child frames."""
+    """Return whether one of the claims declares a transform from a parent frame to one of the child frames."""
     return any(above == parent and child in children for claim in claims for above, child in claim.transforms)

@@ -21,11 +21,11 @@ class RenderProduct(Stateful):
     """The camera object that nodes hold; None if no node requested it yet."""
 
     def save(self) -> tuple[str, ProductCamera | None, Camera | None]:
-        """Return the prim path, the camera object and the camera that it forwards to."""
+        """Return the prim path, the camera object, and the camera to which this object forwards."""
         return self.prim, self.camera, self.camera.source if self.camera is not None else None
 
     def restore(self, saved: tuple[str, ProductCamera | None, Camera | None]) -> None:
-        """Return to a saved state."""
+        """Return to a state that `save` returned."""
         self.prim, self.camera, source = saved
         if self.camera is not None and source is not None:
             self.camera.show(source)
@@ -48,5 +48,5 @@ class ProductCamera(Shared):
         return getattr(self.source, name)
 
     def show(self, source: Camera) -> None:
-        """Forward to another camera."""
+        """Forward to the camera `source` from now on."""
         self.source = source

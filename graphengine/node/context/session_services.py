@@ -35,7 +35,7 @@ class Services:
     log: Callable[[str, str, str], None] = lambda severity, node, message: None
     claims: list[EndpointClaim] = field(default_factory=list)
     servers: dict[int, list[ServiceServer]] = field(default_factory=dict)
-    """Open servers, by handle; the last one answers, those before it belong to nodes that are being replaced."""
+    """Open servers of each handle; the last one answers, the earlier ones belong to nodes that are being replaced."""
     handles: dict[tuple[str, int], int] = field(default_factory=dict)
     """Handle of each server, by prim path of the node and number of the server; kept when a node is set up again."""
     actions: list[ActionServer | ActionClient] = field(default_factory=list)
@@ -55,7 +55,7 @@ class Services:
         return self.world.stage
 
     def domain(self, handle: int) -> int:
-        """Return the ROS 2 domain of a handle."""
+        """Return the ROS 2 domain id for a domain handle; 0 is the handle of the session's domain."""
         return handle - 1 if handle else self.domain_id
 
     def save(self) -> Any:
@@ -110,7 +110,7 @@ class Services:
         self.network.log("warning", f"{node}: {text}" if node else text)
 
     def reseed(self, path: str) -> None:
-        """Restart the random numbers of a node."""
+        """Restart the random generator of the node at a prim path, from the session's seed."""
         generator = self.generators.setdefault(path, np.random.Generator(np.random.Philox()))
         generator.bit_generator.state = np.random.Philox(key=key_of(self.seed, path)).state
 

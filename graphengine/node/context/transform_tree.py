@@ -1,10 +1,10 @@
 """Edges and frame names of a TF tree, from target prims.
 
 Rules of IsaacComputeTransformTree: a robot, given by its root prim, base link or articulation root, has an edge for every link,
-from the link's kinematic parent; any other prim has one edge. A parent that is also a target has an edge from itself to itself,
-unless the target is the whole robot. ROS2PublishTransformTree has no such edge for links and bodies. A frame's name is
-`isaac:nameOverride`, or else the last element of the prim's path, below its prefix; of several prims with the same name, the one
-with the longest path keeps it.
+from the link's kinematic parent; any other prim has one edge. A parent that is also a target has an edge from itself to itself; a
+prim that stands for a robot has it only if it is the articulation root. ROS2PublishTransformTree has no such edge for links and
+bodies. A frame's name is the prefix, then `isaac:nameOverride` or else the last element of the prim's path; of several prims with
+the same name, the one with the longest path keeps it.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def _anchor(stage: Stage, prim: Prim) -> tuple[Prim | None, Pose]:
 
 
 def frame_names(stage: Stage, prims: Sequence[Prim]) -> dict[Prim, str]:
-    """Return a unique frame name for each prim."""
+    """Return a unique frame name for each prim, with its prefix."""
     unique = list(dict.fromkeys(prims))
     prefixes = {prim: prim_prefix(stage, prim) for prim in unique}
     names: dict[Prim, str] = {}

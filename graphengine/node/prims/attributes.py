@@ -95,7 +95,7 @@ def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
     kind, unit = ("linear", 1.0) if articulation.prismatic[index] else ("angular", math.degrees(1.0))
 
     def add(attribute: str, read: Callable[[], Any], command: str = "") -> None:
-        """Add an attribute for the joint's entry in an array; `command` is the argument of `command` that sets the entry."""
+        """Add an attribute for the joint's entry in the array of `read`; without `command`, it is read-only."""
 
         def write(value: Any) -> None:
             selection.command(**{command: [numbers([value], 1)[0] / unit]})

@@ -165,7 +165,7 @@ def test_in_a_graph_division_by_zero_keeps_the_quotient_before_it(play: Player) 
 
 @pytest.mark.parametrize("b", ["[1, 2]", "{type: 'double[]', value: [1, 2]}"])
 def test_in_a_graph_a_number_is_divided_by_a_number(play: Player, b: str) -> None:
-    with pytest.raises(CheckError, match=r"Ratio: a is double and b is .*; b is one number"):
+    with pytest.raises(CheckError, match=r"Ratio: a is double and b is .*; b must be one number"):
         shown(play, "double Ratio.result", {"Ratio": f"{{type: Divide, inputs: {{a: 1.5, b: {b}}}}}"})
 
 

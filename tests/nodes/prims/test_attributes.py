@@ -149,8 +149,8 @@ def test_a_wrong_value_stops_the_run_and_names_the_attribute(play: Player) -> No
 @pytest.mark.parametrize(
     ("value", "told"),
     [
-        ("up", r"Put: value is token and xformOp:translate is double\[3\]"),
-        ("[7, 8]", r"Put: value is int\[2\] and xformOp:translate is double\[3\]"),
+        ("up", r"Put: a value of type token cannot be written to xformOp:translate of type double\[3\]"),
+        ("[7, 8]", r"Put: a value of type int\[2\] cannot be written to xformOp:translate of type double\[3\]"),
     ],
 )
 def test_a_value_of_another_kind_is_told_before_the_run(play: Player, value: str, told: str) -> None:
