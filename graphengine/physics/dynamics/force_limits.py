@@ -9,11 +9,11 @@ f = kp (q* - q - h v) + kd (v* - v) is the force if the joint kept its velocity;
 G = h (kd + h kp). A free joint at maximum force moves the inertia I against the force b of gravity with a = (M - b) / I. So F
 stays within M if f stays between -M - s (M + b) G / I and M + s (M - b) G / I.
 
-s says how freely the joint moves: it is the share of the joint's forces that became acceleration in the last step, 1 for a free
-and 0 for a blocked joint. If F - b and a have opposite signs, as when friction brakes a joint harder than its drive, s is 1 if
-G |a| exceeds |F - b|, else 0. From step to step, 1 + s G / I at most doubles; otherwise a joint that leaves a wall would be thrown
-back at it again and again. In the step in which a joint hits an obstacle, its drive exerts more than M, as if the joint had the
-additional inertia G.
+s says how freely the joint moves: the share of the joint's forces that became acceleration in the last step, 1 for a free and
+0 for a blocked joint. If F - b and a have opposite signs, as when friction brakes a joint harder than its drive, s is 1 if
+G |a| exceeds |F - b|, else 0. From step to step, 1 + s G / I at most doubles; otherwise a joint that leaves a wall would be
+thrown back at it again and again. In the step in which a joint hits an obstacle, its drive exerts more than M, as if the joint
+had the additional inertia G.
 
 I is the inertia of the links beyond the joint with all joints at zero. For a wheel of radius r, it includes the wheel's share of
 the robot's mass m, m r² divided by the number of wheels.

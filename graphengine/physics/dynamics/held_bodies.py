@@ -36,7 +36,7 @@ def find_mover(model: mujoco.MjModel, stage: Stage, prim: Prim) -> tuple[int, Po
     """Return the id of the body that moves when a prim is placed, and the prim's pose in that body; None if none can.
 
     The body has exactly one joint: free, hinge or slide. It is the prim's own body. For a prim that represents a robot, it can
-    also be the body to which the robot is fixed; other prims fixed to a body cannot be placed, because the whole robot would move.
+    also be the body to which the robot is fixed. Other links fixed to that body cannot be placed: the whole robot would move.
     """
     name, pose = prim.carrier()
     leads = stage.stands_for_robot(prim) is not None

@@ -26,7 +26,7 @@ class Disabled:
 
     Attributes:
         joints: names of the joints, parents first.
-        free_link: link that moves freely, with all others on it; None if the base is fixed.
+        free_link: link that moves freely and carries all other links; None if the base is fixed.
     """
 
     joints: tuple[str, ...]

@@ -27,7 +27,9 @@ _DRIVEN_BY = {
 def world_spec(
     scene: Loaded[SceneSpec], library: Library, findings: Findings
 ) -> tuple[mujoco.MjSpec | None, list[Span]]:
-    """Return the world's MJCF, parsed, or made of its SDF, with the options of all scenes, and the origin of each of its lines.
+    """Return the parsed MJCF of a scene's world, with the options that all scenes have, and the origin of each line.
+
+    A world in SDF is converted to MJCF.
 
     Args:
         scene: scene that names the world and the step.

@@ -50,7 +50,7 @@ class Lens:
 
     @classmethod
     def plan(cls, size: tuple[int, int], half_height: float, near: float, farthest: float) -> Lens:
-        """Return a parallel projection; the sky is drawn beyond `farthest` (m), and its haze is wider than the picture."""
+        """Return a parallel projection; the sky is drawn beyond `farthest` (m), but at least the picture's diagonal away."""
         diagonal = 2 * half_height * math.hypot(1.0, size[0] / size[1])
         return cls(size, half_height, near, 1.01 * max(farthest, diagonal) / SKY, parallel=True)
 

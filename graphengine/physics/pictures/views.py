@@ -120,7 +120,7 @@ def _through(simulation: Simulation, camera: int, size: Size) -> View:
 
 
 def _from_above(simulation: Simulation, size: Size) -> View:
-    """Return a plan with the x axis up, or to the right if the scene is larger then."""
+    """Return a plan with the x axis up, or to the right if the scene then fills more of the picture."""
     low, high = _bounds(simulation)
     robots = [_place(simulation, prim) for prim in simulation.stage.prims("robot")]
     if robots:
