@@ -23,7 +23,7 @@ from graphengine.sandbox.untrusted import encoded, read
 MAX_SECONDS = 60.0
 
 MAX_REASON = 300
-"""Characters of why a file cannot be read."""
+"""Greatest length of the reason why a file cannot be read, characters."""
 MAX_HEAD_BYTES = 4_000_000
 
 _MODULE = "graphengine.physics.files.conversion"  # which is called __main__ in the process

@@ -39,7 +39,7 @@ MAX_NODES = 100_000
 _ENCODINGS = ("ascii", "utf-8", "utf-16", "iso-8859-1", "iso-8859-15", "cp1252")
 """Those that exporters declare in the XML of COLLADA files; Python imports each when it is first used."""
 _LEAST_VERTICES = 4
-"""MuJoCo takes no mesh with fewer."""
+"""Least number of vertices of a mesh in MuJoCo."""
 _STL_HEADER, _STL_TRIANGLE = 84, 50
 _PLAIN_CORNER, _CORNER_WITH_MORE = re.compile(rb"(?m)^f\s+-?\d+\s"), re.compile(rb"(?m)^f\s+-?\d+/")
 """Of an OBJ file MuJoCo wants all corners with normals and texture coordinates, or none."""

@@ -16,13 +16,13 @@ from graphengine.format.ros_packages import MANIFEST, manifest_name, walk
 from graphengine.format.wording import did_you_mean, listing
 
 SCHEMES = ("package://", "model://")
-"""Beginnings of a reference into a package."""
+"""Schemes of references into a package."""
 MODELS = "models"
 """Folder of a package with Gazebo's models, which are packages without a manifest."""
 MAX_DEPTH = 4
 """Folders below a search path in which packages are looked for, as in `src/repository/package`."""
 REMEDY = "give its folder: package_paths in the robot file, --package-path of an import"
-"""What to do about a package that is not found."""
+"""Help for a package that is not found."""
 
 
 class Packages:

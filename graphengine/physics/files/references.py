@@ -78,7 +78,7 @@ class Library:
         self._heaviest = 0.0
         """Number of cells of the largest model so far, as counted by `bounds`."""
         self._unfolded = 0
-        """Cells of the files so far."""
+        """Number of cells of all files read so far."""
         self.outcomes: dict[str, Outcome] = {}
         """Outcome of loading each mesh of the descriptions, by reference."""
 

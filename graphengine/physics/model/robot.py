@@ -25,7 +25,7 @@ from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.profiles import SensorProfile, read_profiles
 
 _LEVEL = 1e-3
-"""Least part of a direction of friction that lies in the plane of a floor."""
+"""Least share of a friction direction's length that must lie in the plane of the floor."""
 
 
 @dataclass(slots=True, eq=False, repr=False)

@@ -21,7 +21,7 @@ _DRIVEN_BY = {
     "damper": mujoco.mjtDisableBit.mjDSBL_DAMPER,
     "actuation": mujoco.mjtDisableBit.mjDSBL_ACTUATION,
 }
-"""MuJoCo's parts that drives are made of, by the flags of a world that could disable them."""
+"""The elements of MuJoCo that drives consist of, by the flag of a world that could disable them."""
 
 
 def world_spec(

@@ -91,7 +91,7 @@ class Shot:
     scene: mujoco.MjvScene
     lens: Lens
     numbers: NDArray[np.int32] | None
-    """For each segment of the scene the number of its prim, 0 for the background; None where nobody asks."""
+    """Prim number of each segment of the scene, 0 for the background; None if no segmentation was requested."""
 
 
 class FrameCapture:

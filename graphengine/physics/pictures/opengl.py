@@ -155,7 +155,7 @@ class _OSMesa:
 
     RGBA, UNSIGNED_BYTE = 0x1908, 0x1401
     SIDE = 16
-    """Of the picture that stands for a window; MuJoCo draws into buffers of its own."""
+    """Side of the image that replaces a window, pixels; MuJoCo draws into its own buffers."""
 
     def __init__(self) -> None:
         find = functools.partial(_function, self._library())

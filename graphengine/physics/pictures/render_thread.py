@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
 
 NICENESS = 10
-"""How much drawing stands back for the thread that steps."""
+"""Niceness of the render thread, so that the stepping thread comes first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class _Job:
     picture: Future[Picture]
     give_back: Callable[[Shot], None]
     size: tuple[int, int]
-    """What is to draw it should be able to draw pictures as large and lenses that see as far, which are yet to come."""
+    """Size and `far` are the least that a new renderer must support, because later jobs may need them."""
     far: float
 
 

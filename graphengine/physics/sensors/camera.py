@@ -77,7 +77,7 @@ class _Exposure:
     """A picture that is not delivered yet."""
 
     captured: int
-    """Tick."""
+    """Tick in which the picture was captured."""
     segmented: bool
     picture: Future[Picture]
 
