@@ -9,6 +9,6 @@ Each of these imports only from those above it:
 - `dynamics`: acts on a model while it runs.
 - `pictures`: renders camera images.
 - `sensors`: the robots' sensors.
-- `core`: the model and its state as handles and sensors see them. `simulation`: everything together as a `backend.World`.
-- `loading` makes a `loaded_world` of a scene file, to which robots can be added, and `occupancy` draws its map.
+- `core`: the model and its state, as handles and sensors use them. `simulation`: the complete `backend.World`.
+- `loading` builds a `loaded_world` from a scene file; robots can be added to it. `occupancy` draws the scene's occupancy map.
 """

@@ -49,14 +49,14 @@ class SavedState:
     """The state of a simulation in a checkpoint.
 
     Attributes:
-        counts: ticks, steps and other counters.
+        counts: number of ticks and steps, and other counters.
         data: state of MuJoCo.
         mounts: poses of bodies that are fixed to the world.
         gravity: acceleration, m/s2.
-        parts: set points, limits, pushes, frictions and lights that graphs wrote, moving surfaces and welds.
+        parts: states of set points, force limits, pushes, frictions and lights that graphs wrote, moving surfaces and welds.
         surfaces: names of the bodies with moving surfaces.
-        handles: samples of the sensors.
-        held: paths of prims that were placed and are held there.
+        handles: states of the handles, such as samples of sensors.
+        held: paths of the prims that are held where a node placed them.
     """
 
     counts: Any
@@ -78,11 +78,11 @@ class SimulationCore(Stateful):
     Args:
         model: compiled model; its timestep is one substep.
         stage: prims whose `body` names bodies of the model.
-        tick_rate: ticks a second.
+        tick_rate: ticks per second.
         substeps: physics steps in a tick.
-        seed: of the sensors' noise.
-        settle: let everything come to rest first; this is the state at the start.
-        rays: what lidars see with; `rays.name` tells what `auto` came to.
+        seed: seed of the sensors' noise.
+        settle: whether to let all bodies come to rest first; the simulation then starts from this state.
+        rays: ray casting method of lidars; `rays_in_use` is the method that `auto` selected.
 
     Raises:
         PhysicsError: the simulation cannot start, or diverged while settling.
@@ -110,13 +110,13 @@ class SimulationCore(Stateful):
         self.steps = 0
         """Physics steps since the start."""
         self.settled_after: float | None = None
-        """Seconds that settling took; None when it was not asked for, or did not come to an end."""
+        """Simulation time that settling took, s; None if it was not requested or not all bodies came to rest."""
         self.realtime = False
-        """Whether a picture that is late is dropped, in place of being waited for."""
+        """Whether a late picture is dropped; otherwise the tick in which it is due waits for it."""
         self.dropped_pictures: dict[str, int] = {}
-        """How many were since play, by prim path of the camera."""
+        """Number of pictures dropped since play, by prim path of the camera."""
         self.clamps_commands = True
-        """Whether a command beyond what a joint can do is clamped, or set as it is."""
+        """Whether a command beyond a joint's limits is clamped; otherwise it is applied unchanged."""
         self.clamped_commands: dict[str, int] = {}
         """Number of commands that were clamped, by kind, joint and limit."""
         self._rays_choice = rays
@@ -129,9 +129,9 @@ class SimulationCore(Stateful):
         self.surfaces = MovingSurfaces()
         self.welds = Welds()
         self.recompile: Callable[[Collection[str]], mujoco.MjModel] | None = None
-        """Compiles the model of the same robots again, with moving surfaces of the bodies that have these names."""
+        """Compiles the model of the same robots again, with moving surfaces on the named bodies."""
         self.held: list[PlacedBody] = []
-        """Bodies that stay where they were put."""
+        """Bodies that are held where they were placed."""
         self._built_gravity = model.opt.gravity.copy()
         self.rebind(model, self._data_at_start(model))
         if settle:
@@ -269,7 +269,7 @@ class SimulationCore(Stateful):
             handle.see_displacement()
 
     def _data_at_start(self, model: mujoco.MjModel) -> mujoco.MjData:
-        """The state in which a model begins, with joints and their position drives where robots start."""
+        """Return the initial state of a model, with joints and their position targets at the robots' start positions."""
         data = data_at_start(model)
         given: set[str] = set()
         for prim in self.stage.prims("robot"):
@@ -297,7 +297,7 @@ class SimulationCore(Stateful):
         self.limits.start()
 
     def _drives(self) -> Iterator[tuple[str, Drive]]:
-        """Yield the drives with the names of their joints in the model; those that do not move one joint come last."""
+        """Yield each drive after the name of its joint in the model; drives that do not move exactly one joint come last."""
         for prim in self.stage.prims("joint"):
             robot, drive = self.stage.robot_of(prim), prim.facts["drive"]
             if robot is not None and drive is not None:
@@ -319,7 +319,7 @@ class SimulationCore(Stateful):
 
     @property
     def stepping(self) -> bool:
-        """Whether the physics steps of a tick are running: then a graph that runs per physics step is calling."""
+        """Whether the physics steps of a tick are running, so that the caller is a graph that runs per physics step."""
         return self.steps > self.tick * self.substeps
 
     def step(self) -> None:
@@ -358,7 +358,7 @@ class SimulationCore(Stateful):
             handle.see_motion()
 
     def begin_tick(self, tick: int) -> None:
-        """Begin tick n, at n times the tick period, for the sensors."""
+        """Set the number of the current tick, from which `time` and the sensors' samples follow."""
         self.tick = tick
 
     def zero_commands(self) -> None:

@@ -1,4 +1,4 @@
-"""MuJoCo as the rest of this package imports it: without its own log, and with readable errors.
+"""MuJoCo for the rest of this package: without its log file, and with readable errors.
 
 By default, MuJoCo prints each warning and appends it to ./MUJOCO_LOG.TXT. Warnings are also counted in MjData, where
 `Simulation` reads them.
@@ -18,13 +18,13 @@ from graphengine.format.errors import PhysicsError, UsageError
 try:
     import mujoco as mujoco  # the name is exported
 except RuntimeError as error:  # of the only setting that is read on import
-    remedy = "unset it; pictures here are drawn by EGL or OSMesa, whatever it says"
+    remedy = "unset it; pictures are drawn with EGL or OSMesa in any case"
     raise UsageError(f"MUJOCO_GL={os.environ.get('MUJOCO_GL')}: not a value that MuJoCo knows\n  {remedy}") from error
 
 OLDEST = (4, 0, 1)
-"""The first version of MuJoCo whose sparse solver is right."""
+"""The oldest version of MuJoCo whose sparse solver gives correct results."""
 if tuple(map(int, re.findall(r"\d+", mujoco.__version__)[:3])) < OLDEST:
-    reason = "4.0.1 is the first whose solver is right where many contacts meet"
+    reason = "before 4.0.1, its solver gives wrong results for bodies with many contacts"
     remedy = "pip uninstall mujoco mujoco-core, then pip install 'mujoco-core>=4.0.1,<4.1'"
     raise UsageError(f"MuJoCo {mujoco.__version__} is installed; {reason}\n  {remedy}")
 
@@ -33,26 +33,26 @@ Indices = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
 REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.UnexpectedError)
-"""What MuJoCo raises of a model that it cannot read, build or find memory for."""
+"""Exceptions that MuJoCo raises for a model that it cannot read or compile, or for which memory is insufficient."""
 
 
 if mujoco.get_mju_user_warning() is None:
     mujoco.set_mju_user_warning(lambda _: None)  # they are counted elsewhere
 
 RAYS_AND_PICTURES = 0
-"""Geom group of what both rays and cameras see."""
+"""Geom group of geoms that both rays and cameras see."""
 PICTURES = 2
-"""Geom group of visuals that stand before a collider of the same body."""
+"""Geom group of geoms that only cameras see: visuals of a body that also has colliders."""
 RAYS = 3
-"""Geom group of colliders behind visuals."""
+"""Geom group of geoms that only rays meet: colliders that cameras do not see."""
 NEITHER = 4
-"""Geom group of what nothing sees."""
+"""Geom group of geoms that neither rays nor cameras see."""
 OWN = 5
 """Geom group that a robot's geoms are in while its own sensors cast rays."""
 
 
 def body_names(model: mujoco.MjModel) -> list[str]:
-    """Return the names of all bodies of a model, in order."""
+    """Return the names of all bodies of a model, in the order of their ids."""
     return [model.body(index).name for index in range(model.nbody)]
 
 
@@ -63,7 +63,7 @@ def collides(model: mujoco.MjModel) -> Bools:
 
 
 def sort_geoms(model: mujoco.MjModel) -> None:
-    """Assign each geom to one of the groups above, so that a ray meets each surface once.
+    """Assign each geom to one of the geom groups of this module, so that a ray meets each surface once.
 
     Rays meet colliders, or the visuals of a body without colliders. Cameras see the same geoms as before, in groups 0 to 2.
     """
@@ -76,8 +76,8 @@ def sort_geoms(model: mujoco.MjModel) -> None:
 def round_weights(model: mujoco.MjModel) -> None:
     """Round the inverse weights of bodies and joints, whose last bits depend on the rest of the model.
 
-    The compiler computes these numbers, which soften contacts and joint limits, in sums over all degrees of freedom, four at a
-    time. All its other results for a body do not depend on the body's place in the model.
+    These weights soften contacts and joint limits. The compiler computes them by vectorised sums over all degrees of freedom, so
+    rounding errors depend on the body's index in the model. No other result of the compiler for a body depends on it.
     """
     for weights in (model.body_invweight0, model.dof_invweight0, model.tendon_invweight0):
         weights[:] = weights.astype(np.float32)
@@ -107,7 +107,7 @@ def data_at_start(model: mujoco.MjModel) -> mujoco.MjData:
     try:
         data = mujoco.MjData(model)
     except REFUSALS as error:
-        raise PhysicsError(f"MuJoCo cannot hold the state of the model: {error}") from error
+        raise PhysicsError(f"MuJoCo cannot allocate the state of the model: {error}") from error
     scalar = (model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE) | (model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE)
     limited = np.flatnonzero(scalar & (model.jnt_limited != 0))
     places, (lowest, highest) = model.jnt_qposadr[limited], model.jnt_range[limited].T

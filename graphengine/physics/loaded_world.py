@@ -40,10 +40,10 @@ class LoadedWorld:
         self.simulation.recompile = self._with_surfaces
 
     def _with_surfaces(self, bodies: Collection[str]) -> mujoco.MjModel:
-        """Return the model of the same robots with moving surfaces of bodies.
+        """Return the model of the same robots, with moving surfaces on the named bodies.
 
         Raises:
-            CheckError: MuJoCo refuses it.
+            CheckError: MuJoCo refuses the model.
         """
         findings = Findings()
         model = self.scenery.compile(self.robots, findings, bodies)
@@ -60,7 +60,7 @@ class LoadedWorld:
         """Return an independent copy of this world, which must not have been stepped.
 
         Args:
-            files: files to which references of added robots may lead.
+            files: files that the descriptions of added robots may refer to.
             seed: seed of the sensors' noise.
         """
         return LoadedWorld(self.simulation.copy(seed), dict(self.robots), self.scenery.copy(files))
@@ -92,7 +92,7 @@ class LoadedWorld:
         return LoadedWorld(self.simulation, robots, scenery)
 
     def _is_made_of(self, scenery: Scenery, robots: dict[str, RobotInstance]) -> bool:
-        """Return whether the robots of another scenery give the same model and prims."""
+        """Return whether the given robots of another scenery give the same model and prims as those of this world."""
         made: list[tuple[Stage, bytes]] = []
         for source, ones in ((self.scenery, self.robots), (scenery, robots)):
             model, stage = source.compile(ones, Findings()), Stage()
@@ -105,11 +105,11 @@ class LoadedWorld:
         return prims.is_like(prims_again) and model_before == model_again
 
     def add(self, name: str, use: RobotUse) -> None:
-        """Add a robot at its place, at rest.
+        """Add a robot at the pose in `use`, at rest.
 
         Raises:
             CheckError: the robot has errors, all of which are listed.
-            PhysicsError: the robot cannot be at this place.
+            PhysicsError: MuJoCo cannot simulate the robot at this pose.
             UsageError: the requested ray casting cannot be used with the robot. After any error, nothing has changed.
         """
         self.put(self._placement(name, use))
@@ -136,7 +136,7 @@ class LoadedWorld:
         self.robots[robot.name] = robot
 
     def _placement(self, name: str, use: RobotUse) -> RobotPlacement:
-        """Return where a robot is to be added; its name must be unused."""
+        """Return the placement of a robot to add; raise CheckError if its name is invalid or in use."""
         findings = Findings()
         placement, *others = place(name, use)
         if others or placement.name != name:

@@ -25,9 +25,9 @@ from graphengine.physics.model.world_prims import add_world
 from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.physics.simulation import Simulation
 
-_FREE_PATH = "a robot's prim stands alone: nothing is there or below it, and nothing but scopes above it"
+_FREE_PATH = "choose a path with no prim at or below it, and with only scopes above it"
 SLOWEST = 0.1
-"""Ticks a second below which a step is too long for any physics."""
+"""Lowest tick rate, ticks per second; at lower rates, a step is too long for physics."""
 
 
 def load_robot_file(path: Path, files: Files, findings: Findings) -> RobotInstance | None:
@@ -44,10 +44,10 @@ def load_world(
 
     Args:
         scene: parsed and checked scene file; relative paths begin in its folder.
-        files: files to which references may lead.
+        files: files that the scene and its descriptions may refer to.
         findings: receives errors, warnings and notes.
         seed: seed of the sensors' noise.
-        rays: ray casting of lidars.
+        rays: ray casting method of lidars.
     """
     before = len(findings.errors)
     if scene.spec.physics.tick_rate < SLOWEST:
@@ -101,7 +101,7 @@ def load_world(
 def _tell_touching(
     simulation: Simulation, robots: dict[str, RobotInstance], scene: Loaded[SceneSpec], findings: Findings
 ) -> None:
-    """Warn of robots that touch something other than their support; once for all robots of one entry of the scene."""
+    """Warn of robots that touch something other than their support, with one warning per key of the scene's `robots`."""
     touching = simulation.entities.touching()
     told: dict[str, list[str]] = {}
     for name, robot in robots.items():

@@ -1,4 +1,4 @@
-"""One MuJoCo model and its state, behind `backend.World`."""
+"""Implements `backend.World` with one MuJoCo model and its state."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ class Simulation(SimulationCore):
 
     @cached_property
     def studio(self) -> RenderThread:
-        """Renders the pictures of all cameras."""
+        """The thread that renders the pictures of all cameras; started at first use."""
         return RenderThread(self)
 
     def picture_driver(self) -> str:
-        """Name and version of the OpenGL driver; `not there` where there is none."""
+        """Return name and version of the OpenGL driver; `not there` if there is none."""
         return self.studio.driver()
 
     @cached_property
@@ -77,7 +77,7 @@ class Simulation(SimulationCore):
         return contact_points(self.model, self.forces.now())
 
     def body(self, prim: Prim) -> CarriedPrim:
-        """Return the rigid body of a prim, or the one that carries it, with the pose of the prim."""
+        """Return a handle to the pose and velocity of a prim: those of its rigid body, or of the body that carries the prim."""
         return self._handles.find(CarriedPrim, prim)
 
     frame = body
@@ -88,7 +88,7 @@ class Simulation(SimulationCore):
         return vector(self.model.opt.gravity)
 
     def set_gravity(self, gravity: Vector3) -> None:
-        """Set gravity, starting with the next step, whose first half is computed again."""
+        """Set gravity (m/s2, world frame) from the next step on, and compute that step's first half, `mj_step1`, again."""
         if gravity == self.gravity:  # a graph may write it each tick, and then nothing would ever sleep
             return
         self.model.opt.gravity = gravity
@@ -100,7 +100,7 @@ class Simulation(SimulationCore):
         return self._frictions.of(prim)
 
     def set_friction(self, prim: Prim, friction: Friction) -> None:
-        """Set the friction of a material, starting with the next step, whose contacts are computed again."""
+        """Set the friction of a material from the next step on, and compute that step's contacts again."""
         if friction == self._frictions.of(prim):
             return
         self._frictions.write(self.model, prim, friction)

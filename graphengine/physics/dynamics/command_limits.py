@@ -1,11 +1,11 @@
 """Limits for joint commands, so that a message from the network cannot make a simulation diverge.
 
-An effort is limited as in the robot's description. Without a limit there, it is limited to the effort that lifts the robot with a
-lever of 1 m, and to the one that accelerates the joint's own inertia by 1e5 rad/s2 (or m/s2). A velocity is limited to 1e6 deg/s,
-as in Isaac Sim (or to the same number in m/s), and for a wheel to 100 rad/s, PhysX's default: faster wheels make a robot diverge.
-A drive's maximum velocity applies in addition.
-A position lies within the joint's range, widened on both sides by the range, because grippers push with targets beyond it.
-A command to an actuator of a MuJoCo model is limited by the range of its control signal, if it has one.
+Efforts: the limit in the robot's description. Without one, the smaller of two efforts: the one that lifts the robot at a lever of
+1 m, and the one that accelerates the joint's own inertia by 1e5 rad/s2 (or m/s2).
+Velocities: 1e6 deg/s, as in Isaac Sim (for prismatic joints the same number in m/s). For wheels 100 rad/s, the default of PhysX,
+because faster wheels make a robot diverge. A drive's maximum velocity applies in addition.
+Positions: the joint's range, widened on both sides by its width, because grippers push with targets beyond the range.
+Commands to an actuator of a MuJoCo model: the range of the actuator's control signal, if it has one.
 """
 
 from __future__ import annotations
@@ -60,5 +60,5 @@ def add_limits(limits: dict[Kind, list[tuple[float, float]]], drive: Drive) -> N
 
 
 def _within(servo: Servo, lowest: float, highest: float) -> tuple[float, float]:
-    """Return the command range of an actuator; the given limits replace ends that it does not have."""
+    """Return the lowest and highest command of an actuator; a given limit applies where the actuator has none."""
     return servo.lowest if servo.lowest > -math.inf else lowest, servo.highest if servo.highest < math.inf else highest

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
 
 FASTEST = 1000.0
-"""Greatest speed of a surface, m/s or rad/s."""
+"""Greatest component of a surface's velocity, m/s or rad/s."""
 
 
 class Conveyor(Handle):
@@ -45,7 +45,7 @@ class Conveyor(Handle):
         if simulation.surfaces.velocities[self._body] == (linear, angular):  # a graph may write it each tick
             return
         if not all(abs(part) <= FASTEST for part in itertools.chain(linear, angular)):
-            raise PhysicsError(f"{self.prim_path}: a surface moves with at most {FASTEST:g} m/s or rad/s")
+            raise PhysicsError(f"{self.prim_path}: a surface velocity is not within {FASTEST:g} m/s or rad/s")
         simulation.surfaces.velocities[self._body] = linear, angular
         simulation.surfaces.hold()
         wake(simulation.model, simulation.data)  # sleeping bodies do not react to the belt below them

@@ -1,8 +1,8 @@
-"""Friction in two directions: that of mecanum wheels, omni wheels and tyres that skid.
+"""Friction that differs in two directions, for mecanum wheels, omni wheels and skidding tyres.
 
-MuJoCo counts with two coefficients at a contact, along two tangents that it chooses itself. So after `mj_step1` has found the
-contacts, the tangents of such wheels are turned to the direction of their material, and what follows from them is computed again.
-Rollers as bodies of their own would be less exact (1 % in place of 0.1 %) and take ten times as long.
+MuJoCo has two friction coefficients per contact, along two tangents that it chooses itself. So after `mj_step1` has found the
+contacts, the tangents of such a wheel's contacts are turned to the direction of its material, and the contact constraints are
+computed again. Simulating each roller as a body would be less exact (1 % instead of 0.1 %) and take ten times as long.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from graphengine.format.process_limits import has_address_space
 from graphengine.physics.engine import collides, mujoco
 
 _ADDRESS_SPACE = 400_000_000
-"""Bytes that numba may need."""
+"""Bytes of address space that numba may need."""
 _LEAST_FRICTION = 1e-5
-"""The least coefficient that MuJoCo counts with."""
+"""The smallest friction coefficient that MuJoCo uses."""
 _log = logging.getLogger(__name__)
 
 
 class DirectedFriction:
-    """The contacts of geoms whose friction differs along and across a direction.
+    """Adjusts the contacts of geoms whose friction differs along and across a direction.
 
-    Two such geoms that touch each other have the greater friction, in all directions.
+    Where two such geoms touch each other, the contact has the greater friction in all directions.
 
     Args:
-        stage: with the materials; the names of their bodies are those of the model.
-        model: compiled.
+        stage: stage with the materials, which name bodies of the model.
+        model: compiled model.
         data: state of the simulation.
 
     Attributes:
@@ -56,7 +56,7 @@ class DirectedFriction:
         self._turn = _compiled()
 
     def apply(self) -> None:
-        """Turn the contacts that `mj_step1` found, and compute again what follows from their frames."""
+        """Turn the contacts that `mj_step1` found, and compute the constraints and velocities that depend on them again."""
         if not self.geoms:
             return
         model, data, contact = self._model, self._data, self._data.contact
@@ -68,7 +68,10 @@ class DirectedFriction:
 
 
 def _directed_geoms(stage: Stage, model: mujoco.MjModel) -> Iterator[tuple[int, int, Vector3, float]]:
-    """Yield each geom, the body in whose frame its direction is, the unit vector, and the ratio of across to along."""
+    """Yield the id of each such geom, a body id, the direction as a unit vector in that body's frame, and a ratio.
+
+    The ratio is the friction across the direction, divided by the friction along it.
+    """
     solid = collides(model)
     for prim in stage.prims("material"):
         along, across = prim.facts["dynamic_friction"], prim.facts["across"]
@@ -93,20 +96,20 @@ def _unit(vector: Vector3) -> Vector3:
 def turn_contacts(
     geoms: Any, frames: Any, frictions: Any, rotations: Any, row_of: Any, bodies: Any, directions: Any, ratios: Any
 ) -> bool:
-    """Turn the tangents of contacts to the directions of their geoms and set both frictions; return whether there were any.
+    """Turn the tangents of contacts to the directions of their geoms and set both frictions; return whether any was turned.
 
-    A direction is projected on the contact plane. The more of it points along the normal, as that of a wheel that runs straight
-    into a wall, the less the two frictions differ.
+    A direction is projected on the contact plane. The closer it is to the normal, as for a wheel that runs straight into a wall,
+    the less the two frictions differ.
 
     Args:
         geoms: the two geoms of each contact.
         frames: normal and both tangents of each contact, in the world frame.
-        frictions: of each contact, as MuJoCo mixed them; the first two act along the tangents.
-        rotations: matrix of each body in the world frame, row by row.
-        row_of: row of each geom in the arrays below; -1 for other geoms.
-        bodies: in whose frames the directions are given.
+        frictions: friction coefficients of each contact, as MuJoCo combined them; the first two act along the tangents.
+        rotations: rotation matrix of each body in the world frame, row by row.
+        row_of: row of each geom in the three arrays below; -1 for geoms without a direction.
+        bodies: ids of the bodies in whose frames the directions are given.
         directions: unit vectors.
-        ratios: friction across the direction, by that along it.
+        ratios: friction across the direction, divided by the friction along it.
     """
     turned = False
     for contact in range(len(geoms)):
@@ -140,7 +143,10 @@ def turn_contacts(
 
 @functools.cache
 def _compiled() -> Callable[..., bool]:
-    """`turn_contacts` as machine code where numba works, else as it is: the same to the last bit, 5 us a contact slower."""
+    """Return `turn_contacts` compiled by numba, or the Python function if numba does not work.
+
+    Both give the same results to the last bit; the Python function takes 5 us longer per contact.
+    """
     try:
         from graphengine.physics.sensors.fast.compiled import kernel
 

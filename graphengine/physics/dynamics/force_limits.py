@@ -1,20 +1,22 @@
-"""The most that drives exert, kept by a limit on how far their set points run ahead of the joints.
+"""Keeps drives within their maximum forces, by reducing before each step the force that their set points demand.
 
-MuJoCo's own limits on force (`forcerange`, `actuatorfrcrange`) do not go with stiff drives: a servo that they cut off loses its
-implicit damping, no longer feels the velocity that it causes, and rattles about its target. So nothing is cut off here; what a
-set point asks for is brought down beforehand, to what the force can do in a step.
+MuJoCo's own force limits (`forcerange`, `actuatorfrcrange`) do not work with stiff drives: a servo whose force is clipped loses
+its implicit damping, and the joint oscillates about its target. So the force of a step is not clipped; its demand is reduced.
 
-At the end of a step of length h a drive exerts F = f - G a. Here f is its force as if the joint went on at its velocity v,
-kp (q* - q - h v) + kd (v* - v), G = h (kd + h kp) is what MuJoCo solves implicitly, and a is the joint's acceleration in the
-step. With the inertia I that the joint moves, and the force b that gravity takes, a free joint at the maximum M has
-a = (M - b) / I. So F stays within M if f stays between -M - s (M + b) G / I and M + s (M - b) G / I. Here s says how freely the
-joint moves: the share of its forces in the last step that went into acceleration, 1 for a free joint and 0 for one held fast. For
-a joint that comes free, 1 + s G / I at most doubles from step to step, or it would bounce off a wall and be thrown back at it.
-Where F and a have opposite signs, as when friction brakes a joint more than its drive, s is 1 if G a outweighs F, else 0.
+A drive has the stiffness kp, the damping kd, the set points q* and v*, and the maximum force M. Its joint has the position q, the
+velocity v, and the acceleration a in a step of length h. At the end of the step, the drive exerts F = f - G a. The demand
+f = kp (q* - q - h v) + kd (v* - v) is the force if the joint kept its velocity; MuJoCo solves G a implicitly, with
+G = h (kd + h kp). A free joint at maximum force moves the inertia I against the force b of gravity with a = (M - b) / I. So F
+stays within M if f stays between -M - s (M + b) G / I and M + s (M - b) G / I.
 
-What comes as a surprise, as a wall that a joint runs into, is opposed with more than M, as by an additional inertia G.
+s says how freely the joint moves: the share of the joint's forces that became acceleration in the last step, 1 for a free and
+0 for a blocked joint. If F - b and a have opposite signs, as when friction brakes a joint harder than its drive, s is 1 if
+G |a| exceeds |F - b|, else 0. From step to step, 1 + s G / I at most doubles; otherwise a joint that leaves a wall would be
+thrown back at it again and again. In the step in which a joint hits an obstacle, its drive exerts more than M, as if the joint
+had the additional inertia G.
 
-I is that of the links beyond the joint with all joints at zero, and for a wheel also its share of the robot, m r² / wheels.
+I is the inertia of the links beyond the joint with all joints at zero. For a wheel of radius r, it includes the wheel's share of
+the robot's mass m, m r² divided by the number of wheels.
 """
 
 from __future__ import annotations
@@ -30,11 +32,11 @@ from graphengine.physics.model.drives import Drive, servo_ids
 from graphengine.physics.model.robot import RobotInstance
 
 _NOTHING = 1e-9
-"""Share of a maximum force below which a force tells nothing about how freely a joint moves."""
+"""Fraction of a maximum force below which a force is too small to measure how freely its joint moves."""
 
 
 class ForceLimits(Stateful):
-    """The drives of a model that have a maximum force.
+    """Limits the forces of the drives of a model that have a maximum force.
 
     Args:
         model: compiled model; its timestep is the step.
@@ -43,7 +45,7 @@ class ForceLimits(Stateful):
 
     Attributes:
         joints: names of the joints.
-        inertias: I of each joint, kg m² or kg.
+        inertias: inertia that each joint moves, kg m² or kg.
     """
 
     kept = ("_reach",)
@@ -67,7 +69,7 @@ class ForceLimits(Stateful):
         self._reach = 1.0 + self._implicit
 
     def carry_over(self, old: ForceLimits) -> None:
-        """Take over the state of joints that another model's limits also have."""
+        """Copy from the limits of another model how freely the joints move that both models have."""
         known = dict(zip(old.joints, old._reach.tolist(), strict=True))
         self._reach = np.array([known.get(joint, free) for joint, free in zip(self.joints, self._reach, strict=True)])
 
@@ -80,7 +82,10 @@ class ForceLimits(Stateful):
         return forces
 
     def observe(self) -> None:
-        """Measure how freely joints moved in the last step, before set points move; commanded efforts are part of the forces."""
+        """Measure how freely joints moved in the last step; call this before set points change.
+
+        The forces include commanded efforts.
+        """
         data, dofs = self._data, self._dofs
         exerted, moved = self._forces(0.0) + data.qfrc_applied[dofs], self.inertias * data.qacc_warmstart[dofs]
         left = exerted - data.qfrc_bias[dofs]
@@ -110,7 +115,7 @@ class ForceLimits(Stateful):
 
 
 def tell_limits(limits: ForceLimits, robots: Mapping[str, RobotInstance], findings: Findings) -> None:
-    """Add notes on the accelerations to which maximum forces in robot files limit joints."""
+    """Add a note for each joint with a maximum force in its robot file: the acceleration that this force allows."""
     told: set[tuple[int, str]] = set()
     for name, inertia in zip(limits.joints, limits.inertias.tolist(), strict=True):
         owner, _, joint = name.partition("/")

@@ -25,7 +25,7 @@ class Forces:
         self._known = False
 
     def now(self) -> mujoco.MjData:
-        """Return the state with computed forces; read it immediately."""
+        """Return the state with computed forces, which are valid until the state changes."""
         if not self._known:
             mujoco.mj_forwardSkip(self._model, self._data, mujoco.mjtStage.mjSTAGE_VEL, 1)
             mujoco.mj_rnePostConstraint(self._model, self._data)

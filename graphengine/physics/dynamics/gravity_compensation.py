@@ -1,7 +1,7 @@
 """Gravity compensation: drives carry the weight of the links beyond their joints, as the drives of robot arms do.
 
 MuJoCo's own `gravcomp` applies external forces to bodies, so that the wheels of a mobile base would not carry its arm. Here each
-drive exerts the effort that holds the links beyond its joint at rest; the joint before it carries the reaction, as in reality.
+drive exerts the effort that holds the links beyond its joint at rest; the previous joint carries the reaction, as in reality.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class GravityCompensation:
 
     Args:
         model: compiled model.
-        data: state of the simulation; positions of its bodies must be those of the current state.
+        data: state of the simulation; the positions of its bodies must be up to date when `apply` is called.
         drives: drives by the names of their joints in the model.
 
     Attributes:
@@ -57,13 +57,16 @@ class GravityCompensation:
         return self._efforts
 
     def _sums(self, values: Floats) -> Floats:
-        """Sum values of bodies over the bodies beyond each joint."""
+        """Return the sum of the bodies' values over the bodies beyond each joint."""
         sums: Floats = np.add.reduceat(values, self._ranges)[::2]
         return sums
 
 
 def _beyond(model: mujoco.MjModel, bodies: Indices) -> Indices:
-    """Return first and last index, alternating, of the bodies that hang on each body; MuJoCo numbers them in one go."""
+    """Return for each body the id of the first body of its subtree and the id after the last, alternately.
+
+    MuJoCo numbers the bodies of a subtree consecutively.
+    """
     counts = np.ones(model.nbody, np.intp)
     for body in range(model.nbody - 1, 0, -1):
         counts[model.body_parentid[body]] += counts[body]

@@ -16,7 +16,7 @@ class Handle(Stateful):
     """Binds a prim to a simulation."""
 
     sees_steps: ClassVar[bool] = False
-    """Whether it is told of every physics step, by the methods below."""
+    """Whether the simulation calls the methods `see_...` of the handle in every physics step."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self._simulation = simulation
@@ -81,7 +81,7 @@ class HandleTable:
         return {key: handle.save() for key, handle in self._handles.items()}
 
     def restore(self, saved: Mapping[tuple[type[Handle], str], Any]) -> None:
-        """Restore the states of all handles; later handles are released and created again at their next use."""
+        """Restore the states of all handles; handles created since `save` are released, and created again at next use."""
         for key in [key for key in self._handles if key not in saved]:
             self._handles.pop(key).reset()
         for key, handle in self._handles.items():

@@ -1,9 +1,9 @@
-"""Bodies that are put somewhere and stay there, whatever acts on them.
+"""Bodies that graphs place and hold at a pose, whatever forces act on them.
 
-A body on a free joint can be anywhere; on a joint that turns or slides it goes as far towards a pose as the joint lets it. The
-joint's coordinates are written back after each physics step, before MuJoCo looks at the state that it led to. Meanwhile the joint
-has more inertia than anything can move: what leans on the body finds it as firm as the ground, where the body's own weight would
-give way, and a heavy thing sink through a light one.
+A body on a free joint can have any pose; a body on a hinge or slide joint is placed as close to a pose as the joint allows. The
+joint's coordinates are written back after each physics step, before MuJoCo computes the contacts of the new state. While the body
+is held, its joint has a very large inertia, so that the body is as firm as the ground for bodies that lean on it. With its own
+inertia it would give way, and a heavy body would sink through a light one.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ if TYPE_CHECKING:
 _FREE, _SLIDE = mujoco.mjtJoint.mjJNT_FREE.value, mujoco.mjtJoint.mjJNT_SLIDE.value
 _PLACEABLE = (_FREE, _SLIDE, mujoco.mjtJoint.mjJNT_HINGE.value)
 _FIRM = 1e8
-"""Inertia of a joint that nothing moves, kg or kg m2."""
+"""Inertia added to the joint of a held body, kg or kg m2."""
 _SOFTNESS = 1e-2
-"""How soft its contacts become, as a part of what they were."""
+"""Factor on the inverse weights of a held body, by which MuJoCo softens its contacts."""
 
 
 def find_mover(model: mujoco.MjModel, stage: Stage, prim: Prim) -> tuple[int, Pose] | None:
-    """Return the body that moves when a prim is placed, and the prim's pose in it; None if there is none.
+    """Return the id of the body that moves when a prim is placed, and the prim's pose in that body; None if none can.
 
-    The body has one joint, which is not a ball joint. It is the prim's own body, or, for a prim that represents a robot, the
-    body to which it is fixed: any other link fixed to that body would move the whole robot.
+    The body has exactly one joint: free, hinge or slide. It is the prim's own body. For a prim that represents a robot, it can
+    also be the body to which the robot is fixed. Other links fixed to that body cannot be placed: the whole robot would move.
     """
     name, pose = prim.carrier()
     leads = stage.stands_for_robot(prim) is not None
@@ -89,7 +89,7 @@ class PlacedBody(Handle):
             *rotation.compose((position, orientation), rotation.relative(self._offset, NOWHERE))
         )
         if not np.abs(coordinates).max() <= mujoco.mjMAXVAL:
-            legal = f"legal is up to {mujoco.mjMAXVAL:g} m"
+            legal = f"coordinates must be at most {mujoco.mjMAXVAL:g} m"
             raise PhysicsError(f"{self.prim_path} cannot be put at {position}, {orientation}; {legal}")
         if self._coordinates is None:
             self._simulation.let_go(self.body)  # another prim may have put it elsewhere
@@ -100,7 +100,7 @@ class PlacedBody(Handle):
         self._simulation.refresh()
 
     def hold(self) -> None:
-        """Return the body to the held pose."""
+        """Write the held pose and zero velocity to the state."""
         if self._coordinates is not None:
             self._position[:] = self._coordinates
             self._velocity[:] = 0.0
@@ -121,10 +121,10 @@ class PlacedBody(Handle):
             array[where] = array[where] * factor + more
 
     def _weights(self) -> list[tuple[Floats, slice | Indices, float, float]]:
-        """Return MuJoCo's arrays that determine how easily the body moves, with indices, a factor and a summand to change them.
+        """Return MuJoCo's arrays that determine how easily the body moves, with indices, and a factor and a summand for them.
 
-        First the joint's inertia, then what contacts are softened by: with 0 the contact of a body that is held in the ground
-        would be without bounds. `dof_M0` stands in for the inertia of bodies that turn about their own axes.
+        The first two are inertias; MuJoCo uses `dof_M0` for bodies whose inertia matrix is diagonal. The last two are inverse
+        weights, which soften contacts: with zero, the contact force on a body that is held inside the ground would be unbounded.
         """
         model = self._simulation.model
         return [

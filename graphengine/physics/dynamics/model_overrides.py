@@ -1,6 +1,6 @@
-"""Settings that graphs write to parts of the model instead of the state: frictions of materials, and lights.
+"""Settings that graphs write to the model, not to the state: frictions of materials, and intensities and colours of lights.
 
-They are stored by prim path, so that a model with another set of robots takes them over and `put_back` undoes them.
+They are stored by prim path. `carry_over` applies them to a model with other robots, and `put_back` undoes them.
 
 The initial intensity of a light is 1, whatever the world's file contains, and its colour is that of its diffuse light. MuJoCo's
 diffuse light is colour times intensity; ambient and specular light are scaled by the intensity, so that 0 switches the light
@@ -25,10 +25,10 @@ T = TypeVar("T")
 
 
 class Written(Stateful, Generic[T]):
-    """Written values of prims of one kind, where they differ from the initial ones.
+    """The values that graphs wrote to prims of one kind; they replace the initial values.
 
     Args:
-        stage: stage with the prims, whose facts have the initial values.
+        stage: stage with the prims; their `facts` have the initial values.
     """
 
     kept = ("written",)
@@ -36,7 +36,7 @@ class Written(Stateful, Generic[T]):
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
         self.written: dict[str, T] = {}
-        """By prim path."""
+        """Written values by prim path."""
 
     def built(self, prim: Prim) -> T:
         """Return the initial value of a prim."""
@@ -69,7 +69,7 @@ class Written(Stateful, Generic[T]):
 
 
 class Frictions(Written[Friction]):
-    """Static and dynamic friction of a stage's materials; they are combined with the floor's again, as at build."""
+    """Static and dynamic friction of a stage's materials; a written friction is combined with the floor's friction."""
 
     def built(self, prim: Prim) -> Friction:
         """Return the initial friction of a material."""

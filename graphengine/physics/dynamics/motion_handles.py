@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 
 class CarriedPrim(Handle):
-    """A prim that moves with the body that carries it, or is static without one."""
+    """A prim that moves with the body that carries it; without such a body, the prim is static."""
 
     def bind(self) -> None:
-        """Find the body, and the pose of the prim in it."""
+        """Find the body, and the pose of the prim in its frame."""
         model, data = self._simulation.model, self._simulation.data
         name, pose = self._prim.carrier()
         self.body = body = model.body(name).id if name is not None else 0
@@ -40,7 +40,7 @@ class CarriedPrim(Handle):
         self._twist, self._centre = data.cvel[body], data.subtree_com[model.body_rootid[body]]
 
     def pose(self) -> tuple[Vector3, Quaternion]:
-        """Return position (m) and orientation in the world frame."""
+        """Return position (m) and orientation (x, y, z, w) in the world frame."""
         x, y, z = self._position.tolist()
         d, a, b, c = self._rotation.tolist()
         if self._offset is None:
@@ -60,7 +60,7 @@ class CarriedPrim(Handle):
         return np.array(position), np.array(rotation)
 
     def velocity(self) -> tuple[Vector3, Vector3]:
-        """Return linear (m/s) and angular (rad/s) velocity of the prim's origin in the world frame: v + w x r."""
+        """Return linear (m/s) and angular (rad/s) velocity of the prim's origin in the world frame."""
         a, b, c, u, v, w = self._twist.tolist()
         x, y, z = self._position.tolist()
         if self._offset is not None:
@@ -99,7 +99,7 @@ class Joints(Handle):
         super().__init__(simulation, prim)
 
     def reset(self) -> None:
-        """Count a reset."""
+        """Increment `resets`."""
         self.resets += 1
 
     def bind(self) -> None:
@@ -212,10 +212,10 @@ class SelectedJoints(Shared):
         velocities: Sequence[float] | None = None,
         efforts: Sequence[float] | None = None,
     ) -> None:
-        """Set targets, starting with the next physics step; None keeps a kind of target, NaN keeps that of a single joint.
+        """Set targets from the next physics step on; None keeps all targets of a kind, NaN keeps the target of one joint.
 
-        A target without an effect of the drive (a velocity without damping, a position without stiffness) is ignored, as in
-        PhysX. A command beyond the joint's limits is clamped and counted.
+        A target that the drive does not use (a velocity without damping, a position without stiffness) is ignored, as in PhysX.
+        A command beyond the joint's limits is clamped and counted.
 
         Raises:
             BadValueError: a number is outside MuJoCo's range; nothing was set.

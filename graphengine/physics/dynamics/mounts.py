@@ -23,7 +23,7 @@ class Mounts(Stateful):
 
     def __init__(self) -> None:
         self._moved: dict[str, tuple[Floats, Floats]] = {}
-        """By name of the body: where it was built, and where it is; position, then the quaternion (w, x, y, z)."""
+        """Compiled and current pose of each moved body, by its name: position, then the quaternion (w, x, y, z)."""
 
     def __bool__(self) -> bool:
         return bool(self._moved)
@@ -47,7 +47,7 @@ class Mounts(Stateful):
                 model.body_pos[body], model.body_quat[body] = np.split(self._moved[name][1], [3])
 
     def put_back(self, model: mujoco.MjModel) -> mujoco.MjModel | None:
-        """Return a copy of a model in which all bodies have their initial poses; None if none was moved."""
+        """Return a copy of a model in which all bodies have their initial poses; None if no body was moved."""
         if not self._moved:
             return None
         self._moved = {name: (built, built) for name, (built, _) in self._moved.items()}

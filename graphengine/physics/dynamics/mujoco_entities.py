@@ -1,6 +1,6 @@
 """The robots and objects of a simulation as entities: poses, bounds, placing and pushing.
 
-An entity is a topmost body with all its children; a robot whose root link is the world consists of several.
+An entity is a topmost body with all bodies below it; a robot whose root link is the world consists of several topmost bodies.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from graphengine.physics.simulation import Simulation
 
 MOST = 1e6
-"""Of every number that comes from outside, in SI units: a thousand kilometres, a hundred tons' weight."""
+"""Greatest magnitude of any number in a request, in SI units: 1000 km, or the weight of 100 t."""
 REST: Vector3 = (0.0, 0.0, 0.0)
 
 
@@ -100,7 +100,7 @@ class MujocoEntities:
         return EntityState(*handle.pose(), *handle.velocity(), vector(linear), vector(angular))
 
     def bounds(self, name: str, *, own: bool = False) -> Box | None:
-        """Return the box around an entity's geometry, along the world's axes or its own."""
+        """Return the bounding box of an entity in the world frame, or in its own frame if `own` is true."""
         model, data, prim = self._simulation.model, self._simulation.data, self._find(name)
         geoms = np.flatnonzero(np.isin(model.body_rootid[model.geom_bodyid], self.roots(prim)))
         if own:
@@ -111,7 +111,7 @@ class MujocoEntities:
         return Box(vector(found[0]), vector(found[1])) if found is not None else None
 
     def overlaps(self, name: str) -> list[Overlap]:
-        """Return what an entity overlaps, deepest first."""
+        """Return the overlaps of an entity with other objects, deepest first."""
         simulation, owners = self._simulation, self._find_owners()
         found = overlaps(simulation.model, simulation.data, self.roots(self._find(name)))
         return [self._overlap(geom, depth, owners) for geom, depth in found.items()]
@@ -123,7 +123,7 @@ class MujocoEntities:
         return {name: self._overlap(geom, depth, owners) for name, (depth, geom) in found.items()}
 
     def _find_owners(self) -> dict[int, str]:
-        """Return the names of entities by their root bodies; the cache is valid for one model."""
+        """Return the names of entities by their root bodies, cached for the current model."""
         model = self._simulation.model
         if self._owners is None or self._owners[0] is not model:
             self._owners = model, {root: name for name, prim in self._prims().items() for root in self.roots(prim)}
@@ -151,7 +151,7 @@ class MujocoEntities:
             raise UsageError(f"{name} is fixed to the world: it can be moved, but cannot have a velocity")
         if not bolted and model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
             named = model.joint(joint).name
-            raise UsageError(f"{name} cannot be moved: joint {named!r} of the world carries it")
+            raise UsageError(f"{name} cannot be moved: it is attached to joint {named!r} of the world")
         try:
             if bolted:
                 self._simulation.move_mount(root, there)
@@ -159,7 +159,7 @@ class MujocoEntities:
                 arm = np.subtract(there[0], pose[0])
                 self._throw(root, there, np.add(linear, np.cross(angular, arm)).tolist(), angular)
         except PhysicsError as error:
-            raise UsageError(f"{name} cannot be there: {error}") from error
+            raise UsageError(f"{name} cannot be placed at this pose: {error}") from error
 
     def _throw(self, body: int, pose: Pose, linear: Iterable[float], angular: Vector3) -> None:
         """Give a free body another pose and velocity."""
@@ -185,7 +185,7 @@ class MujocoEntities:
         for what, values in (("force", force), ("duration", (duration,)), ("point", point or ())):
             _check(name, what, values)
         if duration <= 0.0:
-            raise UsageError(f"{name}: the duration of a push must be greater than {duration:g} s")
+            raise UsageError(f"{name}: the duration of a push must be greater than 0 s, not {duration:g} s")
         root, model = self._only_root(name, prim), self._simulation.model
         if model.body_jntnum[root] == 0:
             raise UsageError(f"{name} cannot be pushed: it is fixed to the world")

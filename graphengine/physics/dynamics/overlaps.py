@@ -1,4 +1,4 @@
-"""Finds bodies that overlap, as far as physics will push them apart."""
+"""Finds overlapping bodies that physics will push apart."""
 
 from __future__ import annotations
 
@@ -7,16 +7,17 @@ from collections.abc import Collection, Mapping
 from graphengine.physics.engine import mujoco
 
 LEAST = 0.005
-"""Depth from which it counts, m: what rests on something sinks in by less."""
+"""Smallest depth that counts as an overlap, m: a body at rest sinks less deep into its support."""
 _CARRIES = 0.7
-"""Vertical part of the normal of contacts from which one carries what is above it: it is inclined by less than 45 degrees."""
+"""Smallest vertical component of the normal of a supporting contact, whose surface is inclined by less than about 45 degrees."""
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 
 
 def overlaps(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[int]) -> dict[int, float]:
-    """Return the geoms that overlap the given topmost bodies, with depths (m); one for each topmost body to which they belong.
+    """Return geoms that overlap the given topmost bodies, with depths (m), deepest first.
 
-    Contacts are those that MuJoCo computed last; geoms that may pass through each other do not count.
+    Of each other topmost body, only the geom that overlaps deepest is returned. The contacts are those that MuJoCo computed last;
+    geoms that may pass through each other do not count.
     """
     deep = (data.contact.dist <= -LEAST) & (data.contact.geom >= 0).all(axis=1)
     found: dict[int, tuple[float, int]] = {}

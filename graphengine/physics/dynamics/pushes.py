@@ -19,10 +19,10 @@ class _Push:
     """A force on a body.
 
     Attributes:
-        body: its name in the model.
-        force: in the world frame, N.
-        point: where it acts, in the body's frame; None for the centre of mass of all that hangs on the body.
-        left: how many physics steps it is still to act for.
+        body: name of the body in the model.
+        force: force in the world frame, N.
+        point: point of application in the body's frame, m; None for the centre of mass of the body and all bodies below it.
+        left: number of physics steps for which the force still acts; may be a fraction.
     """
 
     body: str
@@ -32,7 +32,7 @@ class _Push:
 
 
 class Pushes(Stateful):
-    """All external forces; MuJoCo's `xfrc_applied` has those of the next step."""
+    """All external forces; MuJoCo's `xfrc_applied` contains the forces of the next step."""
 
     kept = ("_pushes",)
 
@@ -50,7 +50,7 @@ class Pushes(Stateful):
         return bool(self._pushes)
 
     def add(self, body: str, force: Vector3, duration: float, point: Vector3 | None) -> None:
-        """Push a body; `point` is in the world frame."""
+        """Apply a force (N) to a body for a duration (s) at a point (m), in the world frame; None: the centre of mass."""
         where = None
         if point is not None:
             number = self._model.body(body).id

@@ -68,7 +68,7 @@ class SetPoints(Stateful):
         self.pending = True
 
     def take_over(self, steps: int) -> None:
-        """Move the set points towards their targets within their rate limits; `steps` is the number left in the tick."""
+        """Move the set points towards their targets within their rate limits; `steps` is the number of steps left in the tick."""
         if self.pending:
             control, changes = self._control, self._changes
             if self._even.size and steps > 1:
@@ -81,6 +81,6 @@ class SetPoints(Stateful):
 
 
 def _at_rest(model: mujoco.MjModel, joint: str, drive: Drive) -> dict[int, float]:
-    """Return the control signal for no motion of each actuator that takes velocities or efforts."""
+    """Return the control signals for zero velocity and zero effort of a drive's actuators, by actuator id."""
     found = [drive.servo(joint, kind) for kind in ("velocity", "effort")]
     return {model.actuator(servo.name).id: servo.control(0.0) for servo in found if servo is not None}

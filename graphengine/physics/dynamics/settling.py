@@ -10,20 +10,21 @@ import numpy as np
 from graphengine.physics.engine import mujoco
 
 SETTLED_SPEED = 1e-4
-"""m/s and rad/s below which everything counts as at rest."""
+"""Speed below which a body counts as at rest, m/s and rad/s."""
 SETTLED_FOR = 0.1
-"""Seconds that it has to stay so: what begins to fall has no speed at first."""
+"""Time for which a body must stay below this speed, s: a body that begins to fall has no speed at first."""
 SETTLE_LIMIT = 5.0
-"""Seconds after which a scene starts, at rest or not."""
+"""Simulation time after which a scene starts, at rest or not, s."""
 
 
 def settle(model: mujoco.MjModel, data: mujoco.MjData, step: Callable[[], None]) -> float | None:
-    """Leave each tree of bodies in the state in which it came to rest, whatever others did afterwards.
+    """Step the simulation until all bodies are at rest, then set the coordinates and velocities at rest.
 
-    Poses and contacts of the state that this leads to are not computed yet.
+    Each kinematic tree gets the state in which it came to rest, even if other trees moved it later. The caller must then compute
+    the poses and contacts of this state.
 
     Returns:
-        Simulation time until all were at rest, s; None if some did not come to rest in time.
+        Simulation time until all bodies were at rest, s; None if a body was not at rest after `SETTLE_LIMIT`.
     """
     joints = np.searchsorted(model.jnt_qposadr, np.arange(model.nq), side="right") - 1
     tree_of_position = model.dof_treeid[model.jnt_dofadr[joints]]

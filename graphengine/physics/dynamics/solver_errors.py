@@ -10,7 +10,7 @@ from graphengine.physics.engine import mujoco
 
 
 def gave_up(data: mujoco.MjData, error: Exception) -> PhysicsError:
-    """Return the error for an exception of MuJoCo, for example over geometry that it cannot collide."""
+    """Return the error for an exception of MuJoCo, for example for geometry whose collisions it cannot compute."""
     return PhysicsError(f"at t = {data.time:.4f} s MuJoCo gave up: {error}\nlook for degenerate geometry in the scene")
 
 
@@ -18,9 +18,9 @@ def begin_step(model: mujoco.MjModel, data: mujoco.MjData, directed: DirectedFri
     """Compute the poses, velocities and contacts of a state.
 
     Args:
-        model: of the state.
+        model: model of the state.
         data: the state.
-        directed: of its wheels.
+        directed: adjusts the contacts of geoms whose friction depends on the direction.
 
     Raises:
         PhysicsError: MuJoCo failed.
@@ -41,7 +41,7 @@ def out_of_range(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
 
 
 def diverged(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
-    """Return the error for MuJoCo's warning counters."""
+    """Return the error for the warnings that MuJoCo counted in a step, with remedies."""
     kinds, counts = mujoco.mjtWarning, data.warning.number
     at = f"at t = {data.time:.4f} s"
     if counts[kinds.mjWARN_CONTACTFULL] or counts[kinds.mjWARN_CNSTRFULL]:

@@ -1,4 +1,4 @@
-"""Copies state between two models for the parts that they have in common, by name."""
+"""Copies the state of the joints and actuators that two models have in common, by name."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Transfer:
         self._activations = _indices([pair for both in ranges for pair in zip(*both, strict=False)])
 
     def carry_over(self, old: mujoco.MjData, new: mujoco.MjData) -> None:
-        """Copy the state of common parts; the time continues."""
+        """Copy the time, and the state of common joints and actuators."""
         new.time = old.time
         for name, (source, target) in (
             ("qpos", self._positions),
@@ -51,7 +51,7 @@ class Transfer:
             getattr(new, name)[target] = getattr(old, name)[source]
 
     def carry_over_commands(self, old: SetPoints, new: SetPoints) -> None:
-        """Copy the commands of common parts."""
+        """Copy the commands of common joints and actuators."""
         new.targets[self._actuators[1]] = old.targets[self._actuators[0]]
         new.efforts[self._velocities[1]] = old.efforts[self._velocities[0]]
 
@@ -65,7 +65,7 @@ def _joints(old: mujoco.MjModel, new: mujoco.MjModel) -> Iterator[tuple[int, int
 
 
 def _activations(model: mujoco.MjModel, actuator: int) -> range:
-    """Return the places of an actuator's activation, if it has one."""
+    """Return the indices of an actuator's activation in `act`; empty if it has none."""
     begin = int(model.actuator_actadr[actuator])
     return range(begin, begin + int(model.actuator_actnum[actuator]))
 

@@ -1,8 +1,8 @@
 """Welds that hold one body to another while the simulation runs, such as those of grippers.
 
-Each is compiled into the model of a robot, inactive and with an excluded pair of bodies. When it holds a body, both get the
-body's number: the two bodies no longer collide, since contacts would act against the weld. A weld on the world itself has no such
-pair, because the held body would pass through all of the world.
+Each weld is compiled into the model of a robot, inactive and with a spare entry in the model's list of excluded pairs of bodies.
+When the weld holds a body, it gets the body's id, and the entry the ids of both bodies: they no longer collide, because contacts
+would act against the weld. A weld on the world has no entry, because the held body would pass through all geoms of the world.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Welds(Stateful):
         self.held: dict[str, tuple[str, Floats]] = {}
 
     def bound_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> Self:
-        """Return the welds of another model; welds that are active here are active there if it has the held body."""
+        """Return the welds of another model; active welds stay active if that model has the held body."""
         made = type(self)()
         made._model, made._data, made._built = model, data, model.exclude_signature.copy()
         made.held = {name: held for name, held in self.held.items() if _has(model, name, held[0])}
@@ -73,7 +73,7 @@ class Welds(Stateful):
         self._model.exclude_signature[:] = self._built
 
     def hold(self, weld: str, body: int, point: Vector3) -> None:
-        """Hold a body at its present pose relative to the other body, from the next step on.
+        """Hold a body at its present pose relative to the weld's own body, from the next step on.
 
         Args:
             weld: name of the weld.
@@ -107,7 +107,7 @@ class Welds(Stateful):
             self.release(weld)
 
     def force(self, weld: str) -> Floats:
-        """Return the force that the held body exerted on the other one in the last step, N, in the world frame."""
+        """Return the force that the held body exerted on the weld's own body in the last step, N, in the world frame."""
         data = self._data
         kinds, owners = data.efc_type[: data.ne], data.efc_id[: data.ne]
         rows = np.flatnonzero((kinds == _EQUALITY) & (owners == self._model.equality(weld).id))

@@ -12,7 +12,7 @@ import struct
 from graphengine.physics.files.xml import Element, numbers
 
 MAX_CELLS = 200_000_000
-"""Of a whole world: eleven textures of 4096 x 4096, or 100 000 elements."""
+"""Largest number of cells of a world: eleven textures of 4096 x 4096, or 100 000 elements."""
 _ELEMENT = 2000
 HOW_CELLS_COUNT = f"a texel or a sample is a cell, an element or a copy of one counts {_ELEMENT}"
 

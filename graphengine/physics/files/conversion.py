@@ -23,7 +23,7 @@ from graphengine.sandbox.untrusted import encoded, read
 MAX_SECONDS = 60.0
 
 MAX_REASON = 300
-"""Characters of why a file cannot be read."""
+"""Greatest length of the reason why a file cannot be read, characters."""
 MAX_HEAD_BYTES = 4_000_000
 
 _MODULE = "graphengine.physics.files.conversion"  # which is called __main__ in the process
@@ -54,14 +54,17 @@ class Converted:
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """The first line of an answer: why the file cannot be read, or lengths and colours of the converted files."""
+    """The first line of an answer: the reason why the file cannot be read, or lengths and colours of the converted files."""
 
     failure: str
     files: list[tuple[int, meshes.Colour | None]]
 
 
 def convert_all(files: Sequence[Foreign]) -> list[list[Converted] | meshes.MeshError]:
-    """Convert files; for each, return one file per colour if it is visible, else one file, or why it cannot be read."""
+    """Return for each file its converted files, or an error if the file cannot be read.
+
+    A file whose colours are used gives one converted file per colour, any other file a single one.
+    """
     if not files:
         return []
     head = json.dumps([(file.suffix, file.visual, len(file.data)) for file in files])
@@ -72,12 +75,12 @@ def convert_all(files: Sequence[Foreign]) -> list[list[Converted] | meshes.MeshE
     except ProcessError as error:
         answer, why = error.answer, str(error)
     found = list(itertools.islice(_answers(answer), len(files)))
-    found += [meshes.MeshError(f"reading it {why}")] if len(found) < len(files) else []
-    return found + [meshes.MeshError(f"reading a file before it {why}")] * (len(files) - len(found))
+    found += [meshes.MeshError(f"reading the file {why}")] if len(found) < len(files) else []
+    return found + [meshes.MeshError(f"reading an earlier file {why}")] * (len(files) - len(found))
 
 
 def _answers(answer: bytes) -> Iterator[list[Converted] | meshes.MeshError]:
-    """Return the complete answers."""
+    """Yield the answers that the process sent completely before it ended."""
     stream = io.BytesIO(answer)
     while len(head := stream.read(8)) == 8:
         length = int.from_bytes(head, "little")
@@ -93,7 +96,7 @@ def _answer(told: io.BytesIO) -> list[Converted] | meshes.MeshError:
             return meshes.MeshError(head.failure[:MAX_REASON])
         return [Converted(told.read(length), colour) for length, colour in head.files]
     except (ProcessError, OverflowError):
-        return meshes.MeshError("the process that reads it sends a malformed answer")
+        return meshes.MeshError("the process that reads the file sends a malformed answer")
 
 
 @lru_cache(maxsize=1)  # the same file may follow for another use
@@ -114,7 +117,7 @@ def _converted(data: bytes, suffix: str, *, visual: bool) -> bytes:
 
 
 def main() -> None:
-    """Answer one request."""
+    """Read a request from standard input, and write the answers to standard output."""
     wanted = json.loads(sys.stdin.buffer.readline())
     meshes.prepare({suffix for suffix, _, _ in wanted})
     sys.meta_path.clear()  # to a library, what it would import from now on is not installed

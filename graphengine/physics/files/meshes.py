@@ -39,7 +39,7 @@ MAX_NODES = 100_000
 _ENCODINGS = ("ascii", "utf-8", "utf-16", "iso-8859-1", "iso-8859-15", "cp1252")
 """Those that exporters declare in the XML of COLLADA files; Python imports each when it is first used."""
 _LEAST_VERTICES = 4
-"""MuJoCo takes no mesh with fewer."""
+"""Least number of vertices of a mesh in MuJoCo."""
 _STL_HEADER, _STL_TRIANGLE = 84, 50
 _PLAIN_CORNER, _CORNER_WITH_MORE = re.compile(rb"(?m)^f\s+-?\d+\s"), re.compile(rb"(?m)^f\s+-?\d+/")
 """Of an OBJ file MuJoCo wants all corners with normals and texture coordinates, or none."""
@@ -103,10 +103,10 @@ def convert(data: bytes, suffix: str) -> list[Part]:
         except MeshError:
             raise
         except Exception as error:  # of a malformed file either library raises anything
-            raise MeshError(f"it cannot be read: {str(error) or type(error).__name__}") from error
+            raise MeshError(f"the file cannot be read: {str(error) or type(error).__name__}") from error
     parts = _by_colour(parts)
     if not parts:
-        raise MeshError("it has no triangles")
+        raise MeshError("the file has no triangles")
     return parts
 
 
@@ -136,7 +136,7 @@ def _by_trimesh(data: bytes, suffix: str) -> Iterator[Part]:
     import trimesh
 
     if suffix == ".stl" and b"facet" not in data:
-        raise MeshError("it is neither ASCII STL nor binary STL, whose length must match its number of triangles")
+        raise MeshError("the file is neither ASCII STL nor binary STL, whose length must match its number of triangles")
     data = data.decode("utf-8", "replace").encode() if suffix == ".stl" else data  # trimesh would guess its encoding
     mesh = trimesh.load_mesh(io.BytesIO(data), file_type=suffix[1:], process=False, skip_materials=True)
     if len(mesh.faces):
@@ -149,7 +149,7 @@ def _collada(data: bytes) -> Iterator[Part]:
 
     _refuse_doctype(data)
     if zipfile.is_zipfile(io.BytesIO(data)):  # of which pycollada would read what lies in it instead
-        raise MeshError("it contains a ZIP archive")
+        raise MeshError("the file contains a ZIP archive")
     document = _document(data)
     if document.scene is None:
         raise MeshError("the COLLADA file has no scene")
@@ -163,14 +163,14 @@ def _collada(data: bytes) -> Iterator[Part]:
                 continue
             total += len(primitive.vertex_index)
             if total > MAX_TRIANGLES:
-                raise MeshError(f"it has more than {MAX_TRIANGLES} triangles")
+                raise MeshError(f"the file has more than {MAX_TRIANGLES} triangles")
             used, faces = np.unique(primitive.vertex_index, return_inverse=True)  # primitives share their vertices
             vertices, faces = np.asarray(primitive.vertex[used], np.float64) * unit, faces.reshape(-1, 3)
             yield Part(vertices, faces[:, ::-1] if mirrored else faces, _diffuse(primitive.material))
 
 
 def _document(data: bytes) -> Any:
-    """Read a COLLADA file; if references are broken, without materials, which would otherwise remove their geometries."""
+    """Read a COLLADA file; if references are broken, without materials, because pycollada would drop their geometries."""
     import collada
 
     document = collada.Collada(io.BytesIO(data), ignore=[collada.DaeError])
@@ -186,7 +186,7 @@ def _document(data: bytes) -> Any:
 def _geometries(nodes: list[Any]) -> Iterator[tuple[Any, bool]]:
     """Yield the geometries of a scene in its frame, and whether they are mirrored, which turns their triangles inside out.
 
-    The order is depth first; nodes may be used at several places, up to a limit.
+    The order is depth first; a node may be used several times, and counts each time towards the limit `MAX_NODES`.
     """
     from collada.scene import GeometryNode, Node
 
@@ -201,7 +201,7 @@ def _geometries(nodes: list[Any]) -> Iterator[tuple[Any, bool]]:
         elif isinstance(node, Node):
             pose = above @ node.matrix
             pending.extend((child, pose) for child in reversed(node.children))
-    raise MeshError(f"it has more than {MAX_NODES} nodes")
+    raise MeshError(f"the file has more than {MAX_NODES} nodes")
 
 
 def _diffuse(material: Any) -> Colour | None:
@@ -217,7 +217,7 @@ def _refuse_doctype(data: bytes) -> None:
     """Refuse document types, because entities could refer to other files or expand to unlimited text."""
 
     def refuse(*_: object) -> None:
-        raise MeshError("a document type is not allowed in it")
+        raise MeshError("the file has a document type, which is not allowed")
 
     def stop(*_: object) -> None:
         raise StopIteration

@@ -1,7 +1,8 @@
 """Finds the files that a description names: beside it, in a ROS package, or at an absolute path.
 
-A package is a folder with its name, or whose `package.xml` gives the name. It is looked up around the description, which
-usually is in the package that it names, then in the folders that the robot file gives, then in those that the user gave.
+A package is a folder that has the package's name, or whose `package.xml` contains the name. It is looked up first in the folders
+around the description, which is usually in the package itself, then in the folders that the robot file lists, then in the folders
+that the user gave.
 """
 
 from __future__ import annotations
@@ -15,13 +16,13 @@ from graphengine.format.ros_packages import MANIFEST, manifest_name, walk
 from graphengine.format.wording import did_you_mean, listing
 
 SCHEMES = ("package://", "model://")
-"""Beginnings of a reference into a package."""
+"""Schemes of references into a package."""
 MODELS = "models"
 """Folder of a package with Gazebo's models, which are packages without a manifest."""
 MAX_DEPTH = 4
 """Folders below a search path in which packages are looked for, as in `src/repository/package`."""
 REMEDY = "give its folder: package_paths in the robot file, --package-path of an import"
-"""What to do about a package that is not found."""
+"""Help for a package that is not found."""
 
 
 class Packages:
@@ -51,8 +52,8 @@ class Packages:
     def places(self, reference: str) -> list[Path]:
         """Return possible paths for a reference, most likely first.
 
-        If its package is not found, these are in the folders around the description that are not another package: a package
-        without manifest may be in a folder with another name.
+        If no package of that name is found, the paths begin in the folders around the description, because a package without a
+        manifest may be in a folder with another name. Folders with the manifest of another package are left out.
         """
         if reference.startswith("file://"):
             return [self.folder / unquote(reference.removeprefix("file://"))]
@@ -110,7 +111,7 @@ class Packages:
 
 
 def package_of(reference: str) -> str | None:
-    """Return the package that a reference names."""
+    """Return the name of the package in a `package://` or `model://` reference; None for other references."""
     scheme, separator, rest = reference.partition("://")
     return rest.lstrip("/").partition("/")[0] or None if f"{scheme}{separator}" in SCHEMES else None
 

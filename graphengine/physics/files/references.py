@@ -36,7 +36,7 @@ Outcome = Literal["unchanged", "converted", "unreadable", "missing"]
 
 @dataclass(frozen=True, slots=True)
 class MeshFile:
-    """The key of a mesh, and the colour that its file has."""
+    """The key of a mesh in `Library.assets`, and the colour in the mesh file; None without a colour."""
 
     key: str
     colour: meshes.Colour | None = None
@@ -44,7 +44,7 @@ class MeshFile:
 
 @dataclass(frozen=True, slots=True)
 class _Mesh:
-    """A loaded mesh file: the files that MuJoCo reads, or why there are none."""
+    """A loaded mesh file: the files that MuJoCo reads, or the reason why there are none."""
 
     outcome: Outcome
     files: list[MeshFile]
@@ -52,7 +52,7 @@ class _Mesh:
 
 
 class _FileKind(NamedTuple):
-    """A mesh file with links resolved, the suffix of its name in the description, and whether it is visible."""
+    """The resolved path of a mesh file, the suffix of its name in the description, and whether the mesh is a visual."""
 
     path: Path
     suffix: str
@@ -73,14 +73,14 @@ class Library:
         self.models: dict[str, bytes] = {}
         self._keys: dict[Path, str] = {}
         self._included_files: dict[Path, str] = {}
-        """As keys."""
+        """The keys are the files inserted by `include`, with symbolic links resolved."""
         self._meshes: dict[_FileKind, _Mesh] = {}
         self._heaviest = 0.0
-        """Cells of the heaviest model so far, as `bounds` counts them."""
+        """Number of cells of the largest model so far, as counted by `bounds`."""
         self._unfolded = 0
-        """Cells of the files so far."""
+        """Number of cells of all files read so far."""
         self.outcomes: dict[str, Outcome] = {}
-        """What became of the meshes of descriptions, by reference."""
+        """Outcome of loading each mesh of the descriptions, by reference."""
 
     def copy(self, files: Files) -> Library:
         """Return a copy that reads further files independently of this one."""
@@ -98,11 +98,11 @@ class Library:
         return root if len(self.findings.errors) == before else None
 
     def read_files(self) -> list[Path]:
-        """Return the files that models include or refer to, without links."""
+        """Return the files that models include or refer to, with symbolic links resolved."""
         return list(dict.fromkeys([*self._included_files, *self._keys]))
 
     def source(self, key: str) -> Path | None:
-        """Return the file of an asset in a model."""
+        """Return the path of the file that was loaded under a key of `assets`; None if there is none."""
         return next((path for path, known in self._keys.items() if known == key), None)
 
     def meshes(self, shapes: Sequence[tuple[Element, bool]], packages: Packages) -> dict[Element, list[MeshFile]]:
@@ -310,14 +310,14 @@ class Library:
 def _content(path: Path) -> bytes:
     try:
         if path.stat().st_size > MAX_FILE_BYTES:
-            raise _UnreadableError(f"it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
+            raise _UnreadableError(f"the file is larger than {MAX_FILE_BYTES // 1_000_000} MB")
         return path.read_bytes()
     except OSError as error:
-        raise _UnreadableError(f"it cannot be read: {error.strerror or error}") from None
+        raise _UnreadableError(f"the file cannot be read: {error.strerror or error}") from None
 
 
 def _whereabouts(reference: str, places: Sequence[Path], packages: Packages | None) -> list[str]:
-    """Return similar files for a missing one, and where it was looked up."""
+    """Return lines of help for a missing file: a file with a similar name, and the folders that were searched."""
     if not places:
         return [f"meshes are named by their path, or with {', '.join((*SCHEMES, 'file://'))}"]
     folders = list(dict.fromkeys(place.parent for place in places))

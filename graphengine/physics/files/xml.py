@@ -34,11 +34,11 @@ class Element:
     text: str = ""
 
     def get(self, attribute: str, default: str = "") -> str:
-        """Return the text of an attribute."""
+        """Return the text of an attribute, or `default` without the attribute."""
         return self.attributes.get(attribute, default)
 
     def first(self, tag: str) -> Element | None:
-        """Return the first child with a tag."""
+        """Return the first child with a tag; None without one."""
         return next((child for child in self.children if child.tag == tag), None)
 
     def all(self, tag: str) -> list[Element]:

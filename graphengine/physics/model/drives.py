@@ -76,7 +76,7 @@ class Drive:
         """Return the actuator of the compiled model that takes commands of a kind, or None.
 
         Args:
-            joint: name of the joint in the compiled model, which begins with that of the robot.
+            joint: name of the joint in the compiled model, which begins with the robot's name.
             kind: kind of the command.
         """
         if self.servos is not None:

@@ -81,7 +81,7 @@ def _poses(use: RobotUse, start: Pose) -> Iterator[Pose]:
 
 
 def _fill(pattern: str | None, name: str, index: int) -> str | None:
-    """A namespace with its fields put in."""
+    """Return a namespace pattern with its fields replaced by the robot's name or its number in the fleet."""
     if pattern is None:
         return None
     return NAMESPACE_FIELD.sub(lambda field: name if field[1] == "name" else f"{index:0{field[2] or 1}}", pattern)

@@ -37,9 +37,9 @@ def height_field_points(model: mujoco.MjModel, field: int) -> Floats:
 
 
 def height_field_triangles(model: mujoco.MjModel, field: int) -> Floats:
-    """Corners of the triangles around a height field, as `mj_rayHfield` sees it, shape (triangles, 3, 3).
+    """Return the triangles of a height field's surface, as `mj_rayHfield` sees it, shape (triangles, 3, 3), m.
 
-    That is the terrain, walls from height zero up to its four edges, and the box below height zero.
+    They are the terrain, the walls from height zero up to the terrain's four edges, and the box below height zero.
     """
     ground = height_field_points(model, field)
     rows, columns, _ = ground.shape
@@ -52,7 +52,7 @@ def height_field_triangles(model: mujoco.MjModel, field: int) -> Floats:
 
 
 def _sheet_triangles(points: Floats) -> Floats:
-    """Two triangles for each cell of a grid of points, parted from its first corner to the opposite one."""
+    """Return two triangles for each cell of a grid of points, divided by the diagonal from the cell's first corner."""
     here, right = points[:-1, :-1], points[:-1, 1:]
     above, opposite = points[1:, :-1], points[1:, 1:]
     pairs = [np.stack([here, right, opposite], axis=-2), np.stack([here, opposite, above], axis=-2)]

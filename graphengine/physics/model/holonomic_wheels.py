@@ -32,11 +32,11 @@ def holonomic_wheels(robot: RobotInstance) -> Iterator[HolonomicWheel]:
 
 
 def _grip(material: MaterialSpec, along: Vector3) -> Vector3:
-    """The direction of the greater friction on a level floor, given the direction of `dynamic_friction`."""
+    """Return the direction of the greater friction on a level floor, given the direction of `dynamic_friction`."""
     x, y, _ = along
     return along if material.dynamic_friction > (material.across or 0.0) else (-y, x, 0.0)
 
 
 def _heading(direction: Vector3) -> float:
-    """Angle of a direction about the z axis, rad."""
+    """Return the angle of a direction about the z axis, rad."""
     return math.atan2(direction[1], direction[0])

@@ -17,7 +17,7 @@ from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.description.urdf import Urdf, UrdfJoint, UrdfLink
 
 NEGLIGIBLE = 0.01
-"""Share of a robot's mass that may hang on a disabled joint and stay."""
+"""Greatest share of a robot's mass on one side of a disabled joint that becomes fixed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Disabled:
 
     Attributes:
         joints: names of the joints, parents first.
-        free_link: link that moves freely, with all others on it; None if the base is fixed.
+        free_link: link that moves freely and carries all other links; None if the base is fixed.
     """
 
     joints: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Positions of joints at the start, as robot files and scenes give them."""
+"""Start positions of joints, from robot files, scenes and keyframes."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ def joint_starts(
     use: RobotUse,
     keyframe: Keyframe | None = None,
 ) -> dict[str, float]:
-    """Position at the start (rad or m) of each moving joint that has one, by name.
+    """Return the start position (rad or m) of each moving joint that has one, by name.
 
-    A joint that follows another starts where its leader puts it.
+    A mimic joint without a start position of its own gets the position that follows from its leader's.
 
     Args:
         moving: the joints of the robot that move.
-        joints: of the robot file.
-        use: of the scene, which overrides the robot file.
-        keyframe: in which the robot starts, which both override.
+        joints: `joints` of the robot file; their start positions override the keyframe.
+        use: the robot's entry in the scene, which overrides the robot file.
+        keyframe: keyframe in which the robot starts.
     """
     known = {joint.name: joint for joint in moving}
     coordinates = keyframe.coordinates if keyframe is not None else {}

@@ -1,16 +1,17 @@
-"""Physics materials: PhysX mixes two of them at each contact, MuJoCo takes one collider's numbers, so mixing is done at build.
+"""Physics materials, combined with the floor's friction when the model is built.
 
-PhysX has a static and a dynamic friction for each of two colliders and a rule to combine them; where the rules differ, the
-later of average, min, multiply, max counts. MuJoCo takes the maximum of both, unless one collider has the higher `priority`,
-whose friction, condim and solref then count alone. So a bound collider is given a priority and what PhysX would have made of
-it and the floor. That holds against walls too, where it matters less.
+PhysX combines the materials of both colliders at each contact. Each collider has a static and a dynamic friction and a combine
+mode; if the modes differ, PhysX uses the later one in the order average, min, multiply, max. MuJoCo uses the greater friction of
+both colliders, unless one has a higher `priority`: then this collider's friction, condim and solref apply. So a collider with a
+material gets a higher priority, and the friction that PhysX would compute for it on the floor. This friction also applies to
+contacts with walls, where it matters less.
 
-Of a material with friction in two directions the greater one is mixed. The lesser keeps its ratio to it, as rollers turn as
-easily on any floor; `dynamics.directed_friction` applies the ratio to each contact.
+For a material with friction in two directions, the greater friction is combined. The ratio of both is kept, because rollers turn
+equally easily on any floor; `dynamics.directed_friction` applies the ratio to each contact.
 
-Two things have no counterpart. MuJoCo has one coefficient of friction; the dynamic one is taken for it. And its contacts are
-springs with damping, which at steps of 4 ms return a part of the speed that depends on when in a step they are met: 0.34 to 0.55
-of it where half is wanted. So restitution is left out.
+Two properties of PhysX materials have no counterpart in MuJoCo. MuJoCo has a single coefficient of friction, which is set to the
+dynamic one. Restitution is ignored: MuJoCo's contacts are damped springs, and with steps of 4 ms the rebound speed depends on
+when in a step the contact begins (0.34 to 0.55 of the impact speed for a restitution of 0.5).
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from typing import Any
 from graphengine.format.robot_spec import MaterialSpec
 
 RULES = {"average": "average", "min": "lesser", "multiply": "product", "max": "greater"}
-"""Ways to combine two numbers, in words; where two materials differ in it, the later one counts."""
+"""Combine modes and their names in messages; if two materials differ in the mode, the later one in this order is used."""
 _COMBINED: dict[str, Callable[[float, float], float]] = {
     "average": lambda first, second: (first + second) / 2,
     "min": min,
@@ -31,15 +32,15 @@ _COMBINED: dict[str, Callable[[float, float], float]] = {
     "max": max,
 }
 FLOOR_RULE = "average"
-"""PhysX's default, for the floor: MJCF has no such rule."""
+"""Combine mode of the floor: the default of PhysX, because MJCF has no combine modes."""
 NO_FLOOR_FRICTION = 0.5
-"""PhysX's friction of a collider without a material, taken where the world has no plane to read it from."""
+"""Floor friction in a world without a plane: that of a PhysX collider without a material."""
 
 STIFF_SOLREF = (0.004, 1.0)
-"""Time constant (s) and damping ratio of a contact that sinks in by 1/25 of MuJoCo's default.
+"""Time constant (s) and damping ratio of wheel contacts; bodies sink in by 1/25 of the depth of MuJoCo's default.
 
-A wheel rolls on its radius less half the penetration: 0.9998 of it with this, 0.9982 by default. A collider that slides with
-friction chatters with it (a caster at 0.4 costs 6 % of yaw rate at random), so those keep the default."""
+A wheel rolls on its radius minus half the penetration: 0.9998 of the radius with these values, 0.9982 with the default. Colliders
+that slide with friction would chatter (a caster with friction 0.4 costs a random 6 % of yaw rate), so they keep the default."""
 DEFAULT_SOLREF = (0.02, 1.0)
 
 
@@ -61,17 +62,17 @@ class Contact:
 
 
 def stronger(first: str, second: str) -> str:
-    """Return the one of two combine modes that PhysX uses."""
+    """Return which of two combine modes PhysX uses at a contact."""
     return max(first, second, key=list(RULES).index)
 
 
 def combine(first: float, second: float, rule: str) -> float:
-    """Return one number for two, as PhysX combines them."""
+    """Return the friction of a contact from the frictions of both colliders, with a combine mode of PhysX."""
     return _COMBINED[rule](first, second)
 
 
 def greatest_friction(material: MaterialSpec) -> float:
-    """The friction of a material in the direction in which it grips most."""
+    """Return the friction of a material in the direction in which the friction is greatest."""
     return max(material.dynamic_friction, material.across or 0.0)
 
 
@@ -87,7 +88,10 @@ def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Conta
 
 
 def sentences(name: str, material: MaterialSpec, floor: float) -> tuple[str, ...]:
-    """Return a text on the friction that results, then one on what was left out; empty if the file says all of it."""
+    """Return a sentence on a material's friction on the floor, and one on properties that MuJoCo does not have.
+
+    Empty if the combine mode in the robot file keeps the material's friction, and no property is lost.
+    """
     static, restitution, dynamic = material.static_friction, material.restitution, greatest_friction(material)
     rule = stronger(material.combine, FLOOR_RULE)
     friction = combine(dynamic, floor, rule)

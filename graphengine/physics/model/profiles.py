@@ -1,6 +1,6 @@
-"""Sensor profiles: the figures of a sensor, or what a rig of several is made of.
+"""Sensor profiles: the parameters of a sensor, or the devices of a rig of several sensors.
 
-A profile is a file, `scenes/sensors/<name>.yaml`, that robot files name, or the figures stand in the robot file itself.
+A profile is a file `scenes/sensors/<name>.yaml` that robot files name, or a mapping of parameters in the robot file itself.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ Length = Annotated[float, Field(gt=0.0, le=10.0)]
 
 
 class DeviceSections(Spec):
-    """A model with one section per kind of device, of which one is given."""
+    """A pydantic model with an optional section for each kind of device; a file gives exactly one of them."""
 
     @classmethod
     def kinds(cls) -> list[Device]:
-        """Return the kinds of device that have a section."""
+        """Return the kinds of device for which the model has a section."""
         return [device for device in DEVICES.all.values() if device.kind in cls.model_fields]
 
     def devices(self) -> list[tuple[Device, Profile]]:
-        """Return the sections that are given."""
+        """Return the sections that are given, each after its kind of device."""
         return [(kind, profile) for kind in self.kinds() if (profile := getattr(self, kind.kind)) is not None]
 
 
 def _with_sections(*, only_in_rigs: bool = False) -> Callable[[type[S]], type[S]]:
-    """Decorate a model, to add a section for each kind of device, or for each kind that a rig can have."""
+    """Return a class decorator that adds a section for each kind of device, or only for the kinds that a rig can have."""
 
     def add(model: type[S]) -> type[S]:
         kinds = [device.kind for device in DEVICES.all.values() if device.in_rigs or not only_in_rigs]
@@ -68,7 +68,7 @@ class PartSpec(DeviceSections):
 class RigProfile(Spec):
     """Cameras and inertial units in one housing."""
 
-    housing: Name = Field(description="Prim that carries the parts.")
+    housing: Name = Field(description="Name of the prim that carries the devices of the rig.")
     parts: dict[Name, PartSpec]
 
 
@@ -80,14 +80,14 @@ class ShapeSpec(Spec):
         description="Length, width and height, m; a cylinder stands upright and is round."
     )
     position: Offsets = Field(
-        default=(0.0, 0.0, 0.0), description="Pose of its centre in the frame of the sensor's mount."
+        default=(0.0, 0.0, 0.0), description="Position of the shape's centre in the frame of the sensor's mount, m."
     )
     colour: Annotated[tuple[Share, Share, Share], Field(strict=False)] = Field(description="Red, green, blue; 0 to 1.")
 
     @model_validator(mode="after")
     def _round(self) -> ShapeSpec:
         if self.shape == "cylinder" and self.size[0] != self.size[1]:
-            raise ValueError("a cylinder must be as wide as it is long")
+            raise ValueError("a cylinder is round: length and width must be equal")
         return self
 
 
@@ -130,14 +130,14 @@ def read_profiles(robot: RobotFile, files: Files, findings: Findings) -> dict[st
 
 
 def _section(sensor_type: str) -> str:
-    """The section of a profile that a type of sensor needs."""
+    """Return the name of the profile section that a type of sensor needs."""
     return "rig" if sensor_type == "realsense_d455" else sensor_type
 
 
 def _figures(
     robot: RobotFile, name: str, sensor_type: str, figures: dict[str, Any], findings: Findings
 ) -> SensorProfile | None:
-    """The profile that a robot file gives itself: the section of its type."""
+    """Return the profile of a sensor whose parameters are in the robot file itself; None after an error."""
     location, section = ("sensors", name, "profile"), _section(sensor_type)
     document = robot.document(*location)
     value = document.find(*location) or document.root
@@ -156,7 +156,7 @@ def _from_file(
     files: Files,
     findings: Findings,
 ) -> SensorProfile | None:
-    """The profile of a file; the one of the sensor's type if the robot file names none."""
+    """Return the profile in a file, by default the included file with the name of the sensor type; None after an error."""
     profile = profile or _own_profile(sensor_type)
     span = robot.span("sensors", name, "profile")
     if not profile:

@@ -25,7 +25,7 @@ from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.profiles import SensorProfile, read_profiles
 
 _LEVEL = 1e-3
-"""Least part of a direction of friction that lies in the plane of a floor."""
+"""Least share of a friction direction's length that must lie in the plane of the floor."""
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -57,7 +57,7 @@ class RobotInstance:
 
     @property
     def name(self) -> str:
-        """Name in the scene: the prefix of its names in the physics model."""
+        """Name in the scene, which is also the prefix of the robot's names in the physics model."""
         return self.placement.name
 
     @property
@@ -83,18 +83,18 @@ class RobotInstance:
 
     @property
     def starts(self) -> dict[str, float]:
-        """Position at the start (rad or m) of each moving joint that has one."""
+        """Start position (rad or m) of each moving joint that has one, by name."""
         return joint_starts(self.moving, self.spec.joints, self.placement.use, self.keyframe)
 
     @property
     def keyframe(self) -> Keyframe | None:
-        """The keyframe of the model in which the robot starts."""
+        """The keyframe of the robot's MuJoCo model in which the robot starts; None without one."""
         name = self.placement.use.start or self.spec.start
         return self.urdf.mjcf.keyframes.get(name) if self.urdf.mjcf is not None else None
 
     @property
     def actuators(self) -> dict[str, str]:
-        """Actuators of the model by name, and the joint that each drives; empty for one that does not move a single joint."""
+        """Joint that each actuator of the model drives, by the actuator's name; empty if it does not drive exactly one."""
         known, joints = self.urdf.mjcf.actuators if self.urdf.mjcf is not None else (), {j.name for j in self.moving}
         own = [actuator for actuator in known if actuator.name not in joints]
         driven = {actuator.joint: self.drives.get(actuator.joint, Drive()).servos for actuator in own}
@@ -113,13 +113,16 @@ class RobotInstance:
 
     @property
     def wheel_distance(self) -> float | None:
-        """Distance (m) along the axle between the centres of the two driven wheels; None unless there are two, apart."""
+        """Distance (m) along the axle between the centres of the two driven wheels.
+
+        None unless exactly two wheels are driven, with different centres.
+        """
         driven = self.urdf.wheels((j for j in self.moving if j.name in self.drives), wheel_shapes(self.spec))
         return track(driven) if len(driven) == 2 else None
 
 
 def wheel_shapes(spec: RobotSpec) -> dict[str, tuple[float, float]]:
-    """Radius and offset (m) of the wheels that a robot file gives a collider of their own, by link."""
+    """Return radius and offset (m) of the wheels whose collider the robot file replaces, by link."""
     shapes = spec.wheel_colliders.items()
     return {link: (shape.radius, shape.offset) for link, shape in shapes if isinstance(shape, WheelColliderSpec)}
 
@@ -189,7 +192,7 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
 
 
 def _check_model(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
-    """Check the keyframe, and report keys that say of a URDF what a MuJoCo model says by itself."""
+    """Check the start keyframe, and report keys that have no effect on a MuJoCo model."""
     spec = file.spec
     if spec.start:
         check_keyframe(spec.start, urdf, file.span("start"), findings)
@@ -254,7 +257,7 @@ def _check_joints(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Fin
 
 
 def _check_directions(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
-    """Report directions of friction of which nothing lies in the plane of a floor."""
+    """Report friction directions of materials that are perpendicular to the floor."""
     for name, material in file.spec.materials.items():
         if material.direction is None:
             continue

@@ -190,7 +190,7 @@ def _colliders(body: mujoco.MjsBody) -> list[mujoco.MjsGeom]:
 
 
 def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Replace cylinders by ellipsoids, which touch the floor in one point; both rims of a cylinder would rub in turns."""
+    """Replace cylinders by ellipsoids, which touch the floor in one point; cylinders would rub alternately on both rims."""
     for link, shape in robot.spec.wheel_colliders.items():
         if spec.body(link) is None:  # a site of a MuJoCo model; already reported
             continue

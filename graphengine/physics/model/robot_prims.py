@@ -53,7 +53,7 @@ def add_robot(stage: Stage, robot: RobotInstance, bodies: Collection[str], findi
     Args:
         stage: stage to which they are added.
         robot: checked robot.
-        bodies: names in the physics model; a link without a body is a frame.
+        bodies: names of the bodies in the physics model; a link without a body is a frame.
         findings: receives prims that do not exist or are ambiguous.
     """
     _PrimBuilder(stage, robot, bodies, findings).build()
@@ -106,11 +106,11 @@ class _PrimBuilder:
             self._add(path, "material", span, facts=facts)
 
     def _binding(self, material: MaterialSpec, links: dict[str, str]) -> dict[str, Any]:
-        """What a material is mixed with: the floor's friction, and bodies with whether they are wheels.
+        """Return the facts of a material's prim about its use: `floor`, `bodies` and `frames`.
 
-        Each body of a material with a direction also has the path of the link in whose frame the direction is given.
-
-        A link that is the world has no body of its own, so that its colliders cannot be told from the world's: it is left out.
+        `floor` is the floor's friction, `bodies` says for each body with the material whether it is a wheel. For a material with
+        a direction, `frames` has for each body the path of the link in whose frame the direction is given. A link that is the
+        world itself is left out, because its colliders cannot be distinguished from those of the world.
         """
         wheels, name = self.robot.spec.wheel_colliders, self.robot.name
         bodies = {f"{name}/{link}": link in wheels for link in material.bind if f"{name}/{link}" in self.bodies}

@@ -205,7 +205,7 @@ class Scenery:
         findings.add("W205", f"MuJoCo: {text}", span, where)
 
     def _refused(self, error: Exception, robots: Mapping[str, RobotInstance], findings: Findings) -> None:
-        """Report an error of MuJoCo at its element: in a robot's description if its name is a robot's, else in the world."""
+        """Report an error of MuJoCo at the element it names: in a robot's description if the name begins with the robot's."""
         message, name, line = mujoco_says(error)
         element = _element(name, robots)
         if element is not None:
@@ -215,7 +215,10 @@ class Scenery:
 
 
 def _element(name: str, robots: Mapping[str, RobotInstance]) -> Element | None:
-    """Return the element with this name in a robot's description, else its root; None if no robot has the name."""
+    """Return the element of a robot's description that a name `robot/element` refers to, else the description's root.
+
+    None if the name does not begin with the name of a robot.
+    """
     owner, _, rest = name.partition("/")
     if owner not in robots:
         return None
@@ -224,6 +227,6 @@ def _element(name: str, robots: Mapping[str, RobotInstance]) -> Element | None:
 
 
 def _floor_friction(world: mujoco.MjSpec) -> float:
-    """Return the sliding friction of the world's first plane."""
+    """Return the sliding friction of the world's first plane, or `NO_FLOOR_FRICTION` without one."""
     planes = (geom for geom in world.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE)
     return next((float(geom.friction[0]) for geom in planes), NO_FLOOR_FRICTION)

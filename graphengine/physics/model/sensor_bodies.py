@@ -1,4 +1,4 @@
-"""What sensors add to the model of their robot: bodies that cameras and other robots' rays see, and parts of some devices.
+"""Adds sensors to the model of their robot: bodies that cameras and other robots' rays see, and parts such as welds.
 
 The bodies have neither mass nor collisions.
 """
@@ -15,7 +15,7 @@ from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 
 
 def housing_of(prim: Prim) -> str:
-    """Return the name of a sensor's body in pictures, if it has an appearance: the robot's name and the path below the robot."""
+    """Return the name of the visible body that a sensor with an appearance has: robot name and path below the robot."""
     robot = next((above for above in prim.ancestors() if above.kind == "robot"), None)
     above, name = (robot.path, robot.entity_name) if robot is not None else ("/", "")
     return name + prim.path.removeprefix(above)

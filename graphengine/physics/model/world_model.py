@@ -21,13 +21,15 @@ _DRIVEN_BY = {
     "damper": mujoco.mjtDisableBit.mjDSBL_DAMPER,
     "actuation": mujoco.mjtDisableBit.mjDSBL_ACTUATION,
 }
-"""MuJoCo's parts that drives are made of, by the flags of a world that could disable them."""
+"""The elements of MuJoCo that drives consist of, by the flag of a world that could disable them."""
 
 
 def world_spec(
     scene: Loaded[SceneSpec], library: Library, findings: Findings
 ) -> tuple[mujoco.MjSpec | None, list[Span]]:
-    """Return the world's MJCF, parsed, or made of its SDF, with the options of all scenes, and the origin of each of its lines.
+    """Return the parsed MJCF of a scene's world, with the options that all scenes have, and the origin of each line.
+
+    A world in SDF is converted to MJCF.
 
     Args:
         scene: scene that names the world and the step.

@@ -31,7 +31,7 @@ def add_world(stage: Stage, model: mujoco.MjModel, robots: Collection[str]) -> N
 
 
 def _add_light(stage: Stage, model: mujoco.MjModel, index: int, number: int, above: str) -> None:
-    """Define the prim of a light, which shines along its -z axis as USD's do; `number` is its place among the world's."""
+    """Define the prim of a light, which shines along its -z axis as in USD; `number` is its index among the world's lights."""
     light = model.light(index)
     path = f"{above}/{prim_name(light.name or f'light_{number}')}"
     turn = np.empty(4)

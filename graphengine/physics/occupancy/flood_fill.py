@@ -23,7 +23,7 @@ def reached(free: Bools, seeds: Sequence[tuple[int, int]]) -> Bools:
     starts, stops = row * width + start, row * width + stop
 
     def touching(shift: int) -> tuple[list[int], list[int]]:
-        """Return for each run the first one that it touches in a neighbouring row, and the end of their range."""
+        """Return for each run the range of runs that it touches in a neighbouring row: first index, and index after the last."""
         first = np.searchsorted(stops, starts + shift * width, side="right")
         last = np.searchsorted(starts, stops + shift * width, side="left")
         return first.tolist(), last.tolist()

@@ -22,10 +22,10 @@ from graphengine.physics.occupancy.shapes import shapes
 from graphengine.physics.sensors.rays import visible_geoms
 
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
-"""As in nav_msgs/OccupancyGrid."""
+"""States of a cell, with the values of nav_msgs/OccupancyGrid."""
 
 MOST_CELLS = 25_000_000
-"""250 m x 250 m in cells of 0.05 m, which take some seconds and 0.8 GB."""
+"""Greatest number of cells of a map: 250 m x 250 m in cells of 0.05 m, which take some seconds and 0.8 GB."""
 SMALLEST_CELL = 1e-4
 """m."""
 FARTHEST = 1e6

@@ -94,7 +94,7 @@ class Triangles:
 
 
 def _cut(segments: Floats, first: Indices, last: Indices, grid: Grid, margin: float) -> tuple[Indices, Floats, Indices]:
-    """Clip segments to the given rows that they meet: row, x of both ends, and index of the segment."""
+    """Clip segments to the given rows; return for each part the row, x of both ends, and the index of the segment."""
     ys = segments[..., 1]
     lowest, highest = grid.rows_of(ys.min(axis=1), ys.max(axis=1), -margin)  # one too many does no harm
     rows, number = expand(np.maximum(first, lowest), np.minimum(last, highest))
@@ -121,7 +121,7 @@ def _between(segments: Floats, start: Floats, end: Floats) -> Floats:
 
 
 def _blocks(counts: Indices) -> Iterator[slice]:
-    """Return slices with about _BLOCK counts each."""
+    """Yield consecutive slices; the counts in each add up to about _BLOCK."""
     total = np.cumsum(counts)
     whole = int(total[-1]) if len(total) else 0
     edges = [0, *np.searchsorted(total, np.arange(_BLOCK, whole, _BLOCK)).tolist(), len(counts)]

@@ -167,7 +167,7 @@ def _section(ellipse: Ellipses, axis: int, values: Floats) -> Ellipses:
 
 
 def _farthest(ellipse: Ellipses) -> Iterator[Floats]:
-    """Return the points of smallest and largest x, and the centre, because rounding may lose those of a degenerate ellipse."""
+    """Yield the points of smallest and largest x, and the centre, because rounding may rule out both for a thin ellipse."""
     centres, matrices = ellipse
     step = matrices[:, :, _X] / np.sqrt(matrices[:, _X, _X, None])
     yield from (centres - step, centres, centres + step)

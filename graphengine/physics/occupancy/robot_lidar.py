@@ -14,7 +14,7 @@ from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.occupancy.scan_casting import PlanarLidar
 
 LEVEL = math.radians(10)
-"""Largest angle between the beams and the floor."""
+"""Largest angle between the beams and the floor, rad."""
 
 
 def robot_lidar(world: LoadedWorld, robot: str | None = None, lidar: str | None = None) -> tuple[PlanarLidar, float]:

@@ -50,7 +50,7 @@ class Lens:
 
     @classmethod
     def plan(cls, size: tuple[int, int], half_height: float, near: float, farthest: float) -> Lens:
-        """Return a parallel projection; the sky is drawn beyond `farthest` (m), and its haze is wider than the picture."""
+        """Return a parallel projection; the sky is drawn beyond `farthest` (m), but at least the picture's diagonal away."""
         diagonal = 2 * half_height * math.hypot(1.0, size[0] / size[1])
         return cls(size, half_height, near, 1.01 * max(farthest, diagonal) / SKY, parallel=True)
 
@@ -91,7 +91,7 @@ class Shot:
     scene: mujoco.MjvScene
     lens: Lens
     numbers: NDArray[np.int32] | None
-    """For each segment of the scene the number of its prim, 0 for the background; None where nobody asks."""
+    """Prim number of each segment of the scene, 0 for the background; None if no segmentation was requested."""
 
 
 class FrameCapture:

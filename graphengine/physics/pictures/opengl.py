@@ -62,9 +62,9 @@ def _own_platform() -> _Egl | _OSMesa:
 
 @functools.cache
 def _platform() -> tuple[_Egl | _OSMesa, int]:
-    """Return the first platform that works, and the process in which it was opened.
+    """Return the first platform that works, and the id of the process in which it was opened.
 
-    MuJoCo looks up its functions once per process, so it stays with that platform.
+    The result is cached, because MuJoCo looks up the platform's OpenGL functions only once per process.
     """
     failures: list[str] = []
     for name, platform in (("EGL", _Egl), ("OSMesa", _OSMesa)):
@@ -155,7 +155,7 @@ class _OSMesa:
 
     RGBA, UNSIGNED_BYTE = 0x1908, 0x1401
     SIDE = 16
-    """Of the picture that stands for a window; MuJoCo draws into buffers of its own."""
+    """Side of the image that replaces a window, pixels; MuJoCo draws into its own buffers."""
 
     def __init__(self) -> None:
         find = functools.partial(_function, self._library())

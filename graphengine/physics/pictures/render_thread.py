@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
 
 NICENESS = 10
-"""How much drawing stands back for the thread that steps."""
+"""Niceness of the render thread, so that the stepping thread comes first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class _Job:
     picture: Future[Picture]
     give_back: Callable[[Shot], None]
     size: tuple[int, int]
-    """What is to draw it should be able to draw pictures as large and lenses that see as far, which are yet to come."""
+    """Size and `far` are the least that a new renderer must support, because later jobs may need them."""
     far: float
 
 
@@ -105,7 +105,7 @@ class RenderThread(Stateful):
         return picture
 
     def _open_jobs(self) -> _Jobs:
-        """The thread's job queue. The thread starts on first use, and again in a forked process."""
+        """Return the thread's job queue. The thread starts on first use, and again in a forked process."""
         if self._jobs is None or self._thread is None or not self._thread.is_alive():
             self._jobs = SimpleQueue()
             self._thread = threading.Thread(target=_draw_all, args=(self._jobs,), name="render", daemon=True)
@@ -119,14 +119,14 @@ class RenderThread(Stateful):
         self._jobs = None
 
     def _present(self) -> FrameCapture:
-        """The capture of the current model."""
+        """Return the `FrameCapture` of the current model; a new one if the model was recompiled."""
         model = self._simulation.model
         if self._captures is None or self._captures.model is not model:
             self._captures, self._solids = FrameCapture(model, self._prims_of_bodies(model)), None
         return self._captures
 
     def _prims_of_bodies(self, model: mujoco.MjModel) -> NDArray[np.int32]:
-        """The prim number of each body; a body without a prim has its parent's."""
+        """Return the prim number of each body; a body without a prim has the number of its parent body."""
         paths = {prim.body or housing_of(prim): prim.path for prim in self._simulation.stage.prims()}
         numbers = np.zeros(model.nbody, np.int32)
         numbers[0] = self._number("/World")
@@ -148,7 +148,7 @@ def _finish(jobs: _Jobs, thread: threading.Thread) -> None:
 
 
 def _draw_all(jobs: _Jobs) -> None:
-    """The thread's loop: render jobs until None arrives."""
+    """Run the jobs of the render thread until None arrives in the queue."""
     with suppress(OSError):  # a matter of the thread, and of those that the driver starts from it
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
     with closing(_RendererCache()) as renderers:

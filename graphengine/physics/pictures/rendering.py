@@ -22,7 +22,7 @@ _SHADOW, _REFLECTION = mujoco.mjtRndFlag.mjRND_SHADOW.value, mujoco.mjtRndFlag.m
 _SEGMENT, _ID_COLOUR = mujoco.mjtRndFlag.mjRND_SEGMENT.value, mujoco.mjtRndFlag.mjRND_IDCOLOR.value
 
 SHADOW_MAP = 8192
-"""Texels along a side of the map that shadows are looked up in."""
+"""Side of the shadow map, texels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Image:
 
     rgb: NDArray[np.uint8]
     depth: NDArray[np.float32]
-    """Distance along the optical axis, m; that of the sky is behind all that the lens is for."""
+    """Distance along the optical axis, m; the sky is beyond the range of the lens."""
     segmentation: NDArray[np.int32] | None
 
 

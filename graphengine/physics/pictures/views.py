@@ -24,24 +24,24 @@ Size = tuple[int, int]
 
 NAMES = ("top", "perspective")
 LARGEST = 100.0
-"""Side (m) of a world that a view from above still shows whole; of a larger one it shows what is around the robots."""
+"""Largest side of a world that the view from above shows completely, m; of larger worlds, it shows the area of the robots."""
 AROUND = 3.0
-"""How far (m) around the robots that is."""
+"""Margin around the robots in the view of a world larger than `LARGEST`, m."""
 FARTHEST = 100.0
-"""How far (m) one sees over a floor without an end, at least."""
+"""Least distance that a view shows of an infinite floor, m."""
 MARGIN = 1.05
 SHADOWED = 20.0
-"""How far (m) around the robot shadows fall there."""
+"""Radius around the robot in which the perspective view has shadows, m."""
 FIELD_OF_VIEW = 50.0
-"""Vertical, of the perspective view, degrees."""
+"""Vertical field of view of the perspective view, degrees."""
 DISTANCE = 4.5
-"""Of the perspective view from its robot, in radii of the robot."""
+"""Distance of the perspective view's camera from the robot, in radii of the robot."""
 LIFT = 0.5
-"""How far above the robot's middle it looks, in radii, so that more of what surrounds the robot is seen."""
+"""Height of the perspective view's target above the robot's centre, in radii, so that more of the surroundings is seen."""
 DIRECTIONS = [
     (azimuth, elevation) for elevation in (18.0, 40.0, 65.0) for azimuth in (35.0, -35.0, 145.0, -145.0, 90.0, -90.0)
 ]
-"""From where the robot may be seen, degrees from its x axis and above the floor, the best first."""
+"""Possible directions from the robot to the camera: azimuth from its x axis and elevation, degrees, the best first."""
 
 _SEEN = np.array(SEEN, np.uint8)
 
@@ -120,7 +120,7 @@ def _through(simulation: Simulation, camera: int, size: Size) -> View:
 
 
 def _from_above(simulation: Simulation, size: Size) -> View:
-    """Return a plan with the x axis up, or to the right if the scene is larger then."""
+    """Return a plan with the x axis up, or to the right if the scene then fills more of the picture."""
     low, high = _bounds(simulation)
     robots = [_place(simulation, prim) for prim in simulation.stage.prims("robot")]
     if robots:

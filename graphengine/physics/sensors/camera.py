@@ -48,8 +48,10 @@ class CameraProfile(Profile):
     fov_deg: Pair = Field(description="Horizontal and vertical field of view; pictures take the horizontal one.")
     clip: Pair = Field(default=(0.01, 100.0), description="Nearest and farthest distance seen, m.")
     rate: Rate = Field(default=30.0, description="Pictures per second.")
-    latency: NotNegative = Field(default=0.1, le=10.0, description="From capture to delivery, s; at least one tick.")
-    depth: bool = Field(default=False, description="Whether it is a depth camera.")
+    latency: NotNegative = Field(
+        default=0.1, le=10.0, description="Time from capture to delivery, s; at least one tick."
+    )
+    depth: bool = Field(default=False, description="Whether the camera is a depth camera.")
     colour_noise: NotNegative = Field(default=0.0, le=255, description="Standard deviation of a colour, 0 to 255.")
     depth_noise: Deviation = Field(
         default=0.0, description="Standard deviation of a depth at 1 m, m; it grows with the square of the distance."
@@ -59,7 +61,7 @@ class CameraProfile(Profile):
     @classmethod
     def _a_pinhole_sees(cls, degrees: tuple[float, float]) -> tuple[float, float]:
         if not all(0.1 <= degree <= 179.0 for degree in degrees):
-            raise ValueError("a pinhole camera must see from 0.1 to 179 degrees")
+            raise ValueError("the field of view of a pinhole camera must be 0.1 to 179 degrees")
         return degrees
 
     @field_validator("clip")
@@ -75,7 +77,7 @@ class _Exposure:
     """A picture that is not delivered yet."""
 
     captured: int
-    """Tick."""
+    """Tick in which the picture was captured."""
     segmented: bool
     picture: Future[Picture]
 

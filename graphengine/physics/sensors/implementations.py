@@ -44,14 +44,14 @@ class Implementation(NamedTuple):
     """The implementation of one kind of device in a simulation."""
 
     handle: Any
-    """Makes a `Handle` that keeps the device's Protocol, from the simulation, its prim and the device's options."""
+    """Creates the `Handle` that implements the device's Protocol, from the simulation, the prim and the device's options."""
     profile: type[Profile]
     build: Callable[[mujoco.MjSpec, str, Prim], None] | None = None
-    """Adds what the device needs to the model of its robot, from the name of the body that carries it and its prim."""
+    """Adds the elements that a device needs to the model of its robot, from the name of the carrying body and the prim."""
 
 
 IMPLEMENTATIONS: Kinds[Implementation] = Kinds("graphengine.physics.sensors")
-"""By kind of device."""
+"""Implementations by kind of device."""
 
 
 def implements(

@@ -39,8 +39,10 @@ class ImuProfile(Profile):
     rate: Rate = Field(default=100.0, description="Samples a second.")
     acceleration_noise: Deviation = Field(default=0.0, description="Standard deviation of white noise, m/s2.")
     angular_velocity_noise: Deviation = Field(default=0.0, description="Standard deviation of white noise, rad/s.")
-    acceleration_bias: Offsets = Field(default=(0.0, 0.0, 0.0), description="Added to each reading, m/s2.")
-    angular_velocity_bias: Offsets = Field(default=(0.0, 0.0, 0.0), description="Added to each reading, rad/s.")
+    acceleration_bias: Offsets = Field(default=(0.0, 0.0, 0.0), description="Constant bias of acceleration, m/s2.")
+    angular_velocity_bias: Offsets = Field(
+        default=(0.0, 0.0, 0.0), description="Constant bias of angular velocity, rad/s."
+    )
     accelerometer: AccelerometerErrors | None = None
     gyroscope: GyroscopeErrors | None = None
 

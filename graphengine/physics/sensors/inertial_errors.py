@@ -25,7 +25,7 @@ _MICRO_G = 9.80665e-6
 _DEGREE = math.pi / 180.0
 _HOUR = 3600.0
 _BLOCK = 512
-"""Samples whose random numbers are drawn together."""
+"""Number of samples whose random numbers are drawn together."""
 
 
 class AccelerometerErrors(Spec):

@@ -100,7 +100,7 @@ class LidarProfile(Profile):
     far: Positive = Field(le=1_000_000, description="Farthest distance reported, m.")
     noise_std: Deviation = Field(default=0.0, description="Standard deviation of a distance, m.")
     resolution: NotNegative = Field(
-        default=0.0, description="Distances are multiples of it, m; 0: they are not rounded."
+        default=0.0, description="Distances are rounded to multiples of this, m; 0: not rounded."
     )
 
     @model_validator(mode="after")

@@ -73,7 +73,7 @@ class LightCurtain(CarriedPrim):
         self._bundle = RayBundle(simulation.model, simulation.data, *rays, tree)
 
     def reading(self) -> BeamReading:
-        """Cast the beams."""
+        """Cast the beams, and return for each whether it is broken, its depth (m) and its ends."""
         position, rotation = self.frame()
         hits = self._bundle.cast(position, rotation)
         ends = self._origins + hits.depths[:, None] * self._directions

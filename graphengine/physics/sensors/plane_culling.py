@@ -13,7 +13,7 @@ import numpy as np
 from graphengine.physics.engine import Bools, Floats, mujoco
 
 MARGIN = 0.05
-"""How far (m) from the plane geoms are kept: a robot that brakes dips its sensor."""
+"""Distance from the plane up to which geoms are kept, m, because a robot that brakes tilts its sensor."""
 
 _SHAPES = ("PLANE", "SPHERE", "CAPSULE", "ELLIPSOID", "CYLINDER", "BOX")
 

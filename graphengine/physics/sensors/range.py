@@ -33,13 +33,13 @@ class RangeProfile(Profile):
     rings: int = Field(
         default=4, ge=1, le=32, description="Number of rings of rays around the axis; ring n has 6 n rays."
     )
-    min_range: NotNegative = Field(description="Nearest distance measured, m; what is closer is reported as -inf.")
+    min_range: NotNegative = Field(description="Nearest distance measured, m; a closer object gives a reading of -inf.")
     max_range: Positive = Field(
         le=1_000_000, description="Farthest distance measured, m; without a hit, the reading is inf."
     )
     noise_std: Deviation = Field(default=0.0, description="Standard deviation of a distance, m.")
     resolution: NotNegative = Field(
-        default=0.0, description="Distances are multiples of it, m; 0: they are not rounded."
+        default=0.0, description="Distances are rounded to multiples of this, m; 0: not rounded."
     )
 
     @model_validator(mode="after")

@@ -81,7 +81,7 @@ class RaySet(CarriedPrim):
         self._paths = [paths.get(name, "") for name in body_names(model)]
 
     def reading(self) -> RaycastReading:
-        """Cast the rays."""
+        """Cast the rays, and return depth (m), hit position, normal and hit prim of each."""
         facts, simulation, (position, rotation) = self._prim.facts, self._simulation, self.frame()
         hits = self._bundle.cast(position, rotation)
         origins = position + self._origins @ rotation.T

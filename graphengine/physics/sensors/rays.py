@@ -19,7 +19,7 @@ Integers = NDArray[np.signedinteger]
 RaysChoice = Literal["auto", "mujoco", "fast"]
 
 GROUPS_SEEN = np.array([group in (RAYS_AND_PICTURES, RAYS) for group in range(6)], np.uint8)
-"""For each geom group whether rays meet what is in it."""
+"""For each geom group, whether rays meet its geoms."""
 
 
 class Caster(Protocol):

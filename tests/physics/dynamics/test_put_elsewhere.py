@@ -160,7 +160,7 @@ def test_a_shelf_that_physics_does_not_want_there_stays_where_it_was(
 
     simulation.entities.place("shelf", Move((7, 7, 7)))
     monkeypatch.setattr(simulation, "rebind", refuse)
-    with pytest.raises(UsageError, match="shelf cannot be there: at t = 0 MuJoCo gave up"):
+    with pytest.raises(UsageError, match="shelf cannot be placed at this pose: at t = 0 MuJoCo gave up"):
         simulation.entities.place("shelf", Move((8, 8, 8)))
     monkeypatch.undo()
     add(loaded, "late")
@@ -194,7 +194,7 @@ def test_reset_puts_everything_back_bit_by_bit(project: Project) -> None:
         ("ball", {"orientation": (0, 0, 0, math.nan)}, "invalid orientation nan"),
         ("ball", {"linear": (0, 0, math.inf)}, "invalid velocity inf"),
         ("shelf", {"linear": (1, 0, 0)}, "fixed to the world"),
-        ("door", {"position": (0, 0, 0)}, "joint 'hinge' of the world carries it"),
+        ("door", {"position": (0, 0, 0)}, "it is attached to joint 'hinge' of the world"),
     ],
 )
 def test_what_cannot_be_placed_so_stays_where_it_is(

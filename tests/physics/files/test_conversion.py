@@ -58,8 +58,8 @@ def test_a_file_cannot_ask_for_more_memory_than_there_is() -> None:
 def test_a_file_that_takes_too_long_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(conversion, "MAX_SECONDS", 0.1)
     slow, after = convert_all([Foreign(exported("glb"), ".glb", visual=True), Foreign(GOOD, ".dae", visual=True)])
-    assert why(slow) == "reading it takes more than 0.1 s"
-    assert why(after) == "reading a file before it takes more than 0.1 s"
+    assert why(slow) == "reading the file takes more than 0.1 s"
+    assert why(after) == "reading an earlier file takes more than 0.1 s"
 
 
 @pytest.mark.parametrize("lost", [1, 20])
@@ -71,7 +71,7 @@ def test_what_was_converted_before_the_process_ended_counts(monkeypatch: pytest.
     first, second, third = convert_all([Foreign(GOOD, ".dae", visual=True)] * 2 + [Foreign(b"", ".dae", visual=True)])
     assert isinstance(first, list)
     assert isinstance(second, list)
-    assert why(third) == "reading it breaks off"
+    assert why(third) == "reading the file breaks off"
 
 
 def test_without_files_there_is_no_process(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,7 +102,7 @@ def test_an_answer_of_a_process_that_was_taken_over_is_refused(monkeypatch: pyte
     frames = (len(told).to_bytes(8, "little") + told) * 9
     monkeypatch.setattr(conversion, "ask", lambda *_: frames)
     (answer,) = convert_all([Foreign(GOOD, ".dae", visual=True)])
-    assert why(answer) == "the process that reads it sends a malformed answer"
+    assert why(answer) == "the process that reads the file sends a malformed answer"
 
 
 CONFINED = """

@@ -156,18 +156,18 @@ def test_mujoco_reads_what_was_converted(project: Project) -> None:
     ("data", "suffix", "why"),
     [
         (b"<COLLADA/>", ".dae", "no scene"),
-        (b"not XML", ".dae", "it cannot be read: syntax error: line 1"),
+        (b"not XML", ".dae", "the file cannot be read: syntax error: line 1"),
         (b'<!DOCTYPE x [<!ENTITY a SYSTEM "/etc/passwd">]><COLLADA>&a;</COLLADA>', ".dae", "document type"),
         (b"PK\x03\x04" + bytes(50), ".dae", "not well-formed"),
         (
             collada("<node/>") + b"<!--" + zipped(collada(f"<node>{instance()}</node>")),
             ".dae",
-            "it contains a ZIP archive",
+            "the file contains a ZIP archive",
         ),
         (collada("<node/>"), ".dae", "no triangles"),
         (b"solid nothing", ".stl", "neither ASCII STL nor binary STL"),
-        (b"ply\nformat ascii 1.0\nelement vertex 9\nend_header\n", ".ply", "it cannot be read: ."),
-        (b"glTF", ".glb", "it cannot be read: ."),
+        (b"ply\nformat ascii 1.0\nelement vertex 9\nend_header\n", ".ply", "the file cannot be read: ."),
+        (b"glTF", ".glb", "the file cannot be read: ."),
     ],
 )
 def test_a_mesh_that_cannot_be_read_says_why(data: bytes, suffix: str, why: str) -> None:
@@ -184,7 +184,7 @@ def test_a_mesh_names_no_other_file(tmp_path: Path) -> None:
             accessors=[{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
             meshes=[{"primitives": [{"attributes": {"POSITION": 0}}]}],
         )
-        with pytest.raises(MeshError, match="it cannot be read"):
+        with pytest.raises(MeshError, match="the file cannot be read"):
             convert(data, ".glb")
 
 
@@ -268,7 +268,7 @@ def test_a_mesh_that_is_too_large_is_told(project: Project, monkeypatch: pytest.
     monkeypatch.setattr(references, "MAX_FILE_BYTES", 1_000_000)
     (project.folder / "big.obj").write_bytes(bytes(1_000_001))
     project.cart('<box size=".4 .3 .1"/>', MESH.format("big.obj"))
-    assert "bot.urdf:4:42: error S103: 'big.obj': it is larger than 1 MB" in project.error()
+    assert "bot.urdf:4:42: error S103: 'big.obj': the file is larger than 1 MB" in project.error()
 
 
 def test_a_flat_mesh_can_be_seen(project: Project) -> None:

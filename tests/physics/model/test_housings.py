@@ -154,7 +154,7 @@ def test_each_sensor_has_one_whatever_it_is_called_and_carried_by(
     ("old", "new", "error"),
     [
         ("box", "ball", "4:13: error G109: shape: expected 'box' or 'cylinder', got 'ball'"),
-        ("box", "cylinder", "4:5: error G109: appearance[0]: a cylinder must be as wide as it is long"),
+        ("box", "cylinder", "4:5: error G109: appearance[0]: a cylinder is round: length and width must be equal"),
         ("0.4, ", "", "4:24: error G108: size: expected 3 values, got 2"),
         ("0.4, ", "0.0, ", "4:25: error G109: size[0]: expected a value > 0, got 0.0"),
         ("0.4, ", "1e300, ", "4:25: error G109: size[0]: expected a value ≤ 10, got 1e+300"),

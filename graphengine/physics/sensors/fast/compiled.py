@@ -34,5 +34,5 @@ def kept_in(function: F) -> str:
 
 
 def part(function: F) -> F:
-    """Return a function as machine code for kernels in the same file, because numba does not detect changes in other files."""
+    """Return a function as machine code that only kernels of the same file may call: numba's cache ignores other files."""
     return cast(F, _njit()(function))

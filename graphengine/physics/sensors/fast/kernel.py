@@ -36,11 +36,11 @@ Spread = tuple[float, float, float, float, float, float]
 """What bounds the directions of some rays: 1 over the greatest x, y, z, then 1 over the least."""
 
 PACKET = 32
-"""Rays that walk a tree together."""
+"""Number of rays in a packet, which walks a tree as one."""
 TINY = 1e-15
 """MuJoCo's mjMINVAL: what is smaller counts as zero."""
 SEAM = 1e-12
-"""How far triangles reach beyond their edges, as a part of these, so that no ray slips through between two of them."""
+"""Fraction by which triangles extend beyond their edges, so that no ray passes between two neighbours."""
 
 BEAM = np.dtype(
     [

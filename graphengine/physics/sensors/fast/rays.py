@@ -22,13 +22,13 @@ from graphengine.physics.sensors.fast.triangles import count_triangles, triangle
 from graphengine.physics.sensors.rays import Integers, visible_geoms
 
 ENDLESS = 1e9
-"""Half a side (m) of the box around a plane without bounds."""
+"""Half the side of the box around an infinite plane, m."""
 
 MAX_TRIANGLES = 1_000_000
-"""As many as take 0.2 GB."""
+"""Greatest number of triangles; they take 0.2 GB."""
 
 ADDRESS_SPACE = 400_000_000
-"""Bytes that numba may need; measured are 310 MB."""
+"""Bytes of address space that numba may need; 310 MB were measured."""
 
 PATIENCE = 1.0
 """Seconds of silence while kernels are made ready; to load them takes 0.3 s, to compile them 5 to 10."""

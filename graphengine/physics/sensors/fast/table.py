@@ -29,7 +29,7 @@ GEOM = np.dtype(
 )
 
 MARGIN = 1e-6
-"""How much larger (m) boxes are than what is in them: more than rounding amounts to, so that none is missed."""
+"""Margin of boxes around their contents, m: more than rounding errors, so that no ray misses a box that it should hit."""
 
 
 @kernel

@@ -16,7 +16,7 @@ from graphengine.physics.engine import Floats, Indices
 from graphengine.physics.sensors.fast.compiled import kernel, part
 
 Tree = NDArray[Any]
-"""Nodes as below."""
+"""Array of nodes."""
 
 NODE = np.dtype(
     [
