@@ -26,7 +26,7 @@ def for_mujoco(
     free: bool,
     colours: Mapping[str, tuple[float, float, float]],
 ) -> Element:
-    """The description in MuJoCo's dialect of URDF.
+    """Return the description in MuJoCo's dialect of URDF.
 
     Args:
         urdf: robot description, which is not changed.
@@ -63,14 +63,14 @@ def _copy(element: Element, parts: tuple[str, ...] = ()) -> Element:
 
 
 def _parts(link: UrdfLink) -> Iterator[tuple[int, Element, Element | None]]:
-    """The colliders and visuals of a link, each with its number and its shape."""
+    """Yield the colliders and visuals of a link, each with its number and its shape."""
     for index, part in enumerate(link.element.children):
         if part.tag in ("collision", "visual"):
             yield index, part, shape_of(part)
 
 
 def _meshes(urdf: Urdf) -> Iterator[tuple[Element, bool]]:
-    """The meshes of a robot, and whether each is a visual."""
+    """Yield the meshes of a robot, and whether each is a visual."""
     for link in urdf.links.values():
         for _, part, shape in _parts(link):
             if shape is not None and shape.tag == "mesh":
@@ -99,7 +99,7 @@ def _geoms(
 
 
 def _is_nothing(shape: Element) -> bool:
-    """Whether a size of a primitive is 0, as in placeholders of some descriptions."""
+    """Return whether a size of a primitive is 0, as in placeholders of some descriptions."""
     sizes = " ".join(shape.get(key, "1") for key in ("size", "radius", "length"))
     return 0.0 in (numbers(sizes, len(sizes.split())) or ())
 

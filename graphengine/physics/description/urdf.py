@@ -176,7 +176,7 @@ class Urdf:
         return [link.carrier for link in links if link.carrier is not None and link.carrier.moves]
 
     def turns_in(self, link: str) -> str:
-        """The parent link of the nearest joint above a link that moves, such as the chassis for a wheel; else the root."""
+        """Return the parent link of the nearest joint above a link that moves, such as the chassis for a wheel; else the root."""
         while (carrier := self.links[link].carrier) is not None:
             link = carrier.parent
             if carrier.moves:
@@ -203,7 +203,7 @@ class Urdf:
     def wheels(
         self, joints: Iterable[UrdfJoint], shapes: Mapping[str, tuple[float, float]] = MappingProxyType({})
     ) -> list[Wheel]:
-        """The wheels on some joints, in the same order; `along` is measured along the axle of the first.
+        """Return the wheels on some joints, in the same order; `along` is measured along the axle of the first.
 
         Args:
             joints: that may carry wheels.

@@ -240,7 +240,7 @@ def _mimic(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], findings: Findings
 
 
 def _follows(follower: str, leader: str, joints: Mapping[str, UrdfJoint]) -> bool:
-    """Whether a joint follows another one, directly or through further joints."""
+    """Return whether a joint follows another one, directly or through further joints."""
     seen: set[str] = set()
     while follower not in seen:
         if follower == leader:

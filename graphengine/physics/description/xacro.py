@@ -108,7 +108,7 @@ def expand(
 
 
 def defaults(path: Path, packages: Packages, findings: Findings) -> dict[str, str | None]:
-    """The defaults of a xacro file's arguments by name, of those of the files that it includes too; None without one.
+    """Return the defaults of a xacro file's arguments by name, of those of the files that it includes too; None without one.
 
     What is wrong with the file is no matter here, but for a process that gives no answer.
     """
@@ -122,7 +122,7 @@ def defaults(path: Path, packages: Packages, findings: Findings) -> dict[str, st
 def _ask(
     path: Path, arguments: Mapping[str, str], packages: Packages, text: str | None, without: Collection[str]
 ) -> Expanded:
-    """The answer of the process that expands a file.
+    """Return the answer of the process that expands a file.
 
     Where workspaces are sourced, the process may read only those of their packages that the files name: it is run again for
     each that turns up.

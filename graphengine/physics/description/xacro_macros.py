@@ -42,7 +42,7 @@ class RobotMacro:
 
 
 def robot_macros(root: Element) -> list[RobotMacro]:
-    """The macros of a file that make links, in order."""
+    """Return the macros of a file that make links, in order."""
     macros = (element for element in root.walk() if element.tag == f"{PREFIX}macro")
     return [
         _macro(element)
@@ -60,7 +60,7 @@ def _macro(element: Element) -> RobotMacro:
 
 
 def has_robot(root: Element) -> bool:
-    """Whether a file has a link or calls a macro, outside of the macros that it defines."""
+    """Return whether a file has a link or calls a macro, outside of the macros that it defines."""
     calls = (part.tag.removeprefix(PREFIX) for part in _outside_macros(root) if part.tag.startswith(PREFIX))
     return any(part.tag == "link" for part in _outside_macros(root)) or any(call not in _NO_CALLS for call in calls)
 
@@ -76,7 +76,7 @@ def _outside_macros(root: Element) -> Iterator[Element]:
 def choose_macro(
     root: Element, wanted: str | None, arguments: Collection[str], findings: Findings
 ) -> RobotMacro | None:
-    """The macro that a robot is made of: the wanted one, or the only one of a file that has no robot.
+    """Return the macro that a robot is made of: the wanted one, or the only one of a file that has no robot.
 
     Args:
         root: of the file.
@@ -108,7 +108,7 @@ def _chosen(root: Element, wanted: str | None, findings: Findings) -> RobotMacro
 def wrapper(
     macro: RobotMacro, path: Path, name: str, arguments: Mapping[str, str], packages: Packages, *, complete: bool
 ) -> str:
-    """A xacro file that includes the macro's file and calls the macro.
+    """Return a xacro file that includes the macro's file and calls the macro.
 
     Args:
         macro: to be called.
@@ -151,12 +151,12 @@ def literal(value: str) -> str:
 
 
 def _comment(text: str) -> str:
-    """Text that may stand in a comment of XML."""
+    """Return text that may stand in a comment of XML."""
     return printable(re.sub("-(?=-)", "- ", text)).rstrip("-")
 
 
 def _reference(path: Path, packages: Packages) -> str:
-    """A file as xacro finds it: in its package if it lies in one, else by its absolute path."""
+    """Return a file as xacro finds it: in its package if it lies in one, else by its absolute path."""
     resolved = path.resolve()
     for folder in resolved.parents:
         name = manifest_name(folder) if (folder / MANIFEST).is_file() else None

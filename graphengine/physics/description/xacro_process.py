@@ -137,7 +137,7 @@ class Expansion:
         return call
 
     def _left_out(self, tag: str, macros: Any, symbols: Any) -> bool:
-        """Whether an element calls a macro that nothing defines, after an include was left out."""
+        """Return whether an element calls a macro that nothing defines, after an include was left out."""
         if not tag.startswith("xacro:") or tag == "xacro:call" or not any(p.includes for p in self.absent.values()):
             return False
         try:

@@ -47,12 +47,12 @@ def gripper_joints(urdf: Urdf, driven: Collection[str]) -> list[str]:
 
 
 def _paths(above: dict[str, list[str]], driven: Collection[str]) -> dict[str, list[str]]:
-    """The driven joints from the root to each driven joint."""
+    """Return the driven joints from the root to each driven joint."""
     return {name: [each for each in [*above[name], name] if each in driven] for name in above if name in driven}
 
 
 def _above(urdf: Urdf, joint: UrdfJoint) -> list[str]:
-    """Names of the moving joints that carry a joint, from the root on."""
+    """Return names of the moving joints that carry a joint, from the root on."""
     found: list[str] = []
     carrier = urdf.links[joint.parent].carrier
     while carrier is not None:
@@ -63,7 +63,7 @@ def _above(urdf: Urdf, joint: UrdfJoint) -> list[str]:
 
 
 def _hands(above: dict[str, list[str]], paths: dict[str, list[str]]) -> list[list[str]]:
-    """The joints at which an arm branches into fingers: into several branches, none of which is long enough for an arm."""
+    """Return the joints at which an arm branches into fingers: into several branches, none of which is long enough for an arm."""
     branches: defaultdict[str, list[str]] = defaultdict(list)
     depths: defaultdict[str, int] = defaultdict(int)
     for name, carriers in above.items():
@@ -76,6 +76,6 @@ def _hands(above: dict[str, list[str]], paths: dict[str, list[str]]) -> list[lis
 
 
 def _own(chain: tuple[str, ...], chains: Collection[tuple[str, ...]]) -> tuple[str, ...]:
-    """The joints of a chain that are in no other."""
+    """Return the joints of a chain that are in no other."""
     shared = {name for other in chains if other != chain for name in other}
     return tuple(name for name in chain if name not in shared)

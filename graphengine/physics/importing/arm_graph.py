@@ -75,7 +75,7 @@ def flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
 
 
 def _of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[Controller]) -> Iterator[Arm]:
-    """The arms of the trajectory controllers whose joints the description has."""
+    """Yield the arms of the trajectory controllers whose joints the description has."""
     for controller in controllers:
         word = controller.type.rpartition("/")[2]
         if not word.endswith("JointTrajectoryController"):
@@ -88,7 +88,7 @@ def _of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[C
 
 
 def _parameters(controller: Controller, joints: Sequence[str]) -> dict[str, Any]:
-    """The constraints of a controller as parameters of the graph."""
+    """Return the constraints of a controller as parameters of the graph."""
     tolerances = {
         f"{graph}_tolerances": [controller.positive(f"constraints.{joint}.{kind}") or 0.0 for joint in joints]
         for graph, kind in (("path", "trajectory"), ("goal", "goal"))
@@ -104,7 +104,7 @@ def _parameters(controller: Controller, joints: Sequence[str]) -> dict[str, Any]
 
 
 def _of_chains(draft: Draft, held: Collection[str]) -> Iterator[Arm]:
-    """The arms as chains of joints suggest them."""
+    """Yield the arms as chains of joints suggest them."""
     arms = arm_chains(draft.urdf, held)
     names = [_common_words(arm) or f"arm_{number}" for number, arm in enumerate(arms, 1)]
     if len(set(names)) < len(names):
@@ -116,7 +116,7 @@ def _of_chains(draft: Draft, held: Collection[str]) -> Iterator[Arm]:
 
 
 def _common_words(names: Collection[str]) -> str:
-    """The words, separated by `_`, that all names begin with."""
+    """Return the words, separated by `_`, that all names begin with."""
     first, last = min(names).split("_"), max(names).split("_")
     differing = (number for number, (one, other) in enumerate(zip(first, last, strict=False)) if one != other)
     words = first[: next(differing, 0)]

@@ -33,7 +33,7 @@ def raised_pose(robot: RobotInstance, joints: Sequence[str]) -> dict[str, float]
 
 
 def _limits(robot: RobotInstance, joint: UrdfJoint) -> tuple[float, float]:
-    """The limits in the robot file, else those of the description, less a margin."""
+    """Return the limits in the robot file, else those of the description, less a margin."""
     stated = robot.spec.joints[joint.name].limits if joint.name in robot.spec.joints else None
     low, high = stated or joint.limits or (-np.inf, np.inf)
     margin = _MARGIN * (high - low) if np.isfinite(high - low) else 0.0
@@ -41,7 +41,7 @@ def _limits(robot: RobotInstance, joint: UrdfJoint) -> tuple[float, float]:
 
 
 def _rise(urdf: Urdf, joint: UrdfJoint, axis: Sequence[float]) -> float:
-    """How fast a joint lifts the mass that it carries, all joints at zero: kg m/rad, or kg m/m."""
+    """Return how fast a joint lifts the mass that it carries, all joints at zero: kg m/rad, or kg m/m."""
     origin = np.array(urdf.pose_in_root(joint.child)[0])
     rise = 0.0
     for link in urdf.depth_first(joint.child):

@@ -137,13 +137,13 @@ def _source(controller: Controller) -> str:
 
 
 def _topics(controller: Controller) -> dict[str, float | str]:
-    """Frame and timeout, which most controllers name alike."""
+    """Return frame and timeout, which most controllers name alike."""
     frames = controller.texts("odom_frame_id")
     return given(odom_frame=frames[0] if frames else None, timeout=controller.positive("cmd_vel_timeout"))
 
 
 def _limit(controller: Controller, axis: str, what: str) -> float | None:
-    """A limit of velocity or acceleration; None if there is none or if it is switched off."""
+    """Return a limit of velocity or acceleration; None if there is none or if it is switched off."""
     switch = "acceleration" if what == "deceleration" else what
     if not controller.flag(f"{axis}.has_{switch}_limits", default=True):
         return None

@@ -58,7 +58,7 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
 
 
 def _odometry(drivetrain: Drivetrain) -> dict[str, float]:
-    """The slip of the wheels as their encoders miss it, which no description says.
+    """Return the slip of the wheels as their encoders miss it, which no description says.
 
     As a share of the track it makes the heading drift alike on robots of any size, by 0.8 degrees after 1 m, which the
     covariances of the graph are for.
@@ -84,7 +84,7 @@ def _remark_on_defaults(draft: Draft, use: str, parameters: Mapping[str, Any]) -
 
 
 def _summary(drivetrain: Drivetrain) -> str:
-    """The kinematics and measures of a base in few words."""
+    """Return the kinematics and measures of a base in few words."""
     known = drivetrain.parameters
     names = ("radius", "track", "wheelbase")
     measures = [f"{name} {known[name]:g} m" for name in names if isinstance(known.get(name), float)]

@@ -108,7 +108,7 @@ def _differential(
 
 
 def _by_side(wheels: Sequence[BaseWheel]) -> tuple[list[BaseWheel], list[BaseWheel]]:
-    """The wheels left and right of the middle between them, those in front first."""
+    """Return the wheels left and right of the middle between them, those in front first."""
     middle = _centre(wheels)[1]
     left = [wheel for wheel in wheels if wheel.centre[1] > middle + _BESIDE]
     return left, [wheel for wheel in wheels if wheel.centre[1] < middle - _BESIDE]
@@ -127,7 +127,7 @@ def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrai
 
 
 def _holonomic(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain:
-    """A base whose wheels grip along the axes of their rollers only."""
+    """Return a base whose wheels grip along the axes of their rollers only."""
     grips = [_grip(draft, wheel, base) for wheel in driven]
     axles = [math.atan2(-wheel.axle[0], wheel.axle[1]) for wheel in driven]  # from the y axis, about z
     rollers = [math.degrees(math.atan2(-g[0], g[1]) - axle) for g, axle in zip(grips, axles, strict=True)]
@@ -160,7 +160,7 @@ def _omni(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain |
 
 
 def _grip(draft: Draft, wheel: BaseWheel, base: Base) -> Vector3:
-    """The direction of the roller's axis at the floor, in the root link.
+    """Return the direction of the roller's axis at the floor, in the root link.
 
     Those of mecanum wheels form a rhombus; that of an omnidirectional wheel is the direction in which the wheel rolls.
     """
@@ -173,7 +173,7 @@ def _grip(draft: Draft, wheel: BaseWheel, base: Base) -> Vector3:
 
 
 def _without_virtual_wheels(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Base:
-    """The base with the wheels on the floor in place of joints that stand for a wheel in the middle of an axle."""
+    """Return the base with the wheels on the floor in place of joints that stand for a wheel in the middle of an axle."""
     rolling = [wheel for wheel in wheels if not wheel.caster]
     swivels = dict.fromkeys(wheel.swivel for wheel in rolling if wheel.swivel)
     fixed = [wheel.joint for wheel in rolling if not wheel.swivel]
@@ -239,13 +239,13 @@ def _ackermann(draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Se
 
 
 def _steering_limit(pivots: Sequence[UrdfJoint]) -> float:
-    """The largest angle that all steering joints reach to both sides, rad; 0 if no joint has limits."""
+    """Return the largest angle that all steering joints reach to both sides, rad; 0 if no joint has limits."""
     ends = [min(-joint.limits[0], joint.limits[1]) for joint in pivots if joint.limits is not None]
     return max(min(ends), _LEAST_STEERING) if ends else 0.0
 
 
 def _sides(left: Sequence[BaseWheel], right: Sequence[BaseWheel], radius: float) -> dict[str, Any]:
-    """The joints of both sides, and the radii (m) of their wheels over the base's, negative if they turn the other way."""
+    """Return the joints of both sides, and the radii (m) of their wheels over the base's, negative if they turn the other way."""
     return {
         "left": [wheel.joint for wheel in left],
         "right": [wheel.joint for wheel in right],
@@ -260,12 +260,12 @@ def _multiplier(wheels: Sequence[BaseWheel], radius: float) -> float:
 
 
 def _alike(wheels: Sequence[BaseWheel]) -> bool:
-    """Whether the joints of some wheels turn in one direction to roll forward."""
+    """Return whether the joints of some wheels turn in one direction to roll forward."""
     return len({wheel.sign for wheel in wheels}) == 1
 
 
 def _centre(wheels: Sequence[BaseWheel]) -> list[float]:
-    """The middle of some wheels in the root link, m."""
+    """Return the middle of some wheels in the root link, m."""
     return [round((min(ends) + max(ends)) / 2, 6) + 0.0 for ends in zip(*(w.centre[:2] for w in wheels), strict=True)]
 
 

@@ -140,7 +140,7 @@ def _first(plugin: Element, *tags: str) -> str:
 
 
 def _number(plugin: Element, *tags: str) -> float | None:
-    """The first of some numbers, without its sign; None if it is 0 or no number."""
+    """Return the first of some numbers, without its sign; None if it is 0 or no number."""
     values = (number(text) for tag in tags for text in _texts(plugin, tag))
     return next((abs(value) for value in values if value), None)
 
@@ -159,7 +159,7 @@ def _topics(plugin: Element) -> dict[str, float | str]:
 
 
 def _topic(plugin: Element, name: str, *tags: str) -> str | None:
-    """The topic that a plugin gives in a tag, or in place of its topic `name`; None if it gives none.
+    """Return the topic that a plugin gives in a tag, or in place of its topic `name`; None if it gives none.
 
     A plugin of classic Gazebo may have a namespace, which precedes all names that do not begin with `/`.
     """
@@ -172,7 +172,7 @@ def _topic(plugin: Element, name: str, *tags: str) -> str | None:
 
 
 def _remapped(plugin: Element, name: str) -> str:
-    """The name that a `<remapping>` of a plugin gives in place of another; empty without one."""
+    """Return the name that a `<remapping>` of a plugin gives in place of another; empty without one."""
     for remapping in _remappings(plugin):
         old, _, new = remapping.partition(":=")
         if old.strip() == name:

@@ -77,14 +77,14 @@ def _wheel(
 
 
 def _mirrors(one: WheelShape, other: WheelShape) -> bool:
-    """Whether two wheels stand opposite each other."""
+    """Return whether two wheels stand opposite each other."""
     (x, y, _), (other_x, other_y, _) = one.centre, other.centre
     near = _MIRRORED * one.radius
     return abs(x - other_x) < near and abs(y + other_y) < near and abs(y) > near
 
 
 def _swivel(urdf: Urdf, joint: UrdfJoint, axes: Mapping[str, Vector3]) -> UrdfJoint | None:
-    """The nearest joint above a wheel that turns about an upright axis."""
+    """Return the nearest joint above a wheel that turns about an upright axis."""
     carrier = urdf.links[joint.parent].carrier
     while carrier is not None:
         if carrier.type in ("revolute", "continuous") and abs(axes[carrier.name][2]) > _ALIGNED:

@@ -87,7 +87,7 @@ def _meshes(root: Element) -> Iterator[Element]:
 
 
 def _name(text: str) -> str:
-    """A file name without characters that have a meaning in paths or URIs."""
+    """Return a file name without characters that have a meaning in paths or URIs."""
     return re.sub(r"[^\w.+-]", "_", text).lstrip(".") or "_"
 
 
@@ -97,7 +97,7 @@ def _find(reference: str, packages: Packages) -> Path | None:
 
 
 def _free(target: Path, source: Path, taken: dict[Path, Path]) -> Path:
-    """The target, with a number if another file has its name."""
+    """Return the target, with a number if another file has its name."""
     number, free = 2, target
     while taken.get(free, source) != source:
         free = target.with_stem(f"{target.stem}_{number}")

@@ -94,7 +94,7 @@ def read(document: Document) -> list[Controller]:
 
 
 def _sections(value: Value, name: str) -> Iterator[tuple[str, Value]]:
-    """Names of nodes, empty for all nodes, with their parameters."""
+    """Yield names of nodes, empty for all nodes, with their parameters."""
     if not isinstance(value.data, dict):
         return
     for key, item in value.data.items():
@@ -108,7 +108,7 @@ def _sections(value: Value, name: str) -> Iterator[tuple[str, Value]]:
 
 
 def _flat(value: Value) -> dict[str, Value]:
-    """Scalars and lists by dotted name."""
+    """Return scalars and lists by dotted name."""
     found: dict[str, Value] = {}
     pending = [("", value)]
     while pending:
@@ -121,7 +121,7 @@ def _flat(value: Value) -> dict[str, Value]:
 
 
 def _named(draft: Draft) -> Iterator[Document]:
-    """The files that Gazebo's plugins name, each once."""
+    """Yield the files that Gazebo's plugins name, each once."""
     seen: set[str] = set()
     for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
         name = plugin.get("filename") + plugin.get("name")
@@ -137,7 +137,7 @@ def _named(draft: Draft) -> Iterator[Document]:
 
 
 def _open(draft: Draft, reference: str, span: Span) -> Document | None:
-    """A file that the description names; a remark says why it is not read."""
+    """Return a file that the description names; a remark says why it is not read."""
     packages = draft.urdf.packages
     told = f"the controllers of {printable(reference)}"
     path = packages.folder / reference

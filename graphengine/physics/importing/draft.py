@@ -123,7 +123,7 @@ class Draft:
     _used: dict[int, Element] = field(default_factory=dict)
 
     def bound(self) -> set[str]:
-        """Links to which the draft binds a material."""
+        """Return links to which the draft binds a material."""
         return {link for entry in self.sections["materials"].values() for link in entry.value.get("bind", ())}
 
     def entry(self, section: str, key: str) -> Entry:

@@ -51,7 +51,7 @@ def _bases(
     wheels: Sequence[BaseWheel],
     commanded: Collection[str],
 ) -> Iterator[Base]:
-    """The bases that the sources describe, the most trusted first."""
+    """Yield the bases that the sources describe, the most trusted first."""
     topics = topics_of_plugins(draft)
     base = base_of_controllers(draft, known)
     if base is not None:

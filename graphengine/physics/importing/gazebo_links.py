@@ -111,7 +111,7 @@ def _friction_paths() -> Iterator[tuple[str, ...]]:
 
 
 def _direction(urdf: Urdf, link: str, element: Element, subject: Subject) -> tuple[tuple[float, ...], str]:
-    """The direction of `mu1`, and the link whose frame it is given in: not one that turns with a wheel."""
+    """Return the direction of `mu1`, and the link whose frame it is given in: not one that turns with a wheel."""
     given = numbers(element.text or element.get("value"), 3)
     if given is None or not any(given):
         raise UnusableError(

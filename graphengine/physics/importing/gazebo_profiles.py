@@ -37,7 +37,7 @@ _COARSEST = 0.1
 
 
 def ray(values: Values, sensor: Subject) -> Figures:
-    """A lidar; a range sensor if it has a single ray or a plugin that publishes sensor_msgs/Range."""
+    """Return a lidar; a range sensor if it has a single ray or a plugin that publishes sensor_msgs/Range."""
     wide, tall = _Arc.of(values, sensor, "horizontal", 640), _Arc.of(values, sensor, "vertical", 1)
     near = values.number("lidar|ray", "range", "min", default=0.08)
     far = values.number("lidar|ray", "range", "max", default=10.0)
@@ -80,7 +80,7 @@ def ray(values: Values, sensor: Subject) -> Figures:
 
 
 def sonar(values: Values, sensor: Subject) -> Figures:
-    """A range sensor; the cone has a radius at its farthest distance."""
+    """Return a range sensor; the cone has a radius at its farthest distance."""
     near, far = values.number("sonar", "min"), values.number("sonar", "max", default=5.0)
     radius = values.number("sonar", "radius", default=0.5)
     values.skip("sonar", "geometry")
@@ -97,7 +97,7 @@ def sonar(values: Values, sensor: Subject) -> Figures:
 
 
 def imu(values: Values, sensor: Subject) -> Figures:
-    """An inertial unit. Gazebo's noise and bias are of each axis."""
+    """Return an inertial unit. Gazebo's noise and bias are of each axis."""
     profile: dict[str, Any] = {"rate": rate(values, 100.0, sensor)}
     for triad in _TRIADS:
         quantities = {
@@ -123,7 +123,7 @@ def imu(values: Values, sensor: Subject) -> Figures:
 
 
 def contact(values: Values, sensor: Subject) -> Figures:
-    """A contact sensor, which here feels all colliders of its link."""
+    """Return a contact sensor, which here feels all colliders of its link."""
     values.skip("contact", "collision")
     values.skip("update_rate")
     text = "published each tick as std_msgs/Bool, without the places of contacts"
@@ -195,12 +195,12 @@ class _Arc:
 
 
 def _given(**figures: float) -> dict[str, float]:
-    """The figures that are not zero, which is what a profile without them has."""
+    """Return the figures that are not zero, which is what a profile without them has."""
     return {name: value for name, value in figures.items() if value}
 
 
 def _plugin(values: Values) -> str:
-    """Name of the library of a sensor's plugin; empty without."""
+    """Return name of the library of a sensor's plugin; empty without."""
     found = values.find("plugin")
     return found.get("filename").lower() if found is not None else ""
 
@@ -214,7 +214,7 @@ def _resolution(values: Values, far: float, sensor: Subject) -> float:
 
 
 def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:
-    """A number of an axis's noise, or else of classic Gazebo's noise of all axes."""
+    """Return a number of an axis's noise, or else of classic Gazebo's noise of all axes."""
     path = ("imu", triad.section, axis, "noise")
     found = values.find(*path)
     if found is None:
@@ -224,7 +224,7 @@ def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:
 
 
 def _of_plugin(values: Values, triad: _Triad) -> float:
-    """The noise that a plugin of ROS 1 makes: the greatest of three axes."""
+    """Return the noise that a plugin of ROS 1 makes: the greatest of three axes."""
     texts = (values.text("plugin", f"{triad.classic}GaussianNoise"), values.text("plugin", "gaussianNoise"))
     given = [numbers(text, len(text.split())) or (0.0,) for text in texts if text]
     return max(given[0]) if given else 0.0

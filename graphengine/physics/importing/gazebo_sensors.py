@@ -74,7 +74,7 @@ def fill(draft: Draft) -> None:
 
 
 def _sensors(draft: Draft, notes: Notes) -> Iterator[_Found]:
-    """The sensors in order of the file, with a name that no other prim has."""
+    """Yield the sensors in order of the file, with a name that no other prim has."""
     urdf, count = draft.urdf, 0
     taken = {prim_name(name) for name in (*urdf.links, *urdf.joints)}
     for gazebo in urdf.element.all("gazebo"):
@@ -93,7 +93,7 @@ def _sensors(draft: Draft, notes: Notes) -> Iterator[_Found]:
 
 
 def _of_plugins(gazebo: Element) -> Iterator[tuple[str, Element]]:
-    """The inertial units of classic Gazebo that are plugins without a sensor, each with its link, as sensors."""
+    """Yield the inertial units of classic Gazebo that are plugins without a sensor, each with its link, as sensors."""
     for plugin in gazebo.all("plugin"):
         if plugin.get("filename").removeprefix("lib").removesuffix(".so") in _IMU_PLUGINS:
             values = Values(plugin)
@@ -130,7 +130,7 @@ def _read(draft: Draft, element: Element, link: str, taken: set[str], notes: Not
 
 
 def _unused(name: str, suffix: str, taken: set[str]) -> str:
-    """A name that is not taken yet."""
+    """Return a name that is not taken yet."""
     if name not in taken:
         return name
     longer = f"{name}_{'sensor' if name.endswith(suffix) else suffix}"
@@ -141,7 +141,7 @@ def _unused(name: str, suffix: str, taken: set[str]) -> str:
 
 
 def _pose(values: Values, sensor: Subject) -> Pose:
-    """The pose of a sensor on its link. Classic Gazebo adds that of its camera, new Gazebo does not."""
+    """Return the pose of a sensor on its link. Classic Gazebo adds that of its camera, new Gazebo does not."""
     pose = _one_pose(values, sensor, "pose")
     return pose if values.find("topic") is not None else compose(pose, _one_pose(values, sensor, "camera", "pose"))
 
@@ -199,7 +199,7 @@ def _use(draft: Draft, name: str, graph: str, parameters: dict[str, Any]) -> Non
 
 
 def _frame(draft: Draft, sensor: _Found) -> str:
-    """The frame of a sensor's messages, which TF knows: a link's, or one that a graph of its own publishes."""
+    """Return the frame of a sensor's messages, which TF knows: a link's, or one that a graph of its own publishes."""
     links, link = draft.urdf.links, sensor.link
     written = gazebo_topics.frame(sensor.values)
     camera = sensor.figures.type == "camera"
@@ -221,7 +221,7 @@ def _frame(draft: Draft, sensor: _Found) -> str:
 
 
 def _optical_link(urdf: Urdf, link: str, pose: Pose) -> str:
-    """A link that does not move against another and whose frame is the optical one of a camera on that; empty without."""
+    """Return a link that does not move against another and whose frame is the optical one of a camera on that; empty without."""
     pending: list[tuple[str, str, Pose]] = [(link, "", NOWHERE)]
     while pending:
         at, came_from, place = pending.pop()
@@ -236,13 +236,13 @@ def _optical_link(urdf: Urdf, link: str, pose: Pose) -> str:
 
 
 def _prim(urdf: Urdf, link: str) -> str:
-    """What a robot file calls a link's prim: its name, or its path where a joint is called the same."""
+    """Return what a robot file calls a link's prim: its name, or its path where a joint is called the same."""
     name = prim_name(link)
     return _path(urdf, link) if name in map(prim_name, urdf.joints) else name
 
 
 def _path(urdf: Urdf, link: str) -> str:
-    """Path of a link's prim from the root link on."""
+    """Return path of a link's prim from the root link on."""
     names = [prim_name(link)]
     while (carrier := urdf.links[link].carrier) is not None:
         link = carrier.parent
@@ -256,5 +256,5 @@ def _same(first: Pose, second: Pose) -> bool:
 
 
 def _close(first: tuple[float, ...], second: tuple[float, ...]) -> bool:
-    """Whether two quaternions are the same rotation."""
+    """Return whether two quaternions are the same rotation."""
     return abs(sum(a * b for a, b in zip(first, second, strict=True))) > 1.0 - _SAME**2

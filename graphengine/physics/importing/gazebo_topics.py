@@ -118,7 +118,7 @@ def _of_plugin(defaults: dict[str, str], values: Values) -> dict[str, str]:
 
 
 def _remappings(values: Values) -> dict[str, str]:
-    """Remapped names without `~/`, each with its new name."""
+    """Return remapped names without `~/`, each with its new name."""
     found: dict[str, str] = {}
     ros = values.find("plugin", "ros")
     for element in ros.children if ros is not None else ():

@@ -119,7 +119,7 @@ def _transmission(draft: Draft, element: Element, found: dict[str, JointCommands
 
 
 def _unknown(draft: Draft, name: str, source: str, span: Span) -> bool:
-    """Whether the description has no such joint that moves, which becomes a remark."""
+    """Return whether the description has no such joint that moves, which becomes a remark."""
     joint = draft.urdf.joints.get(name)
     if joint is None:
         draft.lost.append(Remark(f"{source}: the description has no joint {printable(name)!r}", span))

@@ -148,7 +148,7 @@ def _decide(
 
 
 def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> _Decision:
-    """The decision on a joint of the base: carried over if the description or a controller says it, else guessed."""
+    """Return the decision on a joint of the base: carried over if the description or a controller says it, else guessed."""
     if kind in kinds:
         return _Decision(kind, f"{role} with a {kind} command")
     return _Decision(kind, f"{role}, {source}" if source else role, guessed=not source)
@@ -157,7 +157,7 @@ def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> 
 def _drive(
     draft: Draft, joint: UrdfJoint, kind: str, wheels: Sequence[BaseWheel], drivetrain: Drivetrain | None
 ) -> dict[str, Any]:
-    """The key `drive` of a joint; empty for a joint without a drive."""
+    """Return the key `drive` of a joint; empty for a joint without a drive."""
     driven = drivetrain.wheels if drivetrain is not None else ()
     wheel = next((wheel for wheel in (*driven, *wheels) if wheel.joint == joint.name), None)
     carrying = [wheel for wheel in wheels if not wheel.caster] or list(driven)
@@ -182,7 +182,7 @@ def _drive(
 
 
 def _bounds(joint: UrdfJoint, drive: dict[str, Any] | None, commands: JointCommands) -> dict[str, Any]:
-    """Start and limits of a joint whose commands have a range; a drive's speed gets its limit in place."""
+    """Return start and limits of a joint whose commands have a range; a drive's speed gets its limit in place."""
     keys: dict[str, Any] = {}
     if commands.start:
         keys["start"] = commands.start

@@ -38,7 +38,7 @@ def _soft_limits(draft: Draft, joint: UrdfJoint) -> None:
 
 
 def _limits(draft: Draft, joint: UrdfJoint) -> tuple[float, float] | None:
-    """The limits in the robot file, else those of the description."""
+    """Return the limits in the robot file, else those of the description."""
     low, high = draft.entry("joints", joint.name).value.get("limits") or joint.limits or (None, None)
     return (low, high) if low is not None and high is not None else None
 

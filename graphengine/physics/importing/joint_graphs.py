@@ -30,7 +30,7 @@ def fill(draft: Draft, controllers: Sequence[Controller], drivetrain: Drivetrain
 
 
 def _drives(draft: Draft) -> tuple[Collection[str], Collection[str]]:
-    """The joints that take commands, and those of them that take positions."""
+    """Return the joints that take commands, and those of them that take positions."""
     model = draft.urdf.mjcf
     if model is not None:
         actuators = {actuator.joint: actuator.kind for actuator in model.actuators}

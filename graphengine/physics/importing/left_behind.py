@@ -44,7 +44,7 @@ def _gazebo(draft: Draft, elements: Sequence[Element]) -> None:
 
 
 def _described(element: Element) -> str:
-    """An element in few words: its tag with its name, type and text, as far as it has them."""
+    """Return an element in few words: its tag with its name, type and text, as far as it has them."""
     words = (element.tag, element.get("name"), element.get("type"), element.text[:60])
     return printable(" ".join(word for word in words if word))
 

@@ -69,7 +69,7 @@ def fill(draft: Draft) -> None:
 
 
 def _model(draft: Draft, spec: mujoco.MjSpec, robot: RobotInstance) -> mujoco.MjModel | None:
-    """The robot above a plane; joints that nothing holds and no wheel hangs on stay as they are."""
+    """Return the robot above a plane; joints that nothing holds and no wheel hangs on stay as they are."""
     options = spec.option
     options.timestep, options.integrator = STEP, mujoco.mjtIntegrator.mjINT_DISCRETE
     options.cone, options.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0
@@ -97,7 +97,7 @@ def _model(draft: Draft, spec: mujoco.MjSpec, robot: RobotInstance) -> mujoco.Mj
 
 
 def _at_rest(model: mujoco.MjModel) -> mujoco.MjData | None:
-    """The state after some seconds; None if the simulation diverges."""
+    """Return the state after some seconds; None if the simulation diverges."""
     data = mujoco.MjData(model)
     for _ in range(round((SECONDS - MEASURED) / STEP)):
         mujoco.mj_step(model, data)
@@ -106,7 +106,7 @@ def _at_rest(model: mujoco.MjModel) -> mujoco.MjData | None:
 
 
 def _forces(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
-    """Mean force (N) with which the floor carries each link."""
+    """Return mean force (N) with which the floor carries each link."""
     names, forces = body_names(model), defaultdict[str, float](float)
     steps = round(MEASURED / STEP)
     for _ in range(steps):
@@ -120,7 +120,7 @@ def _forces(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
 
 
 def _near(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData) -> list[str]:
-    """Links whose colliders reach down nearly as far as the floor."""
+    """Return links whose colliders reach down nearly as far as the floor."""
     floor, solid = data.geom_xpos[model.geom_bodyid == 0][0][2], np.flatnonzero(collides(model))
     found: list[str] = []
     for link in draft.urdf.links:

@@ -19,7 +19,7 @@ FLOOR_FRICTION = 1.0
 
 
 def trial_spec(draft: Draft) -> tuple[mujoco.MjSpec, RobotInstance] | None:
-    """The robot that a draft describes so far; None if anything is wrong with it, which the import reports later."""
+    """Return the robot that a draft describes so far; None if anything is wrong with it, which the import reports later."""
     if draft.library is None:
         return None
     scratch = Findings()
@@ -35,7 +35,7 @@ def trial_spec(draft: Draft) -> tuple[mujoco.MjSpec, RobotInstance] | None:
 
 
 def trial_model(draft: Draft, spec: mujoco.MjSpec) -> mujoco.MjModel | None:
-    """The model of a description; None if MuJoCo refuses it.
+    """Return the model of a description; None if MuJoCo refuses it.
 
     MuJoCo warns of a file only when it decodes it first, so its warnings are kept in the draft.
     """

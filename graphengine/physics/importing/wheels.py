@@ -60,7 +60,7 @@ def fill(draft: Draft) -> None:
 
 
 def turns_on(joint: UrdfJoint) -> bool:
-    """Whether a joint turns without end, or nearly so."""
+    """Return whether a joint turns without end, or nearly so."""
     limits = joint.limits
     return joint.type in TURNING and (limits is None or limits[1] - limits[0] > WIDE)
 
@@ -74,7 +74,7 @@ def _wheel(
     geoms: list[int],
     lowest: float,
 ) -> WheelShape | None:
-    """The wheel that a joint turns about an axis in the root link; None if its colliders are not round about it."""
+    """Return the wheel that a joint turns about an axis in the root link; None if its colliders are not round about it."""
     body = model.body(joint.child).id
     if (crooked := _crooked(draft, joint)) is not None:
         reach = extents(model, data, geoms)
@@ -99,7 +99,7 @@ def _wheel(
 
 
 def _surface(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
-    """Points of a geom's surface in the world, shape (n, 3), m: corners, circles, or all vertices of a mesh."""
+    """Return points of a geom's surface in the world, shape (n, 3), m: corners, circles, or all vertices of a mesh."""
     kind, size = model.geom_type[geom], model.geom_size[geom]
     circle = np.stack([np.cos(_DIRECTIONS), np.sin(_DIRECTIONS), np.zeros_like(_DIRECTIONS)], axis=1)
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
@@ -140,7 +140,7 @@ def _swivelling(draft: Draft, axes: Mapping[str, Vector3]) -> set[str]:
 
 
 def _commanded(draft: Draft) -> set[str]:
-    """Joints that the description has something command: transmissions, ros2_control, plugins of Gazebo."""
+    """Return joints that the description has something command: transmissions, ros2_control, plugins of Gazebo."""
     found: set[str] = set()
     for owner in draft.urdf.element.children:
         if owner.tag == "transmission":
@@ -175,7 +175,7 @@ def _shape(draft: Draft, wheel: WheelShape) -> None:
 
 
 def _crooked(draft: Draft, joint: UrdfJoint) -> Remark | None:
-    """A remark on a joint that turns a cylinder which does not lie about its axis."""
+    """Return a remark on a joint that turns a cylinder which does not lie about its axis."""
     colliders = draft.urdf.links[joint.child].colliders
     shape, pose = (shape_of(colliders[0]), origin_of(colliders[0])) if len(colliders) == 1 else (None, None)
     if shape is None or pose is None or shape.tag != "cylinder":

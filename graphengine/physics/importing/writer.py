@@ -72,7 +72,7 @@ def _entry(key: str, entry: Entry) -> Iterator[str]:
 
 
 def _value(key: str, value: Any, indent: str) -> Iterator[str]:
-    """A key with its value: on one line, or if that is too long, on a line for each key of the value."""
+    """Yield a key with its value: on one line, or if that is too long, on a line for each key of the value."""
     line = f"{indent}{scalar(key)}: {flow(value)}"
     if len(line) <= _WIDTH or not isinstance(value, dict) or not value:
         yield line

@@ -110,7 +110,7 @@ class SdfFrame:
         return at
 
     def _pose(self) -> Pose:
-        """Pose in the frame that it is relative to. That of a model may be the pose of another frame in it."""
+        """Return pose in the frame that it is relative to. That of a model may be the pose of another frame in it."""
         if self._raw is None:
             self._raw = pose_of(self.element.first("pose"))
             if self.kind == "scope" and (name := self.element.get("placement_frame")):
